@@ -1,0 +1,1 @@
+//! What stands around `meerkat-mwd` on a desk: traces in, results and scores out.

@@ -1,0 +1,2 @@
+//! The `mwd` program.
+fn main() {}

@@ -1,0 +1,106 @@
+use crate::{compensation::GyroModel, config::OptimizerKind};
+
+/// What came of one window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct WindowReport {
+    /// First sample of the window, microseconds.
+    pub t_start_us: u64,
+    /// Last sample of the window, microseconds.
+    pub t_end_us: u64,
+    /// First sample to which the result applies, microseconds; `None` where nothing was there to apply.
+    pub t_effect_us: Option<u64>,
+    /// Whether P and b of `fitted` fly, or why not.
+    pub decision: Decision,
+    /// What searched.
+    pub optimizer: OptimizerKind,
+    /// Cost evaluations spent by the search.
+    pub evaluations: u32,
+    /// Cost of the model flown so far, on this window (robust, whitened, per segment vector); `None` when there was nothing to evaluate.
+    pub cost_before: Option<f32>,
+    /// Cost of `fitted` on this window; `None` when there was nothing to evaluate.
+    pub cost_after: Option<f32>,
+    /// The 12-parameter fit, accepted or not; the model flown where there was no fit.
+    pub fitted: GyroModel,
+    /// The bias-only alternative: the factory's P with this window's bias.
+    pub bias_only: GyroModel,
+    /// What flies from `t_effect_us` on.
+    pub flown: GyroModel,
+    /// 1-sigma of P (row-major, 9) then b (rad/s, 3) of `fitted`; the prior's where nothing was observed.
+    pub sigma: [f32; 12],
+    /// Which of the 12 parameters the window observes (posterior below half the prior).
+    pub observable: [bool; 12],
+    /// How many independent directions of the 12 the window observes.
+    pub rank: u8,
+    /// Seconds of rest in this window.
+    pub rest_s: f32,
+    /// Fraction of the flown model's misfit on unseen blocks that the fit explains; at most 1, negative when it is worse. `None`: not evaluated.
+    pub explained: Option<f32>,
+    /// Probability of so clear a win on unseen blocks if nothing had changed (exact sign-flip permutation); `None`: not evaluated.
+    pub p_value: Option<f32>,
+}
+
+/// Accepted, or refused and why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Decision {
+    /// P and b fly.
+    Accepted,
+    /// P stays as it was; only the bias may have moved.
+    Refused(Refusal),
+}
+
+/// Why P was refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Refusal {
+    /// The window is shorter than the shortest that is identified.
+    WindowTooShort {
+        /// Length of the window, seconds.
+        length_s: f32,
+        /// The shortest that is identified, seconds.
+        needed_s: f32,
+        /// Whether a gap in time cut it short.
+        cut_by_gap: bool,
+    },
+    /// The result was not ready at the instant at which it would have taken effect.
+    Overrun,
+    /// Without a magnetometer rotation about gravity cannot be seen.
+    NoMagnetometer {
+        /// How far the norm of specific force at rest is from gravity, m/s^2; `None` without a rest.
+        accel_norm_error_m_s2: Option<f32>,
+    },
+    /// The accelerometer reads nothing usable.
+    NoAccelerometer,
+    /// The norm of specific force at rest is too far from gravity: the accelerometer needs a calibration first.
+    AccelerometerUncalibrated {
+        /// How far, m/s^2.
+        norm_error_m_s2: f32,
+    },
+    /// The tool hardly turned: too few parameters are observable.
+    NotEnoughExcitation {
+        /// Observable directions of the 12.
+        rank: u8,
+    },
+    /// On unseen blocks of the window the fit does not win beyond chance.
+    NoClearWin {
+        /// Probability of so clear a win if nothing had changed.
+        p_value: f32,
+    },
+    /// The fit wins, but leaves too much of the misfit unexplained: what is wrong is not mainly P.
+    MisfitNotExplained {
+        /// Fraction of the misfit on unseen blocks that the fit explains.
+        explained: f32,
+    },
+    /// The change of attitude that the swap promises is too small to be worth its risk.
+    ChangeTooSmall {
+        /// Promised change of the rotation over one segment, radians rms.
+        change_rad: f32,
+        /// Its own uncertainty, radians rms.
+        sigma_rad: f32,
+    },
+    /// The normal matrix could not be factorised, or the fit is not finite or not plausible.
+    Degenerate,
+}

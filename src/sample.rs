@@ -1,0 +1,87 @@
+//! One reading of all sensors, as it leaves a driver or a recorded trace.
+
+bitflags::bitflags! {
+    /// What is known to be wrong with a [`Sample`]. No bit set means that all is well.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+    #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+    pub struct SampleFlags: u16 {
+        /// The gyro gave no reading; `gyro_rad_s` is not to be used.
+        const GYRO_MISSING = 1;
+        /// The accelerometer gave no reading; `accel_m_s2` is not to be used.
+        const ACCEL_MISSING = 1 << 1;
+        /// The magnetometer gave no reading; `mag_ut` is not to be used.
+        const MAG_MISSING = 1 << 2;
+        /// There is no temperature; `temperature_c` is not to be used.
+        const TEMPERATURE_MISSING = 1 << 3;
+        /// A gyro axis is at its full scale.
+        const GYRO_CLIPPED = 1 << 4;
+        /// An accelerometer axis is at its full scale.
+        const ACCEL_CLIPPED = 1 << 5;
+        /// A magnetometer axis is at its full scale.
+        const MAG_CLIPPED = 1 << 6;
+        /// The driver reported a bus or device fault.
+        const FAULT = 1 << 7;
+    }
+}
+
+/// One reading of all sensors in SI units, in the body frame, as the sensors give it (nothing compensated).
+///
+/// A sensor that did not read has its `*_MISSING` flag set and zeros in its field. The fields of an unflagged sensor are
+/// finite: [`Sample::sanitised`] sees to that at the door of the pipeline.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Sample {
+    /// Time of acquisition in microseconds; strictly increasing from sample to sample.
+    pub t_us: u64,
+    /// Angular rate, rad/s.
+    pub gyro_rad_s: [f32; 3],
+    /// Specific force, m/s^2: at rest it points up, norm about 9.8.
+    pub accel_m_s2: [f32; 3],
+    /// Magnetic flux density, microtesla.
+    pub mag_ut: [f32; 3],
+    /// Temperature of the inertial sensor, degrees Celsius.
+    pub temperature_c: f32,
+    /// What is known to be wrong with this reading.
+    pub flags: SampleFlags,
+}
+
+impl Sample {
+    /// The same sample with every non-finite sensor field zeroed and flagged missing, so that no NaN enters a state.
+    #[must_use]
+    pub fn sanitised(mut self) -> Self {
+        let finite = |v: &[f32; 3]| v.iter().all(|x| x.is_finite());
+        let guard = |v: &mut [f32; 3], missing: SampleFlags, flags: &mut SampleFlags| {
+            if !finite(v) || flags.contains(missing) {
+                *v = [0.0; 3];
+                flags.insert(missing);
+            }
+        };
+        guard(&mut self.gyro_rad_s, SampleFlags::GYRO_MISSING, &mut self.flags);
+        guard(&mut self.accel_m_s2, SampleFlags::ACCEL_MISSING, &mut self.flags);
+        guard(&mut self.mag_ut, SampleFlags::MAG_MISSING, &mut self.flags);
+        if !self.temperature_c.is_finite() || self.flags.contains(SampleFlags::TEMPERATURE_MISSING) {
+            self.temperature_c = 0.0;
+            self.flags.insert(SampleFlags::TEMPERATURE_MISSING);
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_non_finite_axis_makes_its_sensor_missing_and_leaves_the_others() {
+        let sample = Sample {
+            gyro_rad_s: [1.0, f32::NAN, 0.0],
+            accel_m_s2: [0.0, 0.0, 9.8],
+            temperature_c: f32::INFINITY,
+            ..Sample::default()
+        };
+        let clean = sample.sanitised();
+        assert_eq!(clean.flags, SampleFlags::GYRO_MISSING | SampleFlags::TEMPERATURE_MISSING);
+        assert_eq!(clean.gyro_rad_s, [0.0; 3]);
+        assert_eq!(clean.accel_m_s2, [0.0, 0.0, 9.8]);
+    }
+}
