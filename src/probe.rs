@@ -7,6 +7,9 @@ use crate::{
     sample::Sample,
 };
 
+/// Units of work that every host and firmware loop gives [`Probe::poll`] after each sample.
+pub const POLL_BUDGET: u32 = 64;
+
 /// What one sample gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

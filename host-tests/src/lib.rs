@@ -1,1 +1,18 @@
 //! What stands around `meerkat-mwd` on a desk: traces in, results and scores out.
+
+pub mod attitude_csv;
+pub mod cli;
+pub mod configuration;
+pub mod emulate;
+pub mod failure;
+pub mod flight;
+pub mod main_job;
+pub mod rates_csv;
+pub mod refusal_text;
+pub mod replay;
+pub mod result_json;
+pub mod score;
+pub mod simulate;
+pub mod summary;
+pub mod trace;
+pub mod window_note;

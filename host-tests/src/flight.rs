@@ -1,0 +1,37 @@
+//! One run of the pipeline over a trace.
+
+use meerkat_mwd::{
+    Config, Probe, Sample,
+    config::ConfigError,
+    identification::WindowReport,
+    probe::{Counters, Output, POLL_BUDGET},
+};
+
+/// What one run of the pipeline over a trace gave, on the host or on the emulated chip.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Flight {
+    /// One per sample, in order.
+    pub outputs: Vec<Output>,
+    /// One per window, in order of closing.
+    pub reports: Vec<WindowReport>,
+    /// Events counted on the way.
+    pub counters: Counters,
+}
+
+/// Flies on the host: every sample is pushed, then [`POLL_BUDGET`] units of identification are done, as the firmware does.
+/// `progress` is told the number of samples flown so far.
+///
+/// # Errors
+/// The field of the configuration that cannot be used.
+pub fn fly(config: &Config, samples: &[Sample], mut progress: impl FnMut(usize)) -> Result<Flight, ConfigError> {
+    let mut probe = Box::new(Probe::new());
+    probe.configure(config)?;
+    let mut flight = Flight { outputs: Vec::with_capacity(samples.len()), ..Flight::default() };
+    for (flown, sample) in samples.iter().enumerate() {
+        flight.outputs.extend(probe.push(sample));
+        flight.reports.extend(probe.poll(POLL_BUDGET));
+        progress(flown + 1);
+    }
+    flight.counters = probe.counters();
+    Ok(flight)
+}
