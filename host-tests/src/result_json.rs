@@ -20,7 +20,7 @@ use crate::{
     flight::Flight,
     refusal_text::refusal_text,
     score::Reference,
-    trace::Trace,
+    trace::{Trace, clipping_is_known},
     window_note::{why_no_window, window_note},
 };
 
@@ -41,7 +41,7 @@ struct TraceFacts {
     duration_s: f64,
     rate_hz: Option<f64>,
     gaps: u32,
-    clipped: Option<u32>,
+    clipped: Option<usize>,
     missing: Missing,
 }
 
@@ -179,8 +179,7 @@ fn in_seconds(t_us: u64) -> f64 {
 /// The result of a flight over `trace`.
 #[must_use]
 pub fn result_json(trace: &Trace, config: &Config, flight: &Flight, reference: Option<Reference>) -> ResultJson {
-    let full_scale = &config.full_scale;
-    let known = full_scale.gyro_rad_s.or(full_scale.accel_m_s2).or(full_scale.mag_ut).is_some();
+    let known = clipping_is_known(&config.full_scale);
     let period_us = trace.nominal_period_us();
     ResultJson {
         schema: "meerkat-mwd/1",
@@ -190,7 +189,7 @@ pub fn result_json(trace: &Trace, config: &Config, flight: &Flight, reference: O
             duration_s: in_seconds(trace.duration_us()),
             rate_hz: (period_us > 0).then(|| 1e6 / f64::from(period_us)),
             gaps: flight.counters.gaps,
-            clipped: known.then_some(flight.counters.clipped),
+            clipped: known.then(|| trace.clipped()),
             missing: Missing {
                 gyro: trace.count(SampleFlags::GYRO_MISSING),
                 accel: trace.count(SampleFlags::ACCEL_MISSING),

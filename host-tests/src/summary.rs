@@ -13,7 +13,7 @@ use crate::{
     refusal_text::refusal_text,
     result_json::Parameters,
     score::{PerModel, Reference},
-    trace::{Trace, seconds},
+    trace::{Trace, clipping_is_known, seconds},
     window_note::{why_no_window, window_note},
 };
 
@@ -53,9 +53,8 @@ fn print_trace(out: &mut impl Write, trace: &Trace, config: &Config, flight: &Fl
         all if all == total => Some(format!("no {what}")),
         some => Some(format!("{some} samples without {what}")),
     };
-    let scales = &config.full_scale;
-    let clipped = if scales.gyro_rad_s.or(scales.accel_m_s2).or(scales.mag_ut).is_some() {
-        format!("{} clipped samples", flight.counters.clipped)
+    let clipped = if clipping_is_known(&config.full_scale) {
+        format!("{} clipped samples", trace.clipped())
     } else {
         "clipping unknown (no full scale given)".to_owned()
     };

@@ -44,6 +44,12 @@ pub struct Trace {
 /// 99.8 % lies below every such case.
 pub const CLIPPED_FRACTION: f32 = 0.998;
 
+/// Whether any sensor's full scale is known; without one, clipping cannot be.
+#[must_use]
+pub fn clipping_is_known(full_scale: &FullScale) -> bool {
+    full_scale.gyro_rad_s.or(full_scale.accel_m_s2).or(full_scale.mag_ut).is_some()
+}
+
 impl Trace {
     /// Reads a trace, plain or gzip.
     ///
@@ -98,6 +104,13 @@ impl Trace {
     #[must_use]
     pub fn count(&self, flag: SampleFlags) -> usize {
         self.samples.iter().filter(|sample| sample.flags.contains(flag)).count()
+    }
+
+    /// Number of samples with a clipped sensor.
+    #[must_use]
+    pub fn clipped(&self) -> usize {
+        let any = SampleFlags::GYRO_CLIPPED | SampleFlags::ACCEL_CLIPPED | SampleFlags::MAG_CLIPPED;
+        self.samples.iter().filter(|sample| sample.flags.intersects(any)).count()
     }
 
     /// Number of samples without a reference attitude; all of them when the columns are absent.
