@@ -24,7 +24,14 @@ pub fn configuration(trace: &Trace, args: &ReplayArgs) -> Result<Config, Failure
     if let Some(fraction) = args.hold_out {
         config.freeze_at_us = Some(freeze_at_us(trace, fraction));
     }
-    config.validate()?;
+    config.validate().map_err(|error| match error.field {
+        // Nobody wrote this field: it is the trace's median step, and the message has to say so.
+        "sample_period_us" if config.sample_period_us == trace.nominal_period_us() => {
+            let (path, period) = (trace.path.display(), config.sample_period_us);
+            Failure::BadInput(format!("{path}: {error}, and the median step of the trace is {period}"))
+        }
+        _ => Failure::Config(error),
+    })?;
     Ok(config)
 }
 

@@ -40,7 +40,7 @@ pub struct Trace {
 /// A reading at or beyond this fraction of the full scale counts as clipped.
 ///
 /// Data sheets name full scales in round figures, and a saturated 16-bit word misses them: 32767 LSB at the 16.4 LSB per
-/// deg/s of the common 2000 deg/s parts is 1998.0 deg/s, 99.90 % (MPU-9250 PS section 3.1, BMI160 data sheet section 1.2).
+/// deg/s of the common 2000 deg/s parts is 1998.0 deg/s, 99.90 % (MPU-9250 PS section 3.1).
 /// 99.8 % lies below every such case.
 pub const CLIPPED_FRACTION: f32 = 0.998;
 
@@ -125,9 +125,9 @@ impl Trace {
             full_scale.is_some_and(|limit| v.iter().any(|x| x.abs() >= CLIPPED_FRACTION * limit))
         };
         for sample in &mut self.samples {
-            let missing = sample.flags;
+            let flags = sample.flags;
             let mut mark = |v: &[f32; 3], limit, clipped, absent| {
-                sample.flags.set(clipped, !missing.contains(absent) && beyond(v, limit));
+                sample.flags.set(clipped, !flags.contains(absent) && beyond(v, limit));
             };
             mark(&sample.gyro_rad_s, full_scale.gyro_rad_s, SampleFlags::GYRO_CLIPPED, SampleFlags::GYRO_MISSING);
             mark(&sample.accel_m_s2, full_scale.accel_m_s2, SampleFlags::ACCEL_CLIPPED, SampleFlags::ACCEL_MISSING);
