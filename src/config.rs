@@ -209,6 +209,23 @@ impl core::fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 impl Config {
+    /// All zeros: a place holder until configured, so that a static probe costs no flash.
+    pub(crate) const fn unconfigured() -> Self {
+        const NOTHING: [[f32; 3]; 3] = [[0.0; 3]; 3];
+        Self {
+            sample_period_us: 0,
+            seed: 0,
+            freeze_at_us: None,
+            full_scale: FullScale { gyro_rad_s: None, accel_m_s2: None, mag_ut: None },
+            gyro: GyroModel { p: NOTHING, b_rad_s: [0.0; 3] },
+            accel: VectorModel { matrix: NOTHING, offset: [0.0; 3] },
+            mag: VectorModel { matrix: NOTHING, offset: [0.0; 3] },
+            earth: Earth { gravity_m_s2: 0.0, magnetic_field_ut: None, dip_rad: None, declination_rad: None, latitude_rad: None },
+            attitude: AttitudeConfig::unconfigured(),
+            identification: IdentificationConfig::unconfigured(),
+        }
+    }
+
     /// Checks every field.
     ///
     /// # Errors
@@ -252,6 +269,23 @@ impl AttitudeConfig {
 }
 
 impl IdentificationConfig {
+    /// All zeros: a place holder until configured, so that a static probe costs no flash.
+    pub(crate) const fn unconfigured() -> Self {
+        Self {
+            window_s: 0.0,
+            step_s: 0.0,
+            min_window_s: 0.0,
+            latency_s: 0.0,
+            prior_sigma_diagonal: 0.0,
+            prior_sigma_off_diagonal: 0.0,
+            prior_sigma_bias_rad_s: 0.0,
+            rest_gyro_deviation_rad_s: 0.0,
+            max_bias_rad_s: 0.0,
+            optimizer: OptimizerKind::Imoa,
+            max_evaluations: 0,
+        }
+    }
+
     fn validate(&self) -> Result<(), ConfigError> {
         let fields = [
             (self.window_s, "identification.window_s"),

@@ -1,13 +1,20 @@
 //! Self-calibrating attitude for measurement-while-drilling probes. The path of a sample, in order:
 #![no_std]
 #![forbid(unsafe_code)]
+#![deny(clippy::indexing_slicing)]
 
-pub mod attitude; // propagation, fusion, inclination, azimuth, toolface
+pub mod sample; // SI units, timestamp, flags
 pub mod compensation; // gyro model (P, b), accelerometer and magnetometer models
-pub mod config; // what a user sets
-pub mod identification; // least squares, IMOA, observability, acceptance
-pub mod probe;
-pub mod sample; // SI units, timestamp, flags // all of it behind `push` and `poll`
+pub mod attitude; // propagation, fusion, inclination, azimuth, toolface
+mod window; // increments, node vectors, pre-integrated segments, weak-form sums, rests
+mod objective; // what a candidate is worth on the segments
+mod optimizer; // IMOA and Levenberg-Marquardt
+pub mod identification; // least squares -> search -> observability -> acceptance
+pub mod probe; // all of it behind `push` and `poll`
+
+mod algebra;
+pub mod config;
+mod rotation;
 
 pub use config::Config;
 pub use probe::Probe;

@@ -1,5 +1,14 @@
 //! From windows of samples to an accepted gyro model, or a reasoned refusal.
 
+mod acceptance;
+mod contest;
+mod identifier;
+mod least_squares;
+mod observability;
+mod prior;
 mod report;
+mod whitening;
 
+pub(crate) use identifier::Identifier;
+pub(crate) use prior::Prior;
 pub use report::{Decision, Refusal, WindowReport};

@@ -1,0 +1,83 @@
+#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+
+/// Eigenvalues and eigenvectors (columns) of a symmetric matrix by cyclic Jacobi rotations (Golub and Van Loan, Matrix
+/// Computations, section 8.5). Always ends: at most 12 sweeps; f32 needs about 6.
+pub(crate) fn jacobi_eigen<const D: usize>(matrix: &[[f32; D]; D]) -> ([f32; D], [[f32; D]; D]) {
+    let mut a = *matrix;
+    let mut v = [[0.0; D]; D];
+    for (i, row) in v.iter_mut().enumerate() {
+        row[i] = 1.0;
+    }
+    for _ in 0..12 {
+        let mut off = 0.0;
+        let mut diagonal = 0.0;
+        for i in 0..D {
+            diagonal += a[i][i] * a[i][i];
+            for j in 0..i {
+                off += a[i][j] * a[i][j];
+            }
+        }
+        if !(off > 1e-12 * diagonal) {
+            break;
+        }
+        for p in 0..D {
+            for q in p + 1..D {
+                rotate(&mut a, &mut v, p, q);
+            }
+        }
+    }
+    let mut values = [0.0; D];
+    for (i, value) in values.iter_mut().enumerate() {
+        *value = a[i][i];
+    }
+    (values, v)
+}
+
+/// One Jacobi rotation that makes a[p][q] zero.
+fn rotate<const D: usize>(a: &mut [[f32; D]; D], v: &mut [[f32; D]; D], p: usize, q: usize) {
+    if a[p][q] == 0.0 {
+        return;
+    }
+    let tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+    let root = libm::sqrtf(1.0 + tau * tau);
+    let t = if tau >= 0.0 { 1.0 / (tau + root) } else { -1.0 / (root - tau) };
+    let c = 1.0 / libm::sqrtf(1.0 + t * t);
+    let s = t * c;
+    for row in a.iter_mut() {
+        (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
+    }
+    for k in 0..D {
+        (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
+    }
+    for row in v.iter_mut() {
+        (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn a_random_matrix_times_its_eigenvector_is_eigenvalue_times_eigenvector() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(3);
+        for _ in 0..20 {
+            let mut a = [[0.0_f32; 12]; 12];
+            for i in 0..12 {
+                for j in 0..=i {
+                    a[i][j] = generator.next_u32() as f32 / u32::MAX as f32 - 0.5;
+                    a[j][i] = a[i][j];
+                }
+            }
+            let (values, vectors) = jacobi_eigen(&a);
+            for k in 0..12 {
+                for row in 0..12 {
+                    let product: f32 = (0..12).map(|j| a[row][j] * vectors[j][k]).sum();
+                    assert!((product - values[k] * vectors[row][k]).abs() < 1e-5);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Fixed-size linear algebra beyond 3x3: packed symmetric matrices, their Cholesky factor, and a Jacobi eigen-solver.
+//!
+//! nalgebra's own product and eigen-solver are not used for these sizes: its product changes with the features that other
+//! crates switch on (so the host could differ from the chip in the last bit), its `SymmetricEigen` can panic, and packing
+//! halves the memory of the normal matrices that stand in static RAM.
+
+mod eigen;
+mod packed;
+
+pub(crate) use eigen::jacobi_eigen;
+pub(crate) use packed::{Cholesky, Packed, dot};

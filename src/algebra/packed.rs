@@ -1,0 +1,223 @@
+#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+
+/// A symmetric D x D matrix, lower triangle row by row: element (i, j <= i) at i (i + 1) / 2 + j. `T` must be D (D + 1) / 2.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Packed<const D: usize, const T: usize>(pub [f32; T]);
+
+/// Lower Cholesky factor L of a positive-definite matrix N = L L^T, packed as [`Packed`], with the diagonal inverted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cholesky<const D: usize, const T: usize>([f32; T]);
+
+const fn at(i: usize, j: usize) -> usize {
+    i * (i + 1) / 2 + j
+}
+
+impl<const D: usize, const T: usize> Packed<D, T> {
+    const SIZES_AGREE: () = assert!(T == D * (D + 1) / 2);
+
+    pub const fn zero() -> Self {
+        #[allow(clippy::let_unit_value)]
+        let () = Self::SIZES_AGREE;
+        Self([0.0; T])
+    }
+
+    pub fn get(&self, i: usize, j: usize) -> f32 {
+        if j <= i { self.0[at(i, j)] } else { self.0[at(j, i)] }
+    }
+
+    /// Adds `value` to element (i, j) and, being symmetric, (j, i).
+    pub fn add(&mut self, i: usize, j: usize, value: f32) {
+        let index = if j <= i { at(i, j) } else { at(j, i) };
+        self.0[index] += value;
+    }
+
+    /// Adds `weight * row row^T`.
+    pub fn add_outer(&mut self, row: &[f32; D], weight: f32) {
+        let mut k = 0;
+        for i in 0..D {
+            let scaled = weight * row[i];
+            for value in &row[..=i] {
+                self.0[k] += scaled * value;
+                k += 1;
+            }
+        }
+    }
+
+    /// Adds `weight * other`.
+    pub fn add_scaled(&mut self, other: &Self, weight: f32) {
+        for (a, b) in self.0.iter_mut().zip(&other.0) {
+            *a += weight * b;
+        }
+    }
+
+    pub fn times(&self, x: &[f32; D]) -> [f32; D] {
+        let mut y = [0.0; D];
+        for i in 0..D {
+            for j in 0..i {
+                let a = self.0[at(i, j)];
+                y[i] += a * x[j];
+                y[j] += a * x[i];
+            }
+            y[i] += self.0[at(i, i)] * x[i];
+        }
+        y
+    }
+
+    /// x^T N x.
+    pub fn quadratic(&self, x: &[f32; D]) -> f32 {
+        dot(&self.times(x), x)
+    }
+
+    /// Fixes parameter `i`: its row and column become those of the identity, so that its solution is its right-hand side.
+    pub fn freeze(&mut self, i: usize) {
+        for j in 0..D {
+            let index = if j <= i { at(i, j) } else { at(j, i) };
+            self.0[index] = if i == j { 1.0 } else { 0.0 };
+        }
+    }
+
+    /// The Cholesky factor; `None` when the matrix is not positive definite to f32's precision, or not finite.
+    pub fn cholesky(&self) -> Option<Cholesky<D, T>> {
+        let mut l = self.0;
+        for i in 0..D {
+            for j in 0..=i {
+                let mut sum = l[at(i, j)];
+                for k in 0..j {
+                    sum -= l[at(i, k)] * l[at(j, k)];
+                }
+                if i == j {
+                    // Pivots that lose all but the last few bits of their diagonal are rounding noise (f32: 2^-24 each of D terms).
+                    let floor = self.0[at(i, i)] * 1e-6;
+                    if !(sum > floor && sum.is_finite()) {
+                        return None;
+                    }
+                    l[at(i, i)] = 1.0 / libm::sqrtf(sum);
+                } else {
+                    l[at(i, j)] = sum * l[at(j, j)];
+                }
+            }
+        }
+        Some(Cholesky(l))
+    }
+}
+
+impl<const D: usize, const T: usize> Cholesky<D, T> {
+    /// x with N x = rhs.
+    pub fn solve(&self, rhs: &[f32; D]) -> [f32; D] {
+        let mut y = self.solve_lower(rhs);
+        for i in (0..D).rev() {
+            let mut sum = y[i];
+            for k in i + 1..D {
+                sum -= self.0[at(k, i)] * y[k];
+            }
+            y[i] = sum * self.0[at(i, i)];
+        }
+        y
+    }
+
+    /// y with L y = rhs.
+    pub fn solve_lower(&self, rhs: &[f32; D]) -> [f32; D] {
+        let mut y = *rhs;
+        for i in 0..D {
+            let mut sum = y[i];
+            for k in 0..i {
+                sum -= self.0[at(i, k)] * y[k];
+            }
+            y[i] = sum * self.0[at(i, i)];
+        }
+        y
+    }
+
+    /// x with L^T x = rhs: maps whitened coordinates to parameters.
+    pub fn solve_upper(&self, rhs: &[f32; D]) -> [f32; D] {
+        let mut x = *rhs;
+        for i in (0..D).rev() {
+            let mut sum = x[i];
+            for k in i + 1..D {
+                sum -= self.0[at(k, i)] * x[k];
+            }
+            x[i] = sum * self.0[at(i, i)];
+        }
+        x
+    }
+
+    /// L^T x: maps parameters to whitened coordinates.
+    pub fn times_upper(&self, x: &[f32; D]) -> [f32; D] {
+        let mut y = [0.0; D];
+        for i in 0..D {
+            y[i] = x[i] / self.0[at(i, i)];
+            for k in i + 1..D {
+                y[i] += self.0[at(k, i)] * x[k];
+            }
+        }
+        y
+    }
+
+    /// Column `i` of N^-1.
+    pub fn inverse_column(&self, i: usize) -> [f32; D] {
+        let mut unit = [0.0; D];
+        unit[i] = 1.0;
+        self.solve(&unit)
+    }
+}
+
+pub(crate) fn dot<const D: usize>(a: &[f32; D], b: &[f32; D]) -> f32 {
+    a.iter().zip(b).fold(0.0, |sum, (x, y)| sum + x * y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    fn random_rows(seed: u64) -> [[f32; 5]; 9] {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
+        [[0.0; 5]; 9].map(|row| row.map(|_: f32| generator.next_u32() as f32 / u32::MAX as f32 - 0.5))
+    }
+
+    #[test]
+    fn solving_undoes_multiplying() {
+        for seed in 0..50 {
+            let mut n = Packed::<5, 15>::zero();
+            for row in random_rows(seed) {
+                n.add_outer(&row, 2.0);
+            }
+            let x = random_rows(seed + 1000)[0];
+            let l = n.cholesky().unwrap();
+            for (solved, expected) in l.solve(&n.times(&x)).iter().zip(&x) {
+                assert!((solved - expected).abs() < 2e-3, "{solved} {expected}");
+            }
+            let whitened = l.times_upper(&x);
+            for (back, expected) in l.solve_upper(&whitened).iter().zip(&x) {
+                assert!((back - expected).abs() < 1e-5);
+            }
+            // |L^T x|^2 = x^T N x
+            assert!((dot(&whitened, &whitened) - n.quadratic(&x)).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_frozen_parameter_keeps_its_right_hand_side_and_the_others_solve_without_it() {
+        let mut n = Packed::<5, 15>::zero();
+        for row in random_rows(7) {
+            n.add_outer(&row, 1.0);
+        }
+        n.freeze(2);
+        let x = n.cholesky().unwrap().solve(&[1.0, 2.0, 0.0, 4.0, 5.0]);
+        assert_eq!(x[2], 0.0);
+        for (i, value) in n.times(&x).iter().enumerate().filter(|(i, _)| *i != 2) {
+            assert!((value - [1.0, 2.0, 0.0, 4.0, 5.0][i]).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_singular_or_non_finite_matrix_has_no_factor() {
+        let mut n = Packed::<5, 15>::zero();
+        assert!(n.cholesky().is_none());
+        n.add_outer(&[1.0, 2.0, 3.0, 4.0, 5.0], 1.0);
+        assert!(n.cholesky().is_none());
+        n.add(0, 0, f32::NAN);
+        assert!(n.cholesky().is_none());
+    }
+}

@@ -1,0 +1,174 @@
+#![allow(clippy::indexing_slicing)] // Groups are counted by loops over fixed arrays.
+
+use super::least_squares::{Freedom, RowVariances, gyro_part, misfit, solve};
+use super::Prior;
+use crate::{algebra::Packed, window::Block};
+
+/// Most groups of contiguous blocks: 2^10 sign patterns can be counted exactly.
+pub(crate) const MAX_GROUPS: usize = 10;
+
+/// Fewest groups: below it not even a win on every group is rarer than the limit of the p-value (2^-7 = 0.008).
+pub(crate) const MIN_GROUPS: usize = 7;
+
+/// Blocked cross-validation: each group of contiguous, moving blocks is predicted by fits to the others.
+///
+/// Three models compete, each with the magnetometer's lag and hard iron free, so that neither can be won by P in their stead:
+/// P and bias, bias alone, and nothing moved.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Contest {
+    /// Whitened misfit on each unseen group: [full, bias, nothing].
+    losses: [[f32; MAX_GROUPS]; 3],
+    groups: usize,
+    /// Sum over the groups of the full fit without the group, minus the full fit of everything: first and second moment.
+    shift: [f32; 12],
+    scatter: Packed<12, 78>,
+}
+
+/// What a contest between two of the models says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Outcome {
+    /// Probability of so large a total gain if the sign of each group's gain were a coin's (exact sign-flip permutation).
+    pub p_value: f32,
+    /// Share of the loser's misfit on unseen groups that the winner explains.
+    pub explained: f32,
+}
+
+impl Contest {
+    pub const fn zero() -> Self {
+        Self { losses: [[0.0; MAX_GROUPS]; 3], groups: 0, shift: [0.0; 12], scatter: Packed::zero() }
+    }
+
+    pub const fn groups(&self) -> usize {
+        self.groups
+    }
+
+    /// Plays one group: `total` of all equations, `group` the unseen ones, `everything` the full fit to all. `None` when a fit
+    /// fails.
+    pub fn play(
+        &mut self,
+        total: &Block,
+        group: &Block,
+        variances: &RowVariances,
+        prior: &Prior,
+        theta: &[f32; 12],
+        everything: &[f32; 12],
+    ) -> Option<()> {
+        let mut others = *total;
+        subtract(&mut others, group);
+        let freedoms = [Freedom::Full, Freedom::Bias([0.0; 9]), Freedom::Nothing];
+        for (losses, freedom) in self.losses.iter_mut().zip(&freedoms) {
+            let x = solve(&others, variances, prior, theta, freedom)?;
+            *losses.get_mut(self.groups)? = misfit(group, variances, &x);
+            if *freedom == Freedom::Full {
+                let mut change = gyro_part(&x);
+                for ((c, e), s) in change.iter_mut().zip(everything).zip(&mut self.shift) {
+                    *c -= e;
+                    *s += *c;
+                }
+                self.scatter.add_outer(&change, 1.0);
+            }
+        }
+        self.groups += 1;
+        Some(())
+    }
+
+    /// P and bias against bias alone.
+    pub fn full_against_bias(&self) -> Outcome {
+        self.outcome(0, 1)
+    }
+
+    /// Bias alone against nothing moved.
+    pub fn bias_against_nothing(&self) -> Outcome {
+        self.outcome(1, 2)
+    }
+
+    fn outcome(&self, winner: usize, loser: usize) -> Outcome {
+        let mut gains = [0.0; MAX_GROUPS];
+        let (mut won, mut lost) = (0.0, 0.0);
+        for k in 0..self.groups {
+            gains[k] = self.losses[loser][k] - self.losses[winner][k];
+            won += self.losses[winner][k];
+            lost += self.losses[loser][k];
+        }
+        let explained = if lost > 0.0 { 1.0 - won / lost } else { 0.0 };
+        Outcome { p_value: sign_flip_p_value(&gains[..self.groups]), explained }
+    }
+
+    /// Covariance of the full fit by the delete-a-group jackknife: (G - 1) / G times the scatter about the mean. It holds what
+    /// the residuals' correlation and the missing effects do to the fit, which the normal matrix does not know.
+    pub fn covariance(&self) -> Packed<12, 78> {
+        let groups = self.groups as f32;
+        let mut covariance = Packed::zero();
+        if self.groups < 2 {
+            return covariance;
+        }
+        let scale = (groups - 1.0) / groups;
+        covariance.add_scaled(&self.scatter, scale);
+        covariance.add_outer(&self.shift, -scale / groups);
+        covariance
+    }
+}
+
+fn subtract(total: &mut Block, group: &Block) {
+    total.gravity.normal.add_scaled(&group.gravity.normal, -1.0);
+    total.magnetic.normal.add_scaled(&group.magnetic.normal, -1.0);
+    for (t, g) in total.gravity.rhs.iter_mut().zip(&group.gravity.rhs) {
+        *t -= g;
+    }
+    for (t, g) in total.magnetic.rhs.iter_mut().zip(&group.magnetic.rhs) {
+        *t -= g;
+    }
+}
+
+/// Share of the 2^n sign patterns of the gains whose sum is at least the observed one (n at most [`MAX_GROUPS`]).
+fn sign_flip_p_value(gains: &[f32]) -> f32 {
+    let patterns = 1_u32 << gains.len();
+    let observed: f32 = gains.iter().sum();
+    // Sums in another order differ by rounding; the observed pattern must count itself.
+    let tolerance = 1e-5 * gains.iter().fold(0.0, |sum, g| sum + libm::fabsf(*g));
+    let mut as_large = 0_u32;
+    for pattern in 0..patterns {
+        let mut sum = 0.0;
+        for (k, gain) in gains.iter().enumerate() {
+            sum += if pattern >> k & 1 == 0 { *gain } else { -gain };
+        }
+        if sum >= observed - tolerance {
+            as_large += 1;
+        }
+    }
+    as_large as f32 / patterns as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn p_value_of_all_gains_equal_is_one_pattern_and_of_none_is_all() {
+        assert_eq!(sign_flip_p_value(&[1.0; 10]), 1.0 / 1024.0);
+        assert_eq!(sign_flip_p_value(&[-1.0; 10]), 1.0);
+        assert_eq!(sign_flip_p_value(&[3.0, -1.0, 2.0]), 2.0 / 8.0);
+    }
+
+    #[test]
+    fn under_no_change_the_false_alarm_rate_is_the_stated_one() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(11);
+        let trials = 4000;
+        let mut alarms = 0;
+        for _ in 0..trials {
+            let gains: [f32; 10] = core::array::from_fn(|_| {
+                let u = generator.next_u32() as f32 / u32::MAX as f32 - 0.5;
+                // Heavy tails: the permutation does not mind.
+                u * u * u
+            });
+            if sign_flip_p_value(&gains) <= 0.01 {
+                alarms += 1;
+            }
+        }
+        // Binomial(4000, 0.01): 40 +- 4 * 6.3. The p-value is discrete, so the rate may lie below.
+        assert!(alarms <= 65, "{alarms}");
+        assert!(alarms >= 10, "{alarms}");
+    }
+}

@@ -1,0 +1,67 @@
+#![allow(clippy::indexing_slicing)] // The array is as long as the longest window.
+
+use super::{NoiseScales, two_vector::residual};
+use crate::window::{Segment, Sighting};
+use nalgebra::Vector3;
+
+/// Median of the norm of a two-dimensional normal vector, in standard deviations of a component (Rayleigh: sqrt(2 ln 2)).
+const RAYLEIGH_MEDIAN: f32 = 1.177_41;
+
+/// Smallest believed deviation of a unit vector's mean over a second, rad: 0.03 deg, what a 16-bit magnetometer resolves.
+const FLOOR: f32 = 5e-4;
+
+/// Deviation of a class that has too few segments to show its own, rad: 1 deg.
+const DEFAULT: f32 = 0.017;
+
+/// Fewest sightings from which a median is taken.
+const FEWEST: usize = 5;
+
+const CAPACITY: usize = 64;
+
+/// Noise scales of each sensor, at rest and in motion, from the median residual where the segments were pre-integrated.
+pub(crate) fn noise_scales(segments: &[Segment]) -> NoiseScales {
+    let class = |moving: bool, sighting: fn(&Segment) -> &Option<Sighting>| {
+        let mut norms = [0.0; CAPACITY];
+        let mut count = 0;
+        for segment in segments.iter().filter(|segment| segment.moving == moving) {
+            if let Some(sighting) = sighting(segment) {
+                if count < CAPACITY {
+                    norms[count] = residual(sighting, &Vector3::zeros()).norm();
+                    count += 1;
+                }
+            }
+        }
+        if count < FEWEST {
+            return DEFAULT;
+        }
+        let sigma = median(&mut norms[..count]) / RAYLEIGH_MEDIAN;
+        if sigma > FLOOR { sigma } else { FLOOR }
+    };
+    NoiseScales {
+        gravity: [false, true].map(|moving| class(moving, |s| &s.gravity)),
+        field: [false, true].map(|moving| class(moving, |s| &s.field)),
+    }
+}
+
+/// Upper median, by insertion sort: at most 50 numbers, and no way to panic.
+fn median(values: &mut [f32]) -> f32 {
+    for i in 1..values.len() {
+        let mut j = i;
+        while j > 0 && values[j - 1] > values[j] {
+            values.swap(j - 1, j);
+            j -= 1;
+        }
+    }
+    values[values.len() / 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn median_of_known_numbers() {
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), 3.0);
+    }
+}

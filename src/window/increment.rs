@@ -1,0 +1,289 @@
+#![allow(clippy::indexing_slicing)] // Ring positions are reduced modulo the capacity.
+
+use nalgebra::Vector3;
+
+/// Interval of one increment: summing to 50 Hz loses nothing of the identification, to 10 Hz most of it.
+const NOMINAL_INTERVAL_US: u32 = 20_000;
+
+/// No reading, in the first axis of a stored vector.
+const NONE: i16 = i16::MIN;
+
+/// The time grid of the increments: a whole number of nominal sample periods, about 20 ms.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    pub interval_us: u32,
+}
+
+impl Grid {
+    pub const fn zero() -> Self {
+        Self { interval_us: 0 }
+    }
+
+    pub fn new(sample_period_us: u32) -> Self {
+        let samples = (NOMINAL_INTERVAL_US + sample_period_us / 2) / sample_period_us;
+        Self { interval_us: if samples == 0 { sample_period_us } else { samples * sample_period_us } }
+    }
+
+    pub fn interval_s(self) -> f32 {
+        self.interval_us as f32 * 1e-6
+    }
+
+    /// Increments in `seconds`, to the nearest, at least one.
+    pub fn increments_in(self, seconds: f32) -> usize {
+        let n = libm::roundf(seconds / self.interval_s()) as usize;
+        if n == 0 { 1 } else { n }
+    }
+}
+
+/// Means over one interval of the grid, valid at its middle.
+///
+/// The mean of a body vector over 20 ms stands for the vector at the middle with an error of second order in the angle turned
+/// (0.05 % of its length at 300 deg/s); direction errors are odd in time and cancel for a steady rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Increment {
+    /// Mean raw rate, rad/s; `None` when a sample of the interval was clipped or the interval is empty.
+    pub rate: Option<Vector3<f32>>,
+    /// Mean gravity direction vector G = minus specific force, m/s^2, calibrated.
+    pub gravity: Option<Vector3<f32>>,
+    /// Mean field, microtesla, calibrated.
+    pub field: Option<Vector3<f32>>,
+}
+
+/// Resolution of the stored integers, per unit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scales {
+    pub rate_rad_s: f32,
+    pub gravity_m_s2: f32,
+    pub field_ut: f32,
+}
+
+impl Scales {
+    pub const fn zero() -> Self {
+        Self { rate_rad_s: 0.0, gravity_m_s2: 0.0, field_ut: 0.0 }
+    }
+
+    /// From the largest magnitudes that are to be stored.
+    pub fn new(rate_rad_s: f32, gravity_m_s2: f32, field_ut: f32) -> Self {
+        let step = |full_scale: f32| full_scale / f32::from(i16::MAX);
+        Self { rate_rad_s: step(rate_rad_s), gravity_m_s2: step(gravity_m_s2), field_ut: step(field_ut) }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Stored {
+    rate: [i16; 3],
+    gravity: [i16; 3],
+    field: [i16; 3],
+}
+
+/// The latest `N` increments, quantised to 16 bits. The rounding remainder of each axis is carried into the next increment,
+/// so that sums over a window lose nothing.
+pub(crate) struct IncrementRing<const N: usize> {
+    stored: [Stored; N],
+    /// Increments pushed since the start; the ring holds the last `N` of them.
+    count: u64,
+    remainder: [Vector3<f32>; 3],
+    scales: Scales,
+}
+
+impl<const N: usize> IncrementRing<N> {
+    pub const fn zero() -> Self {
+        const EMPTY: Stored = Stored { rate: [0; 3], gravity: [0; 3], field: [0; 3] };
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self { stored: [EMPTY; N], count: 0, remainder: [zero; 3], scales: Scales::zero() }
+    }
+
+    pub fn start(&mut self, scales: Scales) {
+        self.count = 0;
+        self.remainder = [Vector3::zeros(); 3];
+        self.scales = scales;
+    }
+
+    pub const fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Whether increment `index` (counted from the start) has not been overwritten yet.
+    pub const fn holds(&self, index: u64) -> bool {
+        index < self.count && index + N as u64 >= self.count
+    }
+
+    pub fn push(&mut self, increment: &Increment) {
+        let [r0, r1, r2] = &mut self.remainder;
+        let stored = Stored {
+            rate: quantise(increment.rate, self.scales.rate_rad_s, r0),
+            gravity: quantise(increment.gravity, self.scales.gravity_m_s2, r1),
+            field: quantise(increment.field, self.scales.field_ut, r2),
+        };
+        self.stored[(self.count % N as u64) as usize] = stored;
+        self.count += 1;
+    }
+
+    /// Increment `index` (counted from the start); the caller has asked `holds`.
+    pub fn get(&self, index: u64) -> Increment {
+        let stored = &self.stored[(index % N as u64) as usize];
+        let vector = |v: [i16; 3], step: f32| if v[0] == NONE { None } else { Some(Vector3::from(v.map(f32::from)) * step) };
+        Increment {
+            rate: vector(stored.rate, self.scales.rate_rad_s),
+            gravity: vector(stored.gravity, self.scales.gravity_m_s2),
+            field: vector(stored.field, self.scales.field_ut),
+        }
+    }
+}
+
+/// Rounds to steps, carrying the remainder; a vector beyond the range counts as no reading.
+fn quantise(vector: Option<Vector3<f32>>, step: f32, remainder: &mut Vector3<f32>) -> [i16; 3] {
+    let Some(vector) = vector else { return [NONE, 0, 0] };
+    let mut out = [0; 3];
+    let mut carried = [0.0; 3];
+    for axis in 0..3 {
+        let wanted = vector[axis] + remainder[axis];
+        let steps = libm::roundf(wanted / step);
+        if !(libm::fabsf(steps) <= f32::from(i16::MAX)) {
+            return [NONE, 0, 0];
+        }
+        out[axis] = steps as i16;
+        carried[axis] = wanted - steps * step;
+    }
+    *remainder = Vector3::from(carried);
+    out
+}
+
+/// Sums samples into the increment of their grid interval.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Accumulator {
+    end_us: u64,
+    rate: Vector3<f32>,
+    gravity: Vector3<f32>,
+    field: Vector3<f32>,
+    rates: u16,
+    gravities: u16,
+    fields: u16,
+    suspect: bool,
+    gravity_clipped: bool,
+    field_clipped: bool,
+}
+
+/// A vector sensor's part of one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Reading {
+    /// No reading: the others of the interval stand for it.
+    Missing,
+    /// At full scale: the interval's mean would be biased, so the interval has none.
+    Clipped,
+    /// Calibrated vector.
+    Good(Vector3<f32>),
+}
+
+impl Accumulator {
+    pub const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self {
+            end_us: 0,
+            rate: zero,
+            gravity: zero,
+            field: zero,
+            rates: 0,
+            gravities: 0,
+            fields: 0,
+            suspect: false,
+            gravity_clipped: false,
+            field_clipped: false,
+        }
+    }
+
+    /// Begins a new grid whose first interval holds the sample at `t_us`, half a sample period after its beginning.
+    pub fn start(&mut self, t_us: u64, grid: Grid, sample_period_us: u32) {
+        *self = Self::zero();
+        self.end_us = t_us + u64::from(grid.interval_us) - u64::from(sample_period_us / 2);
+    }
+
+    /// The increment that ends before `t_us`, if one does. Call until `None` before adding the sample of `t_us`.
+    pub fn close_before(&mut self, t_us: u64, grid: Grid) -> Option<Increment> {
+        if t_us < self.end_us {
+            return None;
+        }
+        let mean = |sum: Vector3<f32>, n: u16| if n == 0 { None } else { Some(sum / f32::from(n)) };
+        let increment = Increment {
+            rate: if self.suspect { None } else { mean(self.rate, self.rates) },
+            gravity: if self.gravity_clipped { None } else { mean(self.gravity, self.gravities) },
+            field: if self.field_clipped { None } else { mean(self.field, self.fields) },
+        };
+        *self = Self { end_us: self.end_us + u64::from(grid.interval_us), ..Self::zero() };
+        Some(increment)
+    }
+
+    /// Adds one sample: raw rate with `suspect` when clipped or held, calibrated gravity and field.
+    pub fn add(&mut self, rate: Vector3<f32>, suspect: bool, gravity: Reading, field: Reading) {
+        self.rate += rate;
+        self.rates += 1;
+        self.suspect |= suspect;
+        match gravity {
+            Reading::Good(gravity) => {
+                self.gravity += gravity;
+                self.gravities += 1;
+            }
+            Reading::Clipped => self.gravity_clipped = true,
+            Reading::Missing => {}
+        }
+        match field {
+            Reading::Good(field) => {
+                self.field += field;
+                self.fields += 1;
+            }
+            Reading::Clipped => self.field_clipped = true,
+            Reading::Missing => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantisation_keeps_the_sum_to_half_a_step() {
+        let mut ring = IncrementRing::<64>::zero();
+        ring.start(Scales::new(40.0, 160.0, 1000.0));
+        let rate = Vector3::new(0.123_456, -2.000_3, 7e-5);
+        let mut sum = Vector3::zeros();
+        for _ in 0..50 {
+            ring.push(&Increment { rate: Some(rate), gravity: None, field: None });
+        }
+        for index in 0..50 {
+            sum += ring.get(index).rate.unwrap();
+        }
+        let step = 40.0 / f32::from(i16::MAX);
+        assert!((sum - rate * 50.0).amax() <= 0.51 * step + 1e-5, "{sum}");
+    }
+
+    #[test]
+    fn samples_fall_into_their_interval_and_an_empty_one_is_suspect() {
+        let grid = Grid::new(5_000);
+        assert_eq!(grid.interval_us, 20_000);
+        let mut accumulator = Accumulator::zero();
+        accumulator.start(1_000_000, grid, 5_000);
+        let mut closed = 0;
+        for k in 0..12_u64 {
+            let t = 1_000_000 + 5_000 * k;
+            while let Some(increment) = accumulator.close_before(t, grid) {
+                // Samples 0..4, 4..8: the mean of k is 1.5, 5.5.
+                assert_eq!(increment.rate, Some(Vector3::repeat(1.5 + 4.0 * closed as f32)));
+                closed += 1;
+            }
+            accumulator.add(Vector3::repeat(k as f32), false, Reading::Missing, Reading::Missing);
+        }
+        assert_eq!(closed, 2);
+        assert!(accumulator.close_before(1_060_000, grid).is_some_and(|i| i.rate.is_some()));
+        let empty = accumulator.close_before(1_080_000, grid).unwrap();
+        assert_eq!(empty.rate, None);
+    }
+
+    #[test]
+    fn grid_is_a_whole_number_of_samples_near_20_ms() {
+        assert_eq!(Grid::new(3_500).interval_us, 21_000);
+        assert_eq!(Grid::new(10_000).interval_us, 20_000);
+        assert_eq!(Grid::new(33_333).interval_us, 33_333);
+        assert_eq!(Grid::new(3_500).increments_in(1.0), 48);
+    }
+}
