@@ -7,6 +7,7 @@ pub mod compensation; // gyro model (P, b), accelerometer and magnetometer model
 pub mod config; // what a user sets
 pub mod identification; // least squares, IMOA, observability, acceptance
 pub mod probe;
+mod rotation; // exponentials of rotation vectors
 pub mod sample; // SI units, timestamp, flags // all of it behind `push` and `poll`
 
 pub use config::Config;
