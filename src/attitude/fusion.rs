@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     config::{AttitudeConfig, Earth},
-    rotation::{exp_matrix, matrix},
+    rotation::{exp_matrix, matrix, renormalised},
 };
 use core::f32::consts::{PI, TAU};
 use nalgebra::{Matrix3, Quaternion, Vector2, Vector3};
@@ -35,8 +35,10 @@ const HEADING_GATE: f32 = 4.0;
 const HEADING_CONTRADICTION_S: f32 = 30.0;
 /// The heading starts as the mean of this many blocks' fields (1 s).
 const HEADING_ALIGNMENT_BLOCKS: u16 = 50;
-/// Uncertainty of a tilt taken from one reading of specific force, radians: 0.1 g of acceleration.
+/// Uncertainty of a tilt taken from a force that is as long as gravity, radians: 0.1 g of acceleration.
 const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
+/// The tilt starts from the mean force over this time, seconds.
+const ALIGNMENT_S: f32 = 0.5;
 /// Density of the mean rate about the bias at rest, rad/s per root hertz: gyro noise and the hand of a resting probe.
 const REST_RATE_NOISE_RAD_S_RTHZ: f32 = 5e-4;
 /// Smoothing of the force that is checked against the attitude, and how long it must contradict it, seconds.
@@ -69,6 +71,8 @@ pub struct AttitudeFilter {
     rate_rad_s: Vector3<f32>,
     step_s: f32,
     smooth_force_m_s2: Vector3<f32>,
+    /// Since the tilt was last taken from the force, up to [`CONTRADICTION_S`], seconds.
+    aligned_s: f32,
     contradiction_s: f32,
     heading_contradiction_s: f32,
     heading_blocks: u16,
@@ -101,6 +105,7 @@ impl AttitudeFilter {
             rate_rad_s: ZERO,
             step_s: 0.0,
             smooth_force_m_s2: ZERO,
+            aligned_s: 0.0,
             contradiction_s: 0.0,
             heading_contradiction_s: 0.0,
             heading_blocks: 0,
@@ -155,7 +160,8 @@ impl AttitudeFilter {
             // in free fall there is no direction to take
             let least = 0.01 * earth.gravity_m_s2 * earth.gravity_m_s2;
             if let Some(force) = accel.filter(|a| a.norm_squared() > least) {
-                self.align(force, &config, &earth);
+                self.align(&(matrix(&self.propagation.q) * force), &config, &earth);
+                (self.aligned_s, self.contradiction_s) = (0.0, 0.0);
                 return;
             }
             if !self.aligned {
@@ -288,40 +294,29 @@ impl AttitudeFilter {
         self.block = Block::new();
     }
 
-    /// Turns the attitude by the shortest way that brings the force (body frame) upright. The first time the heading counts from
-    /// where the tool axis (near the vertical: the sum of azimuth and toolface) then is.
-    fn align(&mut self, force_m_s2: &Vector3<f32>, config: &AttitudeConfig, earth: &Earth) {
-        let first = !self.aligned;
-        let norm = libm::sqrtf(force_m_s2.norm_squared());
-        let up = matrix(&self.propagation.q) * (force_m_s2 / norm);
-        // half-way quaternion from `up` to (0, 0, -1)
-        let w = 1.0 - up.z;
-        let (half, length_squared) = if w > 1e-4 {
-            (Quaternion::new(w, -up.y, up.x, 0.0), w * w + up.x * up.x + up.y * up.y)
-        } else {
-            (Quaternion::new(0.0, 1.0, 0.0, 0.0), 1.0)
-        };
-        self.propagation.q = half * self.propagation.q * (1.0 / libm::sqrtf(length_squared));
-        self.propagation.correct(&Vector3::zeros());
-        if first {
+    /// Takes the tilt from a specific force (NED as far as the attitude is known) and forgets what was known of it. The first
+    /// time the heading counts from where the tool axis (near the vertical: the sum of azimuth and toolface) then is.
+    fn align(&mut self, force_ned_m_s2: &Vector3<f32>, config: &AttitudeConfig, earth: &Earth) {
+        let norm = libm::sqrtf(force_ned_m_s2.norm_squared());
+        self.propagation.q = renormalised(&(to_upright(&(force_ned_m_s2 / norm)) * self.propagation.q));
+        if !self.aligned {
             let angles = ToolAngles::of(&matrix(&self.propagation.q));
             let vertical = angles.inclination_rad < config.near_vertical_rad;
             self.turn_heading(-if vertical { angles.magnetic_toolface_rad } else { angles.azimuth_rad });
         }
         let off_gravity = norm / earth.gravity_m_s2 - 1.0;
         let sigma = ALIGNMENT_SIGMA_RAD + off_gravity.abs();
-        for k in 0..2 {
-            self.errors.open(k, if sigma < PI { sigma * sigma } else { PI * PI });
-        }
         let heading = self.errors.variance(HEADING);
+        for state in 0..HEADING {
+            self.errors.open(state, if sigma < PI { sigma * sigma } else { PI * PI });
+        }
         self.errors.open(HEADING, heading);
         if heading > LOST_RAD * LOST_RAD && self.heading_blocks > 1 {
             // known before, to be taken from the next field
             self.heading_blocks = 1;
         }
         self.stop(config);
-        self.smooth_force_m_s2 = Vector3::new(0.0, 0.0, -earth.gravity_m_s2);
-        self.contradiction_s = 0.0;
+        self.smooth_force_m_s2 = Vector3::new(0.0, 0.0, -norm);
         (self.aligned, self.lost, self.accel_used) = (true, false, true);
     }
 
@@ -342,18 +337,13 @@ impl AttitudeFilter {
         );
         self.observe_velocity(force, block.time_s, config);
         if self.rest.detected() {
-            self.observe_rest(&block);
+            self.observe_rest(&block, earth);
         }
         if let Some(field) = block.mean_field() {
             self.mag_used = self.observe_field(&field, &block, config, earth);
         }
         let (mut attitude, bias, velocity) = self.errors.take_correction();
-        if let Some(latitude_rad) = earth.latitude_rad {
-            // the earth turns under the probe; its northward part has a direction only once the heading is known
-            let (sine, cosine) = libm::sincosf(latitude_rad);
-            let north = if self.heading_blocks > 0 { cosine } else { 0.0 };
-            attitude -= Vector3::new(north, 0.0, -sine) * (EARTH_RATE_RAD_S * block.time_s);
-        }
+        attitude -= self.earth_rate(earth) * block.time_s;
         self.propagation.correct(&attitude);
         self.bias_rad_s += bias;
         self.velocity_m_s += velocity;
@@ -361,7 +351,7 @@ impl AttitudeFilter {
             self.open_all();
             self.stop(config);
         }
-        self.check_tilt(force, block.time_s, earth);
+        self.check_tilt(force, block.time_s, config, earth);
     }
 
     fn spread(&self, block: &Block, force_seen: bool, config: &AttitudeConfig) -> Spread {
@@ -402,10 +392,20 @@ impl AttitudeFilter {
         }
     }
 
-    /// At rest the mean rate is the bias, unless it is one that the bias cannot have.
-    fn observe_rest(&mut self, block: &Block) {
+    /// The earth's rotation, NED, rad/s; zero where the latitude is not known. Its northward part has a direction only once the
+    /// heading is known.
+    fn earth_rate(&self, earth: &Earth) -> Vector3<f32> {
+        let Some(latitude_rad) = earth.latitude_rad else { return Vector3::zeros() };
+        let (sine, cosine) = libm::sincosf(latitude_rad);
+        let north = if self.heading_blocks > 0 { cosine } else { 0.0 };
+        Vector3::new(north, 0.0, -sine) * EARTH_RATE_RAD_S
+    }
+
+    /// At rest the mean rate is the bias (and the earth's rate), unless it is one that the bias cannot have.
+    fn observe_rest(&mut self, block: &Block, earth: &Earth) {
         let variance = REST_RATE_NOISE_RAD_S_RTHZ * REST_RATE_NOISE_RAD_S_RTHZ / block.time_s;
-        let mean = block.angle_rad / block.time_s;
+        let earth_rate = matrix(&self.propagation.q).tr_mul(&self.earth_rate(earth));
+        let mean = block.angle_rad / block.time_s - earth_rate;
         let possible = (0..3).all(|k| mean[k] * mean[k] < 9.0 * (self.errors.variance(BIAS + k) + variance));
         if possible {
             for k in 0..3 {
@@ -418,6 +418,10 @@ impl AttitudeFilter {
     fn observe_field(&mut self, field: &Vector3<f32>, block: &Block, config: &AttitudeConfig, earth: &Earth) -> bool {
         let horizontal_squared = field.x * field.x + field.y * field.y;
         let norm_squared = field.norm_squared();
+        if self.aligned_s < ALIGNMENT_S {
+            // a dip that is read against a wrong tilt would become the reference
+            return false;
+        }
         // within 3 deg of a magnetic pole, or no field
         if norm_squared < 0.01 || horizontal_squared < 0.0025 * norm_squared {
             return false;
@@ -433,17 +437,17 @@ impl AttitudeFilter {
         // in norm and dip is there as much across, unseen
         let steepness = norm_squared / horizontal_squared;
         let direction = (config.mag_sigma_rad * config.mag_sigma_rad + deviation) * steepness;
+        let (north_tilt, east_tilt) = (self.errors.variance(0), self.errors.variance(1));
+        let tilt = (steepness - 1.0) * if north_tilt > east_tilt { north_tilt } else { east_tilt };
         if self.heading_blocks < HEADING_ALIGNMENT_BLOCKS {
-            let lost = self.errors.variance(HEADING) > LOST_RAD * LOST_RAD;
-            self.heading_blocks = if lost { 1 } else { self.heading_blocks + 1 };
-            self.errors.open(HEADING, direction);
+            let settled = tilt < 4.0 * direction && self.errors.variance(HEADING) < LOST_RAD * LOST_RAD;
+            self.heading_blocks = if settled { self.heading_blocks + 1 } else { 1 };
+            self.errors.open(HEADING, direction + tilt);
             self.turn_heading(innovation / f32::from(self.heading_blocks));
             self.heading_floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
             return true;
         }
         let timing = config.mag_timing_sigma_s * config.mag_timing_sigma_s * squared_rate;
-        let (north_tilt, east_tilt) = (self.errors.variance(0), self.errors.variance(1));
-        let tilt = (steepness - 1.0) * if north_tilt > east_tilt { north_tilt } else { east_tilt };
         let expected = self.errors.variance(HEADING) + direction + 4.0 * timing + tilt;
         if innovation * innovation > HEADING_GATE * HEADING_GATE * expected {
             self.heading_contradiction_s += block.time_s;
@@ -460,19 +464,36 @@ impl AttitudeFilter {
         true
     }
 
-    /// Mean force over seconds points up, whatever the probe does. If it lies more than 60 deg off, the linear filter has lost
-    /// its way (upside down it would never come back) and the tilt is taken anew.
-    fn check_tilt(&mut self, force: Option<Vector3<f32>>, time_s: f32, earth: &Earth) {
+    /// Mean force over seconds points up, whatever the probe does. In the first moments the tilt is taken from it, since a single
+    /// reading may have met a shock. Later, if it lies more than 60 deg off, the linear filter has lost its way (upside down it
+    /// would never come back) and the tilt is taken anew.
+    fn check_tilt(&mut self, force: Option<Vector3<f32>>, time_s: f32, config: &AttitudeConfig, earth: &Earth) {
         let Some(force) = force else { return };
-        self.smooth_force_m_s2 += (force - self.smooth_force_m_s2) * (time_s / CONTRADICTION_S);
+        self.aligned_s += if self.aligned_s < CONTRADICTION_S { time_s } else { 0.0 };
+        self.smooth_force_m_s2 += (force - self.smooth_force_m_s2) * (time_s / (self.aligned_s + time_s));
         let f = self.smooth_force_m_s2;
         let norm_squared = f.norm_squared();
         let seen = norm_squared > 0.25 * earth.gravity_m_s2 * earth.gravity_m_s2;
+        if self.aligned_s < ALIGNMENT_S && seen {
+            self.align(&f, config, earth);
+        }
         let upright = f.z < 0.0 && f.z * f.z > 0.25 * norm_squared;
         self.contradiction_s = if seen && !upright { self.contradiction_s + time_s } else { 0.0 };
         if self.contradiction_s > CONTRADICTION_S {
             self.lost = true;
         }
+    }
+}
+
+/// The shortest rotation that takes a unit vector to straight up, (0, 0, -1).
+fn to_upright(up: &Vector3<f32>) -> Quaternion<f32> {
+    // between a vector and its image the half-way quaternion is (1 + u.v, u x v), not yet of unit length
+    let w = 1.0 - up.z;
+    let squared = w * w + up.x * up.x + up.y * up.y;
+    if squared > 1e-6 {
+        Quaternion::new(w, -up.y, up.x, 0.0) * (1.0 / libm::sqrtf(squared))
+    } else {
+        Quaternion::new(0.0, 1.0, 0.0, 0.0)
     }
 }
 
