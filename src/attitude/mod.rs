@@ -1,5 +1,15 @@
 //! From compensated rates and calibrated vectors to inclination, azimuth and toolface, each with its uncertainty.
 
+mod block;
+mod error_state;
+mod field_reference;
+mod fusion;
+mod propagation;
+mod rest;
+mod toolface;
+
+pub use fusion::AttitudeFilter;
+
 bitflags::bitflags! {
     /// What a reader of an [`Attitude`] has to know about it.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -14,4 +14,4 @@ pub(crate) use preintegration::{Preintegrated, preintegrate};
 pub(crate) use rest::{RestBias, RestDetector, RestLimits};
 pub(crate) use segment::{Segment, Sighting};
 pub(crate) use stream::{SampleStream, StreamSettings};
-pub(crate) use weak_form::{Block, MAGNETIC, Sums, WeakForm};
+pub(crate) use weak_form::{Block, MAGNETIC, WeakForm};

@@ -1,7 +1,7 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{Grid, IncrementRing};
-use crate::rotation::{exp_quaternion, renormalise, rotate_back};
+use crate::rotation::{exp_quaternion, matrix, renormalised, rotate_back};
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
 /// The rotation from one node to the next, once integrated, with its derivative in the gyro's parameters.
@@ -39,8 +39,8 @@ pub(crate) fn preintegrate<const N: usize>(
         let next_raw = ring.get(index).rate?;
         let next_rate = p * next_raw - c;
         let turn = (rate + next_rate) * (0.5 * dt) + rate.cross(&next_rate) * (dt * dt / 12.0);
-        q = renormalise(&(q * exp_quaternion(&turn)));
-        rotation = nalgebra::UnitQuaternion::new_unchecked(q).to_rotation_matrix().into_inner();
+        q = renormalised(&(q * exp_quaternion(&turn)));
+        rotation = matrix(&q);
         (raw, rate) = (next_raw, next_rate);
         square += rate.norm_squared();
         accumulate(&mut gain, &rotation, &raw, if index == to { 0.5 * dt } else { dt });

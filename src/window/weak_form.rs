@@ -3,7 +3,7 @@
 use super::{Grid, Increment};
 use crate::{
     algebra::{Packed, dot},
-    rotation::{exp_quaternion, renormalise},
+    rotation::{exp_quaternion, matrix, renormalised},
 };
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Quaternion, Vector3};
@@ -214,9 +214,9 @@ impl WeakForm {
         let raw = self.raw;
         let rate = self.p * raw - self.c;
         let turn = rate * (0.5 * self.interval_s);
-        self.attitude = renormalise(&(self.attitude * exp_quaternion(&(self.previous_turn + turn))));
+        self.attitude = renormalised(&(self.attitude * exp_quaternion(&(self.previous_turn + turn))));
         self.previous_turn = turn;
-        let rotation = nalgebra::UnitQuaternion::new_unchecked(self.attitude).to_rotation_matrix().into_inner();
+        let rotation = matrix(&self.attitude);
 
         let gravity = increment.gravity.map(|v| (rotation * v, rotation * v.cross_matrix()));
         let field = increment.field.map(|v| (rotation * v, rotation * v.cross_matrix(), rotation * rate.cross(&v)));

@@ -1,0 +1,154 @@
+use crate::config::{AttitudeConfig, Earth};
+
+/// The reference is the mean of the undisturbed field over this time, seconds: slower than a passing disturbance.
+const REFERENCE_TIME_S: f32 = 20.0;
+/// Smoothing of norm and dip before they are compared, seconds: over the sensor's noise, under the time of a turn.
+const SMOOTHING_S: f32 = 0.05;
+/// The field is used again after it has agreed this long, seconds: a field that turns in a disturbance crosses the
+/// undisturbed values for moments.
+const QUIET_S: f32 = 0.5;
+/// Time constant of the candidate, seconds.
+const CANDIDATE_TIME_S: f32 = 5.0;
+/// A new field becomes the reference after it has been steady this long while the probe turns, seconds. A disturbance that
+/// rides on the probe does not stay steady in norm and dip while it turns. (The time is VQF's: Laidig and Seel, Information
+/// Fusion 91, 2023.)
+const NEW_FIELD_S: f32 = 20.0;
+/// Steadiness counts by this factor while the probe does not turn, where it proves little.
+const STILL_WEIGHT: f32 = 1.0 / 6.0;
+/// The probe turns above this rate, rad/s (VQF's 20 deg/s).
+const TURNING_RAD_S: f32 = 0.35;
+
+/// The undisturbed magnetic field, by the two numbers that do not depend on heading: total field and dip.
+#[derive(Clone, Copy)]
+pub(crate) struct FieldReference {
+    /// Total field (microtesla) and dip (radians) of the reference; the field is 0 while unknown.
+    norm_ut: f32,
+    dip_rad: f32,
+    /// How long the reference has been averaged, up to its time constant, seconds.
+    age_s: f32,
+    smooth_norm_ut: f32,
+    smooth_dip_rad: f32,
+    quiet_s: f32,
+    candidate_norm_ut: f32,
+    candidate_dip_rad: f32,
+    candidate_s: f32,
+}
+
+impl FieldReference {
+    pub(crate) const fn new() -> Self {
+        Self {
+            norm_ut: 0.0,
+            dip_rad: 0.0,
+            age_s: 0.0,
+            smooth_norm_ut: 0.0,
+            smooth_dip_rad: 0.0,
+            quiet_s: 0.0,
+            candidate_norm_ut: 0.0,
+            candidate_dip_rad: 0.0,
+            candidate_s: 0.0,
+        }
+    }
+
+    /// Starts from the configured field where both of its numbers are known; else the first field seen is the reference.
+    pub(crate) fn start(earth: &Earth) -> Self {
+        let mut reference = Self::new();
+        if let (Some(norm_ut), Some(dip_rad)) = (earth.magnetic_field_ut, earth.dip_rad) {
+            reference.norm_ut = norm_ut;
+            reference.dip_rad = dip_rad;
+            reference.age_s = REFERENCE_TIME_S;
+            reference.quiet_s = QUIET_S;
+        }
+        reference
+    }
+
+    /// Compares the field of the last `dt_s` with the reference. Some: undisturbed, with the squared deviation in parts of the
+    /// total field; None: disturbed, not to be used.
+    pub(crate) fn compare(
+        &mut self,
+        norm_ut: f32,
+        dip_rad: f32,
+        rate_rad_s: f32,
+        dt_s: f32,
+        config: &AttitudeConfig,
+    ) -> Option<f32> {
+        if self.norm_ut <= 0.0 {
+            (self.norm_ut, self.dip_rad, self.quiet_s) = (norm_ut, dip_rad, QUIET_S);
+        }
+        if self.smooth_norm_ut <= 0.0 {
+            (self.smooth_norm_ut, self.smooth_dip_rad) = (norm_ut, dip_rad);
+        }
+        let k = dt_s / (SMOOTHING_S + dt_s);
+        self.smooth_norm_ut += k * (norm_ut - self.smooth_norm_ut);
+        self.smooth_dip_rad += k * (dip_rad - self.smooth_dip_rad);
+        let (smooth_norm_ut, smooth_dip_rad) = (self.smooth_norm_ut, self.smooth_dip_rad);
+        let agrees = |norm_ut: f32, dip_rad: f32| {
+            (smooth_norm_ut - norm_ut).abs() < config.mag_norm_tolerance * norm_ut
+                && (smooth_dip_rad - dip_rad).abs() < config.mag_dip_tolerance_rad
+        };
+        if agrees(self.norm_ut, self.dip_rad) {
+            self.quiet_s += if self.quiet_s < QUIET_S { dt_s } else { 0.0 };
+            self.candidate_s = 0.0;
+            self.age_s += if self.age_s < REFERENCE_TIME_S { dt_s } else { 0.0 };
+            let k = dt_s / self.age_s;
+            self.norm_ut += k * (smooth_norm_ut - self.norm_ut);
+            self.dip_rad += k * (smooth_dip_rad - self.dip_rad);
+        } else {
+            self.quiet_s = 0.0;
+            if agrees(self.candidate_norm_ut, self.candidate_dip_rad) {
+                self.candidate_s += if rate_rad_s > TURNING_RAD_S { dt_s } else { dt_s * STILL_WEIGHT };
+                let k = dt_s / CANDIDATE_TIME_S;
+                self.candidate_norm_ut += k * (smooth_norm_ut - self.candidate_norm_ut);
+                self.candidate_dip_rad += k * (smooth_dip_rad - self.candidate_dip_rad);
+            } else {
+                (self.candidate_norm_ut, self.candidate_dip_rad) = (smooth_norm_ut, smooth_dip_rad);
+                self.candidate_s = 0.0;
+            }
+            if self.candidate_s > NEW_FIELD_S {
+                (self.norm_ut, self.dip_rad) = (self.candidate_norm_ut, self.candidate_dip_rad);
+                self.candidate_s = 0.0;
+            }
+        }
+        if self.quiet_s < QUIET_S {
+            return None;
+        }
+        let norm_part = (smooth_norm_ut - self.norm_ut) / self.norm_ut;
+        let dip_part = smooth_dip_rad - self.dip_rad;
+        Some(norm_part * norm_part + dip_part * dip_part)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT_S: f32 = 0.02;
+
+    fn run(reference: &mut FieldReference, norm_ut: f32, rate_rad_s: f32, seconds: u16) -> (u32, Option<f32>) {
+        let (mut used, mut last) = (0, None);
+        for _ in 0..seconds * 50 {
+            last = reference.compare(norm_ut, 1.2, rate_rad_s, DT_S, &AttitudeConfig::default());
+            used += u32::from(last.is_some());
+        }
+        (used, last)
+    }
+
+    #[test]
+    fn a_disturbance_is_refused_and_its_end_is_noticed() {
+        let mut reference = FieldReference::new();
+        assert_eq!(run(&mut reference, 50.0, 0.0, 5).0, 250);
+        let (used, last) = run(&mut reference, 60.0, 0.0, 60);
+        assert!(used < 5 && last.is_none());
+        let (used, last) = run(&mut reference, 50.0, 0.0, 5);
+        assert!(used > 200 && last.is_some_and(|d| d < 1e-4));
+    }
+
+    #[test]
+    fn a_new_field_that_stays_becomes_the_reference_sooner_when_it_stays_through_turns() {
+        for (rate, refused_s, accepted_s) in [(1.0, 19, 3), (0.0, 115, 10)] {
+            let mut reference =
+                FieldReference::start(&Earth { magnetic_field_ut: Some(50.0), dip_rad: Some(1.2), ..Earth::default() });
+            assert!(run(&mut reference, 70.0, rate, refused_s).1.is_none());
+            assert!(run(&mut reference, 70.0, rate, accepted_s).1.is_some());
+        }
+    }
+}

@@ -1,0 +1,91 @@
+use nalgebra::Vector3;
+
+/// Smoothing that the readings are compared with, seconds.
+const SMOOTHING_S: f32 = 0.5;
+/// Most deviation from the smoothed rate at rest, rad/s, and most smoothed rate: 2 deg/s, VQF's default (Laidig and Seel,
+/// Information Fusion 91, 2023), over the noise and the bias of a compensated MEMS gyro.
+const RATE_RAD_S: f32 = 0.035;
+/// Most deviation of specific force at rest, m/s^2 (VQF's default).
+const FORCE_M_S2: f32 = 0.5;
+/// Quiet for this long is rest, seconds (VQF's default).
+const QUIET_S: f32 = 1.5;
+
+/// Tells rest from motion by readings that stay the same. A slow and perfectly steady rotation cannot be told from a bias;
+/// who uses the answer bounds what it may claim.
+pub(crate) struct Rest {
+    rate_rad_s: Vector3<f32>,
+    force_m_s2: Vector3<f32>,
+    quiet_s: f32,
+    started: bool,
+}
+
+impl Rest {
+    pub(crate) const fn new() -> Self {
+        Self {
+            rate_rad_s: Vector3::new(0.0, 0.0, 0.0),
+            force_m_s2: Vector3::new(0.0, 0.0, 0.0),
+            quiet_s: 0.0,
+            started: false,
+        }
+    }
+
+    /// Takes a reading; a missing force is no sign of rest.
+    pub(crate) fn observe(&mut self, rate_rad_s: &Vector3<f32>, force_m_s2: Option<&Vector3<f32>>, dt_s: f32) {
+        let Some(force_m_s2) = force_m_s2 else {
+            self.quiet_s = 0.0;
+            return;
+        };
+        if !self.started {
+            (self.rate_rad_s, self.force_m_s2, self.started) = (*rate_rad_s, *force_m_s2, true);
+        }
+        let k = dt_s / (SMOOTHING_S + dt_s);
+        self.rate_rad_s += (rate_rad_s - self.rate_rad_s) * k;
+        self.force_m_s2 += (force_m_s2 - self.force_m_s2) * k;
+        let quiet = (rate_rad_s - self.rate_rad_s).norm_squared() < RATE_RAD_S * RATE_RAD_S
+            && self.rate_rad_s.norm_squared() < RATE_RAD_S * RATE_RAD_S
+            && (force_m_s2 - self.force_m_s2).norm_squared() < FORCE_M_S2 * FORCE_M_S2;
+        self.quiet_s = if !quiet {
+            0.0
+        } else if self.quiet_s < QUIET_S {
+            self.quiet_s + dt_s
+        } else {
+            self.quiet_s
+        };
+    }
+
+    /// Whether the probe is at rest.
+    pub(crate) const fn detected(&self) -> bool {
+        self.quiet_s >= QUIET_S
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rest_begins_after_quiet_and_ends_at_once() {
+        let mut rest = Rest::new();
+        let (bias, gravity) = (Vector3::new(0.01, 0.0, -0.01), Vector3::new(0.0, 0.0, -9.8));
+        for _ in 0..299 {
+            rest.observe(&bias, Some(&gravity), 0.005);
+        }
+        assert!(!rest.detected());
+        (0..3).for_each(|_| rest.observe(&bias, Some(&gravity), 0.005));
+        assert!(rest.detected());
+        rest.observe(&(bias + Vector3::new(0.1, 0.0, 0.0)), Some(&gravity), 0.005);
+        assert!(!rest.detected());
+    }
+
+    #[test]
+    fn turning_slowly_but_visibly_is_no_rest_nor_is_silence() {
+        let mut rest = Rest::new();
+        for _ in 0..2_000 {
+            rest.observe(&Vector3::new(0.0, 0.0, 0.06), Some(&Vector3::new(0.0, 0.0, -9.8)), 0.005);
+            assert!(!rest.detected());
+        }
+        let mut rest = Rest::new();
+        (0..2_000).for_each(|_| rest.observe(&Vector3::zeros(), None, 0.005));
+        assert!(!rest.detected());
+    }
+}

@@ -1,0 +1,228 @@
+//! Bad input leaves a finite attitude, honest flags and a filter that recovers.
+
+use crate::simulation::{Noise, Truth, apart, feed, sound};
+use meerkat_mwd::{
+    attitude::{Attitude, AttitudeFilter, AttitudeFlags},
+    config::{AttitudeConfig, Earth},
+};
+use nalgebra::Vector3;
+use std::f64::consts::PI;
+
+const DT_S: f64 = 0.005;
+const STILL: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
+
+/// A still probe whose sensors may be made to lie.
+struct Bench {
+    filter: AttitudeFilter,
+    truth: Truth,
+    noise: Noise,
+}
+
+impl Bench {
+    fn new(earth: &Earth) -> Self {
+        let mut filter = AttitudeFilter::new();
+        filter.start(&AttitudeConfig::default(), earth);
+        Self { filter, truth: Truth::at(70.0, 40.0, 20.0), noise: Noise::new(3) }
+    }
+
+    /// Runs for some seconds and checks every attitude; the last one.
+    fn run(
+        &mut self,
+        seconds: f64,
+        rate: Vector3<f64>,
+        force: impl Fn(Vector3<f64>) -> Option<Vector3<f64>>,
+        field: impl Fn(Vector3<f64>) -> Option<Vector3<f64>>,
+    ) -> Option<Attitude> {
+        let mut last = None;
+        for _ in 0..(seconds / DT_S) as u32 {
+            self.truth.turn(&rate, DT_S);
+            let reading = rate + self.noise.vector() * 0.002;
+            let accel = self.truth.force(&STILL) + self.noise.vector() * 0.02;
+            let mag = self.truth.field(65.0, 0.0) + self.noise.vector() * 0.2;
+            last = feed(&mut self.filter, DT_S, &reading, force(accel), field(mag));
+            assert!(last.as_ref().is_none_or(sound), "{last:?}");
+        }
+        last
+    }
+
+    fn azimuth_error_deg(&self, a: &Attitude) -> f64 {
+        apart(a.azimuth_rad.into(), self.truth.azimuth_rad()).abs().to_degrees()
+    }
+}
+
+#[test]
+fn without_a_specific_force_there_is_no_attitude() {
+    let mut bench = Bench::new(&Earth::default());
+    assert_eq!(bench.run(2.0, STILL, |_| None, Some), None);
+    assert_eq!(bench.run(2.0, STILL, |_| Some(STILL), Some), None, "free fall from the start");
+    assert!(bench.run(0.01, STILL, Some, Some).is_some());
+}
+
+#[test]
+fn without_a_magnetometer_heading_starts_at_zero_and_says_that_it_is_unknown() {
+    for field in [None, Some(STILL)] {
+        let mut bench = Bench::new(&Earth::default());
+        let first = bench.run(DT_S, STILL, Some, |_| field).unwrap();
+        assert!(apart(first.azimuth_rad.into(), 0.0).abs() < 1e-3);
+        let a = bench.run(60.0, STILL, Some, |_| field).unwrap();
+        assert!(a.flags.contains(AttitudeFlags::NO_HEADING | AttitudeFlags::MAG_UNUSED));
+        assert!(a.sigma_azimuth_rad > 3.0 && a.sigma_inclination_rad < 0.02);
+        assert!(apart(a.azimuth_rad.into(), 0.0).abs().to_degrees() < 0.5, "at rest the bias is known: {a:?}");
+        assert!(bench.truth.tilt_error_rad(&a).to_degrees() < 0.2);
+        // the field comes back
+        let a = bench.run(3.0, STILL, Some, Some).unwrap();
+        assert!(bench.azimuth_error_deg(&a) < 1.0 && !a.flags.contains(AttitudeFlags::NO_HEADING));
+    }
+}
+
+#[test]
+fn a_minute_without_accelerometer_widens_the_tilt_and_ends_well() {
+    let mut bench = Bench::new(&Earth::default());
+    let before = bench.run(10.0, STILL, Some, Some).unwrap();
+    let turning = Vector3::new(0.1, -0.05, 0.2);
+    let a = bench.run(60.0, turning, |_| None, Some).unwrap();
+    assert!(a.flags.contains(AttitudeFlags::ACCEL_UNUSED));
+    assert!(a.sigma_inclination_rad > 1.2 * before.sigma_inclination_rad);
+    assert!(bench.truth.tilt_error_rad(&a) < 4.0 * f64::from(a.sigma_inclination_rad));
+    let a = bench.run(20.0, turning, Some, Some).unwrap();
+    assert!(bench.truth.tilt_error_rad(&a).to_degrees() < 0.3 && !a.flags.contains(AttitudeFlags::ACCEL_UNUSED));
+}
+
+#[test]
+fn free_fall_is_not_taken_for_a_tilt() {
+    let mut bench = Bench::new(&Earth::default());
+    bench.run(10.0, STILL, Some, Some);
+    let a = bench.run(20.0, STILL, |_| Some(STILL), Some).unwrap();
+    assert!(bench.truth.tilt_error_rad(&a).to_degrees() < 1.0);
+}
+
+#[test]
+fn dead_axes_and_swapped_signs_stay_finite() {
+    type Lie = fn(Vector3<f64>) -> Option<Vector3<f64>>;
+    let lies: [Lie; 6] = [
+        |v| Some(Vector3::new(0.0, v.y, v.z)),
+        |v| Some(Vector3::new(v.x, v.y, 0.0)),
+        |v| Some(-v),
+        |v| Some(Vector3::new(v.y, v.x, v.z)),
+        |v| Some(v * 1e30),
+        |_| Some(Vector3::new(157.0, 157.0, 157.0)),
+    ];
+    for (which, lie) in lies.into_iter().enumerate() {
+        for turning in [STILL, Vector3::new(0.5, 1.0, -2.0)] {
+            Bench::new(&Earth::default()).run(20.0, turning, lie, Some);
+            Bench::new(&Earth::default()).run(20.0, turning, Some, lie);
+            let mut bench = Bench::new(&Earth::default());
+            bench.run(5.0, turning, Some, Some);
+            bench.run(20.0, turning, lie, lie);
+            let a = bench.run(40.0, turning, Some, Some).unwrap();
+            assert!(
+                bench.truth.tilt_error_rad(&a).to_degrees() < 2.0,
+                "recovers from lie {which}: {a:?} {:?}",
+                bench.filter.residual_bias_rad_s()
+            );
+        }
+    }
+}
+
+#[test]
+fn absurd_rates_make_the_attitude_unknown_and_gravity_and_field_bring_it_back() {
+    let mut bench = Bench::new(&Earth::default());
+    bench.run(5.0, STILL, Some, Some);
+    for rate in [1e38, 1e30, 2e3, -1e20] {
+        let a = feed(&mut bench.filter, DT_S, &Vector3::new(rate, 0.0, -rate), None, None).unwrap();
+        assert!(sound(&a) && a.sigma_inclination_rad > 1.0);
+    }
+    let a = bench.run(20.0, STILL, Some, Some).unwrap();
+    assert!(bench.truth.tilt_error_rad(&a).to_degrees() < 0.5 && bench.azimuth_error_deg(&a) < 2.0);
+}
+
+#[test]
+fn a_gap_is_flagged_once_widens_the_sigmas_and_is_healed() {
+    let mut bench = Bench::new(&Earth::default());
+    let turning = Vector3::new(0.2, 0.1, 1.0);
+    let before = bench.run(10.0, turning, Some, Some).unwrap();
+    // 3 s unseen
+    (0..600).for_each(|_| bench.truth.turn(&(turning * 1.2), DT_S));
+    bench.filter.gap(3.0);
+    let a = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
+    assert!(a.flags.contains(AttitudeFlags::AFTER_GAP) && a.sigma_azimuth_rad > 1.0);
+    assert!(a.q.iter().zip(&before.q).all(|(x, y)| x == y), "kept across the gap");
+    let a = bench.run(3.0, turning, Some, Some).unwrap();
+    assert!(!a.flags.contains(AttitudeFlags::AFTER_GAP));
+    assert!(bench.truth.tilt_error_rad(&a).to_degrees() < 1.0 && bench.azimuth_error_deg(&a) < 2.0, "{a:?}");
+}
+
+#[test]
+fn a_model_change_does_not_move_the_attitude_and_the_old_bias_is_forgotten() {
+    let mut bench = Bench::new(&Earth::default());
+    let bias = Vector3::new(0.004, -0.003, 0.005);
+    for _ in 0..6_000 {
+        feed(&mut bench.filter, DT_S, &bias, Some(bench.truth.force(&STILL)), Some(bench.truth.field(65.0, 0.0)));
+    }
+    assert!((bench.filter.residual_bias_rad_s().cast::<f64>() - bias).norm() < 5e-4);
+    let before = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
+    bench.filter.model_changed();
+    let after = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
+    assert_eq!(before, after);
+    assert_eq!(bench.filter.residual_bias_rad_s(), Vector3::zeros());
+    // the new model has taken the bias out
+    let a = bench.run(10.0, STILL, Some, Some).unwrap();
+    assert!(bench.azimuth_error_deg(&a) < 0.3 && bench.truth.tilt_error_rad(&a).to_degrees() < 0.1);
+}
+
+#[test]
+fn a_disturbed_field_moves_neither_tilt_nor_heading_and_a_lasting_one_is_taken_up() {
+    let mut bench = Bench::new(&Earth::default());
+    bench.run(30.0, STILL, Some, Some);
+    let magnet = |m: Vector3<f64>| Some(m + Vector3::new(25.0, -15.0, 10.0));
+    let a = bench.run(30.0, STILL, Some, magnet).unwrap();
+    assert!(a.flags.contains(AttitudeFlags::MAG_UNUSED));
+    assert!(bench.truth.tilt_error_rad(&a).to_degrees() < 0.1 && bench.azimuth_error_deg(&a) < 0.5);
+    let a = bench.run(180.0, STILL, Some, magnet).unwrap();
+    assert!(!a.flags.contains(AttitudeFlags::MAG_UNUSED));
+    assert!(bench.truth.tilt_error_rad(&a).to_degrees() < 0.1, "whatever the field does");
+}
+
+#[test]
+fn a_heading_that_an_undisturbed_field_contradicts_gives_in() {
+    let mut bench = Bench::new(&Earth::default());
+    bench.run(30.0, STILL, Some, Some);
+    // turned by 60 deg about the vertical without the gyro having seen it
+    let unseen = bench.truth.q.inverse() * Vector3::new(0.0, 0.0, PI / 3.0);
+    bench.truth.turn(&unseen, 1.0);
+    let a = bench.run(10.0, STILL, Some, Some).unwrap();
+    assert!(bench.azimuth_error_deg(&a) > 50.0 && a.flags.contains(AttitudeFlags::MAG_UNUSED));
+    let a = bench.run(40.0, STILL, Some, Some).unwrap();
+    assert!(bench.azimuth_error_deg(&a) < 5.0 && !a.flags.contains(AttitudeFlags::MAG_UNUSED), "{a:?}");
+}
+
+#[test]
+fn an_estimate_that_is_upside_down_finds_up_again() {
+    let mut bench = Bench::new(&Earth::default());
+    bench.run(10.0, STILL, Some, Some);
+    let unseen = bench.truth.q.inverse() * Vector3::new(PI, 0.0, 0.0);
+    bench.truth.turn(&unseen, 1.0);
+    let a = bench.run(20.0, STILL, Some, Some).unwrap();
+    assert!(bench.truth.tilt_error_rad(&a).to_degrees() < 1.0, "{a:?}");
+}
+
+#[test]
+fn declination_turns_north_and_latitude_takes_out_the_earths_rotation() {
+    let declination = 12.0_f64.to_radians();
+    let mut bench = Bench::new(&Earth { declination_rad: Some(declination as f32), ..Earth::default() });
+    let a = bench.run(5.0, STILL, Some, Some).unwrap();
+    assert!((apart(a.azimuth_rad.into(), bench.truth.azimuth_rad() + declination)).abs() < 0.01);
+
+    // no magnetometer, ten minutes: 1.8 deg of earth rotation at 45 deg of latitude
+    let latitude = std::f64::consts::FRAC_PI_4;
+    let earth = Earth { latitude_rad: Some(latitude as f32), ..Earth::default() };
+    let mut filter = AttitudeFilter::new();
+    filter.start(&AttitudeConfig::default(), &earth);
+    let truth = Truth::at(0.0, 40.0, 20.0);
+    let earth_rate = truth.q.inverse() * Vector3::new(latitude.cos(), 0.0, -latitude.sin()) * 7.292_115e-5;
+    let mut last = None;
+    for _ in 0..60_000 {
+        last = feed(&mut filter, 0.01, &earth_rate, Some(truth.force(&STILL)), None);
+    }
+    assert!(apart(last.unwrap().azimuth_rad.into(), 0.0).abs().to_degrees() < 0.3, "{last:?}");
+}
