@@ -152,13 +152,6 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
         }
         y
     }
-
-    /// Column `i` of N^-1.
-    pub fn inverse_column(&self, i: usize) -> [f32; D] {
-        let mut unit = [0.0; D];
-        unit[i] = 1.0;
-        self.solve(&unit)
-    }
 }
 
 pub(crate) fn dot<const D: usize>(a: &[f32; D], b: &[f32; D]) -> f32 {

@@ -12,8 +12,4 @@ impl<C: Cost<12>> Cost<12> for Whitened<'_, C> {
     fn evaluate(&self, y: &[f32; 12]) -> f32 {
         self.cost.evaluate(&self.factor.solve_upper(&y.map(|y| self.radius * y)))
     }
-
-    fn work_units(&self) -> u32 {
-        self.cost.work_units()
-    }
 }

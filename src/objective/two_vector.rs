@@ -79,10 +79,6 @@ impl Cost<12> for TwoVector<'_> {
         }
         cost
     }
-
-    fn work_units(&self) -> u32 {
-        self.segments.len() as u32
-    }
 }
 
 impl LeastSquaresCost<12, 78> for TwoVector<'_> {

@@ -211,10 +211,6 @@ mod tests {
             let square: f32 = x.iter().zip(&self.lowest).map(|(a, b)| (a - b) * (a - b)).sum();
             if self.nan && square > 0.5 { f32::NAN } else { 100.0 + 50.0 * square }
         }
-
-        fn work_units(&self) -> u32 {
-            1
-        }
     }
 
     fn search(settings: &ImoaSettings, seed: u64, nan: bool) -> f32 {

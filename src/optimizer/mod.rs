@@ -11,9 +11,6 @@ pub(crate) use levenberg_marquardt::{LevenbergMarquardt, LeastSquaresCost};
 pub(crate) trait Cost<const D: usize> {
     /// The cost at `x`; not finite counts as infinitely bad.
     fn evaluate(&self, x: &[f32; D]) -> f32;
-
-    /// Work units of one evaluation, for the caller's budget.
-    fn work_units(&self) -> u32;
 }
 
 /// Whether a resumable search has more to do.
