@@ -8,6 +8,8 @@ pub mod config; // what a user sets
 pub mod identification; // least squares, IMOA, observability, acceptance
 pub mod probe;
 pub mod sample; // SI units, timestamp, flags // all of it behind `push` and `poll`
+#[cfg(feature = "serde")]
+pub mod telemetry; // what leaves the firmware
 
 pub use config::Config;
 pub use probe::Probe;

@@ -7,6 +7,10 @@ use crate::{
     sample::Sample,
 };
 
+/// Work units that the firmware and the host give to [`Probe::poll`] after each sample. Attitude does not depend on it as long
+/// as every window is done before its result is due.
+pub const POLL_BUDGET: u32 = 64;
+
 /// What one sample gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
