@@ -29,7 +29,9 @@ impl fmt::Display for Fault {
             }
             Self::FlightNotWritten => "flight.bin cannot be written",
             Self::RecordTooLarge => "a record is larger than the output buffer",
-            Self::InstructionCounter => "the instruction counter does not count evenly; is the emulator run with -icount?",
+            Self::InstructionCounter => {
+                "the instruction counter does not count evenly; is the emulator run with -icount?"
+            }
             Self::StackOverflow => "the stack has run into the static data",
         };
         f.write_str(text)

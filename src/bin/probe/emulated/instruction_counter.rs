@@ -1,8 +1,8 @@
 //! SysTick as a counter of executed instructions.
 //!
 //! Under `-icount` the emulator's clock advances by the same amount with every instruction and with nothing else, so a timer
-//! counts instructions. How many ticks one takes is measured at the start with loops of known length. The timer has 24 bits
-//! (1.5 million instructions): its exception counts how often they wrap.
+//! counts instructions. How many ticks one takes is measured at the start with a loop of known length. The timer has 24 bits
+//! (1.5 million instructions): its exception counts how often they wrap, and adds its own ten instructions each time.
 
 use super::fault::Fault;
 use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
@@ -31,10 +31,10 @@ pub struct InstructionCounter {
     overhead_ticks: u64,
 }
 
-/// Instructions of the long calibration loop: several wraps.
-const CALIBRATION: u64 = 8_000_000;
-/// Instructions of the short one, which must come out in proportion.
-const CHECK: u64 = 200_000;
+/// Instructions of the calibration loop, which begins with the timer's round and ends before it.
+const CALIBRATION: u64 = 1_000_000;
+/// Instructions of a loop over several rounds, which must come out in proportion.
+const CHECK: u64 = 8_000_000;
 
 impl InstructionCounter {
     /// Starts the timer, which then belongs to the counter, and calibrates it.
@@ -50,7 +50,11 @@ impl InstructionCounter {
         let base = delay_ticks(&counter, 0);
         counter.calibration_ticks = delay_ticks(&counter, CALIBRATION).saturating_sub(base);
         let check = counter.instructions(delay_ticks(&counter, CHECK).saturating_sub(base));
-        if counter.calibration_ticks > 0 && check.abs_diff(CHECK) <= 2 { Ok(counter) } else { Err(Fault::InstructionCounter) }
+        if counter.calibration_ticks > 0 && check.abs_diff(CHECK) < CHECK / 10_000 {
+            Ok(counter)
+        } else {
+            Err(Fault::InstructionCounter)
+        }
     }
 
     /// What `work` returns, and the ticks it took.
