@@ -85,16 +85,30 @@ pub struct Firmware {
     pub size: ImageSize,
 }
 
-/// Builds the firmware of the emulated board, or finds it built.
+/// What the firmware is built for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Board {
+    /// The emulated STM32F405.
+    Emulated,
+    /// None: only the calls of the pipeline, to look at what they can reach.
+    Bare,
+}
+
+/// Builds the firmware, or finds it built.
 ///
 /// # Errors
 /// It does not build, or to something that is no image.
-pub fn build_firmware(toolchain: &Toolchain) -> Result<Firmware, EmulateError> {
+pub fn build_firmware(toolchain: &Toolchain, board: Board) -> Result<Firmware, EmulateError> {
     let file = |what| move |source| EmulateError::File { what, source };
+    // Two boards have one name for their file: nobody else builds until it is read.
     let _one_at_a_time =
         toolchain::lock("mwd-firmware.lock").map_err(file("the target directory cannot be written"))?;
     let mut cargo = toolchain.cargo_build();
-    cargo.args(["-p", "meerkat-mwd", "--bin", "probe", "--features", "board-emulated"]);
+    cargo.args(["-p", "meerkat-mwd", "--bin", "probe", "--features"]);
+    cargo.arg(match board {
+        Board::Emulated => "board-emulated",
+        Board::Bare => "board-bare",
+    });
     deadline::run(&mut cargo, BUILD).map_err(EmulateError::Build)?;
     let elf = fs::read(toolchain.built("probe")).map_err(file("the built firmware cannot be read"))?;
     let image = Image::parse(&elf)?;
@@ -110,7 +124,7 @@ pub fn build_firmware(toolchain: &Toolchain) -> Result<Firmware, EmulateError> {
 pub fn fly_emulated(config: &Config, samples: &[Sample]) -> Result<EmulatedFlight, EmulateError> {
     config.validate().map_err(EmulateError::Config)?;
     let toolchain = toolchain::prepare()?;
-    let firmware = build_firmware(&toolchain)?;
+    let firmware = build_firmware(&toolchain, Board::Emulated)?;
     let trace = wire::encode_trace(config, samples)?;
     let time = RUN + RUN_PER_SAMPLE.saturating_mul(u32::try_from(samples.len()).unwrap_or(u32::MAX));
     let landed = wire::decode_flight(&run_firmware(&toolchain, &firmware, &trace, time)?)?;

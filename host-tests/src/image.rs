@@ -1,6 +1,6 @@
 //! What the firmware takes of the chip, read from its ELF file.
 
-use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, SymbolKind, elf};
 use std::fmt;
 
 /// Where the STM32F405's flash begins (data sheet DS8626, memory map).
@@ -105,6 +105,14 @@ impl<'elf> Image<'elf> {
             }
         }
         size
+    }
+
+    /// Whether it holds code of a function whose (mangled) name contains `part`. An image is linked without what cannot be
+    /// reached, and keeps its symbols.
+    #[must_use]
+    pub fn has_function(&self, part: &str) -> bool {
+        let is_code = |symbol: &object::read::elf::ElfSymbol32<'_, '_>| symbol.kind() == SymbolKind::Text;
+        self.file.symbols().filter(is_code).any(|symbol| symbol.name().is_ok_and(|name| name.contains(part)))
     }
 
     /// The head of its vector table.
