@@ -7,8 +7,7 @@ use crate::{
     sample::Sample,
 };
 
-/// Work units that the firmware and the host give to [`Probe::poll`] after each sample. Attitude does not depend on it as long
-/// as every window is done before its result is due.
+/// Units of work that every host and firmware loop gives [`Probe::poll`] after each sample.
 pub const POLL_BUDGET: u32 = 64;
 
 /// What one sample gives.

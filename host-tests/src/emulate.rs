@@ -1,7 +1,9 @@
 //! The same flight, by the firmware on the emulated chip.
 
 use crate::{
+    cli::ReplayArgs,
     deadline::{self, CommandError},
+    failure::Failure,
     flight::Flight,
     image::{Image, ImageError, ImageSize},
     toolchain::{self, Missing, Toolchain},
@@ -158,4 +160,12 @@ pub fn run_firmware(
     qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel", "probe"]);
     deadline::run(&mut qemu, time).map_err(EmulateError::Run)?;
     fs::read(directory.path().join("flight.bin")).map_err(file("the firmware wrote no flight"))
+}
+
+/// Flies the trace on the emulated chip and delivers what `replay` delivers.
+///
+/// # Errors
+/// Not built yet.
+pub fn run(_args: &ReplayArgs) -> anyhow::Result<()> {
+    Err(Failure::NotBuilt("emulate").into())
 }

@@ -1,4 +1,4 @@
-//! A trace through the pipeline on the host.
+//! One run of the pipeline over a trace.
 
 use meerkat_mwd::{
     Config, Probe, Sample,
@@ -8,29 +8,30 @@ use meerkat_mwd::{
 };
 
 /// What one run of the pipeline over a trace gave, on the host or on the emulated chip.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Flight {
-    /// One for each sample that was not refused.
+    /// One per sample, in order.
     pub outputs: Vec<Output>,
-    /// One for each window.
+    /// One per window, in order of closing.
     pub reports: Vec<WindowReport>,
-    /// What was counted.
+    /// Events counted on the way.
     pub counters: Counters,
 }
 
-/// Flies the samples on the host, in the order of calls that the firmware uses. `progress` hears how many are done.
+/// Flies on the host: every sample is pushed, then [`POLL_BUDGET`] units of identification are done, as the firmware does.
+/// `progress` is told the number of samples flown so far.
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.
 pub fn fly(config: &Config, samples: &[Sample], mut progress: impl FnMut(usize)) -> Result<Flight, ConfigError> {
     let mut probe = Box::new(Probe::new());
     probe.configure(config)?;
-    let mut outputs = Vec::with_capacity(samples.len());
-    let mut reports = Vec::new();
-    for (done, sample) in samples.iter().enumerate() {
-        outputs.extend(probe.push(sample));
-        reports.extend(probe.poll(POLL_BUDGET));
-        progress(done + 1);
+    let mut flight = Flight { outputs: Vec::with_capacity(samples.len()), ..Flight::default() };
+    for (flown, sample) in samples.iter().enumerate() {
+        flight.outputs.extend(probe.push(sample));
+        flight.reports.extend(probe.poll(POLL_BUDGET));
+        progress(flown + 1);
     }
-    Ok(Flight { outputs, reports, counters: probe.counters() })
+    flight.counters = probe.counters();
+    Ok(flight)
 }

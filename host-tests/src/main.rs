@@ -1,2 +1,7 @@
 //! The `mwd` program.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    mwd::cli::main()
+}

@@ -5,10 +5,12 @@
 
 use meerkat_mwd::{Config, Sample, SampleFlags, probe::Output};
 use mwd::{
+    configuration,
     emulate::{self, Board, EmulateError, EmulatedFlight, Firmware},
     flight,
     image::{self, Image},
     toolchain::{self, Toolchain},
+    trace::Trace,
     wire,
 };
 use nalgebra::Vector3;
@@ -125,6 +127,17 @@ fn an_unbroken_flight_over_a_window_is_bit_identical_on_host_and_chip() {
     let samples: Vec<_> = samples.iter().cycle().take(13_000).zip(1..).collect();
     let samples: Vec<_> = samples.iter().map(|(s, i)| Sample { t_us: 5_000 * i, ..**s }).collect();
     fly_on_both(&config, &samples);
+}
+
+/// Every recording that is bundled, wherever its identification windows fall.
+#[test]
+fn the_bundled_recordings_are_bit_identical_on_host_and_chip() {
+    let Ok(folder) = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/traces")) else { return };
+    for path in folder.map(|entry| entry.unwrap().path()).filter(|path| path.extension().is_some_and(|e| e == "gz")) {
+        let trace = Trace::read(&path).unwrap();
+        println!("{}", path.display());
+        fly_on_both(&configuration::of_trace(&trace), &trace.samples);
+    }
 }
 
 #[test]

@@ -1,0 +1,220 @@
+//! The command line.
+
+use std::{io, path::PathBuf, process::ExitCode};
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use meerkat_mwd::config::OptimizerKind;
+
+use crate::{
+    emulate,
+    failure::{Failure, exit_status},
+    main_job, replay, simulate,
+};
+
+/// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores. Without a
+/// subcommand: the main job, end to end on the bundled recording.
+#[derive(Debug, Parser)]
+#[command(name = "mwd", bin_name = "cargo mwd", version)]
+pub struct Cli {
+    /// What to do; the main job when absent.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Fly a trace on this machine: parameters or a reasoned refusal, attitude, scores
+    Replay(ReplayArgs),
+    /// Tell which physical effect the residual shows
+    Diagnose(DiagnoseArgs),
+    /// Fly a trace by the firmware on the emulated Cortex-M4F
+    Emulate(ReplayArgs),
+    /// Accelerometer and magnetometer models from rests and turns
+    Calibrate(CalibrateArgs),
+    /// Write the trace of a scenario
+    Simulate(SimulateArgs),
+    /// Measure speed and accuracy
+    Bench(BenchArgs),
+}
+
+/// Options of `replay` and `emulate`.
+#[derive(Debug, Clone, Args)]
+pub struct ReplayArgs {
+    /// The trace, .csv or .csv.gz
+    pub trace: PathBuf,
+    /// Write the attitude of every sample
+    #[arg(long, value_name = "OUT.csv")]
+    pub attitude: Option<PathBuf>,
+    /// Write the compensated rate of every sample
+    #[arg(long, value_name = "OUT.csv")]
+    pub rates: Option<PathBuf>,
+    /// Write the result
+    #[arg(long, value_name = "OUT.json")]
+    pub json: Option<PathBuf>,
+    /// Write a report with figures
+    #[arg(long, value_name = "OUT.html")]
+    pub html: Option<PathBuf>,
+    /// Score the last fraction F of the trace, with parameters frozen before it
+    #[arg(long, value_name = "F", value_parser = hold_out)]
+    pub hold_out: Option<f64>,
+    /// Configuration on top of what the trace says
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// What searches for the parameters
+    #[arg(long)]
+    pub optimizer: Option<Optimizer>,
+    /// Seed of the search
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Look for no effect beyond the 12 parameters
+    #[arg(long)]
+    pub no_effects: bool,
+}
+
+impl ReplayArgs {
+    /// # Errors
+    /// The first option that is named and not built yet.
+    pub const fn check_built(&self) -> Result<(), Failure> {
+        if self.html.is_some() { Err(Failure::NotBuilt("--html")) } else { Ok(()) }
+    }
+}
+
+/// Options of `diagnose`.
+#[derive(Debug, Clone, Args)]
+pub struct DiagnoseArgs {
+    /// The trace, .csv or .csv.gz
+    pub trace: PathBuf,
+    /// Use the reference columns, as on a bench with an external truth
+    #[arg(long)]
+    pub against_reference: bool,
+    /// Score the last fraction F of the trace
+    #[arg(long, value_name = "F", value_parser = hold_out)]
+    pub hold_out: Option<f64>,
+    /// Write the result
+    #[arg(long, value_name = "OUT.json")]
+    pub json: Option<PathBuf>,
+    /// Write a report with figures
+    #[arg(long, value_name = "OUT.html")]
+    pub html: Option<PathBuf>,
+}
+
+/// Options of `calibrate`.
+#[derive(Debug, Clone, Args)]
+pub struct CalibrateArgs {
+    /// The trace, .csv or .csv.gz
+    pub trace: PathBuf,
+    /// Where to write the models
+    #[arg(short, value_name = "FILE.toml")]
+    pub output: Option<PathBuf>,
+}
+
+/// Options of `simulate`.
+#[derive(Debug, Clone, Args)]
+pub struct SimulateArgs {
+    /// The scenario
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// Where to write the trace, .csv or .csv.gz
+    #[arg(short, value_name = "TRACE.csv.gz")]
+    pub output: Option<PathBuf>,
+    /// Seed of the sensors' noise and of the motion
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+/// Options of `bench`.
+#[derive(Debug, Clone, Args)]
+pub struct BenchArgs {
+    /// Fewer repetitions
+    #[arg(long)]
+    pub quick: bool,
+    /// On the emulated chip
+    #[arg(long)]
+    pub target: bool,
+    /// Write the figures
+    #[arg(long, value_name = "OUT.json")]
+    pub json: Option<PathBuf>,
+}
+
+/// Names of `--optimizer`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Optimizer {
+    /// Improved meerkat optimisation algorithm
+    Imoa,
+    /// Meerkat optimisation algorithm (not built yet)
+    Moa,
+    /// Particle swarm (not built yet)
+    Pso,
+    /// Differential evolution (not built yet)
+    De,
+    /// Levenberg-Marquardt
+    Lm,
+    /// The closed-form least-squares point
+    Ls,
+}
+
+impl Optimizer {
+    /// What the library calls it.
+    ///
+    /// # Errors
+    /// For one that is not built yet.
+    pub const fn kind(self) -> Result<OptimizerKind, Failure> {
+        match self {
+            Self::Imoa => Ok(OptimizerKind::Imoa),
+            Self::Lm => Ok(OptimizerKind::Lm),
+            Self::Ls => Ok(OptimizerKind::Ls),
+            Self::Moa => Err(Failure::NotBuilt("--optimizer moa")),
+            Self::Pso => Err(Failure::NotBuilt("--optimizer pso")),
+            Self::De => Err(Failure::NotBuilt("--optimizer de")),
+        }
+    }
+}
+
+fn hold_out(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(fraction) if fraction > 0.0 && fraction < 1.0 => Ok(fraction),
+        _ => Err("must be a number between 0 and 1, both excluded".to_owned()),
+    }
+}
+
+/// Runs the program with the process's arguments.
+#[must_use]
+pub fn main() -> ExitCode {
+    let Err(error) = dispatch(Cli::parse().command) else {
+        return ExitCode::SUCCESS;
+    };
+    // Whoever reads the output has seen enough.
+    if error
+        .chain()
+        .any(|cause| cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe))
+    {
+        return ExitCode::SUCCESS;
+    }
+    eprintln!("error: {error:#}");
+    ExitCode::from(exit_status(&error))
+}
+
+fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
+    match command {
+        None => main_job::run(),
+        Some(Command::Replay(args)) => replay::run(&args),
+        Some(Command::Emulate(args)) => emulate::run(&args),
+        Some(Command::Simulate(args)) => simulate::run(&args),
+        Some(Command::Diagnose(_)) => Err(Failure::NotBuilt("diagnose").into()),
+        Some(Command::Calibrate(_)) => Err(Failure::NotBuilt("calibrate").into()),
+        Some(Command::Bench(_)) => Err(Failure::NotBuilt("bench").into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,136 @@
+//! From what the trace says, what the user's file says and what the command line says to one [`Config`]; the later wins.
+
+use std::path::Path;
+
+use meerkat_mwd::{Config, config::Earth};
+
+use crate::{cli::ReplayArgs, failure::Failure, trace::Trace};
+
+/// The configuration of a flight over `trace`.
+///
+/// # Errors
+/// An option that is not built yet, a configuration file that cannot be read or used, or a field out of its range.
+pub fn configuration(trace: &Trace, args: &ReplayArgs) -> Result<Config, Failure> {
+    let mut config = of_trace(trace);
+    if let Some(path) = &args.config {
+        config = overlaid(&config, path)?;
+    }
+    if let Some(seed) = args.seed {
+        config.seed = seed;
+    }
+    if let Some(optimizer) = args.optimizer {
+        config.identification.optimizer = optimizer.kind()?;
+    }
+    if let Some(fraction) = args.hold_out {
+        config.freeze_at_us = Some(freeze_at_us(trace, fraction));
+    }
+    config.validate().map_err(|error| match error.field {
+        // Nobody wrote this field: it is the trace's median step, and the message has to say so.
+        "sample_period_us" if config.sample_period_us == trace.nominal_period_us() => {
+            let (path, period) = (trace.path.display(), config.sample_period_us);
+            Failure::BadInput(format!("{path}: {error}, and the median step of the trace is {period}"))
+        }
+        _ => Failure::Config(error),
+    })?;
+    Ok(config)
+}
+
+/// What the trace itself says: full scales, the earth, and the median step as the nominal period.
+#[must_use]
+pub fn of_trace(trace: &Trace) -> Config {
+    let keys = &trace.keys;
+    let default = Config::default();
+    let radians = |degrees: Option<f64>| degrees.map(|x| x.to_radians() as f32);
+    Config {
+        sample_period_us: match trace.nominal_period_us() {
+            0 => default.sample_period_us,
+            median => median,
+        },
+        full_scale: keys.full_scale(),
+        earth: Earth {
+            gravity_m_s2: keys.gravity_m_s2.map_or(default.earth.gravity_m_s2, |x| x as f32),
+            magnetic_field_ut: keys.magnetic_field_ut.map(|x| x as f32),
+            dip_rad: radians(keys.dip_deg),
+            declination_rad: radians(keys.magnetic_declination_deg),
+            latitude_rad: radians(keys.latitude_deg),
+        },
+        ..default
+    }
+}
+
+/// The instant from which the last `fraction` of the trace is held out, microseconds.
+fn freeze_at_us(trace: &Trace, fraction: f64) -> u64 {
+    trace.first_us() + ((1.0 - fraction) * trace.duration_us() as f64).round() as u64
+}
+
+/// `base` with the file's values on top, table by table, so that a key that the file does not name keeps its value.
+fn overlaid(base: &Config, path: &Path) -> Result<Config, Failure> {
+    let bad = |what: String| Failure::BadInput(format!("{}: {what}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|e| bad(format!("cannot be read: {e}")))?;
+    let file: toml::Table = text.parse().map_err(|e: toml::de::Error| bad(e.to_string()))?;
+    let mut merged = toml::Table::try_from(base).map_err(|e| bad(e.to_string()))?;
+    overlay(&mut merged, file);
+    merged.try_into().map_err(|e: toml::de::Error| bad(e.to_string().trim_end().replace('\n', " ")))
+}
+
+fn overlay(base: &mut toml::Table, on_top: toml::Table) {
+    for (key, value) in on_top {
+        match (base.get_mut(&key), value) {
+            (Some(toml::Value::Table(below)), toml::Value::Table(above)) => overlay(below, above),
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use meerkat_mwd::Sample;
+
+    use super::*;
+    use crate::trace::Keys;
+
+    fn trace() -> Trace {
+        let samples = (0..11).map(|i| Sample { t_us: 2_000_000 + 3_500 * i, ..Sample::default() }).collect();
+        let keys =
+            Keys { gravity_m_s2: Some(9.81), dip_deg: Some(70.0), gyro_full_scale_rad_s: Some(8.7), ..Keys::default() };
+        Trace { samples, keys, ..Trace::default() }
+    }
+
+    fn overlay_with(text: &str) -> Result<Config, Failure> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        overlaid(&of_trace(&trace()), file.path())
+    }
+
+    #[test]
+    fn a_file_that_names_nothing_changes_nothing_to_the_last_bit() {
+        assert_eq!(overlay_with(""), Ok(of_trace(&trace())));
+    }
+
+    #[test]
+    fn the_file_wins_where_it_speaks_and_the_trace_where_it_does_not() {
+        let config =
+            overlay_with("[earth]\ngravity_m_s2 = 9.79\n[identification]\nwindow_s = 40\noptimizer = 'lm'").unwrap();
+        assert_eq!(config.earth.gravity_m_s2, 9.79);
+        assert_eq!(config.earth.dip_rad, Some(70.0_f32.to_radians()));
+        assert_eq!(config.full_scale.gyro_rad_s, Some(8.7));
+        assert_eq!(config.identification.window_s, 40.0);
+        assert_eq!(config.sample_period_us, 3_500);
+    }
+
+    #[test]
+    fn an_unknown_field_is_named() {
+        let message = |text| overlay_with(text).unwrap_err().to_string();
+        assert!(message("[identification]\nwindow = 40").contains("`window`"));
+        assert!(message("speed = 1").contains("`speed`"));
+        assert!(message("[gyro]\np = 1").contains('p'));
+    }
+
+    #[test]
+    fn the_hold_out_counts_from_the_first_sample() {
+        assert_eq!(freeze_at_us(&trace(), 0.5), 2_017_500);
+    }
+}

@@ -1,0 +1,43 @@
+//! Why P was refused, in words.
+
+use meerkat_mwd::identification::Refusal;
+
+/// The reason as a reader of the report wants it, with its figures and units.
+#[must_use]
+pub fn refusal_text(refusal: &Refusal) -> String {
+    match *refusal {
+        Refusal::WindowTooShort { length_s, needed_s, cut_by_gap } => {
+            let cut = if cut_by_gap { ", cut by a gap in time" } else { "" };
+            format!("the window is too short: {length_s:.1} s of the {needed_s:.1} s needed{cut}")
+        }
+        Refusal::Overrun => "the result was not ready when it should have taken effect".to_owned(),
+        Refusal::NoMagnetometer { accel_norm_error_m_s2 } => {
+            let accel = accel_norm_error_m_s2.map_or_else(String::new, |error| {
+                format!("; the accelerometer's norm at rest is {error:.3} m/s^2 from gravity")
+            });
+            format!("no magnetometer: rotation about the vertical cannot be seen{accel}")
+        }
+        Refusal::NoAccelerometer => "no usable accelerometer reading".to_owned(),
+        Refusal::AccelerometerUncalibrated { norm_error_m_s2 } => {
+            format!("the accelerometer is not calibrated: its norm at rest is {norm_error_m_s2:.3} m/s^2 from gravity")
+        }
+        Refusal::NotEnoughExcitation { rank } => {
+            format!("the tool turned too little: {rank} of 12 parameter directions are observable")
+        }
+        Refusal::NoClearWin { p_value } => {
+            format!("no clear win on unseen blocks: chance alone does as well with probability {p_value:.3}")
+        }
+        Refusal::MisfitNotExplained { explained } => format!(
+            "the fit explains only {:.0} % of the misfit on unseen blocks: what is wrong is not mainly P",
+            100.0 * explained
+        ),
+        Refusal::ChangeTooSmall { change_rad, sigma_rad } => format!(
+            "the change is too small to be worth its risk: {:.4} deg rms per segment, 1-sigma {:.4} deg",
+            change_rad.to_degrees(),
+            sigma_rad.to_degrees()
+        ),
+        Refusal::Degenerate => "the fit is degenerate, not finite or not plausible".to_owned(),
+        // Variants may be added to the library before they have words here.
+        ref other => format!("{other:?}"),
+    }
+}

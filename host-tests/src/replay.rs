@@ -1,0 +1,103 @@
+//! `mwd replay`: read, configure, fly on the host, score, deliver.
+
+use std::{
+    io::{self, IsTerminal, Write},
+    path::Path,
+};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use meerkat_mwd::Config;
+
+use crate::{
+    attitude_csv::write_attitude_csv,
+    cli::ReplayArgs,
+    configuration::configuration,
+    failure::Failure,
+    flight::Flight,
+    flight::fly,
+    rates_csv::write_rates_csv,
+    result_json::result_json,
+    score::{Reference, score},
+    summary::print_summary,
+    trace::Trace,
+};
+
+/// Flies a trace on the host and delivers the summary and the files asked for.
+///
+/// # Errors
+/// Bad input or usage; see [`crate::failure::exit_status`].
+pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
+    let (trace, config) = prepare(args)?;
+    let bar = progress_bar(trace.samples.len());
+    let flight = fly(&config, &trace.samples, |flown| {
+        // A thousand samples fly in well under a frame.
+        if flown % 1_000 == 0 {
+            bar.set_position(flown as u64);
+        }
+    })?;
+    bar.finish_and_clear();
+    deliver(args, &trace, &config, &flight, "on this machine")?;
+    Ok(())
+}
+
+/// Reads the trace and makes its configuration; everything that can be wrong with the arguments shows here.
+///
+/// # Errors
+/// Bad input or usage.
+pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
+    args.check_built()?;
+    for output in [&args.attitude, &args.rates, &args.json].into_iter().flatten() {
+        if same_file(output, &args.trace) {
+            let trace = args.trace.display();
+            return Err(Failure::BadInput(format!("{trace}: the result would overwrite the trace")).into());
+        }
+    }
+    let mut trace = Trace::read(&args.trace)?;
+    let config = configuration(&trace, args)?;
+    trace.mark_clipped(&config.full_scale);
+    Ok((trace, config))
+}
+
+/// Scores a flight, prints the summary and writes the files asked for; the same for a flight on the host and on the
+/// emulated chip. `place` says where it was flown, for the summary's first line.
+///
+/// # Errors
+/// When a file or the summary cannot be written.
+pub fn deliver(
+    args: &ReplayArgs,
+    trace: &Trace,
+    config: &Config,
+    flight: &Flight,
+    place: &str,
+) -> anyhow::Result<Option<Reference>> {
+    let from_us = config.freeze_at_us.unwrap_or(trace.first_us());
+    let reference = score(trace, flight, from_us);
+    if let Some(path) = &args.attitude {
+        write_attitude_csv(&flight.outputs, path)?;
+    }
+    if let Some(path) = &args.rates {
+        write_rates_csv(&flight.outputs, path)?;
+    }
+    if let Some(path) = &args.json {
+        result_json(trace, config, flight, reference).write(path)?;
+    }
+    let mut out = io::stdout().lock();
+    writeln!(out, "flown {place}")?;
+    print_summary(&mut out, trace, config, flight, reference.as_ref())?;
+    Ok(reference)
+}
+
+/// A bar on a terminal, nothing in a pipe.
+#[must_use]
+pub fn progress_bar(samples: usize) -> ProgressBar {
+    if !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {eta}").ok();
+    let bar = ProgressBar::new(samples as u64);
+    style.into_iter().fold(bar, ProgressBar::with_style)
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}

@@ -1,0 +1,226 @@
+//! The `--json` file, schema `meerkat-mwd/1`. Fields may be added, never renamed. A number that does not exist is `null`:
+//! serde_json writes NaN and infinities so.
+
+use std::{
+    fs::File,
+    io::{BufWriter, Write},
+    path::Path,
+};
+
+use meerkat_mwd::{
+    Config, SampleFlags,
+    compensation::GyroModel,
+    config::OptimizerKind,
+    identification::{Decision, WindowReport},
+};
+use serde::Serialize;
+
+use crate::{
+    failure::Failure,
+    flight::Flight,
+    refusal_text::refusal_text,
+    score::Reference,
+    trace::{Trace, clipping_is_known},
+    window_note::{why_no_window, window_note},
+};
+
+/// The whole result.
+#[derive(Debug, Serialize)]
+pub struct ResultJson {
+    schema: &'static str,
+    trace: TraceFacts,
+    identification: Identification,
+    diagnosis: Diagnosis,
+    reference: Option<Reference>,
+}
+
+#[derive(Debug, Serialize)]
+struct TraceFacts {
+    path: String,
+    samples: usize,
+    duration_s: f64,
+    rate_hz: Option<f64>,
+    gaps: u32,
+    clipped: Option<usize>,
+    missing: Missing,
+}
+
+#[derive(Debug, Serialize)]
+struct Missing {
+    gyro: usize,
+    accel: usize,
+    mag: usize,
+    temp: usize,
+    reference: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct Identification {
+    windows: Vec<Window>,
+    note: Option<String>,
+    hold_out_from_s: Option<f64>,
+    #[serde(rename = "final")]
+    last: Parameters,
+}
+
+#[derive(Debug, Serialize)]
+struct Window {
+    t_start_s: f64,
+    t_end_s: f64,
+    t_effect_s: Option<f64>,
+    accepted: bool,
+    reason: Option<String>,
+    optimizer: OptimizerKind,
+    evaluations: u32,
+    cost_before: Option<f32>,
+    cost_after: Option<f32>,
+    #[serde(flatten)]
+    fitted: Parameters,
+    rest_s: f32,
+    explained: Option<f32>,
+    p_value: Option<f32>,
+    window_note: Option<String>,
+}
+
+/// A gyro model with what is known about it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Parameters {
+    /// P, row-major, dimensionless.
+    #[serde(rename = "P")]
+    pub p: [f32; 9],
+    /// b, rad/s.
+    pub b_rad_s: [f32; 3],
+    /// 1-sigma of P then b.
+    pub sigma: [f32; 12],
+    /// Which of the 12 are observed.
+    pub observable: [bool; 12],
+    /// Independent directions observed.
+    pub rank: u8,
+}
+
+/// Not built yet: the fields stand as the schema has them, without figures.
+#[derive(Debug, Default, Serialize)]
+struct Diagnosis {
+    verdict: Option<&'static str>,
+    effects: [(); 0],
+    residual: Residual,
+}
+
+#[derive(Debug, Default, Serialize)]
+struct Residual {
+    gravity_deg: BeforeAfter,
+    magnetic_deg: BeforeAfter,
+    nis: BeforeAfter,
+}
+
+#[derive(Debug, Default, Serialize)]
+struct BeforeAfter {
+    before: Option<f64>,
+    after: Option<f64>,
+}
+
+impl Parameters {
+    fn new(model: &GyroModel, sigma: [f32; 12], observable: [bool; 12], rank: u8) -> Self {
+        let [r0, r1, r2] = model.p;
+        let p = [r0[0], r0[1], r0[2], r1[0], r1[1], r1[2], r2[0], r2[1], r2[2]];
+        Self { p, b_rad_s: model.b_rad_s, sigma, observable, rank }
+    }
+
+    /// What flies at the end of the trace. Its uncertainty is that of the window which gave its P, the prior's when no
+    /// window was accepted; then its bias comes from rest or is the factory's.
+    #[must_use]
+    pub fn at_the_end(config: &Config, flight: &Flight) -> Self {
+        let model = flight.reports.last().map_or(&config.gyro, |report| &report.flown);
+        match flight.reports.iter().rev().find(|report| report.decision == Decision::Accepted) {
+            Some(report) => Self::new(model, report.sigma, report.observable, report.rank),
+            None => Self::new(model, prior_sigma(config), [false; 12], 0),
+        }
+    }
+}
+
+fn prior_sigma(config: &Config) -> [f32; 12] {
+    let prior = &config.identification;
+    let (diagonal, off) = (prior.prior_sigma_diagonal, prior.prior_sigma_off_diagonal);
+    let bias = prior.prior_sigma_bias_rad_s;
+    [diagonal, off, off, off, diagonal, off, off, off, diagonal, bias, bias, bias]
+}
+
+impl Window {
+    fn new(report: &WindowReport, config: &Config) -> Self {
+        let (accepted, reason) = match &report.decision {
+            Decision::Accepted => (true, None),
+            Decision::Refused(refusal) => (false, Some(refusal_text(refusal))),
+            other => (false, Some(format!("{other:?}"))),
+        };
+        Self {
+            t_start_s: in_seconds(report.t_start_us),
+            t_end_s: in_seconds(report.t_end_us),
+            t_effect_s: report.t_effect_us.map(in_seconds),
+            accepted,
+            reason,
+            optimizer: report.optimizer,
+            evaluations: report.evaluations,
+            cost_before: report.cost_before,
+            cost_after: report.cost_after,
+            fitted: Parameters::new(&report.fitted, report.sigma, report.observable, report.rank),
+            rest_s: report.rest_s,
+            explained: report.explained,
+            p_value: report.p_value,
+            window_note: window_note(report, config),
+        }
+    }
+}
+
+/// Microseconds to seconds; division, so that the shortest decimal is the exact one.
+fn in_seconds(t_us: u64) -> f64 {
+    t_us as f64 / 1e6
+}
+
+/// The result of a flight over `trace`.
+#[must_use]
+pub fn result_json(trace: &Trace, config: &Config, flight: &Flight, reference: Option<Reference>) -> ResultJson {
+    let known = clipping_is_known(&config.full_scale);
+    let period_us = trace.nominal_period_us();
+    ResultJson {
+        schema: "meerkat-mwd/1",
+        trace: TraceFacts {
+            path: trace.path.to_string_lossy().into_owned(),
+            samples: trace.samples.len(),
+            duration_s: in_seconds(trace.duration_us()),
+            rate_hz: (period_us > 0).then(|| 1e6 / f64::from(period_us)),
+            gaps: flight.counters.gaps,
+            clipped: known.then(|| trace.clipped()),
+            missing: Missing {
+                gyro: trace.count(SampleFlags::GYRO_MISSING),
+                accel: trace.count(SampleFlags::ACCEL_MISSING),
+                mag: trace.count(SampleFlags::MAG_MISSING),
+                temp: trace.count(SampleFlags::TEMPERATURE_MISSING),
+                reference: trace.reference_missing(),
+            },
+        },
+        identification: Identification {
+            windows: flight.reports.iter().map(|report| Window::new(report, config)).collect(),
+            note: why_no_window(trace, config, flight),
+            hold_out_from_s: config.freeze_at_us.map(in_seconds),
+            last: Parameters::at_the_end(config, flight),
+        },
+        diagnosis: Diagnosis::default(),
+        reference,
+    }
+}
+
+impl ResultJson {
+    /// Writes the result, indented.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        let write = || -> std::io::Result<()> {
+            let mut file = BufWriter::new(File::create(path)?);
+            serde_json::to_writer_pretty(&mut file, self)?;
+            writeln!(file)?;
+            file.flush()
+        };
+        write().map_err(|error| Failure::output(path, &error))
+    }
+}

@@ -1,0 +1,152 @@
+//! The `# key = value` lines above the header row.
+
+use meerkat_mwd::config::FullScale;
+
+use super::error::{Fault, quoted};
+
+/// Key-value header of a trace; `None` where the key is absent.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Keys {
+    /// Earth frame of the reference.
+    pub earth_frame: EarthFrame,
+    /// What the body axes mean.
+    pub body_frame: BodyFrame,
+    /// Magnetic declination, degrees east of true north.
+    pub magnetic_declination_deg: Option<f64>,
+    /// Local gravity, m/s^2.
+    pub gravity_m_s2: Option<f64>,
+    /// Total magnetic field, microtesla.
+    pub magnetic_field_ut: Option<f64>,
+    /// Magnetic dip, degrees below the horizontal.
+    pub dip_deg: Option<f64>,
+    /// Geodetic latitude, degrees north.
+    pub latitude_deg: Option<f64>,
+    /// Full scale of the gyro, rad/s.
+    pub gyro_full_scale_rad_s: Option<f64>,
+    /// Full scale of the accelerometer, m/s^2.
+    pub accel_full_scale_m_s2: Option<f64>,
+    /// Full scale of the magnetometer, microtesla.
+    pub mag_full_scale_ut: Option<f64>,
+    /// The reference's north is true north, not magnetic north.
+    pub reference_north: bool,
+    /// Where the recording comes from.
+    pub source: Option<String>,
+    /// Under which terms.
+    pub licence: Option<String>,
+}
+
+/// Earth frame of the reference attitude.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EarthFrame {
+    /// North, east, down.
+    #[default]
+    Ned,
+    /// East, north, up.
+    Enu,
+}
+
+/// What the body axes mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BodyFrame {
+    /// z down-hole, x the highside at toolface 0.
+    Tool,
+    /// No meaning attached: tool angles are of the sensor's own z axis.
+    #[default]
+    Sensor,
+}
+
+/// What became of one `key = value`.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum KeyOutcome {
+    Taken,
+    Unknown,
+}
+
+impl Keys {
+    /// Takes one key.
+    pub(super) fn set(&mut self, key: &str, value: &str) -> Result<KeyOutcome, Fault> {
+        let bad = |must_be| Fault::BadKey { assignment: format!("{key} = {}", quoted(value)), must_be };
+        let number = |ok: fn(f64) -> bool, must_be| match value.parse::<f64>() {
+            Ok(x) if x.is_finite() && ok(x) => Ok(Some(x)),
+            _ => Err(bad(must_be)),
+        };
+        let positive = || number(|x| x > 0.0, "a positive number");
+        let quarter_turn = || number(|x| x.abs() <= 90.0, "a number from -90 to 90");
+        match key {
+            "earth_frame" => {
+                self.earth_frame = match value.to_ascii_uppercase().as_str() {
+                    "NED" => EarthFrame::Ned,
+                    "ENU" => EarthFrame::Enu,
+                    _ => return Err(bad("NED or ENU")),
+                };
+            }
+            "body_frame" => {
+                self.body_frame = match value.to_ascii_lowercase().as_str() {
+                    "tool" => BodyFrame::Tool,
+                    "sensor" => BodyFrame::Sensor,
+                    _ => return Err(bad("tool or sensor")),
+                };
+            }
+            "reference_north" => {
+                self.reference_north = value.to_ascii_lowercase().parse().map_err(|_| bad("true or false"))?;
+            }
+            "magnetic_declination_deg" => {
+                self.magnetic_declination_deg = number(|x| x.abs() <= 180.0, "a number from -180 to 180")?;
+            }
+            "gravity_m_s2" => self.gravity_m_s2 = positive()?,
+            "magnetic_field_ut" => self.magnetic_field_ut = positive()?,
+            "dip_deg" => self.dip_deg = quarter_turn()?,
+            "latitude_deg" => self.latitude_deg = quarter_turn()?,
+            "gyro_full_scale_rad_s" => self.gyro_full_scale_rad_s = positive()?,
+            "accel_full_scale_m_s2" => self.accel_full_scale_m_s2 = positive()?,
+            "mag_full_scale_ut" => self.mag_full_scale_ut = positive()?,
+            "source" => self.source = Some(value.to_owned()),
+            "licence" => self.licence = Some(value.to_owned()),
+            _ => return Ok(KeyOutcome::Unknown),
+        }
+        Ok(KeyOutcome::Taken)
+    }
+
+    /// The keys that differ from their defaults, as written in a header.
+    pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
+        // A line break within a text would begin a row.
+        let text =
+            |text: &Option<String>| text.as_ref().map(|text| text.split_whitespace().collect::<Vec<_>>().join(" "));
+        let number = |x: Option<f64>| x.map(|x| x.to_string());
+        let earth = match self.earth_frame {
+            EarthFrame::Ned => "NED",
+            EarthFrame::Enu => "ENU",
+        };
+        let body = match self.body_frame {
+            BodyFrame::Tool => "tool",
+            BodyFrame::Sensor => "sensor",
+        };
+        let all = [
+            ("source", text(&self.source)),
+            ("licence", text(&self.licence)),
+            ("earth_frame", Some(earth.to_owned())),
+            ("body_frame", Some(body.to_owned())),
+            ("reference_north", self.reference_north.then(|| "true".to_owned())),
+            ("magnetic_declination_deg", number(self.magnetic_declination_deg)),
+            ("gravity_m_s2", number(self.gravity_m_s2)),
+            ("magnetic_field_ut", number(self.magnetic_field_ut)),
+            ("dip_deg", number(self.dip_deg)),
+            ("latitude_deg", number(self.latitude_deg)),
+            ("gyro_full_scale_rad_s", number(self.gyro_full_scale_rad_s)),
+            ("accel_full_scale_m_s2", number(self.accel_full_scale_m_s2)),
+            ("mag_full_scale_ut", number(self.mag_full_scale_ut)),
+        ];
+        all.into_iter().filter_map(|(key, value)| Some((key, value?))).collect()
+    }
+
+    /// The full scales, as the pipeline takes them.
+    #[must_use]
+    pub fn full_scale(&self) -> FullScale {
+        let single = |x: Option<f64>| x.map(|x| x as f32);
+        FullScale {
+            gyro_rad_s: single(self.gyro_full_scale_rad_s),
+            accel_m_s2: single(self.accel_full_scale_m_s2),
+            mag_ut: single(self.mag_full_scale_ut),
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! From lines to samples.
+
+use std::{io::BufRead, path::Path, str::FromStr};
+
+use meerkat_mwd::{Sample, SampleFlags};
+
+use super::{
+    Trace,
+    columns::{Columns, Quantity, cells},
+    decimal_time::parse_time_us,
+    error::{Fault, Located, TraceError, quoted},
+    keys::{KeyOutcome, Keys},
+    lines::{self, Lines},
+};
+
+/// A reference quaternion whose norm differs more than this from 1 is no rotation. Recorded ones are rounded to a few
+/// decimals or interpolated, which costs well under 1 %.
+const REFERENCE_NORM_TOLERANCE: f64 = 0.05;
+
+pub(super) fn read(path: &Path) -> Result<Trace, TraceError> {
+    let trace = lines::open(path).and_then(read_lines).map_err(|located| located.of(path))?;
+    Ok(Trace { path: path.to_owned(), ..trace })
+}
+
+fn read_lines<R: BufRead>(mut lines: Lines<R>) -> Result<Trace, Located> {
+    let (columns, mut trace) = read_header(&mut lines)?;
+    let mut not_rotations = 0_usize;
+    let mut last_us = None;
+    while let Some((line, row)) = lines.next_line()? {
+        if row.is_empty() {
+            continue;
+        }
+        let mut row = parse_row(row, line, &columns)?;
+        let t_us = row.time_after(last_us).map_err(|fault| fault.in_column(line, "t_s"))?;
+        last_us = Some(t_us);
+        not_rotations += usize::from(row.drop_reference_that_is_no_rotation());
+        row.append_to(t_us, &mut trace);
+    }
+    if trace.samples.is_empty() {
+        return Err(Fault::NoSamples.of_file());
+    }
+    if not_rotations > 0 {
+        trace.notes.push(format!("{not_rotations} reference quaternions are far from unit norm and count as missing"));
+    }
+    trace.mark_clipped(&trace.keys.full_scale());
+    Ok(trace)
+}
+
+fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Columns, Trace), Located> {
+    let mut keys = Keys::default();
+    let mut unknown_keys = Vec::new();
+    let columns = loop {
+        let Some((line, text)) = lines.next_line()? else {
+            return Err(Fault::NoHeader.of_file());
+        };
+        if text.is_empty() {
+            continue;
+        }
+        let Some(comment) = text.strip_prefix('#') else {
+            break Columns::parse(text, line)?;
+        };
+        if let Some((key, value)) = comment.split_once('=') {
+            let (key, value) = (key.trim(), value.trim());
+            if keys.set(key, value).map_err(|fault| fault.at(line))? == KeyOutcome::Unknown {
+                unknown_keys.push(quoted(key));
+            }
+        }
+    };
+    let mut trace = Trace { keys, ..Trace::default() };
+    let mut note = |what: &str, names: Vec<String>| {
+        if !names.is_empty() {
+            trace.notes.push(format!("ignored {what}: {}", names.join(", ")));
+        }
+    };
+    note("keys", unknown_keys);
+    note("columns", columns.ignored.clone());
+    trace.movement = columns.has(Quantity::Movement).then(Vec::new);
+    trace.rest = columns.has(Quantity::Rest).then(Vec::new);
+    trace.true_rate = columns.has(Quantity::TrueRate(0)).then(Vec::new);
+    Ok((columns, trace))
+}
+
+/// The cells of one group; complete only when each has a value.
+#[derive(Clone, Copy)]
+struct Group<T, const N: usize> {
+    values: [T; N],
+    present: usize,
+}
+
+impl<T: Copy + Default, const N: usize> Default for Group<T, N> {
+    fn default() -> Self {
+        Self { values: [T::default(); N], present: 0 }
+    }
+}
+
+impl<T: FromStr + Copy + Into<f64>, const N: usize> Group<T, N> {
+    fn take(&mut self, index: usize, cell: &str) -> Result<(), Fault> {
+        if let (Some(value), Some(place)) = (parse_number(cell)?, self.values.get_mut(index)) {
+            *place = value;
+            self.present += 1;
+        }
+        Ok(())
+    }
+
+    fn complete(&self) -> Option<[T; N]> {
+        (self.present == N).then_some(self.values)
+    }
+}
+
+#[derive(Default)]
+struct Row<'a> {
+    time: &'a str,
+    gyro: Group<f32, 3>,
+    accel: Group<f32, 3>,
+    mag: Group<f32, 3>,
+    temperature: Group<f32, 1>,
+    reference: Group<f64, 4>,
+    has_reference: bool,
+    movement: bool,
+    rest: bool,
+    true_rate: [f64; 3],
+}
+
+fn parse_row<'a>(row: &'a str, line: u64, columns: &Columns) -> Result<Row<'a>, Located> {
+    let count = cells(row).count();
+    if count != columns.cells.len() {
+        return Err(Fault::Ragged { cells: count, columns: columns.cells.len() }.at(line));
+    }
+    let mut parsed = Row::default();
+    for (cell, &(name, quantity)) in cells(row).zip(&columns.cells) {
+        parsed.take(quantity, cell).map_err(|fault| fault.in_column(line, name))?;
+    }
+    Ok(parsed)
+}
+
+impl<'a> Row<'a> {
+    fn take(&mut self, quantity: Quantity, cell: &'a str) -> Result<(), Fault> {
+        let is_one = |cell| parse_number::<f64>(cell).map(|value| value == Some(1.0));
+        match quantity {
+            Quantity::Time => self.time = cell,
+            Quantity::Gyro(axis) => self.gyro.take(axis, cell)?,
+            Quantity::Accel(axis) => self.accel.take(axis, cell)?,
+            Quantity::Mag(axis) => self.mag.take(axis, cell)?,
+            Quantity::Temperature => self.temperature.take(0, cell)?,
+            Quantity::Reference(component) => {
+                self.has_reference = true;
+                self.reference.take(component, cell)?;
+            }
+            Quantity::Movement => self.movement = is_one(cell)?,
+            Quantity::Rest => self.rest = is_one(cell)?,
+            // A simulated trace knows its truth at every sample.
+            Quantity::TrueRate(axis) => {
+                let value = parse_number(cell)?.ok_or_else(|| Fault::NotANumber(String::new()))?;
+                if let Some(place) = self.true_rate.get_mut(axis) {
+                    *place = value;
+                }
+            }
+            Quantity::Ignored => {}
+        }
+        Ok(())
+    }
+
+    fn time_after(&self, last_us: Option<u64>) -> Result<u64, Fault> {
+        if self.time.is_empty() {
+            return Err(Fault::TimeMissing);
+        }
+        let now = parse_time_us(self.time)?;
+        match last_us {
+            Some(last) if now == last => Err(Fault::TimeRepeated(now)),
+            Some(last) if now < last => Err(Fault::TimeBack { now_us: now, before_us: last }),
+            _ => Ok(now),
+        }
+    }
+
+    fn drop_reference_that_is_no_rotation(&mut self) -> bool {
+        let Some(q) = self.reference.complete() else { return false };
+        let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let is_rotation = (norm - 1.0).abs() <= REFERENCE_NORM_TOLERANCE;
+        if !is_rotation {
+            self.reference = Group::default();
+        }
+        !is_rotation
+    }
+
+    fn append_to(&self, t_us: u64, trace: &mut Trace) {
+        let mut flags = SampleFlags::empty();
+        let mut or_missing = |group: &Group<f32, 3>, missing| {
+            group.complete().unwrap_or_else(|| {
+                flags.insert(missing);
+                [0.0; 3]
+            })
+        };
+        let gyro_rad_s = or_missing(&self.gyro, SampleFlags::GYRO_MISSING);
+        let accel_m_s2 = or_missing(&self.accel, SampleFlags::ACCEL_MISSING);
+        let mag_ut = or_missing(&self.mag, SampleFlags::MAG_MISSING);
+        let temperature = self.temperature.complete();
+        flags.set(SampleFlags::TEMPERATURE_MISSING, temperature.is_none());
+        let temperature_c = temperature.map_or(0.0, |[value]| value);
+        trace.samples.push(Sample { t_us, gyro_rad_s, accel_m_s2, mag_ut, temperature_c, flags });
+        if self.has_reference {
+            trace.reference.push(self.reference.complete());
+        }
+        let flag_columns = [(&mut trace.movement, self.movement), (&mut trace.rest, self.rest)];
+        for (column, value) in flag_columns {
+            if let Some(column) = column {
+                column.push(value);
+            }
+        }
+        if let Some(column) = &mut trace.true_rate {
+            column.push(self.true_rate);
+        }
+    }
+}
+
+/// A cell's number in the precision it is used in, straight from the text; `None` for an empty cell.
+fn parse_number<T: FromStr + Copy + Into<f64>>(cell: &str) -> Result<Option<T>, Fault> {
+    if cell.is_empty() {
+        return Ok(None);
+    }
+    let value: T = cell.parse().map_err(|_| Fault::NotANumber(quoted(cell)))?;
+    if value.into().is_finite() { Ok(Some(value)) } else { Err(Fault::NotFinite(quoted(cell))) }
+}

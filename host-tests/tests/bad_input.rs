@@ -1,0 +1,191 @@
+//! Traces that cannot be read: each names its file, line and column, and the program ends with status 2.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use std::{
+    fs,
+    io::Write,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use flate2::{Compression, write::GzEncoder};
+use tempfile::TempDir;
+
+const HEADER: &str = "t_s,gx,gy,gz,ax,ay,az";
+const ROW: &str = "0.01,0,0,0,0,0,9.8";
+
+fn replay(trace: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mwd")).arg("replay").arg(trace).output().unwrap()
+}
+
+fn file(directory: &TempDir, name: &str, bytes: &[u8]) -> PathBuf {
+    let path = directory.path().join(name);
+    fs::write(&path, bytes).unwrap();
+    path
+}
+
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
+/// The message after the file's name, which is checked to be there, with nothing on standard output.
+fn refused(trace: &Path) -> String {
+    let output = replay(trace);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(output.stdout.is_empty());
+    let message = String::from_utf8(output.stderr).unwrap();
+    let start = format!("error: {}", trace.display());
+    assert!(message.starts_with(&start), "{message}");
+    message[start.len()..].trim_end().to_owned()
+}
+
+fn refused_text(text: &str) -> String {
+    let directory = TempDir::new().unwrap();
+    let plain = refused(&file(&directory, "trace.csv", text.as_bytes()));
+    let compressed = refused(&file(&directory, "trace.csv.gz", &gzip(text.as_bytes())));
+    assert_eq!(plain, compressed);
+    plain
+}
+
+#[test]
+fn a_wrong_path_and_a_directory_are_named() {
+    let directory = TempDir::new().unwrap();
+    assert!(refused(&directory.path().join("nothing.csv")).starts_with(": cannot be opened: "));
+    assert!(refused(directory.path()).starts_with(": cannot be read: "));
+}
+
+#[test]
+fn an_empty_file_is_called_empty() {
+    let directory = TempDir::new().unwrap();
+    for name in ["trace.csv", "trace.csv.gz"] {
+        assert_eq!(refused(&file(&directory, name, b"")), ": the file is empty");
+    }
+}
+
+#[test]
+fn a_header_without_samples_is_an_empty_trace() {
+    let expected = ": the trace is empty: no sample follows the header row";
+    for text in [HEADER.to_owned(), format!("# source = x\n{HEADER}\n"), format!("{HEADER}\r\n\r\n")] {
+        assert_eq!(refused_text(&text), expected);
+    }
+}
+
+#[test]
+fn a_file_without_a_header_row_says_so() {
+    assert!(refused_text(&format!("{ROW}\n{ROW}\n")).starts_with(", line 1: no header row"));
+    assert!(refused_text("# source = x\n\nhello world\n").starts_with(", line 3: no header row"));
+    assert!(refused_text("# source = x\n").starts_with(": no header row"));
+}
+
+#[test]
+fn a_missing_column_is_named_and_so_is_a_part_of_an_optional_group() {
+    for (header, column) in [
+        ("time,gx,gy,gz,ax,ay,az", "t_s"),
+        ("t_s,gx,gz,ax,ay,az", "gy"),
+        ("t_s,gx,gy,gz", "ax"),
+        ("t_s,gx,gy,gz,ax,ay,az,mx,my", "mz"),
+        ("t_s,gx,gy,gz,ax,ay,az,qx,qy,qz", "qw"),
+        ("t_s,gx,gy,gz,ax,ay,az,wx_true", "wy_true"),
+    ] {
+        assert_eq!(refused_text(&format!("{header}\n")), format!(", line 1, column {column}: the column is missing"));
+    }
+    assert_eq!(refused_text("t_s,gx,gx,gy,gz,ax,ay,az\n"), ", line 1, column gx: the column is there twice");
+}
+
+#[test]
+fn a_cell_that_is_no_finite_number_is_quoted_with_its_line_and_column() {
+    let with = |row: &str| refused_text(&format!("# source = x\n{HEADER}\n{ROW}\n\n{row}\n"));
+    assert_eq!(with("0.02,0,1.2.3,0,0,0,9.8"), r#", line 5, column gy: "1.2.3" is not a number"#);
+    assert_eq!(with("0.02,0,0,0,0,0,down"), r#", line 5, column az: "down" is not a number"#);
+    assert_eq!(with("later,0,0,0,0,0,9.8"), r#", line 5, column t_s: "later" is not a number"#);
+    assert_eq!(with("0.02,0,0,NaN,0,0,9.8"), r#", line 5, column gz: "NaN" is not a finite number"#);
+    assert_eq!(with("0.02,0,0,0,-inf,0,9.8"), r#", line 5, column ax: "-inf" is not a finite number"#);
+    assert_eq!(with("0.02,0,0,0,1e39,0,9.8"), r#", line 5, column ax: "1e39" is not a finite number"#);
+    assert_eq!(with("nan,0,0,0,0,0,9.8"), r#", line 5, column t_s: "nan" is not a finite number"#);
+    let long = with(&format!("0.02,{},0,0,0,0,9.8", "x".repeat(5_000)));
+    assert!(long.len() < 100, "{long}");
+}
+
+#[test]
+fn optional_columns_are_read_as_strictly() {
+    let with = |row: &str| refused_text(&format!("{HEADER},mx,my,mz,temp_c,qw,qx,qy,qz,movement\n{ROW},{row}\n"));
+    assert_eq!(with("0,x,0,20,1,0,0,0,1"), r#", line 2, column my: "x" is not a number"#);
+    assert_eq!(with("0,0,0,warm,1,0,0,0,1"), r#", line 2, column temp_c: "warm" is not a number"#);
+    assert_eq!(with("0,0,0,20,1,0,inf,0,1"), r#", line 2, column qy: "inf" is not a finite number"#);
+    assert_eq!(with("0,0,0,20,1,0,0,0,yes"), r#", line 2, column movement: "yes" is not a number"#);
+}
+
+#[test]
+fn time_must_be_there_and_increase() {
+    let after = |time: &str| refused_text(&format!("{HEADER}\n{ROW}\n{time},0,0,0,0,0,9.8\n"));
+    assert_eq!(after("0.009"), ", line 3, column t_s: time goes back: 0.009000 s after 0.010000 s");
+    assert_eq!(after("0.0100"), ", line 3, column t_s: time repeats: 0.010000 s is the time of the row before");
+    // The same microsecond, though the texts differ.
+    assert!(after("0.0100004").starts_with(", line 3, column t_s: time repeats"));
+    assert_eq!(after(""), ", line 3, column t_s: the time is missing");
+    assert_eq!(after("-1"), r#", line 3, column t_s: time "-1" is negative or too large"#);
+}
+
+#[test]
+fn a_ragged_row_is_counted() {
+    let with = |row: &str| refused_text(&format!("{HEADER}\n{row}\n"));
+    assert_eq!(with("0.01,0,0,0,0,0"), ", line 2: 6 cells where the header row has 7");
+    assert_eq!(with("0.01,0,0,0,0,0,9.8,"), ", line 2: 8 cells where the header row has 7");
+}
+
+#[test]
+fn a_truncated_gzip_is_told_from_a_damaged_one() {
+    let rows: String = (1..5_000).map(|i| format!("{}.{:03},0,{i}e-4,0,0,0,9.8\n", i / 1000, i % 1000)).collect();
+    let bytes = gzip(format!("{HEADER}\n{rows}").as_bytes());
+    let directory = TempDir::new().unwrap();
+    for cut in [1, 5, 12, bytes.len() / 2, bytes.len() - 1] {
+        let message = refused(&file(&directory, "cut.csv.gz", &bytes[..cut]));
+        assert!(
+            message.starts_with(", line ") && message.ends_with(": the gzip file is truncated"),
+            "{cut}: {message}"
+        );
+    }
+    let mut damaged = bytes.clone();
+    let checksum = bytes.len() - 6;
+    damaged[checksum] ^= 0x55;
+    let message = refused(&file(&directory, "damaged.csv.gz", &damaged));
+    assert!(message.starts_with(", line 5001: the gzip file is damaged"), "{message}");
+    let message = refused(&file(&directory, "plain.csv.gz", format!("{HEADER}\n{rows}").as_bytes()));
+    assert!(message.starts_with(", line 1: the gzip file is damaged"), "{message}");
+}
+
+#[test]
+fn what_is_not_text_is_refused() {
+    let directory = TempDir::new().unwrap();
+    let mut bytes = format!("{HEADER}\n{ROW}\n").into_bytes();
+    bytes.extend(b"0.02,0,\xff,0,0,0,9.8\n");
+    assert_eq!(refused(&file(&directory, "bytes.csv", &bytes)), ", line 3: byte 8 of the line is not UTF-8 text");
+    let zeros = refused(&file(&directory, "zeros.csv.gz", &gzip(&vec![0; 10_000_000])));
+    assert!(zeros.starts_with(", line 1: the line is longer than"), "{zeros}");
+}
+
+#[test]
+fn a_header_key_with_an_unusable_value_is_quoted() {
+    let with = |line: &str| refused_text(&format!("# source = x\n# {line}\n{HEADER}\n{ROW}\n"));
+    assert_eq!(
+        with("gravity_m_s2 = heavy"),
+        r#", line 2: "gravity_m_s2 = heavy": the value must be a positive number"#
+    );
+    assert_eq!(with("dip_deg = 91"), r#", line 2: "dip_deg = 91": the value must be a number from -90 to 90"#);
+    assert_eq!(with("earth_frame = NWU"), r#", line 2: "earth_frame = NWU": the value must be NED or ENU"#);
+    assert!(with("body_frame = left").ends_with("must be tool or sensor"));
+    assert!(with("reference_north = maybe").ends_with("must be true or false"));
+    assert!(with("gyro_full_scale_rad_s = 0").ends_with("must be a positive number"));
+    assert!(with("latitude_deg = NaN").ends_with("must be a number from -90 to 90"));
+}
+
+#[test]
+fn a_sample_rate_that_the_pipeline_cannot_take_is_refused_by_name() {
+    let directory = TempDir::new().unwrap();
+    let rows: String = (0..10).map(|i| format!("{i},0,0,0,0,0,9.8\n")).collect();
+    let output = replay(&file(&directory, "slow.csv", format!("{HEADER}\n{rows}").as_bytes()));
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("the median step of the trace is 1000000"));
+}

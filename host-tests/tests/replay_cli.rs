@@ -1,0 +1,214 @@
+//! The command line as other programs use it: exit statuses, files, schema, and the same bytes twice.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use meerkat_mwd::{Sample, SampleFlags};
+use mwd::trace::{Keys, Trace};
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn mwd(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).output().unwrap()
+}
+
+fn error_of(arguments: &[&str], status: i32) -> String {
+    let output = mwd(arguments);
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {output:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+/// Ten seconds at 200 Hz: a slow turn about gravity, one second of it without magnetometer, three readings clipped,
+/// a reference for the second half.
+fn trace() -> Trace {
+    let sample = |i: u64| {
+        let mut flags = SampleFlags::TEMPERATURE_MISSING;
+        flags.set(SampleFlags::MAG_MISSING, (400..600).contains(&i));
+        let (sine, cosine) = (0.5 * i as f64 / 200.0).sin_cos();
+        let mag_ut = if flags.contains(SampleFlags::MAG_MISSING) {
+            [0.0; 3]
+        } else {
+            [20.0 * cosine as f32, -20.0 * sine as f32, 43.0]
+        };
+        let rate = if (700..703).contains(&i) { 35.0 } else { 0.5 };
+        Sample {
+            t_us: 1_000_000 + 5_000 * i,
+            gyro_rad_s: [0.0, 0.0, rate],
+            accel_m_s2: [0.0, 0.0, -9.81],
+            mag_ut,
+            flags,
+            ..Sample::default()
+        }
+    };
+    let keys = Keys { gyro_full_scale_rad_s: Some(34.9), gravity_m_s2: Some(9.81), ..Keys::default() };
+    let samples: Vec<Sample> = (0..2_000).map(sample).collect();
+    let reference = (0..2_000).map(|i| (i >= 1_000).then_some([1.0, 0.0, 0.0, 0.0])).collect();
+    Trace { keys, samples, reference, ..Trace::default() }
+}
+
+fn written(directory: &TempDir) -> PathBuf {
+    let path = directory.path().join("trace.csv.gz");
+    trace().write(&path).unwrap();
+    path
+}
+
+fn replayed(trace: &Path, into: &Path, more: &[&str]) -> (Output, [String; 3]) {
+    fs::create_dir_all(into).unwrap();
+    let files = ["attitude.csv", "rates.csv", "result.json"].map(|name| into.join(name));
+    let [attitude, rates, json] = files.each_ref().map(|path| path.to_str().unwrap());
+    let mut arguments =
+        vec!["replay", trace.to_str().unwrap(), "--attitude", attitude, "--rates", rates, "--json", json];
+    arguments.extend(more);
+    let output = mwd(&arguments);
+    assert!(output.status.success(), "{output:?}");
+    (output, files.map(|path| fs::read_to_string(path).unwrap()))
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let directory = TempDir::new().unwrap();
+    let trace = written(&directory);
+    let more = ["--hold-out", "0.5", "--seed", "7", "--no-effects"];
+    let first = replayed(&trace, &directory.path().join("first"), &more);
+    let second = replayed(&trace, &directory.path().join("second"), &more);
+    assert_eq!(first, second);
+}
+
+#[test]
+fn there_is_one_row_per_sample_at_its_time() {
+    let directory = TempDir::new().unwrap();
+    let (_, [attitude, rates, _]) = replayed(&written(&directory), directory.path(), &[]);
+    let samples = trace().samples;
+    for (text, header) in [(&attitude, "t_s,qw,qx,qy,qz,inclination_deg,"), (&rates, "t_s,wx,wy,wz")] {
+        assert!(text.starts_with(header));
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        assert_eq!(rows.len(), samples.len());
+        let cells = text.lines().next().unwrap().split(',').count();
+        for (row, sample) in rows.iter().zip(&samples) {
+            assert_eq!(row.split(',').count(), cells);
+            let t_us = row.split(',').next().unwrap().replace('.', "").parse::<u64>().unwrap();
+            assert!(t_us.abs_diff(sample.t_us) < 100_000);
+        }
+    }
+}
+
+#[test]
+fn the_result_has_the_schema() {
+    let directory = TempDir::new().unwrap();
+    let (output, [_, _, json]) = replayed(&written(&directory), directory.path(), &["--hold-out", "0.4"]);
+    let result: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(result["schema"], "meerkat-mwd/1");
+    let facts = &result["trace"];
+    assert!(facts["path"].as_str().unwrap().ends_with("trace.csv.gz"));
+    assert_eq!(
+        (&facts["samples"], &facts["duration_s"], &facts["rate_hz"]),
+        (&2_000.into(), &9.995.into(), &200.0.into())
+    );
+    assert_eq!(facts["clipped"], 3);
+    assert_eq!(facts["gaps"], 0);
+    let missing = &facts["missing"];
+    assert_eq!((&missing["mag"], &missing["temp"], &missing["reference"]), (&200.into(), &2_000.into(), &1_000.into()));
+    let last = &result["identification"]["final"];
+    for (name, length) in [("P", 9), ("b_rad_s", 3), ("sigma", 12), ("observable", 12)] {
+        assert_eq!(last[name].as_array().unwrap().len(), length, "{name}");
+    }
+    assert!(last["rank"].is_u64());
+    assert!(result["identification"]["windows"].is_array());
+    assert_eq!(result["identification"]["hold_out_from_s"], 6.997);
+    let diagnosis = &result["diagnosis"];
+    assert!(diagnosis["verdict"].is_null());
+    assert_eq!(diagnosis["effects"], Value::Array(Vec::new()));
+    for name in ["gravity_deg", "magnetic_deg", "nis"] {
+        let pair = diagnosis["residual"][name].as_object().unwrap();
+        assert!(pair.contains_key("before") && pair.contains_key("after") && pair.values().all(Value::is_null));
+    }
+    assert!(result.as_object().unwrap().contains_key("reference"));
+    assert!(output.stderr.is_empty(), "no progress bar in a pipe");
+    let summary = String::from_utf8(output.stdout).unwrap();
+    assert!(summary.lines().count() <= 40 && summary.contains("2000 samples"), "{summary}");
+}
+
+#[test]
+fn a_trace_shorter_than_a_window_still_flies_and_says_why_nothing_was_identified() {
+    let directory = TempDir::new().unwrap();
+    let (output, [_, _, json]) = replayed(&written(&directory), directory.path(), &[]);
+    let result: Value = serde_json::from_str(&json).unwrap();
+    let identification = &result["identification"];
+    let windows = identification["windows"].as_array().unwrap();
+    let why = windows.first().map_or(&identification["note"], |window| &window["reason"]).as_str().unwrap();
+    assert!(String::from_utf8(output.stdout).unwrap().contains(why), "{why}");
+    assert_eq!(result["identification"]["final"]["rank"], 0);
+    assert_eq!(result["identification"]["final"]["P"][0], 1.0);
+}
+
+#[test]
+fn without_a_full_scale_the_clipped_count_is_null_not_zero() {
+    let directory = TempDir::new().unwrap();
+    let path = directory.path().join("trace.csv");
+    Trace { keys: Keys::default(), ..trace() }.write(&path).unwrap();
+    let (_, [_, _, json]) = replayed(&path, directory.path(), &[]);
+    assert!(serde_json::from_str::<Value>(&json).unwrap()["trace"]["clipped"].is_null());
+}
+
+#[test]
+fn what_is_not_built_yet_says_so() {
+    let directory = TempDir::new().unwrap();
+    let trace = written(&directory);
+    let trace = trace.to_str().unwrap();
+    let cases: [&[&str]; 7] = [
+        &["diagnose", trace, "--against-reference", "--hold-out", "0.5"],
+        &["calibrate", trace, "-o", "models.toml"],
+        &["bench", "--quick", "--target"],
+        &["replay", trace, "--html", "report.html"],
+        &["replay", trace, "--optimizer", "moa"],
+        &["replay", trace, "--optimizer", "pso"],
+        &["replay", trace, "--optimizer", "de"],
+    ];
+    for arguments in cases {
+        let message = error_of(arguments, 2);
+        assert!(message.contains("not built yet"), "{arguments:?}: {message}");
+    }
+    for optimizer in ["imoa", "lm", "ls"] {
+        assert!(mwd(&["replay", trace, "--optimizer", optimizer]).status.success());
+    }
+}
+
+#[test]
+fn usage_errors_end_with_status_2() {
+    let directory = TempDir::new().unwrap();
+    let trace = written(&directory);
+    let trace = trace.to_str().unwrap();
+    for bad in ["0", "1", "-0.5", "1.5", "NaN", "half"] {
+        let message = error_of(&["replay", trace, &format!("--hold-out={bad}")], 2);
+        assert!(message.contains("between 0 and 1"), "{bad}: {message}");
+    }
+    assert!(error_of(&["replay", trace, "--fast"], 2).contains("--fast"));
+    assert!(error_of(&["replay", trace, "--seed", "-1"], 2).contains("-1"));
+    assert!(error_of(&["fly", trace], 2).contains("fly"));
+    assert!(error_of(&["replay"], 2).contains("TRACE"));
+    assert!(error_of(&["replay", trace, "--json", "/nonexistent/result.json"], 2).contains("cannot be written"));
+    assert!(error_of(&["replay", trace, "--rates", trace], 2).contains("overwrite"));
+    assert!(mwd(&["--help"]).status.success());
+}
+
+#[test]
+fn a_configuration_file_is_checked_field_by_field() {
+    let directory = TempDir::new().unwrap();
+    let trace = written(&directory);
+    let config = directory.path().join("config.toml");
+    let with = |text: &str| {
+        fs::write(&config, text).unwrap();
+        error_of(&["replay", trace.to_str().unwrap(), "--config", config.to_str().unwrap()], 2)
+    };
+    assert!(with("[identification]\nwindow = 40").contains("`window`"));
+    assert!(with("[identification]\nwindow_s = 400").contains("identification.window_s must be at most 50"));
+    assert!(with("[gyro]\nb_rad_s = [1, 2]").contains("gyro.b_rad_s"));
+    assert!(with("seed = ").contains("config.toml"));
+    let missing = directory.path().join("none.toml");
+    let message = error_of(&["replay", trace.to_str().unwrap(), "--config", missing.to_str().unwrap()], 2);
+    assert!(message.contains("none.toml: cannot be read"));
+}

@@ -1,0 +1,88 @@
+//! The windows and the final parameters of the JSON result.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use meerkat_mwd::{
+    Config,
+    compensation::GyroModel,
+    config::OptimizerKind,
+    identification::{Decision, Refusal, WindowReport},
+};
+use mwd::{flight::Flight, result_json::result_json, summary::print_summary, trace::Trace};
+use serde_json::Value;
+
+fn model(scale: f32, bias: f32) -> GyroModel {
+    GyroModel { p: [[scale, 0.1, 0.2], [0.3, scale, 0.4], [0.5, 0.6, scale]], b_rad_s: [bias, 0.0, 0.0] }
+}
+
+fn report(start_s: u64, decision: Decision, fitted: GyroModel, flown: GyroModel) -> WindowReport {
+    WindowReport {
+        t_start_us: start_s * 1_000_000,
+        t_end_us: (start_s + 50) * 1_000_000,
+        t_effect_us: Some((start_s + 55) * 1_000_000),
+        decision,
+        optimizer: OptimizerKind::Lm,
+        evaluations: 123,
+        cost_before: Some(0.1),
+        cost_after: Some(f32::NAN),
+        fitted,
+        bias_only: GyroModel::IDENTITY,
+        flown,
+        sigma: [start_s as f32; 12],
+        observable: [true; 12],
+        rank: 12,
+        rest_s: 1.5,
+        explained: None,
+        p_value: Some(0.004),
+    }
+}
+
+fn result(reports: Vec<WindowReport>) -> Value {
+    let flight = Flight { reports, ..Flight::default() };
+    serde_json::to_value(result_json(&Trace::default(), &Config::default(), &flight, None)).unwrap()
+}
+
+#[test]
+fn an_accepted_window_gives_the_final_p_its_uncertainty_and_a_later_refusal_only_moves_the_bias() {
+    let refusal = Decision::Refused(Refusal::NoClearWin { p_value: 0.25 });
+    let result = result(vec![
+        report(25, Decision::Accepted, model(1.1, 0.01), model(1.1, 0.01)),
+        report(50, refusal, model(1.3, 0.03), model(1.1, 0.02)),
+    ]);
+    let windows = &result["identification"]["windows"];
+    assert_eq!((&windows[0]["accepted"], &windows[0]["reason"]), (&true.into(), &Value::Null));
+    assert_eq!(windows[1]["accepted"], false);
+    assert!(windows[1]["reason"].as_str().unwrap().contains("0.250"));
+    assert_eq!((&windows[0]["t_start_s"], &windows[0]["t_end_s"]), (&25.0.into(), &75.0.into()));
+    assert_eq!((&windows[0]["optimizer"], &windows[0]["evaluations"]), (&"lm".into(), &123.into()));
+    assert_eq!(windows[0]["cost_after"], Value::Null);
+    assert_eq!(windows[1]["P"][0], f64::from(1.3_f32));
+    assert_eq!(windows[1]["P"][5], f64::from(0.4_f32));
+    let last = &result["identification"]["final"];
+    assert_eq!(last["P"][0], f64::from(1.1_f32));
+    assert_eq!(last["b_rad_s"][0], f64::from(0.02_f32));
+    assert_eq!((&last["sigma"][0], &last["rank"]), (&25.0.into(), &12.into()));
+}
+
+#[test]
+fn when_nothing_was_accepted_the_final_uncertainty_is_the_prior() {
+    let flown = GyroModel { b_rad_s: [0.02, 0.0, 0.0], ..GyroModel::IDENTITY };
+    let result = result(vec![report(0, Decision::Refused(Refusal::Degenerate), model(1.3, 0.03), flown)]);
+    let last = &result["identification"]["final"];
+    assert_eq!((&last["P"][0], &last["P"][1]), (&1.0.into(), &0.0.into()));
+    assert_eq!(last["b_rad_s"][0], f64::from(0.02_f32));
+    let sigma: Vec<f64> = last["sigma"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    let (diagonal, off, bias) = (f64::from(0.06_f32), f64::from(0.03_f32), f64::from(0.021_f32));
+    assert_eq!(sigma, [diagonal, off, off, off, diagonal, off, off, off, diagonal, bias, bias, bias]);
+    assert_eq!(last["rank"], 0);
+}
+
+#[test]
+fn the_summary_of_a_long_flight_fits_a_screen() {
+    let reports = (0..200).map(|i| report(25 * i, Decision::Accepted, model(1.0, 0.0), model(1.0, 0.0))).collect();
+    let flight = Flight { reports, ..Flight::default() };
+    let mut text = Vec::new();
+    print_summary(&mut text, &Trace::default(), &Config::default(), &flight, None).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    assert!(text.contains("200: 200 accepted, 0 refused"));
+    assert!(text.lines().count() <= 40, "{text}");
+}
