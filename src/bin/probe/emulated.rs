@@ -13,6 +13,7 @@ use fault::Fault;
 use instruction_counter::{InstructionCounter, Tally};
 use meerkat_mwd::{
     Config, Probe, Sample,
+    identification::WindowReport,
     probe::{Output, POLL_BUDGET},
     telemetry::{Record, Summary},
 };
@@ -58,7 +59,7 @@ fn fly(
         if let Some(output) = output {
             flight.write(&Record::Output(output))?;
         }
-        let (report, ticks) = counter.measure(|| probe.poll(POLL_BUDGET));
+        let (report, ticks) = counter.measure(|| poll_probe(probe));
         poll.add(ticks);
         if let Some(report) = report {
             let poll_instructions = counter.instructions(poll.since(&poll_before_window));
@@ -79,10 +80,16 @@ fn fly(
     flight.close()
 }
 
-/// A function of its own, so that what is measured is the call that a program makes and not a part merged into the loop.
+// Functions of their own, so that what is measured is the call that a program makes and not a part merged into the loop.
+
 #[inline(never)]
 fn push_sample(probe: &mut Probe, sample: &Sample) -> Option<Output> {
     probe.push(sample)
+}
+
+#[inline(never)]
+fn poll_probe(probe: &mut Probe) -> Option<WindowReport> {
+    probe.poll(POLL_BUDGET)
 }
 
 // SAFETY: it only reports and ends the program; it returns to no faulted code.
