@@ -14,7 +14,7 @@ use std::{fs, io, process::Command, time::Duration};
 
 /// A cold build takes some ten seconds.
 const BUILD: Duration = Duration::from_secs(900);
-/// Start of the emulator, and its share for each sample: two thousand times what it takes.
+/// Start of the emulator, and a share for each sample that no identification comes near.
 const RUN: Duration = Duration::from_secs(120);
 const RUN_PER_SAMPLE: Duration = Duration::from_millis(10);
 /// 64 ns for every instruction: time then depends on the instructions alone, and 168 MHz ticks resolve single ones.
@@ -40,8 +40,8 @@ pub enum EmulateError {
     #[error(transparent)]
     Missing(#[from] Missing),
     /// The configuration cannot be used.
-    #[error("the configuration's {} must be {}", .0.field, .0.must_be)]
-    Config(ConfigError),
+    #[error(transparent)]
+    Config(#[from] ConfigError),
     /// The firmware does not build.
     #[error("the firmware cannot be built: {0}")]
     Build(CommandError),
@@ -124,7 +124,7 @@ pub fn build_firmware(toolchain: &Toolchain, board: Board) -> Result<Firmware, E
 /// # Errors
 /// Whatever keeps it from a whole flight.
 pub fn fly_emulated(config: &Config, samples: &[Sample]) -> Result<EmulatedFlight, EmulateError> {
-    config.validate().map_err(EmulateError::Config)?;
+    config.validate()?;
     let toolchain = toolchain::prepare()?;
     let firmware = build_firmware(&toolchain, Board::Emulated)?;
     let trace = wire::encode_trace(config, samples)?;

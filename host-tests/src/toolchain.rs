@@ -6,6 +6,7 @@ use std::{
     fs::File,
     path::{Path, PathBuf},
     process::Command,
+    sync::OnceLock,
     time::Duration,
 };
 
@@ -140,11 +141,16 @@ pub fn lock(name: &str) -> std::io::Result<File> {
 }
 
 /// Finds what is needed; installs what is not there, saying so on standard error. With `MWD_NO_INSTALL` in the environment
-/// it installs nothing.
+/// it installs nothing. A process tries once: another attempt would wait as long for the same answer.
 ///
 /// # Errors
 /// What is still missing, with one command that installs it.
 pub fn prepare() -> Result<Toolchain, Missing> {
+    static PREPARED: OnceLock<Result<Toolchain, Missing>> = OnceLock::new();
+    PREPARED.get_or_init(find_or_install).clone()
+}
+
+fn find_or_install() -> Result<Toolchain, Missing> {
     let writable = |e| Missing::new(format!("{} cannot be written: {e}", target_dir().display()), "chmod u+w");
     let _one_at_a_time = lock("mwd-toolchain.lock").map_err(writable)?;
     match (compiler(), emulator()) {

@@ -21,12 +21,7 @@ impl fmt::Display for Fault {
             Self::TraceMissing => "trace.bin cannot be opened",
             Self::TraceUnreadable => "trace.bin cannot be read",
             Self::TraceMalformed => "trace.bin does not hold a configuration and whole samples",
-            Self::Config(error) => {
-                f.write_str("the configuration's ")?;
-                f.write_str(error.field)?;
-                f.write_str(" must be ")?;
-                error.must_be
-            }
+            Self::Config(error) => return error.fmt(f),
             Self::FlightNotWritten => "flight.bin cannot be written",
             Self::RecordTooLarge => "a record is larger than the output buffer",
             Self::InstructionCounter => {
