@@ -11,6 +11,8 @@ mod objective; // what a candidate is worth on the segments
 mod optimizer; // IMOA and Levenberg-Marquardt
 pub mod identification; // least squares -> search -> observability -> acceptance
 pub mod probe; // all of it behind `push` and `poll`
+#[cfg(feature = "serde")]
+pub mod telemetry; // what leaves the firmware
 
 mod algebra;
 pub mod config;

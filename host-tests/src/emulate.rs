@@ -1,6 +1,166 @@
-//! `mwd emulate`: the flight by the firmware on the emulated Cortex-M4F.
+//! The same flight, by the firmware on the emulated chip.
 
-use crate::{cli::ReplayArgs, failure::Failure};
+use crate::{
+    cli::ReplayArgs,
+    deadline::{self, CommandError},
+    failure::Failure,
+    flight::Flight,
+    image::{Image, ImageError, ImageSize},
+    toolchain::{self, Missing, Toolchain},
+    wire::{self, WireError},
+};
+use meerkat_mwd::{Config, Sample, config::ConfigError, telemetry::Summary};
+use std::{fs, io, process::Command, time::Duration};
+
+/// A cold build takes some ten seconds.
+const BUILD: Duration = Duration::from_secs(900);
+/// Start of the emulator, and a share for each sample that no identification comes near.
+const RUN: Duration = Duration::from_secs(120);
+const RUN_PER_SAMPLE: Duration = Duration::from_millis(10);
+/// 64 ns for every instruction: time then depends on the instructions alone, and 168 MHz ticks resolve single ones.
+const INSTRUCTION_CLOCK: &str = "shift=6,sleep=off";
+
+/// A flight on the emulated chip, and what it cost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EmulatedFlight {
+    /// What the host's run gives too, bit for bit.
+    pub flight: Flight,
+    /// Instructions in `Probe::poll` for each of the flight's reports.
+    pub poll_instructions: Vec<u64>,
+    /// Instructions and stack of the run.
+    pub summary: Summary,
+    /// RAM and flash of the firmware.
+    pub image: ImageSize,
+}
+
+/// Why there is no emulated flight.
+#[derive(Debug, thiserror::Error)]
+pub enum EmulateError {
+    /// Something that is needed is not there.
+    #[error(transparent)]
+    Missing(#[from] Missing),
+    /// The configuration cannot be used.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The firmware does not build.
+    #[error("the firmware cannot be built: {0}")]
+    Build(CommandError),
+    /// What was built is not an image.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// A file could not be read or written.
+    #[error("{what}: {source}")]
+    File {
+        /// What was being done.
+        what: &'static str,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The trace has no encoding.
+    #[error("the trace cannot be encoded: {0}")]
+    Encode(#[from] postcard::Error),
+    /// The emulator, or the firmware in it, failed.
+    #[error("the emulated firmware failed: {0}")]
+    Run(CommandError),
+    /// What the firmware wrote is not a flight.
+    #[error("the emulated firmware wrote no whole flight: {0}")]
+    Wire(#[from] WireError),
+}
+
+impl EmulateError {
+    /// Exit status of a program that stops for this.
+    #[must_use]
+    pub const fn exit_status(&self) -> u8 {
+        match self {
+            Self::Missing(_) => Missing::EXIT_STATUS,
+            Self::Config(_) => 2,
+            _ => 1,
+        }
+    }
+}
+
+/// A built firmware.
+pub struct Firmware {
+    /// The linked file.
+    pub elf: Vec<u8>,
+    /// What it takes of the chip.
+    pub size: ImageSize,
+}
+
+/// What the firmware is built for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Board {
+    /// The emulated STM32F405.
+    Emulated,
+    /// None: only the calls of the pipeline, to look at what they can reach.
+    Bare,
+}
+
+/// Builds the firmware, or finds it built.
+///
+/// # Errors
+/// It does not build, or to something that is no image.
+pub fn build_firmware(toolchain: &Toolchain, board: Board) -> Result<Firmware, EmulateError> {
+    let file = |what| move |source| EmulateError::File { what, source };
+    // Two boards have one name for their file: nobody else builds until it is read.
+    let _one_at_a_time =
+        toolchain::lock("mwd-firmware.lock").map_err(file("the target directory cannot be written"))?;
+    let mut cargo = toolchain.cargo_build();
+    cargo.args(["-p", "meerkat-mwd", "--bin", "probe", "--features"]);
+    cargo.arg(match board {
+        Board::Emulated => "board-emulated",
+        Board::Bare => "board-bare",
+    });
+    deadline::run(&mut cargo, BUILD).map_err(EmulateError::Build)?;
+    let elf = fs::read(toolchain.built("probe")).map_err(file("the built firmware cannot be read"))?;
+    let image = Image::parse(&elf)?;
+    image.vector_table()?;
+    let size = image.size();
+    Ok(Firmware { elf, size })
+}
+
+/// Flies the samples on the emulated chip. Prepares the toolchain and builds the firmware first.
+///
+/// # Errors
+/// Whatever keeps it from a whole flight.
+pub fn fly_emulated(config: &Config, samples: &[Sample]) -> Result<EmulatedFlight, EmulateError> {
+    config.validate()?;
+    let toolchain = toolchain::prepare()?;
+    let firmware = build_firmware(&toolchain, Board::Emulated)?;
+    let trace = wire::encode_trace(config, samples)?;
+    let time = RUN + RUN_PER_SAMPLE.saturating_mul(u32::try_from(samples.len()).unwrap_or(u32::MAX));
+    let landed = wire::decode_flight(&run_firmware(&toolchain, &firmware, &trace, time)?)?;
+    Ok(EmulatedFlight {
+        flight: landed.flight,
+        poll_instructions: landed.poll_instructions,
+        summary: landed.summary,
+        image: firmware.size,
+    })
+}
+
+/// Runs the firmware over the bytes of a `trace.bin` and gives those of its `flight.bin`.
+///
+/// # Errors
+/// The emulator cannot be run, was stopped after `time`, or the firmware ended with a message.
+pub fn run_firmware(
+    toolchain: &Toolchain,
+    firmware: &Firmware,
+    trace: &[u8],
+    time: Duration,
+) -> Result<Vec<u8>, EmulateError> {
+    let file = |what| move |source| EmulateError::File { what, source };
+    let directory = tempfile::tempdir().map_err(file("no temporary directory"))?;
+    fs::write(directory.path().join("probe"), &firmware.elf).map_err(file("the firmware cannot be copied"))?;
+    fs::write(directory.path().join("trace.bin"), trace).map_err(file("the trace cannot be written"))?;
+
+    let mut qemu = Command::new(&toolchain.qemu);
+    qemu.current_dir(directory.path());
+    qemu.args(["-machine", toolchain.machine, "-icount", INSTRUCTION_CLOCK]);
+    qemu.args(["-display", "none", "-monitor", "none", "-serial", "none"]);
+    qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel", "probe"]);
+    deadline::run(&mut qemu, time).map_err(EmulateError::Run)?;
+    fs::read(directory.path().join("flight.bin")).map_err(file("the firmware wrote no flight"))
+}
 
 /// Flies the trace on the emulated chip and delivers what `replay` delivers.
 ///

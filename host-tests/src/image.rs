@@ -1,0 +1,131 @@
+//! What the firmware takes of the chip, read from its ELF file.
+
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, SymbolKind, elf};
+use std::fmt;
+
+/// Where the STM32F405's flash begins (data sheet DS8626, memory map).
+pub const FLASH_START: u64 = 0x0800_0000;
+/// Where its RAM begins.
+pub const RAM_START: u64 = 0x2000_0000;
+/// One past its contiguous RAM, 128 KiB.
+pub const RAM_END: u64 = RAM_START + 128 * 1024;
+/// Static data that the firmware may have, bytes: the rest of the RAM is its stack.
+pub const RAM_LIMIT_BYTES: u64 = 96 * 1024;
+/// Flash that the firmware may take, bytes.
+pub const FLASH_LIMIT_BYTES: u64 = 192 * 1024;
+
+/// Memory of the chip that an image takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageSize {
+    /// Static data with an initial value, bytes; it takes flash too.
+    pub data_bytes: u64,
+    /// Static data that begins as zero, or as anything, bytes.
+    pub bss_bytes: u64,
+    /// Flash: vector table, code, constants and the initial values of the data, bytes.
+    pub flash_bytes: u64,
+}
+
+impl ImageSize {
+    /// Static RAM, bytes, without the stack.
+    #[must_use]
+    pub const fn ram_bytes(&self) -> u64 {
+        self.data_bytes + self.bss_bytes
+    }
+}
+
+impl fmt::Display for ImageSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kib = |bytes: u64| bytes as f64 / 1024.0;
+        write!(
+            f,
+            "RAM {:.1} KiB (data {:.1}, bss {:.1}) of {} allowed; flash {:.1} KiB of {} allowed",
+            kib(self.ram_bytes()),
+            kib(self.data_bytes),
+            kib(self.bss_bytes),
+            RAM_LIMIT_BYTES / 1024,
+            kib(self.flash_bytes),
+            FLASH_LIMIT_BYTES / 1024,
+        )
+    }
+}
+
+/// The first two words of the vector table, and where it stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VectorTable {
+    /// Address of the table.
+    pub address: u64,
+    /// Stack pointer after reset.
+    pub stack_pointer: u32,
+    /// Address of the first instruction, with the Thumb bit.
+    pub reset: u32,
+}
+
+/// Why a file is not an image of the firmware.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// It is no 32-bit ELF file.
+    #[error("not an ELF image: {0}")]
+    NotElf(#[from] object::Error),
+    /// Nothing was linked into it: the linker script was not used.
+    #[error("the image has no vector table: it was linked without its script")]
+    NoVectorTable,
+}
+
+/// A linked firmware.
+pub struct Image<'elf> {
+    file: object::read::elf::ElfFile32<'elf, object::Endianness>,
+}
+
+impl<'elf> Image<'elf> {
+    /// Reads the headers of an ELF file.
+    ///
+    /// # Errors
+    /// It is not a 32-bit ELF file.
+    pub fn parse(elf: &'elf [u8]) -> Result<Self, ImageError> {
+        Ok(Self { file: object::read::elf::ElfFile32::parse(elf)? })
+    }
+
+    /// What it takes of the chip's memory.
+    #[must_use]
+    pub fn size(&self) -> ImageSize {
+        let mut size = ImageSize { data_bytes: 0, bss_bytes: 0, flash_bytes: 0 };
+        for section in self.file.sections() {
+            let SectionFlags::Elf { sh_flags, .. } = section.flags() else { continue };
+            if !sh_flags.contains(elf::SHF_ALLOC) {
+                continue;
+            }
+            let in_file = section.kind() != SectionKind::UninitializedData;
+            match (section.address() >= RAM_START, in_file) {
+                (true, true) => {
+                    size.data_bytes += section.size();
+                    size.flash_bytes += section.size();
+                }
+                (true, false) => size.bss_bytes += section.size(),
+                (false, _) => size.flash_bytes += section.size(),
+            }
+        }
+        size
+    }
+
+    /// Whether it holds code of a function whose (mangled) name contains `part`. An image is linked without what cannot be
+    /// reached, and keeps its symbols.
+    #[must_use]
+    pub fn has_function(&self, part: &str) -> bool {
+        let is_code = |symbol: &object::read::elf::ElfSymbol32<'_, '_>| symbol.kind() == SymbolKind::Text;
+        self.file.symbols().filter(is_code).any(|symbol| symbol.name().is_ok_and(|name| name.contains(part)))
+    }
+
+    /// The head of its vector table.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn vector_table(&self) -> Result<VectorTable, ImageError> {
+        let section = self.file.section_by_name(".vector_table").ok_or(ImageError::NoVectorTable)?;
+        let words = section.data()?;
+        let word = |index: usize| -> Result<u32, ImageError> {
+            let bytes = words.get(4 * index..4 * index + 4).ok_or(ImageError::NoVectorTable)?;
+            Ok(bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte)))
+        };
+        Ok(VectorTable { address: section.address(), stack_pointer: word(0)?, reset: word(1)? })
+    }
+}

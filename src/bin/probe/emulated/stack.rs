@@ -1,0 +1,39 @@
+//! How deep the stack has been: the start-up code paints it, and what is no longer paint has been used.
+
+use super::fault::Fault;
+use cortex_m_rt::STACK_PAINT_VALUE;
+
+#[allow(unsafe_code)]
+mod symbols {
+    // SAFETY: the linker script of `cortex-m-rt` defines both; only their addresses mean anything.
+    unsafe extern "C" {
+        /// The top of the stack, one past its highest byte.
+        pub safe static _stack_start: u32;
+        /// The end of the static data: the lowest word the stack may use.
+        pub safe static _stack_end: u32;
+    }
+}
+
+pub struct HighWaterMark {
+    pub used_bytes: u32,
+    pub size_bytes: u32,
+}
+
+/// Most stack used so far.
+pub fn high_water_mark() -> Result<HighWaterMark, Fault> {
+    let top = &raw const symbols::_stack_start;
+    let mut deepest = &raw const symbols::_stack_end;
+    let size_bytes = (top as u32).saturating_sub(deepest as u32);
+    while deepest < top && is_paint(deepest) {
+        deepest = deepest.wrapping_add(1);
+    }
+    let used_bytes = (top as u32).saturating_sub(deepest as u32);
+    if used_bytes < size_bytes { Ok(HighWaterMark { used_bytes, size_bytes }) } else { Err(Fault::StackOverflow) }
+}
+
+#[allow(unsafe_code)]
+fn is_paint(word: *const u32) -> bool {
+    // SAFETY: the caller stays, word by aligned word, in the stack's own RAM, which is always readable; a volatile read tells
+    // the compiler nothing about the memory that it manages there.
+    unsafe { word.read_volatile() == STACK_PAINT_VALUE }
+}
