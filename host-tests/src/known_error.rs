@@ -2,10 +2,8 @@
 
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use nalgebra::{Matrix3, Vector3};
-use rand_core::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::trace::Trace;
+use crate::{simulate::random::Random, trace::Trace};
 
 /// Largest deviation of P's diagonal from 1.
 const DIAGONAL: f64 = 0.10;
@@ -20,21 +18,15 @@ const BIAS_RAD_S: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// whose b is 2 deg/s in a random direction. The same seed gives the same model.
 #[must_use]
 pub fn draw(seed: u64) -> GyroModel {
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let mut p = [[0.0_f32; 3]; 3];
-    for (row, values) in p.iter_mut().enumerate() {
-        for (column, value) in values.iter_mut().enumerate() {
-            let sign = if random.next_u32() & 1 == 0 { 1.0 } else { -1.0 };
-            let size = sign * (0.5 + 0.5 * uniform(&mut random));
+    let mut random = Random::new(seed);
+    let p = std::array::from_fn(|row| {
+        std::array::from_fn(|column| {
+            let size = random.sign() * random.between(0.5, 1.0);
             let element = if row == column { 1.0 + DIAGONAL * size } else { OFF_DIAGONAL * size };
-            *value = element as f32;
-        }
-    }
-    // Archimedes: the height of a uniformly distributed point of a sphere is uniform.
-    let z = 2.0 * uniform(&mut random) - 1.0;
-    let (sine, cosine) = libm::sincos(std::f64::consts::TAU * uniform(&mut random));
-    let radius = libm::sqrt(1.0 - z * z);
-    GyroModel { p, b_rad_s: [radius * cosine, radius * sine, z].map(|x| (BIAS_RAD_S * x) as f32) }
+            element as f32
+        })
+    });
+    GyroModel { p, b_rad_s: random.direction().map(|x| (BIAS_RAD_S * x) as f32) }
 }
 
 /// Puts the error into the gyro readings: raw' = P^-1 raw + b, so that `truth` compensates raw' back to raw. What the sensor of a
@@ -50,11 +42,6 @@ pub fn apply(trace: &mut Trace, truth: &GyroModel) {
 fn distort(inverse: &Matrix3<f64>, b_rad_s: &Vector3<f64>, raw_rad_s: [f32; 3]) -> [f32; 3] {
     let distorted = inverse * Vector3::from(raw_rad_s.map(f64::from)) + b_rad_s;
     <[f64; 3]>::from(distorted).map(|x| x as f32)
-}
-
-/// Uniform in [0, 1), with 53 bits.
-fn uniform(random: &mut Xoshiro256PlusPlus) -> f64 {
-    (random.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
 }
 
 #[cfg(test)]
