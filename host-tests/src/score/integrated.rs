@@ -1,6 +1,6 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::RateTrack;
+use super::{RateTrack, Tracks};
 
 /// The rotation that a rate track adds up to, between any two instants that it covers without a gap.
 ///
@@ -61,6 +61,14 @@ impl Integrated {
         let step_s = times.get(after)? - times.get(i)?;
         let rate_there = rate + (next_rate - rate) * (elapsed_s / step_s);
         (*self.run.get(after)? == run).then(|| (q * step(rate, &rate_there, elapsed_s), run))
+    }
+}
+
+impl Tracks<Integrated> {
+    /// Whether every track that holds anything covers the interval without a gap: the four are compared over the same intervals.
+    pub(super) fn cover(&self, from_s: f64, to_s: f64) -> bool {
+        self.uncompensated.rotation(from_s, to_s).is_some()
+            && self.all(|track| track.is_empty() || track.rotation(from_s, to_s).is_some())
     }
 }
 

@@ -3,7 +3,7 @@
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{PerModel, integrated::Integrated};
+use super::PerModel;
 use crate::{flight::Flight, trace::Trace};
 
 /// Body rates in time.
@@ -58,17 +58,10 @@ impl<T> Tracks<T> {
         PerModel { uncompensated, bias_only, twelve_parameters, with_effects }
     }
 
-    fn all(&self, f: impl Fn(&T) -> bool) -> bool {
+    /// Whether it holds of all.
+    pub(super) fn all(&self, f: impl Fn(&T) -> bool) -> bool {
         let Tracks { uncompensated, bias_only, twelve_parameters, with_effects } = self.map(f);
         uncompensated && bias_only && twelve_parameters && with_effects
-    }
-}
-
-impl Tracks<Integrated> {
-    /// Whether every track that holds anything covers the interval without a gap: the four are compared over the same intervals.
-    pub(super) fn cover(&self, from_s: f64, to_s: f64) -> bool {
-        self.uncompensated.rotation(from_s, to_s).is_some()
-            && self.all(|track| track.is_empty() || track.rotation(from_s, to_s).is_some())
     }
 }
 

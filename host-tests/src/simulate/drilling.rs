@@ -15,6 +15,8 @@ pub(super) struct Motion {
     pub(super) rate_rad_s: Vector3<f64>,
     /// Angle turned about the tool axis, rad, for what repeats with the rotation.
     pub(super) toolface_rad: f64,
+    /// Speed about the tool axis, rad/s.
+    pub(super) toolface_rate_rad_s: f64,
     /// 0 at rest, 1 at full drilling.
     pub(super) drilling: f64,
 }
@@ -75,7 +77,13 @@ impl<'a> Drilling<'a> {
         chain.turn(Vector3::x(), faded(angular_x));
         chain.turn(Vector3::y(), faded(angular_y));
         chain.turn(Vector3::z(), faded(angular_z));
-        Motion { attitude: chain.attitude, rate_rad_s: chain.rate_rad_s, toolface_rad, drilling }
+        Motion {
+            attitude: chain.attitude,
+            rate_rad_s: chain.rate_rad_s,
+            toolface_rad,
+            toolface_rate_rad_s: toolface_rate,
+            drilling,
+        }
     }
 
     /// How much of the drilling is on, 0 to 1, and its slope: a smooth ramp (3 x^2 - 2 x^3) after the rest.

@@ -51,7 +51,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     let mut sensors = Sensors::new(scenario, &mut gyro, noise);
     let mut drilling = Drilling::new(scenario, &mut motion);
     let mut broadband = vibration::Broadband::new(scenario);
-    let harmonics = vibration::BitHarmonics::new(scenario, &mut vibration);
+    let chatter = vibration::Chatter::new(scenario, &mut vibration);
     let shocks = vibration::draw_shocks(&scenario.shocks, scenario.rest_s, scenario.duration_s, &mut shock);
     let truth = Truth { gyro: sensors.truth(), shocks };
     let earth = EarthVectors::new(scenario);
@@ -62,8 +62,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     let count = (scenario.duration_s / period_s + 1e-9) as u64;
     let mut trace = Trace { keys: keys(scenario, seed, &truth), ..Trace::default() };
     let mut true_rate = Vec::new();
-    let longest_shock_s =
-        truth.shocks.iter().fold(0.0, |longest, s| if s.length_s > longest { s.length_s } else { longest });
+    let longest_shock_s = (scenario.shocks.length_ms[1] + scenario.shocks.rebound_ms) * 1e-3;
     let mut next_shock = 0;
     let mut start = drilling.advance(-0.5 * period_s);
     for index in 0..=count {
@@ -74,7 +73,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
             let to_body = |v: &Vector3<f64>| motion.attitude.inverse_transform_vector(v);
             Ideal {
                 rate_rad_s: rate + to_body(&earth.rate_rad_s),
-                specific_force_m_s2: harmonics.at(motion) - to_body(&earth.gravity_m_s2)
+                specific_force_m_s2: chatter.at(motion) - to_body(&earth.gravity_m_s2)
                     + rate.cross(&rate.cross(&lever_arm_m)),
                 field_ut: to_body(&earth.field_ut),
             }

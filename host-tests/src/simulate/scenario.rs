@@ -86,8 +86,11 @@ pub struct Vibration {
     pub axial_m_s2: f64,
     /// The broadband part falls off below this frequency, Hz: a tool that stays in its hole has no slow acceleration. Default 2.
     pub lowest_hz: f64,
-    /// Acceleration at twice the rotation (lateral) and three times (axial, a tricone bit's lobes), amplitude, m/s^2. Default 2.
-    pub bit_harmonic_m_s2: f64,
+    /// Acceleration of the bit's chatter on every axis, amplitude at the mean speed, m/s^2; it goes with the square of the speed
+    /// (a constant stroke, so that nothing is left of it where the bit sticks). Default 1.
+    pub chatter_m_s2: f64,
+    /// Strokes of the chatter in one revolution (cutters of the bit). Default 15: 7.5 Hz at 30 rpm.
+    pub chatter_order: u32,
     /// Angular vibration about each axis, deg/s rms. Default 1.
     pub angular_deg_s: f64,
     /// Band of the angular vibration, Hz. Default 5 to 20.
@@ -104,6 +107,9 @@ pub struct ShockSettings {
     pub peak_g: [f64; 2],
     /// Length, uniform between these, milliseconds. Default 2 to 8.
     pub length_ms: [f64; 2],
+    /// After a pulse a steady opposite acceleration of this length takes its velocity out again, milliseconds: a tool in a hole
+    /// goes nowhere. 0: none. Default 50.
+    pub rebound_ms: f64,
 }
 
 /// The earth at the probe.
@@ -217,7 +223,8 @@ impl Default for Vibration {
             lateral_m_s2: 3.0,
             axial_m_s2: 2.0,
             lowest_hz: 2.0,
-            bit_harmonic_m_s2: 2.0,
+            chatter_m_s2: 1.0,
+            chatter_order: 15,
             angular_deg_s: 1.0,
             angular_band_hz: [5.0, 20.0],
         }
@@ -226,7 +233,7 @@ impl Default for Vibration {
 
 impl Default for ShockSettings {
     fn default() -> Self {
-        Self { per_minute: 20.0, peak_g: [5.0, 20.0], length_ms: [2.0, 8.0] }
+        Self { per_minute: 20.0, peak_g: [5.0, 20.0], length_ms: [2.0, 8.0], rebound_ms: 50.0 }
     }
 }
 

@@ -39,7 +39,8 @@ impl Scenario {
         check(within(vibration.lateral_m_s2, 0.0, 1e3), "vibration.lateral_m_s2", "0 to 1000")?;
         check(within(vibration.axial_m_s2, 0.0, 1e3), "vibration.axial_m_s2", "0 to 1000")?;
         check(within(vibration.lowest_hz, 0.0, nyquist_hz), "vibration.lowest_hz", "0 to half the sample rate")?;
-        check(within(vibration.bit_harmonic_m_s2, 0.0, 1e3), "vibration.bit_harmonic_m_s2", "0 to 1000")?;
+        check(within(vibration.chatter_m_s2, 0.0, 1e3), "vibration.chatter_m_s2", "0 to 1000")?;
+        check((1..=1000).contains(&vibration.chatter_order), "vibration.chatter_order", "1 to 1000")?;
         check(within(vibration.angular_deg_s, 0.0, 1e3), "vibration.angular_deg_s", "0 to 1000")?;
         let below_nyquist = "positive, rising, below half the sample rate";
         check(band(vibration.angular_band_hz, nyquist_hz), "vibration.angular_band_hz", below_nyquist)?;
@@ -47,6 +48,7 @@ impl Scenario {
         check(within(shocks.per_minute, 0.0, 6_000.0), "shocks.per_minute", "0 to 6000")?;
         check(band(shocks.peak_g, 1e4), "shocks.peak_g", "positive, rising, at most 10000")?;
         check(band(shocks.length_ms, 1e3), "shocks.length_ms", "positive, rising, at most 1000")?;
+        check(within(shocks.rebound_ms, 0.0, 1e3), "shocks.rebound_ms", "0 to 1000")?;
         let earth = &self.earth;
         check(within(earth.gravity_m_s2, 9.0, 10.5), "earth.gravity_m_s2", "9.0 to 10.5")?;
         check(within(earth.magnetic_field_ut, 0.0, 1e3), "earth.magnetic_field_ut", "0 to 1000")?;

@@ -1,4 +1,4 @@
-//! Acceleration while drilling beside gravity: broadband vibration, harmonics of the rotation, shocks.
+//! Acceleration while drilling beside gravity: broadband vibration, chatter of the bit, shocks.
 
 use std::f64::consts::{PI, TAU};
 
@@ -38,27 +38,35 @@ impl Broadband {
     }
 }
 
-/// Acceleration in step with the rotation: lateral at twice, axial at three times.
-pub(super) struct BitHarmonics {
+/// The bit's chatter: acceleration in step with the rotation, at a high order of it.
+pub(super) struct Chatter {
     amplitude_m_s2: f64,
+    order: f64,
+    mean_rad_s: f64,
     phase_rad: [f64; 3],
 }
 
-impl BitHarmonics {
+impl Chatter {
     pub(super) fn new(scenario: &Scenario, random: &mut Random) -> Self {
-        let phase_rad = std::array::from_fn(|_| TAU * random.uniform());
-        Self { amplitude_m_s2: scenario.vibration.bit_harmonic_m_s2, phase_rad }
+        Self {
+            amplitude_m_s2: scenario.vibration.chatter_m_s2,
+            order: f64::from(scenario.vibration.chatter_order),
+            mean_rad_s: scenario.rotation.mean_rpm * TAU / 60.0,
+            phase_rad: std::array::from_fn(|_| TAU * random.uniform()),
+        }
     }
 
     pub(super) fn at(&self, motion: &Motion) -> Vector3<f64> {
-        let [x, y, z] = self.phase_rad;
-        let angle = motion.toolface_rad;
-        let waves = [libm::sin(2.0 * angle + x), libm::sin(2.0 * angle + y), libm::sin(3.0 * angle + z)];
-        Vector3::from(waves) * (self.amplitude_m_s2 * motion.drilling)
+        if self.mean_rad_s == 0.0 {
+            return Vector3::zeros();
+        }
+        let speed = motion.toolface_rate_rad_s / self.mean_rad_s;
+        let waves = self.phase_rad.map(|phase| libm::sin(self.order * motion.toolface_rad + phase));
+        Vector3::from(waves) * (self.amplitude_m_s2 * speed * speed)
     }
 }
 
-/// One half-sine pulse.
+/// One half-sine pulse and the rebound that takes its velocity out again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shock {
     /// When it begins, seconds.
@@ -67,14 +75,31 @@ pub struct Shock {
     pub length_s: f64,
     /// Its peak, tool axes, m/s^2.
     pub peak_m_s2: [f64; 3],
+    /// How long the rebound lasts that follows, seconds; 0: there is none.
+    pub rebound_s: f64,
 }
 
 impl Shock {
-    /// Mean acceleration over an interval, tool axes, m/s^2 (exact: the integral of the half sine).
+    /// When it is over, rebound included, seconds.
+    #[must_use]
+    pub fn end_s(&self) -> f64 {
+        self.start_s + self.length_s + self.rebound_s
+    }
+
+    /// Mean acceleration over an interval, tool axes, m/s^2 (exact: the difference of the velocities).
     pub(super) fn mean_m_s2(&self, from_s: f64, to_s: f64) -> Vector3<f64> {
-        let phase = |t_s: f64| PI * ((t_s - self.start_s) / self.length_s).clamp(0.0, 1.0);
-        let integral_s = (libm::cos(phase(from_s)) - libm::cos(phase(to_s))) * self.length_s / PI;
-        Vector3::from(self.peak_m_s2) * (integral_s / (to_s - from_s))
+        Vector3::from(self.peak_m_s2) * ((self.velocity_s(to_s) - self.velocity_s(from_s)) / (to_s - from_s))
+    }
+
+    /// Velocity for a peak of 1 m/s^2, which has the unit of a time.
+    fn velocity_s(&self, t_s: f64) -> f64 {
+        let since_s = t_s - self.start_s;
+        let pulse = (1.0 - libm::cos(PI * (since_s / self.length_s).clamp(0.0, 1.0))) * self.length_s / PI;
+        if self.rebound_s > 0.0 {
+            pulse * (1.0 - ((since_s - self.length_s) / self.rebound_s).clamp(0.0, 1.0))
+        } else {
+            pulse
+        }
     }
 }
 
@@ -101,6 +126,7 @@ pub(super) fn draw_shocks(settings: &ShockSettings, from_s: f64, to_s: f64, rand
             start_s,
             length_s,
             peak_m_s2: [lateral * cosine, lateral * sine, axial].map(|x| peak * x),
+            rebound_s: 1e-3 * settings.rebound_ms,
         });
     }
 }
@@ -129,12 +155,18 @@ mod tests {
     }
 
     #[test]
-    fn a_shock_is_its_impulse_however_it_is_cut() {
-        let shock = Shock { start_s: 1.0034, length_s: 0.006, peak_m_s2: [100.0, 0.0, -50.0] };
-        let impulse: f64 =
-            (0..20).map(|i| 0.995 + 0.001 * f64::from(i)).map(|t| shock.mean_m_s2(t, t + 0.001).x * 0.001).sum();
-        assert!((impulse - 100.0 * 0.006 * 2.0 / PI).abs() < 1e-9);
+    fn a_shock_is_its_impulse_however_it_is_cut_and_the_rebound_takes_it_back() {
+        let shock = Shock { start_s: 1.0034, length_s: 0.006, peak_m_s2: [100.0, 0.0, -50.0], rebound_s: 0.0 };
+        let impulse = |shock: &Shock, from: i32, to: i32| -> Vector3<f64> {
+            (from..to).map(|ms| f64::from(ms) * 1e-3).map(|t| shock.mean_m_s2(t, t + 1e-3) * 1e-3).sum()
+        };
+        let half_sine = Vector3::new(100.0, 0.0, -50.0) * (0.006 * 2.0 / PI);
+        assert!((impulse(&shock, 990, 1_020) - half_sine).norm() < 1e-9);
         assert_eq!(shock.mean_m_s2(0.0, 1.0), Vector3::zeros());
+        let caught = Shock { rebound_s: 0.05, ..shock };
+        assert!((impulse(&caught, 990, 1_100)).norm() < 1e-9);
+        assert!((caught.mean_m_s2(1.02, 1.03) + half_sine / 0.05).norm() < 1e-9);
+        assert_eq!(caught.mean_m_s2(caught.end_s(), 2.0), Vector3::zeros());
     }
 
     #[test]
