@@ -10,7 +10,7 @@ use crate::{
 
 /// Attitude error, degrees rms: q_error = q_estimate q_reference^-1, both body to earth, so that the error is in the earth frame
 /// (Laidig et al. 2021, Data 6(7), section 5).
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct AttitudeRms {
     /// The whole angle.
     pub total: Option<f64>,

@@ -23,7 +23,7 @@ use integrated::Integrated;
 const GAP_PERIODS: f64 = 3.0;
 
 /// One figure for each of the four ways to read the gyro; `None` where the trace or the flight does not hold it.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct PerModel {
     /// The raw gyro.
     pub uncompensated: Option<f64>,
@@ -36,7 +36,7 @@ pub struct PerModel {
 }
 
 /// Scores of a flight against the trace's reference columns.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Reference {
     /// Rotation over consecutive 2 s windows against the reference's: angle of the difference, degrees, root mean square of the
     /// 98 % smallest.
