@@ -389,7 +389,7 @@ fn what_the_flight_did_not_give_is_null_and_the_rest_is_scored() {
     assert_eq!(scores.orientation_2s_rms_deg.with_effects, None);
     close(scores.orientation_2s_rms_deg.uncompensated, 2.0, 1e-5);
     assert_eq!(scores.attitude_rms_deg, score::AttitudeRms::default());
-    let json = serde_json::to_value(&scores).unwrap();
+    let json = serde_json::to_value(scores).unwrap();
     assert!(json["orientation_2s_rms_deg"]["with_effects"].is_null());
     assert!(json["time_alignment_ms"].is_null());
 }
