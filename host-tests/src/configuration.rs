@@ -59,7 +59,8 @@ pub fn of_trace(trace: &Trace) -> Config {
 }
 
 /// The instant from which the last `fraction` of the trace is held out, microseconds.
-fn freeze_at_us(trace: &Trace, fraction: f64) -> u64 {
+#[must_use]
+pub fn freeze_at_us(trace: &Trace, fraction: f64) -> u64 {
     trace.first_us() + ((1.0 - fraction) * trace.duration_us() as f64).round() as u64
 }
 

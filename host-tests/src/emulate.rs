@@ -3,14 +3,19 @@
 use crate::{
     cli::ReplayArgs,
     deadline::{self, CommandError},
-    failure::Failure,
     flight::Flight,
     image::{Image, ImageError, ImageSize},
+    replay,
     toolchain::{self, Missing, Toolchain},
     wire::{self, WireError},
 };
 use meerkat_mwd::{Config, Sample, config::ConfigError, telemetry::Summary};
-use std::{fs, io, process::Command, time::Duration};
+use std::{
+    fs,
+    io::{self, Write},
+    process::Command,
+    time::Duration,
+};
 
 /// A cold build takes some ten seconds.
 const BUILD: Duration = Duration::from_secs(900);
@@ -31,6 +36,33 @@ pub struct EmulatedFlight {
     pub summary: Summary,
     /// RAM and flash of the firmware.
     pub image: ImageSize,
+}
+
+impl EmulatedFlight {
+    /// Instructions, stack and memory, for a reader.
+    #[must_use]
+    pub fn cost_lines(&self) -> Vec<String> {
+        let Self { summary, image, .. } = self;
+        let thousands = |n: u64| {
+            let digits = n.to_string();
+            let groups: Vec<&str> =
+                digits.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
+            groups.join(",")
+        };
+        let identifications: Vec<u64> = (self.flight.reports.iter().zip(&self.poll_instructions))
+            .filter_map(|(report, instructions)| (report.evaluations > 0).then_some(*instructions))
+            .collect();
+        let per_identification = match (identifications.iter().min(), identifications.iter().max()) {
+            (Some(least), Some(most)) => format!("{} to {}", thousands(*least), thousands(*most)),
+            _ => "none was made".to_owned(),
+        };
+        let (mean, most) = (summary.push.instructions_mean(), summary.push.instructions_max);
+        vec![
+            format!("cost     {} instructions a sample (worst {}), {per_identification} an identification", thousands(mean), thousands(most)),
+            format!("         longest slice of identification work {} instructions", thousands(summary.poll.instructions_max)),
+            format!("memory   {image}; stack {} of {} bytes", thousands(summary.stack_used_bytes.into()), thousands(summary.stack_size_bytes.into())),
+        ]
+    }
 }
 
 /// Why there is no emulated flight.
@@ -162,10 +194,17 @@ pub fn run_firmware(
     fs::read(directory.path().join("flight.bin")).map_err(file("the firmware wrote no flight"))
 }
 
-/// Flies the trace on the emulated chip and delivers what `replay` delivers.
+/// Flies the trace on the emulated chip and delivers what `replay` delivers, and what it cost there.
 ///
 /// # Errors
-/// Not built yet.
-pub fn run(_args: &ReplayArgs) -> anyhow::Result<()> {
-    Err(Failure::NotBuilt("emulate").into())
+/// Bad input or usage, or whatever keeps the emulator from a whole flight.
+pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
+    let (trace, config) = replay::prepare(args)?;
+    let emulated = fly_emulated(&config, &trace.samples)?;
+    replay::deliver(args, &trace, &config, &emulated.flight, "by the firmware on the emulated Cortex-M4F")?;
+    let mut out = io::stdout().lock();
+    for line in emulated.cost_lines() {
+        writeln!(out, "{line}")?;
+    }
+    Ok(())
 }

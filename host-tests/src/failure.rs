@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meerkat_mwd::config::ConfigError;
 
-use crate::trace::TraceError;
+use crate::{emulate::EmulateError, simulate::ScenarioError, trace::TraceError};
 
 /// Every way in which a command ends without its result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -30,14 +30,6 @@ pub enum Failure {
         /// What the system says.
         why: String,
     },
-    /// Something that has to be installed first.
-    #[error("{what} is missing; install it with: {command}")]
-    Missing {
-        /// What is missing.
-        what: String,
-        /// The command that installs it.
-        command: String,
-    },
 }
 
 impl Failure {
@@ -47,25 +39,25 @@ impl Failure {
         Self::Output { path: path.to_owned(), why: error.to_string() }
     }
 
-    /// Exit status: 2 bad input or usage, 3 something needed is missing.
+    /// Exit status: 2, bad input or usage.
     #[must_use]
     pub const fn exit_status(&self) -> u8 {
         match self {
             Self::Trace(_) | Self::Config(_) | Self::BadInput(_) | Self::NotBuilt(_) | Self::Output { .. } => 2,
-            Self::Missing { .. } => 3,
         }
     }
 }
 
-/// The exit status of an error: that of the [`Failure`], [`TraceError`] or [`ConfigError`] in its chain, else 1, a defect.
+/// The exit status of an error: that of the failure in its chain, else 1, a defect.
 #[must_use]
 pub fn exit_status(error: &anyhow::Error) -> u8 {
     error
         .chain()
         .find_map(|cause| {
             let failure = cause.downcast_ref::<Failure>().map(Failure::exit_status);
-            let input = cause.is::<TraceError>() || cause.is::<ConfigError>();
-            failure.or(input.then_some(2))
+            let emulator = cause.downcast_ref::<EmulateError>().map(EmulateError::exit_status);
+            let input = cause.is::<TraceError>() || cause.is::<ConfigError>() || cause.is::<ScenarioError>();
+            failure.or(emulator).or(input.then_some(2))
         })
         .unwrap_or(1)
 }
@@ -76,10 +68,11 @@ mod tests {
     use meerkat_mwd::Config;
 
     use super::*;
+    use crate::toolchain::Missing;
 
     #[test]
     fn the_status_is_found_under_added_context_and_anything_else_is_a_defect() {
-        let missing = Failure::Missing { what: "qemu".into(), command: "apt-get install qemu".into() };
+        let missing = EmulateError::from(Missing { what: "no emulator".into(), command: "install it".into() });
         let wrapped = Err::<(), _>(missing).context("while emulating").map_err(|e| exit_status(&e));
         assert_eq!(wrapped, Err(3));
         let unusable = Config { sample_period_us: 0, ..Config::default() };

@@ -8,6 +8,7 @@ pub mod emulate;
 pub mod failure;
 pub mod flight;
 pub mod image;
+pub mod known_error;
 pub mod main_job;
 pub mod rates_csv;
 pub mod refusal_text;

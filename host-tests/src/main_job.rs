@@ -1,11 +1,166 @@
 //! `mwd` alone: the main job, end to end on the bundled recording.
 
-use crate::failure::Failure;
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
 
-/// Plays the bundled recording and prints what came of it.
+use meerkat_mwd::{Config, compensation::GyroModel, identification::Decision};
+
+use crate::{
+    configuration::{freeze_at_us, of_trace},
+    emulate::{EmulateError, EmulatedFlight, fly_emulated},
+    flight::{Flight, fly},
+    known_error,
+    refusal_text::refusal_text,
+    score::{self, PerModel, Reference},
+    trace::Trace,
+};
+
+/// A real recording: BROAD trial 06, cut to 110 s (attribution in the folder's README).
+const RECORDING: &str = "traces/broad_06_fast_rotation_110s.csv.gz";
+
+/// Share of the recording that is kept back for the scores.
+const HOLD_OUT: f64 = 0.5;
+
+/// Seed of the known error that is multiplied into the gyro for the second flight.
+const KNOWN_ERROR_SEED: u64 = 1;
+
+/// Where the bundled recording is.
+#[must_use]
+pub fn recording() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(RECORDING)
+}
+
+/// Plays the bundled recording, as it is and with a known error, on the emulated chip (on this machine, with a note, where
+/// no emulator can be had), and prints what came of it.
 ///
 /// # Errors
-/// Not built yet.
+/// The recording or the emulator fails.
 pub fn run() -> anyhow::Result<()> {
-    Err(Failure::NotBuilt("the main job (mwd without a subcommand)").into())
+    let mut out = io::stdout().lock();
+    let trace = Trace::read(&recording())?;
+    let mut config = of_trace(&trace);
+    config.freeze_at_us = Some(freeze_at_us(&trace, HOLD_OUT));
+    writeln!(
+        out,
+        "meerkat-mwd on a real recording: BROAD trial 06, fast rotation by hand, {} samples, {:.0} s at {:.0} Hz.",
+        trace.samples.len(),
+        trace.duration_s(),
+        1e6 / f64::from(trace.nominal_period_us())
+    )?;
+    writeln!(out, "Identified on the first half; every score is over the second half, which identification never sees.")?;
+
+    let as_recorded = flown(&config, &trace)?;
+    writeln!(out, "{}\n", as_recorded.place)?;
+    writeln!(out, "1. AS RECORDED (a factory-calibrated gyro, P within 0.7 % of the identity)")?;
+    report(&mut out, &as_recorded.flight, None)?;
+    scores(&mut out, &config, &trace, &as_recorded.flight)?;
+
+    let mut with_error = trace.clone();
+    let truth = known_error::draw(KNOWN_ERROR_SEED);
+    known_error::apply(&mut with_error, &truth);
+    let identified = flown(&config, &with_error)?;
+    writeln!(out, "\n2. WITH A KNOWN ERROR multiplied into the gyro (P diagonal up to 10 %, off-diagonal up to 5 %, bias 2 deg/s)")?;
+    report(&mut out, &identified.flight, Some(&truth))?;
+    scores(&mut out, &config, &with_error, &identified.flight)?;
+
+    writeln!(out)?;
+    for line in identified.emulated.iter().flat_map(EmulatedFlight::cost_lines) {
+        writeln!(out, "{line}")?;
+    }
+    Ok(())
+}
+
+/// A flight, and where it was flown.
+struct Flown {
+    flight: Flight,
+    emulated: Option<EmulatedFlight>,
+    place: String,
+}
+
+fn flown(config: &Config, trace: &Trace) -> anyhow::Result<Flown> {
+    match fly_emulated(config, &trace.samples) {
+        Ok(emulated) => Ok(Flown {
+            flight: emulated.flight.clone(),
+            emulated: Some(emulated),
+            place: "Flown by the firmware on the emulated Cortex-M4F (STM32F405, QEMU).".to_owned(),
+        }),
+        Err(EmulateError::Missing(missing)) => Ok(Flown {
+            flight: fly(config, &trace.samples, |_| {})?,
+            emulated: None,
+            place: format!("Flown ON THIS MACHINE, by the same code: there is no emulator here. {missing}"),
+        }),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// The last window: accepted or refused and why, and the parameters it found.
+fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> io::Result<()> {
+    let Some(window) = flight.reports.last() else {
+        return writeln!(out, "   no window was closed");
+    };
+    let seconds = |t_us: u64| t_us as f64 * 1e-6;
+    let verdict = match window.decision {
+        Decision::Accepted => "ACCEPTED: P and b fly".to_owned(),
+        Decision::Refused(refusal) => format!("REFUSED: {}; the factory's P stands", refusal_text(&refusal)),
+        _ => "unknown decision".to_owned(),
+    };
+    writeln!(out, "   window {:.0} to {:.0} s: {verdict}", seconds(window.t_start_us), seconds(window.t_end_us))?;
+    writeln!(
+        out,
+        "   IMOA, {} evaluations, cost {} -> {}; unseen blocks: {} of the misfit explained, p = {}; {} of 12 directions observed",
+        window.evaluations,
+        number(window.cost_before, 1),
+        number(window.cost_after, 1),
+        window.explained.map_or("none".to_owned(), |x| format!("{:.0} %", 100.0 * x)),
+        number(window.p_value, 4),
+        window.rank
+    )?;
+    let sigma = |i: usize| window.sigma.get(i).copied().unwrap_or(f32::NAN);
+    for (i, row) in window.fitted.p.iter().enumerate() {
+        write!(out, "   P")?;
+        for (j, p) in row.iter().enumerate() {
+            write!(out, " {p:8.4} +-{:.4}", sigma(3 * i + j))?;
+        }
+        let b = window.fitted.b_rad_s.get(i).map_or(f32::NAN, |b| b.to_degrees());
+        write!(out, "   b {b:7.3} +-{:.3} deg/s", sigma(9 + i).to_degrees())?;
+        if let Some(truth) = truth {
+            write!(out, "   known P")?;
+            for p in truth.p.iter().nth(i).into_iter().flatten() {
+                write!(out, " {p:7.4}")?;
+            }
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+fn scores(out: &mut impl Write, config: &Config, trace: &Trace, flight: &Flight) -> io::Result<()> {
+    let settings = score::Settings { from_us: config.freeze_at_us.unwrap_or(0), ..score::Settings::default() };
+    let Some(Reference { orientation_2s_rms_time_aligned_deg: aligned, attitude_rms_deg, .. }) = score::score(trace, flight, &settings)
+    else {
+        return writeln!(out, "   no reference to score against");
+    };
+    let cell = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2}"));
+    let PerModel { uncompensated, bias_only, twelve_parameters, with_effects } = aligned;
+    writeln!(
+        out,
+        "   rotation error over 2 s, deg rms: uncompensated {}, bias only {}, twelve parameters {}, FLOWN {}",
+        cell(uncompensated),
+        cell(bias_only),
+        cell(twelve_parameters),
+        cell(with_effects)
+    )?;
+    writeln!(
+        out,
+        "   attitude error, deg rms: total {}, heading {}, inclination {}",
+        cell(attitude_rms_deg.total),
+        cell(attitude_rms_deg.heading),
+        cell(attitude_rms_deg.inclination)
+    )
+}
+
+fn number(x: Option<f32>, digits: usize) -> String {
+    x.map_or("none".to_owned(), |x| format!("{x:.digits$}"))
 }

@@ -17,7 +17,7 @@ use crate::{
     flight::fly,
     rates_csv::write_rates_csv,
     result_json::result_json,
-    score::{Reference, score},
+    score::{self, Reference},
     summary::print_summary,
     trace::Trace,
 };
@@ -70,8 +70,13 @@ pub fn deliver(
     flight: &Flight,
     place: &str,
 ) -> anyhow::Result<Option<Reference>> {
-    let from_us = config.freeze_at_us.unwrap_or(trace.first_us());
-    let reference = score(trace, flight, from_us);
+    let settings = score::Settings {
+        from_us: config.freeze_at_us.unwrap_or(trace.first_us()),
+        accel: config.accel,
+        factory: config.gyro,
+        declination_deg: config.earth.declination_rad.map(|x| f64::from(x).to_degrees()),
+    };
+    let reference = score::score(trace, flight, &settings);
     if let Some(path) = &args.attitude {
         write_attitude_csv(&flight.outputs, path)?;
     }

@@ -1,50 +1,101 @@
-//! Scores against the reference columns of a trace.
+//! What a flight is worth against the trace's own reference: rotation over 2 s, gravity from rest to rest, attitude, rate.
+//!
+//! The reference is used here and nowhere else: nothing in this module feeds back into what is flown. All in `f64`.
 
-use serde::Serialize;
+mod attitude;
+mod integrated;
+mod orientation_2s;
+mod rate_error;
+mod rates;
+mod rest_gravity;
+mod time_alignment;
+
+use meerkat_mwd::compensation::{GyroModel, VectorModel};
+
+pub use attitude::AttitudeRms;
+pub use rate_error::{rate_error_rad_s, systematic_rate_error_rad_s};
+pub use rates::{RateTrack, Tracks};
 
 use crate::{flight::Flight, trace::Trace};
+use integrated::Integrated;
 
-/// The `reference` object of the JSON result.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Reference {
-    /// Rotation error over 2 s, degrees rms.
-    pub orientation_2s_rms_deg: PerModel,
-    /// The same with one constant delay fitted, degrees rms.
-    pub orientation_2s_rms_time_aligned_deg: PerModel,
-    /// That delay, milliseconds.
-    pub time_alignment_ms: Option<f64>,
-    /// Error of the gravity direction carried from rest to rest, degrees.
-    pub rest_gravity_deg: PerModel,
-    /// Error of the attitude, degrees rms.
-    pub attitude_rms_deg: AttitudeRms,
-}
+/// Steps in time over this many nominal periods are gaps; no score reaches across one (trace format, version 1).
+const GAP_PERIODS: f64 = 3.0;
 
-/// One figure for each gyro model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+/// One figure for each of the four ways to read the gyro; `None` where the trace or the flight does not hold it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct PerModel {
-    /// Raw rates.
+    /// The raw gyro.
     pub uncompensated: Option<f64>,
-    /// P = I, b from the same windows.
+    /// The factory's P with each window's bias.
     pub bias_only: Option<f64>,
-    /// The 12-parameter fit, accepted or not.
+    /// The 12-parameter fit of each window, whether or not it was accepted.
     pub twelve_parameters: Option<f64>,
-    /// What flies.
+    /// What was flown, with every accepted effect.
     pub with_effects: Option<f64>,
 }
 
-/// Attitude error and its two parts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct AttitudeRms {
-    /// The whole angle.
-    pub total: Option<f64>,
-    /// The part about the vertical.
-    pub heading: Option<f64>,
-    /// The rest.
-    pub inclination: Option<f64>,
+/// Scores of a flight against the trace's reference columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Reference {
+    /// Rotation over consecutive 2 s windows against the reference's: angle of the difference, degrees, root mean square of the
+    /// 98 % smallest.
+    pub orientation_2s_rms_deg: PerModel,
+    /// The same, after one constant delay for the recording has been taken out of all four gyro readings alike.
+    pub orientation_2s_rms_time_aligned_deg: PerModel,
+    /// That delay, milliseconds; positive: the gyro lags the reference. `None`: none within 20 ms can be told.
+    pub time_alignment_ms: Option<f64>,
+    /// Direction of gravity carried from each rest to the next by the gyro, against the accelerometer there: angle, degrees rms.
+    pub rest_gravity_deg: PerModel,
+    /// Attitude against the reference, degrees rms, in the earth frame, without any re-alignment.
+    pub attitude_rms_deg: AttitudeRms,
 }
 
-/// Scores a flight from `from_us` on; `None` where the trace has nothing to score against.
+/// What the scorer has to know beside the trace and the flight.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Settings {
+    /// Only samples at or after this time count, microseconds; 0: all.
+    pub from_us: u64,
+    /// Calibration of the accelerometer, for the gravity at rests.
+    pub accel: VectorModel,
+    /// The gyro model that was flown before the first window's result.
+    pub factory: GyroModel,
+    /// Declination with which the flight was configured, degrees east of true north: its attitude then counts from true north.
+    pub declination_deg: Option<f64>,
+}
+
+/// Scores a flight over the samples from `settings.from_us` on. `None`: the trace has neither a reference attitude nor rests.
 #[must_use]
-pub fn score(_trace: &Trace, _flight: &Flight, _from_us: u64) -> Option<Reference> {
-    None
+pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Reference> {
+    let has_reference = trace.reference.iter().any(Option::is_some);
+    let has_rests = trace.rest.iter().flatten().any(|&rest| rest);
+    if !has_reference && !has_rests {
+        return None;
+    }
+    let gap_s = GAP_PERIODS * f64::from(trace.nominal_period_us()) * 1e-6;
+    let integrate = |track: &RateTrack| Integrated::new(track, gap_s);
+    let integrated = Tracks::at_validity(trace, flight, &settings.factory).map(integrate);
+    let mut scores = Reference::default();
+    if has_reference {
+        let windows = orientation_2s::windows(trace, settings.from_us);
+        scores.orientation_2s_rms_deg = orientation_2s::rms_deg(&windows, &integrated, 0.0);
+
+        let acquired = Tracks::at_acquisition(trace, flight, &settings.factory).map(integrate);
+        if let Some(delay_s) = time_alignment::fit(&windows, &acquired) {
+            scores.orientation_2s_rms_time_aligned_deg = orientation_2s::rms_deg(&windows, &acquired, delay_s);
+            scores.time_alignment_ms = Some(delay_s * 1e3);
+        }
+        scores.attitude_rms_deg = attitude::rms_deg(trace, flight, settings);
+    }
+    if has_rests {
+        let legs = rest_gravity::legs(trace, settings);
+        scores.rest_gravity_deg = rest_gravity::rms_deg(&legs, &integrated);
+    }
+    Some(scores)
+}
+
+/// Root mean square; `None` of nothing.
+fn root_mean_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (count, sum) = values.into_iter().fold((0_usize, 0.0), |(count, sum), x| (count + 1, sum + x * x));
+    (count > 0).then(|| (sum / count as f64).sqrt())
 }

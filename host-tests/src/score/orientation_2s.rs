@@ -1,0 +1,86 @@
+//! Rotation over consecutive 2 s windows against the reference's.
+
+use nalgebra::UnitQuaternion;
+
+use super::{PerModel, Tracks, attitude::unit_quaternion, integrated::Integrated, rates, root_mean_square};
+use crate::trace::Trace;
+
+/// Length of a window, seconds.
+const WINDOW_S: f64 = 2.0;
+
+/// Fraction of the windows, the best ones, that count: optical references glitch now and then.
+const KEPT: f64 = 0.98;
+
+/// A window and the reference's rotation over it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    pub(super) from_s: f64,
+    pub(super) to_s: f64,
+    /// Body at the window's end to body at its start.
+    rotation: UnitQuaternion<f64>,
+}
+
+/// The windows that count, laid end to end from the first sample at or after `from_us`.
+///
+/// A window ends with the sample nearest to 2 s after its start, and the rotation is compared over exactly these two instants. It
+/// counts if every sample in it has a reference (and `movement` where the trace says).
+pub(super) fn windows(trace: &Trace, from_us: u64) -> Vec<Window> {
+    let start_us = rates::start_us(trace);
+    let half_period_us = trace.nominal_period_us() / 2;
+    let length_us = (WINDOW_S * 1e6) as u64 - u64::from(half_period_us);
+    let scored = |i: usize| {
+        let moving = trace.movement.as_ref().is_none_or(|m| m.get(i).copied().unwrap_or(false));
+        trace.reference.get(i).copied().flatten().filter(|_| moving).and_then(unit_quaternion)
+    };
+    let mut windows = Vec::new();
+    let mut first = trace.samples.partition_point(|s| s.t_us < from_us);
+    while let Some(start) = trace.samples.get(first) {
+        let last = trace.samples.partition_point(|s| s.t_us < start.t_us.saturating_add(length_us)).max(first + 1);
+        let Some(end) = trace.samples.get(last) else { break };
+        let complete = (first..=last).all(|i| scored(i).is_some());
+        if complete && let (Some(q_from), Some(q_to)) = (scored(first), scored(last)) {
+            let (from_s, to_s) = (rates::seconds_since(start_us, start.t_us), rates::seconds_since(start_us, end.t_us));
+            windows.push(Window { from_s, to_s, rotation: q_from.inverse() * q_to });
+        }
+        first = last;
+    }
+    windows
+}
+
+/// The score of each track whose readings lag the reference by `delay_s`, degrees, over the windows that all of them cover
+/// without a gap; `None` without such a window.
+pub(super) fn rms_deg(windows: &[Window], tracks: &Tracks<Integrated>, delay_s: f64) -> PerModel {
+    let covered = |w: &&Window| tracks.cover(w.from_s + delay_s, w.to_s + delay_s);
+    let windows: Vec<Window> = windows.iter().filter(covered).copied().collect();
+    tracks.per_model(|track| track_rms_deg(&windows, track, delay_s))
+}
+
+/// The score of one track, degrees; `None` without a window, or where the track does not cover all of them.
+pub(super) fn track_rms_deg(windows: &[Window], track: &Integrated, delay_s: f64) -> Option<f64> {
+    let error =
+        |w: &Window| Some(w.rotation.angle_to(&track.rotation(w.from_s + delay_s, w.to_s + delay_s)?).to_degrees());
+    trimmed_rms(windows.iter().map(error).collect::<Option<Vec<f64>>>()?)
+}
+
+/// Root mean square of the 98 % smallest (rounded down, at least one).
+fn trimmed_rms(mut errors: Vec<f64>) -> Option<f64> {
+    errors.sort_by(f64::total_cmp);
+    let kept = ((errors.len() as f64 * KEPT) as usize).max(1);
+    root_mean_square(errors.into_iter().take(kept))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_of_a_hundred_outliers_do_not_count_and_a_third_does() {
+        let with_outliers = |count: usize| (0..100).map(|i| if i < count { 90.0 } else { 2.0 }).collect::<Vec<f64>>();
+        assert_eq!(trimmed_rms(with_outliers(0)), Some(2.0));
+        assert_eq!(trimmed_rms(with_outliers(2)), Some(2.0));
+        let expected = ((97.0 * 4.0 + 90.0 * 90.0) / 98.0_f64).sqrt();
+        assert_eq!(trimmed_rms(with_outliers(3)), Some(expected));
+        assert_eq!(trimmed_rms(vec![5.0]), Some(5.0));
+        assert_eq!(trimmed_rms(vec![]), None);
+    }
+}

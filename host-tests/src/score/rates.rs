@@ -1,0 +1,149 @@
+//! The four readings of the gyro that are compared: raw, bias only, twelve parameters, and what was flown.
+
+use meerkat_mwd::{SampleFlags, compensation::GyroModel};
+use nalgebra::{Matrix3, Vector3};
+
+use super::PerModel;
+use crate::{flight::Flight, trace::Trace};
+
+/// Body rates in time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RateTrack {
+    /// Times of validity, seconds since the trace's first sample, strictly increasing.
+    pub t_s: Vec<f64>,
+    /// Body rate at each of these times, rad/s.
+    pub rate_rad_s: Vec<Vector3<f64>>,
+}
+
+impl RateTrack {
+    fn from_points(points: impl IntoIterator<Item = (f64, Vector3<f64>)>) -> Self {
+        let mut track = Self::default();
+        for (t_s, rate) in points {
+            if track.t_s.last().is_none_or(|&last| t_s > last) {
+                track.t_s.push(t_s);
+                track.rate_rad_s.push(rate);
+            }
+        }
+        track
+    }
+}
+
+/// The same thing for each of the four readings of the gyro.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tracks<T = RateTrack> {
+    /// The raw gyro.
+    pub uncompensated: T,
+    /// The factory's P with each window's bias.
+    pub bias_only: T,
+    /// The 12-parameter fit of each window.
+    pub twelve_parameters: T,
+    /// What was flown.
+    pub with_effects: T,
+}
+
+impl<T> Tracks<T> {
+    /// The same function of each.
+    pub fn map<U>(&self, f: impl Fn(&T) -> U) -> Tracks<U> {
+        Tracks {
+            uncompensated: f(&self.uncompensated),
+            bias_only: f(&self.bias_only),
+            twelve_parameters: f(&self.twelve_parameters),
+            with_effects: f(&self.with_effects),
+        }
+    }
+
+    /// One figure of each.
+    pub(super) fn per_model(&self, f: impl Fn(&T) -> Option<f64>) -> PerModel {
+        let Tracks { uncompensated, bias_only, twelve_parameters, with_effects } = self.map(f);
+        PerModel { uncompensated, bias_only, twelve_parameters, with_effects }
+    }
+
+    /// Whether it holds of all.
+    pub(super) fn all(&self, f: impl Fn(&T) -> bool) -> bool {
+        let Tracks { uncompensated, bias_only, twelve_parameters, with_effects } = self.map(f);
+        uncompensated && bias_only && twelve_parameters && with_effects
+    }
+}
+
+impl Tracks {
+    /// The four rate tracks of a flight at their times of validity, over the whole trace.
+    ///
+    /// Models change in time as they did in flight: each window's from its `t_effect_us` on, `factory` before the first. A window
+    /// that was not fitted leaves the twelve-parameter model as it was. Samples without a gyro reading are left out.
+    #[must_use]
+    pub fn at_validity(trace: &Trace, flight: &Flight, factory: &GyroModel) -> Self {
+        let start_us = start_us(trace);
+        let mut reports: Vec<_> = flight.reports.iter().filter_map(|r| Some((r.t_effect_us?, r))).collect();
+        reports.sort_by_key(|&(t_effect_us, _)| t_effect_us);
+        let mut reports = reports.into_iter().peekable();
+        let (mut bias_only, mut twelve) = (Compensation::new(factory), Compensation::new(factory));
+        let mut points: [Vec<(f64, Vector3<f64>)>; 3] = Default::default();
+        for sample in &trace.samples {
+            while let Some((_, report)) = reports.next_if(|&(t_effect_us, _)| t_effect_us <= sample.t_us) {
+                bias_only = Compensation::new(&report.bias_only);
+                // Without a cost nothing was fitted, and `fitted` only repeats what was flown.
+                if report.cost_after.is_some() {
+                    twelve = Compensation::new(&report.fitted);
+                }
+            }
+            if sample.flags.contains(SampleFlags::GYRO_MISSING) {
+                continue;
+            }
+            let t_s = seconds_since(start_us, sample.t_us);
+            let raw = Vector3::from(sample.gyro_rad_s.map(f64::from));
+            let [p0, p1, p2] = &mut points;
+            p0.push((t_s, raw));
+            p1.push((t_s, bias_only.rate(&raw)));
+            p2.push((t_s, twelve.rate(&raw)));
+        }
+        let [uncompensated, bias_only, twelve_parameters] = points.map(RateTrack::from_points);
+        let flown = flight.outputs.iter().map(|o| (seconds_since(start_us, o.t_us), flown_rate(o.rate_rad_s)));
+        Self { uncompensated, bias_only, twelve_parameters, with_effects: RateTrack::from_points(flown) }
+    }
+
+    /// The same with what was flown at the times at which the gyro was read: a lag that the flight took out of its times of
+    /// validity is put back, so that one delay can be taken out of all four readings alike.
+    #[must_use]
+    pub fn at_acquisition(trace: &Trace, flight: &Flight, factory: &GyroModel) -> Self {
+        let mut tracks = Self::at_validity(trace, flight, factory);
+        // Each sample of a trace gives one output; if they do not pair up, the times of validity are all there is.
+        if flight.outputs.len() == trace.samples.len() {
+            let start_us = start_us(trace);
+            let paired = trace.samples.iter().zip(&flight.outputs);
+            tracks.with_effects = RateTrack::from_points(
+                paired.map(|(sample, o)| (seconds_since(start_us, sample.t_us), flown_rate(o.rate_rad_s))),
+            );
+        }
+        tracks
+    }
+}
+
+/// The trace's first instant, from which the scorer counts time.
+pub(super) fn start_us(trace: &Trace) -> u64 {
+    trace.samples.first().map_or(0, |s| s.t_us)
+}
+
+/// Seconds from `start_us`, negative before it. Differences are taken in integers: absolute times may be Unix times.
+pub(super) fn seconds_since(start_us: u64, t_us: u64) -> f64 {
+    t_us.wrapping_sub(start_us).cast_signed() as f64 * 1e-6
+}
+
+fn flown_rate(rate_rad_s: [f32; 3]) -> Vector3<f64> {
+    Vector3::from(rate_rad_s.map(f64::from))
+}
+
+/// A gyro model in double precision: `w = P (w_raw - b)`.
+pub(super) struct Compensation {
+    pub(super) p: Matrix3<f64>,
+    pub(super) b_rad_s: Vector3<f64>,
+}
+
+impl Compensation {
+    pub(super) fn new(model: &GyroModel) -> Self {
+        Self { p: model.p_matrix().map(f64::from), b_rad_s: Vector3::from(model.b_rad_s.map(f64::from)) }
+    }
+
+    pub(super) fn rate(&self, raw_rad_s: &Vector3<f64>) -> Vector3<f64> {
+        self.p * (raw_rad_s - self.b_rad_s)
+    }
+}

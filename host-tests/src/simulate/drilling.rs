@@ -1,0 +1,157 @@
+//! The motion of the tool: its attitude and body rate in closed form, but for the angle that the stick-slip speed adds up to.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::{multisine::Multisine, random::Random, scenario::Scenario};
+
+/// The tool at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion {
+    /// Tool to NED (magnetic north).
+    pub(super) attitude: UnitQuaternion<f64>,
+    /// Body rate relative to the earth, tool axes, rad/s.
+    pub(super) rate_rad_s: Vector3<f64>,
+    /// Angle turned about the tool axis, rad, for what repeats with the rotation.
+    pub(super) toolface_rad: f64,
+    /// Speed about the tool axis, rad/s.
+    pub(super) toolface_rate_rad_s: f64,
+    /// 0 at rest, 1 at full drilling.
+    pub(super) drilling: f64,
+}
+
+/// The drilling run, stepped through in time.
+///
+/// Tool to NED is Rz(azimuth) Ry(inclination) Rx Ry (wobble) Rz(toolface) Rx Ry Rz (angular vibration).
+pub(super) struct Drilling<'a> {
+    scenario: &'a Scenario,
+    stick_slip: StickSlip,
+    wobble: [Multisine; 2],
+    angular: [Multisine; 3],
+    /// Toolface and its rate at the last instant asked for.
+    last: Option<(f64, f64, f64)>,
+}
+
+impl<'a> Drilling<'a> {
+    pub(super) fn new(scenario: &'a Scenario, random: &mut Random) -> Self {
+        let wobble_rad = scenario.wobble.rms_deg.to_radians();
+        let [low, high] = scenario.vibration.angular_band_hz;
+        // The rate is asked for, the angle is drawn: in a band this is right at its middle.
+        let angular_rad = scenario.vibration.angular_deg_s.to_radians() / (TAU * 0.5 * (low + high));
+        Self {
+            scenario,
+            stick_slip: StickSlip::new(scenario, random),
+            wobble: std::array::from_fn(|_| Multisine::new(random, 4, scenario.wobble.band_hz, wobble_rad)),
+            angular: std::array::from_fn(|_| Multisine::new(random, 5, [low, high], angular_rad)),
+            last: None,
+        }
+    }
+
+    /// The tool at `t_s`, which must not go back from call to call: the toolface is integrated (trapezoids) in between.
+    pub(super) fn advance(&mut self, t_s: f64) -> Motion {
+        let (drilling, onset) = self.drilling(t_s);
+        let toolface_rate = drilling * self.stick_slip.rate_rad_s(t_s);
+        let toolface_rad = match self.last {
+            None => self.scenario.rotation.toolface_deg.to_radians(),
+            Some((last_s, angle, rate)) => angle + 0.5 * (rate + toolface_rate) * (t_s - last_s),
+        };
+        self.last = Some((t_s, toolface_rad, toolface_rate));
+
+        let drilled_s = if t_s > self.scenario.rest_s { t_s - self.scenario.rest_s } else { 0.0 };
+        let deg_h = |rate: f64| if drilled_s > 0.0 { rate.to_radians() / 3600.0 } else { 0.0 };
+        let (build, turn) = (deg_h(self.scenario.hole.build_rate_deg_h), deg_h(self.scenario.hole.turn_rate_deg_h));
+        // An oscillation that fades in with the drilling, and its rate.
+        let faded = |wave: &Multisine| {
+            let (value, slope) = wave.at(t_s);
+            (drilling * value, drilling * slope + onset * value)
+        };
+        let [wobble_x, wobble_y] = &self.wobble;
+        let [angular_x, angular_y, angular_z] = &self.angular;
+        let mut chain = Chain::default();
+        chain.turn(Vector3::z(), (self.scenario.hole.azimuth_deg.to_radians() + turn * drilled_s, turn));
+        chain.turn(Vector3::y(), (self.scenario.hole.inclination_deg.to_radians() + build * drilled_s, build));
+        chain.turn(Vector3::x(), faded(wobble_x));
+        chain.turn(Vector3::y(), faded(wobble_y));
+        chain.turn(Vector3::z(), (toolface_rad, toolface_rate));
+        chain.turn(Vector3::x(), faded(angular_x));
+        chain.turn(Vector3::y(), faded(angular_y));
+        chain.turn(Vector3::z(), faded(angular_z));
+        Motion {
+            attitude: chain.attitude,
+            rate_rad_s: chain.rate_rad_s,
+            toolface_rad,
+            toolface_rate_rad_s: toolface_rate,
+            drilling,
+        }
+    }
+
+    /// How much of the drilling is on, 0 to 1, and its slope: a smooth ramp (3 x^2 - 2 x^3) after the rest.
+    fn drilling(&self, t_s: f64) -> (f64, f64) {
+        let x = (t_s - self.scenario.rest_s) / self.scenario.ramp_s;
+        if x <= 0.0 {
+            (0.0, 0.0)
+        } else if x >= 1.0 {
+            (1.0, 0.0)
+        } else {
+            (x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) / self.scenario.ramp_s)
+        }
+    }
+}
+
+/// Rotations one after the other, each about an axis of the frame that the one before has reached, and the rate they make.
+struct Chain {
+    attitude: UnitQuaternion<f64>,
+    rate_rad_s: Vector3<f64>,
+}
+
+impl Default for Chain {
+    fn default() -> Self {
+        Self { attitude: UnitQuaternion::identity(), rate_rad_s: Vector3::zeros() }
+    }
+}
+
+impl Chain {
+    fn turn(&mut self, axis: Vector3<f64>, (angle_rad, rate_rad_s): (f64, f64)) {
+        let (sine, cosine) = libm::sincos(0.5 * angle_rad);
+        let turn = UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, axis * sine));
+        self.attitude *= turn;
+        self.rate_rad_s = turn.inverse_transform_vector(&self.rate_rad_s) + axis * rate_rad_s;
+    }
+}
+
+/// Speed about the tool axis: mean times 1 + depth(t) sin(phase(t)), never backwards. Depth and phase wander slowly.
+struct StickSlip {
+    mean_rad_s: f64,
+    depth: f64,
+    frequency_rad_s: f64,
+    phase_rad: f64,
+    depth_wander: Multisine,
+    phase_wander: Multisine,
+}
+
+/// Sinusoids in each of the two wanders, and their band.
+const WANDER_COUNT: u32 = 3;
+const WANDER_HZ: [f64; 2] = [0.005, 0.05];
+
+impl StickSlip {
+    fn new(scenario: &Scenario, random: &mut Random) -> Self {
+        let rotation = &scenario.rotation;
+        // Peaks of a multisine are the square root of twice its count above its rms: this one stays within plus and minus 1.
+        let within_one = 1.0 / libm::sqrt(2.0 * f64::from(WANDER_COUNT));
+        Self {
+            mean_rad_s: rotation.mean_rpm * TAU / 60.0,
+            depth: rotation.stick_slip,
+            frequency_rad_s: TAU * rotation.stick_slip_hz,
+            phase_rad: TAU * random.uniform(),
+            depth_wander: Multisine::new(random, WANDER_COUNT, WANDER_HZ, within_one),
+            phase_wander: Multisine::new(random, WANDER_COUNT, WANDER_HZ, 1.0),
+        }
+    }
+
+    fn rate_rad_s(&self, t_s: f64) -> f64 {
+        let depth = self.depth * (0.8 + 0.2 * self.depth_wander.at(t_s).0);
+        let phase = self.phase_rad + self.frequency_rad_s * t_s + self.phase_wander.at(t_s).0;
+        self.mean_rad_s * (1.0 + depth * libm::sin(phase))
+    }
+}

@@ -1,0 +1,214 @@
+//! A drilling run with known truth: scenario in; trace with true attitude, true rate and the gyro's true model out.
+//!
+//! Every reading is the mean of the truth over the sample interval centred on its time: an ideal anti-alias filter without delay.
+//! The same scenario and seed give the same trace, to the bit.
+
+mod drilling;
+mod multisine;
+pub(crate) mod random;
+mod scenario;
+mod sensors;
+mod validation;
+mod vibration;
+
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+use meerkat_mwd::compensation::GyroModel;
+use nalgebra::Vector3;
+
+use crate::{
+    cli::SimulateArgs,
+    trace::{BodyFrame, EarthFrame, Keys, Trace},
+};
+use drilling::{Drilling, Motion};
+use random::Random;
+pub use scenario::{
+    Accelerometer, EarthSettings, Gyro, Hole, Magnetometer, Rotation, Scenario, ScenarioError, ShockSettings,
+    Vibration, Wobble,
+};
+use sensors::{Ideal, Sensors};
+pub use vibration::Shock;
+
+/// Rotation of the earth against the stars, rad/s (WGS 84).
+const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
+
+/// What only a simulator knows, beside the trace's true attitude (`reference`) and true rate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    /// The gyro's true model; its bias is the one at the start, from which it walks.
+    pub gyro: GyroModel,
+    /// The shocks of the run, in order of time.
+    pub shocks: Vec<Shock>,
+}
+
+/// Simulates a scenario, which must be valid ([`Scenario::validate`]).
+///
+/// The trace is in tool axes and NED with magnetic north. `true_rate` is relative to the earth and a mean over the sample interval,
+/// as an ideal gyro would read it; the gyro senses the earth's rotation in addition where the scenario gives a latitude.
+#[must_use]
+pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
+    let mut streams = Random::new(seed);
+    // One stream for each thing that is drawn, so that a changed setting of one leaves the others as they were.
+    let [mut gyro, noise, mut motion, mut vibration, mut shock] = std::array::from_fn(|_| streams.split());
+    let mut sensors = Sensors::new(scenario, &mut gyro, noise);
+    let mut drilling = Drilling::new(scenario, &mut motion);
+    let mut broadband = vibration::Broadband::new(scenario);
+    let chatter = vibration::Chatter::new(scenario, &mut vibration);
+    let shocks = vibration::draw_shocks(&scenario.shocks, scenario.rest_s, scenario.duration_s, &mut shock);
+    let truth = Truth { gyro: sensors.truth(), shocks };
+    let earth = EarthVectors::new(scenario);
+    let lever_arm_m = Vector3::from(scenario.accel.lever_arm_m);
+
+    let period_us = u64::from(scenario.sample_period_us);
+    let period_s = period_us as f64 * 1e-6;
+    let count = (scenario.duration_s / period_s + 1e-9) as u64;
+    let mut trace = Trace { keys: keys(scenario, seed, &truth), ..Trace::default() };
+    let mut true_rate = Vec::new();
+    let longest_shock_s = (scenario.shocks.length_ms[1] + scenario.shocks.rebound_ms) * 1e-3;
+    let mut next_shock = 0;
+    let mut start = drilling.advance(-0.5 * period_s);
+    for index in 0..=count {
+        let t_s = index as f64 * period_s;
+        let (from_s, to_s) = (t_s - 0.5 * period_s, t_s + 0.5 * period_s);
+        let interval = Interval::mean(&mut drilling, start, t_s, period_s, scenario.oversampling, |motion| {
+            let rate = motion.rate_rad_s;
+            let to_body = |v: &Vector3<f64>| motion.attitude.inverse_transform_vector(v);
+            Ideal {
+                rate_rad_s: rate + to_body(&earth.rate_rad_s),
+                specific_force_m_s2: chatter.at(motion) - to_body(&earth.gravity_m_s2)
+                    + rate.cross(&rate.cross(&lever_arm_m)),
+                field_ut: to_body(&earth.field_ut),
+            }
+        });
+        let mut ideal = interval.ideal;
+        ideal.specific_force_m_s2 += broadband.next(&mut vibration) * interval.middle.drilling;
+        // The mean of an acceleration is the change of velocity, so that of w' x r needs the interval's ends only.
+        let angular_acceleration = (interval.end.rate_rad_s - start.rate_rad_s) / period_s;
+        ideal.specific_force_m_s2 += angular_acceleration.cross(&lever_arm_m);
+        while truth.shocks.get(next_shock).is_some_and(|s| s.start_s + longest_shock_s <= from_s) {
+            next_shock += 1;
+        }
+        let overlapping = truth.shocks.iter().skip(next_shock).take_while(|s| s.start_s < to_s);
+        ideal.specific_force_m_s2 += overlapping.map(|s| s.mean_m_s2(from_s, to_s)).sum::<Vector3<f64>>();
+
+        trace.samples.push(sensors.read(index * period_us, &ideal));
+        let q = interval.middle.attitude;
+        trace.reference.push(Some([q.w, q.i, q.j, q.k]));
+        true_rate.push(interval.rate_rad_s.into());
+        start = interval.end;
+    }
+    trace.true_rate = Some(true_rate);
+    (trace, truth)
+}
+
+/// Reads a scenario, simulates it and writes the trace: `cargo mwd simulate`.
+///
+/// Without `output` the trace is written to the current directory, named after the scenario.
+///
+/// # Errors
+/// The scenario cannot be read or used, or the trace cannot be written.
+pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
+    let scenario = Scenario::read(&args.scenario)?;
+    let name = args.scenario.file_stem().map_or_else(|| "simulated".into(), |stem| stem.to_string_lossy());
+    let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.csv.gz")));
+    let seed = args.seed.unwrap_or(1);
+    let (trace, truth) = simulate(&scenario, seed);
+    trace.write(&path).with_context(|| format!("cannot write {}", path.display()))?;
+    println!("{}: {} samples, {:.1} s, seed {seed}", path.display(), trace.samples.len(), trace.duration_s());
+    println!("true gyro model: {}", describe(&truth.gyro));
+    println!("shocks: {}", truth.shocks.len());
+    Ok(())
+}
+
+/// The earth's vectors in NED with magnetic north.
+struct EarthVectors {
+    gravity_m_s2: Vector3<f64>,
+    field_ut: Vector3<f64>,
+    rate_rad_s: Vector3<f64>,
+}
+
+impl EarthVectors {
+    fn new(scenario: &Scenario) -> Self {
+        let earth = &scenario.earth;
+        let (down, north) = libm::sincos(earth.dip_deg.to_radians());
+        let rate_rad_s = earth.latitude_deg.map_or_else(Vector3::zeros, |latitude| {
+            let (sine, cosine) = libm::sincos(latitude.to_radians());
+            // True north lies at minus the declination from magnetic north.
+            let (east, north) = libm::sincos(-earth.magnetic_declination_deg.unwrap_or(0.0).to_radians());
+            Vector3::new(cosine * north, cosine * east, -sine) * EARTH_RATE_RAD_S
+        });
+        Self {
+            gravity_m_s2: Vector3::new(0.0, 0.0, earth.gravity_m_s2),
+            field_ut: Vector3::new(north, 0.0, down) * earth.magnetic_field_ut,
+            rate_rad_s,
+        }
+    }
+}
+
+/// Means over one sample interval, and the tool at its middle and end.
+struct Interval {
+    ideal: Ideal,
+    /// Mean rate relative to the earth.
+    rate_rad_s: Vector3<f64>,
+    middle: Motion,
+    end: Motion,
+}
+
+impl Interval {
+    /// Trapezoid means over the interval that is centred on `t_s` and begins at `start`.
+    fn mean(
+        drilling: &mut Drilling<'_>,
+        start: Motion,
+        t_s: f64,
+        period_s: f64,
+        steps: u32,
+        ideal: impl Fn(&Motion) -> Ideal,
+    ) -> Self {
+        let zero = Vector3::zeros();
+        let sum = Ideal { rate_rad_s: zero, specific_force_m_s2: zero, field_ut: zero };
+        let mut interval = Self { ideal: sum, rate_rad_s: zero, middle: start, end: start };
+        interval.add(&start, &ideal(&start), 0.5 / f64::from(steps));
+        for step in 1..=steps {
+            let motion = drilling.advance(t_s + period_s * (f64::from(step) / f64::from(steps) - 0.5));
+            let weight = if step == steps { 0.5 } else { 1.0 };
+            interval.add(&motion, &ideal(&motion), weight / f64::from(steps));
+            if 2 * step == steps {
+                interval.middle = motion;
+            }
+            interval.end = motion;
+        }
+        interval
+    }
+
+    fn add(&mut self, motion: &Motion, ideal: &Ideal, weight: f64) {
+        self.ideal.rate_rad_s += ideal.rate_rad_s * weight;
+        self.ideal.specific_force_m_s2 += ideal.specific_force_m_s2 * weight;
+        self.ideal.field_ut += ideal.field_ut * weight;
+        self.rate_rad_s += motion.rate_rad_s * weight;
+    }
+}
+
+fn keys(scenario: &Scenario, seed: u64, truth: &Truth) -> Keys {
+    let earth = &scenario.earth;
+    let full_scales = sensors::full_scales(scenario);
+    Keys {
+        earth_frame: EarthFrame::Ned,
+        body_frame: BodyFrame::Tool,
+        magnetic_declination_deg: earth.magnetic_declination_deg,
+        gravity_m_s2: Some(earth.gravity_m_s2),
+        magnetic_field_ut: Some(earth.magnetic_field_ut),
+        dip_deg: Some(earth.dip_deg),
+        latitude_deg: earth.latitude_deg,
+        gyro_full_scale_rad_s: full_scales.gyro_rad_s,
+        accel_full_scale_m_s2: full_scales.accel_m_s2,
+        mag_full_scale_ut: full_scales.mag_ut,
+        source: Some(format!("simulated drilling, seed {seed}; true gyro model: {}", describe(&truth.gyro))),
+        ..Keys::default()
+    }
+}
+
+fn describe(model: &GyroModel) -> String {
+    let b_deg_s = model.b_rad_s.map(|x| (f64::from(x).to_degrees() * 1e4).round() / 1e4);
+    format!("P = {:?}, b = {b_deg_s:?} deg/s", model.p)
+}

@@ -1,0 +1,146 @@
+//! What sensors make of the truth: the gyro's 12 errors, noise, drift, steps and full scales.
+
+use meerkat_mwd::{Sample, SampleFlags, compensation::GyroModel};
+use nalgebra::{Matrix3, Vector3};
+
+use super::{random::Random, scenario::Scenario, vibration::STANDARD_GRAVITY_M_S2};
+
+/// Truth over one sample interval, tool axes: what ideal sensors would read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ideal {
+    /// Inertial rate, rad/s.
+    pub(super) rate_rad_s: Vector3<f64>,
+    /// Specific force, m/s^2.
+    pub(super) specific_force_m_s2: Vector3<f64>,
+    /// Magnetic flux density, microtesla.
+    pub(super) field_ut: Vector3<f64>,
+}
+
+/// The three sensors of a run.
+pub(super) struct Sensors {
+    model: GyroModel,
+    p_inverse: Matrix3<f64>,
+    bias_rad_s: Vector3<f64>,
+    bias_step_rad_s: f64,
+    gyro: Output,
+    accel: Output,
+    mag: Output,
+    random: Random,
+}
+
+impl Sensors {
+    /// Draws the gyro's errors with `truth` and takes its noise from `random`.
+    ///
+    /// White noise of density n has the standard deviation n times the root of the sample rate, so that its integral walks n times
+    /// the root of the time.
+    pub(super) fn new(scenario: &Scenario, truth: &mut Random, random: Random) -> Self {
+        let gyro = &scenario.gyro;
+        let period_s = f64::from(scenario.sample_period_us) * 1e-6;
+        let per_root_hertz = 1.0 / libm::sqrt(period_s);
+        let drawn_p: [[f64; 3]; 3] = std::array::from_fn(|row| {
+            std::array::from_fn(|column| {
+                if row == column {
+                    1.0 + truth.normal_off_centre(gyro.diagonal_sigma)
+                } else {
+                    truth.normal_off_centre(gyro.off_diagonal_sigma)
+                }
+            })
+        });
+        let drawn_bias = std::array::from_fn(|_| truth.normal_off_centre(gyro.bias_sigma_deg_s));
+        // Rounded first: the truth that is reported is the one that was simulated.
+        let model = GyroModel {
+            p: gyro.p.unwrap_or(drawn_p).map(|row| row.map(|x| x as f32)),
+            b_rad_s: gyro.bias_deg_s.unwrap_or(drawn_bias).map(|x| x.to_radians() as f32),
+        };
+        let accel_noise = scenario.accel.noise_ug_rthz * 1e-6 * STANDARD_GRAVITY_M_S2;
+        Self {
+            model,
+            // Scenarios are checked for it, and draws of a few percent cannot fail; the identity would be an honest sensor.
+            p_inverse: model.p_matrix().map(f64::from).try_inverse().unwrap_or_else(Matrix3::identity),
+            bias_rad_s: Vector3::from(model.b_rad_s.map(f64::from)),
+            bias_step_rad_s: gyro.bias_walk_deg_s_rts.to_radians() * libm::sqrt(period_s),
+            gyro: Output {
+                noise: gyro.noise_deg_s_rthz.to_radians() * per_root_hertz,
+                resolution: gyro.resolution_deg_s.map(f64::to_radians),
+                full_scale: full_scales(scenario).gyro_rad_s,
+                clipped: SampleFlags::GYRO_CLIPPED,
+            },
+            accel: Output {
+                noise: accel_noise * per_root_hertz,
+                resolution: scenario.accel.resolution_m_s2,
+                full_scale: full_scales(scenario).accel_m_s2,
+                clipped: SampleFlags::ACCEL_CLIPPED,
+            },
+            mag: Output {
+                noise: scenario.mag.noise_ut,
+                resolution: scenario.mag.resolution_ut,
+                full_scale: full_scales(scenario).mag_ut,
+                clipped: SampleFlags::MAG_CLIPPED,
+            },
+            random,
+        }
+    }
+
+    /// The gyro's true model; its bias is the one at the start of the run.
+    pub(super) fn truth(&self) -> GyroModel {
+        self.model
+    }
+
+    /// The reading at `t_us`; called once for each sample, in order.
+    pub(super) fn read(&mut self, t_us: u64, ideal: &Ideal) -> Sample {
+        let mut sample = Sample { t_us, flags: SampleFlags::TEMPERATURE_MISSING, ..Sample::default() };
+        let raw = self.p_inverse * ideal.rate_rad_s + self.bias_rad_s;
+        self.bias_rad_s += self.random.normal3() * self.bias_step_rad_s;
+        sample.gyro_rad_s = self.gyro.read(&raw, &mut self.random, &mut sample.flags);
+        sample.accel_m_s2 = self.accel.read(&ideal.specific_force_m_s2, &mut self.random, &mut sample.flags);
+        sample.mag_ut = self.mag.read(&ideal.field_ut, &mut self.random, &mut sample.flags);
+        sample
+    }
+}
+
+/// Full scales in SI units and rounded to the readings' precision, so that a clipped reading equals its full scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FullScales {
+    pub(super) gyro_rad_s: Option<f64>,
+    pub(super) accel_m_s2: Option<f64>,
+    pub(super) mag_ut: Option<f64>,
+}
+
+pub(super) fn full_scales(scenario: &Scenario) -> FullScales {
+    let rounded = |x: f64| f64::from(x as f32);
+    FullScales {
+        gyro_rad_s: scenario.gyro.full_scale_deg_s.map(|x| rounded(x.to_radians())),
+        accel_m_s2: scenario.accel.full_scale_g.map(|x| rounded(x * STANDARD_GRAVITY_M_S2)),
+        mag_ut: scenario.mag.full_scale_ut.map(rounded),
+    }
+}
+
+/// A row-major matrix.
+pub(super) fn matrix([a, b, c]: [[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::from_rows(&[a, b, c].map(|row| Vector3::from(row).transpose()))
+}
+
+/// The output stage of a sensor: noise, then full scale, then steps.
+struct Output {
+    /// Standard deviation of each reading.
+    noise: f64,
+    resolution: Option<f64>,
+    full_scale: Option<f64>,
+    clipped: SampleFlags,
+}
+
+impl Output {
+    fn read(&self, value: &Vector3<f64>, random: &mut Random, flags: &mut SampleFlags) -> [f32; 3] {
+        let noisy = value + random.normal3() * self.noise;
+        <[f64; 3]>::from(noisy).map(|x| {
+            let x = self.resolution.map_or(x, |step| step * libm::round(x / step));
+            match self.full_scale {
+                Some(full_scale) if x.abs() >= full_scale => {
+                    flags.insert(self.clipped);
+                    full_scale.copysign(x) as f32
+                }
+                _ => x as f32,
+            }
+        })
+    }
+}
