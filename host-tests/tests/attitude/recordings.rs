@@ -1,5 +1,4 @@
 //! The attitude filter on bundled recordings with an optical reference (`traces/*.csv.gz` with `qw..qz` and `movement`).
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use flate2::read::MultiGzDecoder;
 use meerkat_mwd::{
