@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     config::{AttitudeConfig, Earth},
-    rotation::{exp_matrix, matrix, renormalised},
+    rotation::{IDENTITY, exp_matrix, matrix, renormalised},
 };
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Quaternion, Vector2, Vector3};
@@ -37,7 +37,10 @@ const LOST_RAD: f32 = 0.3;
 ///
 /// All zero until [`AttitudeFilter::start`], so that a `static` of it costs no flash.
 pub struct AttitudeFilter {
-    config: Option<(AttitudeConfig, Earth)>,
+    // not in an `Option`: its `None` would be stored in a niche that is not zero
+    config: AttitudeConfig,
+    earth: Earth,
+    started: bool,
     /// The earth's rotation, NED, rad/s; zero where the latitude is not known.
     earth_rate_rad_s: Vector3<f32>,
     propagation: Propagation,
@@ -74,7 +77,9 @@ impl AttitudeFilter {
     pub const fn new() -> Self {
         const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
         Self {
-            config: None,
+            config: AttitudeConfig::UNSET,
+            earth: Earth::UNSET,
+            started: false,
             earth_rate_rad_s: ZERO,
             propagation: Propagation::new(),
             errors: ErrorState::new(),
@@ -106,7 +111,8 @@ impl AttitudeFilter {
     /// Starts afresh. The configuration must have passed [`crate::Config::validate`].
     pub fn start(&mut self, config: &AttitudeConfig, earth: &Earth) {
         *self = Self::new();
-        self.config = Some((*config, *earth));
+        (self.config, self.earth, self.started) = (*config, *earth, true);
+        self.propagation.q = IDENTITY;
         self.reference = FieldReference::start(earth);
         if let Some(latitude_rad) = earth.latitude_rad {
             let (sine, cosine) = libm::sincosf(latitude_rad);
@@ -117,7 +123,7 @@ impl AttitudeFilter {
 
     /// Steps over the `dt_s` seconds that end with this sample, with its compensated body rate (or the last one held).
     pub fn propagate(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
-        let Some((config, _)) = self.config else { return };
+        let Some((config, _)) = self.settings() else { return };
         // beyond any gyro (57,000 deg/s): a defect of the reading, about which nothing is known
         let plausible = rate_rad_s.norm_squared() < 1e6;
         self.rate_rad_s = if plausible { *rate_rad_s } else { Vector3::zeros() };
@@ -136,7 +142,7 @@ impl AttitudeFilter {
     /// Takes the vectors read with the sample: calibrated specific force (m/s^2, up at rest) and field (microtesla), body
     /// frame; `None` for what is missing, clipped or known to be wrong. Call after every [`AttitudeFilter::propagate`].
     pub fn observe(&mut self, accel_m_s2: Option<&Vector3<f32>>, mag_ut: Option<&Vector3<f32>>) {
-        let Some((config, earth)) = self.config else { return };
+        let Some((config, earth)) = self.settings() else { return };
         // sensors end at some 200 g and some 5 mT
         let accel = accel_m_s2.filter(|a| a.norm_squared() < 1e8);
         let mag = mag_ut.filter(|m| m.norm_squared() < 1e8 && m.norm_squared() > 1e-2);
@@ -168,7 +174,7 @@ impl AttitudeFilter {
 
     /// The attitude now, with the flags of the sample and the filter's own; `None` until a first specific force aligned it.
     pub fn attitude(&mut self, mut flags: AttitudeFlags) -> Option<Attitude> {
-        let (config, earth) = self.config?;
+        let (config, earth) = self.settings()?;
         if !self.aligned {
             return None;
         }
@@ -219,7 +225,7 @@ impl AttitudeFilter {
 
     /// The gyro model has been swapped: the residual bias belongs to the old one. The attitude does not move.
     pub fn model_changed(&mut self) {
-        let Some((config, _)) = self.config else { return };
+        let Some((config, _)) = self.settings() else { return };
         self.bias_rad_s = Vector3::zeros();
         self.open_bias(&config);
     }
@@ -235,7 +241,7 @@ impl AttitudeFilter {
     /// turned, and when that is much, gravity and field are taken anew as soon as they are seen. To be followed by
     /// [`AttitudeFilter::observe`] without [`AttitudeFilter::propagate`].
     pub fn gap(&mut self, dt_s: f32) {
-        let Some((config, _)) = self.config else { return };
+        let Some((config, _)) = self.settings() else { return };
         let limited_s = if dt_s < 100.0 { dt_s } else { 100.0 };
         let angle_rad = (libm::sqrtf(self.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S) * limited_s;
         self.doubt(if angle_rad < PI { angle_rad } else { PI });
@@ -251,8 +257,12 @@ impl AttitudeFilter {
         self.step_s = 0.0;
     }
 
+    fn settings(&self) -> Option<(AttitudeConfig, Earth)> {
+        self.started.then_some((self.config, self.earth))
+    }
+
     fn open_all(&mut self) {
-        let Some((config, _)) = self.config else { return };
+        let Some((config, _)) = self.settings() else { return };
         let bias = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
         let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
         self.errors = ErrorState::new();
