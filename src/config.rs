@@ -175,6 +175,31 @@ impl Default for Earth {
     }
 }
 
+impl Earth {
+    /// All zero, for a static before its configuration.
+    pub(crate) const UNSET: Self =
+        Self { gravity_m_s2: 0.0, magnetic_field_ut: None, dip_rad: None, declination_rad: None, latitude_rad: None };
+}
+
+impl AttitudeConfig {
+    /// All zero, for a static before its configuration.
+    pub(crate) const UNSET: Self = Self {
+        gyro_noise_rad_s_rthz: 0.0,
+        gyro_scale_sigma: 0.0,
+        gyro_bias_walk_rad_s_rts: 0.0,
+        gyro_bias_sigma_rad_s: 0.0,
+        gyro_delay_s: None,
+        velocity_sigma_m_s: 0.0,
+        accel_sigma_m_s2: 0.0,
+        mag_sigma_rad: 0.0,
+        mag_timing_sigma_s: 0.0,
+        mag_norm_tolerance: 0.0,
+        mag_dip_tolerance_rad: 0.0,
+        near_vertical_rad: 0.0,
+        near_vertical_hysteresis_rad: 0.0,
+    };
+}
+
 impl Default for AttitudeConfig {
     fn default() -> Self {
         Self {

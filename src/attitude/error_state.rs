@@ -104,14 +104,14 @@ impl ErrorState {
             p[r][VELOCITY] -= gravity_time * before[r][1];
             p[r][VELOCITY + 1] += gravity_time * before[r][0];
         }
-        for r in 0..3 {
-            for c in 0..3 {
-                p[r][c] += spread.attitude[(r, c)];
+        for (r, row) in p.iter_mut().take(3).enumerate() {
+            for (c, value) in row.iter_mut().take(3).enumerate() {
+                *value += spread.attitude[(r, c)];
             }
-            p[BIAS + r][BIAS + r] += spread.bias;
         }
-        p[VELOCITY][VELOCITY] += spread.velocity;
-        p[VELOCITY + 1][VELOCITY + 1] += spread.velocity;
+        for (k, row) in p.iter_mut().enumerate().skip(BIAS) {
+            row[k] += if k < VELOCITY { spread.bias } else { spread.velocity };
+        }
         self.symmetrise();
     }
 

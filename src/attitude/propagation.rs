@@ -1,5 +1,5 @@
-use crate::rotation::{IDENTITY, exp_quaternion, renormalised};
-use nalgebra::{Quaternion, Vector3};
+use crate::rotation::{exp_quaternion, renormalised};
+use nalgebra::{Quaternion, Vector3, Vector4};
 
 /// Turns body rates into the body-to-earth quaternion, sample by sample.
 ///
@@ -17,9 +17,10 @@ pub(crate) struct Propagation {
 }
 
 impl Propagation {
+    /// All zero, for a static; `q` is to be set before the first step.
     pub(crate) const fn new() -> Self {
         Self {
-            q: IDENTITY,
+            q: Quaternion::from_vector(Vector4::new(0.0, 0.0, 0.0, 0.0)),
             rate_rad_s: Vector3::new(0.0, 0.0, 0.0),
             increment_rad: Vector3::new(0.0, 0.0, 0.0),
             moving: false,
@@ -59,13 +60,17 @@ impl Propagation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rotation::matrix;
+    use crate::rotation::{IDENTITY, matrix};
 
     const DT_S: f32 = 0.005;
 
+    fn level() -> Propagation {
+        Propagation { q: IDENTITY, ..Propagation::new() }
+    }
+
     #[test]
     fn an_hour_of_turning_conserves_the_norm() {
-        let mut p = Propagation::new();
+        let mut p = level();
         for i in 0..720_000_u32 {
             let phase = f32::from(u16::try_from(i % 1_000).unwrap_or(0)) * 0.002 - 1.0;
             p.step(DT_S, &Vector3::new(20.0 * phase, 8.0, -30.0 * phase * phase), None);
@@ -75,7 +80,7 @@ mod tests {
 
     #[test]
     fn a_constant_rate_returns_after_whole_turns() {
-        let mut p = Propagation::new();
+        let mut p = level();
         let rate = Vector3::new(0.6, 0.0, 0.8) * core::f32::consts::TAU;
         for _ in 0..2_000 {
             p.step(DT_S, &rate, Some(0.0));

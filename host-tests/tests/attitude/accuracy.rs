@@ -83,7 +83,6 @@ fn errors_are_as_large_as_the_sigmas_say() {
         let e = normalised_errors(seed);
         sums = [sums[0] + e[0], sums[1] + e[1]];
     }
-    println!("{sums:?}");
     // chi-squared with 40 degrees of freedom, 99 %: 20.7 to 66.8
     assert!((20.7..66.8).contains(&sums[0]), "inclination {sums:?}");
     // the azimuth's sigma holds a part that does not average out, so it is only bounded from above
@@ -138,7 +137,6 @@ fn drilling_with_stick_slip_vibration_and_shocks() {
     {
         for seed in 0..3 {
             let [tilt, toolface] = drilling(inclination_deg, gyro_error, seed);
-            println!("{inclination_deg} {gyro_error} {tilt:.3} {toolface:.3}");
             assert!(tilt < tilt_deg && toolface < toolface_deg, "{inclination_deg} {gyro_error} {tilt} {toolface}");
         }
     }

@@ -1,0 +1,7 @@
+//! The attitude filter through its public interface, against known motion and recordings.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+mod accuracy;
+mod faults;
+mod recordings;
+mod simulation;

@@ -1,0 +1,209 @@
+//! One step of the filter, 50 times a second: what the gathered samples say about the errors.
+
+use super::{ALIGNMENT_SIGMA_RAD, AttitudeFilter, LOST_RAD};
+use crate::{
+    attitude::{
+        block::Block,
+        error_state::{BIAS, Gain, HEADING, Spread, VELOCITY},
+    },
+    config::{AttitudeConfig, Earth},
+    rotation::matrix,
+};
+use core::f32::consts::{PI, TAU};
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// How long scale and coupling errors of the gyro act in one earth direction, seconds, where motion reverses.
+const SCALE_CORRELATION_S: f32 = 0.1;
+/// Correlation time of the probe's velocity, seconds: shaking, swinging, a hand.
+const VELOCITY_CORRELATION_S: f32 = 0.3;
+/// White noise of the accelerometer including what vibration folds into it, m/s^2 per root hertz (MEMS data sheets: 1e-3 to 3e-3).
+const FORCE_NOISE_M_S2_RTHZ: f32 = 0.02;
+/// Spectral density of the acceleration while the accelerometer is not seen: 1 m/s^2 correlated over 0.2 s, (m/s^2)^2/Hz.
+const UNSEEN_FORCE_DENSITY: f32 = 0.4;
+/// Correlation time of the calibrated field's direction error, seconds: it changes as the probe turns in the field.
+const FIELD_CORRELATION_S: f32 = 3.0;
+/// Correlation time of rate times delay, seconds.
+const TIMING_CORRELATION_S: f32 = 0.3;
+/// A velocity beyond this many sigma weighs less.
+const VELOCITY_GATE: f32 = 3.0;
+/// A field's heading beyond this many sigma is not used.
+const HEADING_GATE: f32 = 4.0;
+/// An undisturbed field that contradicts the heading for this long is believed, seconds.
+const HEADING_CONTRADICTION_S: f32 = 30.0;
+/// The heading starts as the mean of this many blocks' fields (1 s).
+const HEADING_ALIGNMENT_BLOCKS: u16 = 50;
+/// The tilt starts from the mean force over this time, seconds.
+const ALIGNMENT_S: f32 = 0.5;
+/// Density of the mean rate about the bias at rest, rad/s per root hertz: gyro noise and the hand of a resting probe.
+const REST_RATE_NOISE_RAD_S_RTHZ: f32 = 5e-4;
+/// Smoothing of the force that is checked against the attitude, and how long it must contradict it, seconds.
+const CONTRADICTION_S: f32 = 2.0;
+
+impl AttitudeFilter {
+    pub(super) fn close_block(&mut self, config: &AttitudeConfig, earth: &Earth) {
+        let block = core::mem::replace(&mut self.block, Block::new());
+        let force = block.mean_force();
+        self.errors.propagate(
+            &block.rotation_time,
+            if force.is_some() { earth.gravity_m_s2 * block.time_s } else { 0.0 },
+            &self.spread(&block, force.is_some(), config),
+        );
+        self.observe_velocity(force, block.time_s, config);
+        if self.rest.detected() {
+            self.observe_rest(&block);
+        }
+        if let Some(field) = block.mean_field() {
+            self.mag_used = self.observe_field(&field, &block, config, earth);
+        }
+        let (mut attitude, bias, velocity) = self.errors.take_correction();
+        attitude -= self.earth_rate() * block.time_s;
+        self.propagation.correct(&attitude);
+        self.bias_rad_s += bias;
+        self.velocity_m_s += velocity;
+        if !self.errors.is_sound() {
+            self.open_all();
+            self.stop(config);
+        }
+        self.check_tilt(force, block.time_s, config, earth);
+    }
+
+    fn spread(&self, block: &Block, force_seen: bool, config: &AttitudeConfig) -> Spread {
+        let squared_rate = block.squared_rate();
+        // what a body-fixed error leaves across the axis of a rotation, which carries it around
+        let phase = SCALE_CORRELATION_S * SCALE_CORRELATION_S * squared_rate;
+        let across_s = SCALE_CORRELATION_S / (1.0 + phase);
+        let scale = config.gyro_scale_sigma * config.gyro_scale_sigma * block.time_s;
+        let rate_ned = block.rotation_time * block.angle_rad / (block.time_s * block.time_s);
+        let noise = config.gyro_noise_rad_s_rthz * config.gyro_noise_rad_s_rthz * block.time_s;
+        let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
+        let density =
+            FORCE_NOISE_M_S2_RTHZ * FORCE_NOISE_M_S2_RTHZ + if force_seen { 0.0 } else { UNSEEN_FORCE_DENSITY };
+        Spread {
+            attitude: along + Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate),
+            bias: config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * block.time_s,
+            velocity: density * block.time_s,
+        }
+    }
+
+    /// The velocity that the force adds up to is an error of the filter, apart from what the probe may really do.
+    fn observe_velocity(&mut self, force: Option<Vector3<f32>>, time_s: f32, config: &AttitudeConfig) {
+        if let Some(force) = force {
+            self.velocity_m_s += force.xy() * time_s;
+        }
+        let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
+        self.accel_used = force.is_some();
+        for k in 0..2 {
+            let velocity = self.velocity_m_s[k];
+            let squared = velocity * velocity;
+            let expected = VELOCITY_GATE * VELOCITY_GATE * (self.errors.variance(VELOCITY + k) + speed);
+            let mut variance = speed * 2.0 * VELOCITY_CORRELATION_S / time_s;
+            if squared > expected {
+                variance *= squared / expected;
+                self.accel_used = false;
+            }
+            self.errors.observe(VELOCITY + k, -velocity, variance, Gain::Every);
+        }
+        let contradicted = force.is_some() && !self.accel_used;
+        self.velocity_contradiction_s = if contradicted { self.velocity_contradiction_s + time_s } else { 0.0 };
+        if self.velocity_contradiction_s > CONTRADICTION_S {
+            // no such speed lasts: the tilt that gave it is wrong by more than the filter thinks, or the force is
+            self.velocity_contradiction_s = 0.0;
+            self.velocity_m_s = Vector2::zeros();
+            for k in 0..2 {
+                self.errors.open(VELOCITY + k, speed);
+                self.errors.widen(k, ALIGNMENT_SIGMA_RAD * ALIGNMENT_SIGMA_RAD, PI * PI);
+            }
+            self.open_bias(config);
+        }
+    }
+
+    /// The earth's rotation, NED, rad/s; its northward part has a direction only once the heading is known.
+    fn earth_rate(&self) -> Vector3<f32> {
+        let rate = self.earth_rate_rad_s;
+        if self.heading_blocks > 0 { rate } else { Vector3::new(0.0, 0.0, rate.z) }
+    }
+
+    /// At rest the mean rate is the bias (and the earth's rate), unless it is one that the bias cannot have.
+    fn observe_rest(&mut self, block: &Block) {
+        let variance = REST_RATE_NOISE_RAD_S_RTHZ * REST_RATE_NOISE_RAD_S_RTHZ / block.time_s;
+        let earth_rate = matrix(&self.propagation.q).tr_mul(&self.earth_rate());
+        let mean = block.angle_rad / block.time_s - earth_rate;
+        let possible = (0..3).all(|k| mean[k] * mean[k] < 9.0 * (self.errors.variance(BIAS + k) + variance));
+        if possible {
+            for k in 0..3 {
+                self.errors.observe(BIAS + k, mean[k], variance, Gain::Every);
+            }
+        }
+    }
+
+    /// Whether the field was used for the heading.
+    fn observe_field(&mut self, field: &Vector3<f32>, block: &Block, config: &AttitudeConfig, earth: &Earth) -> bool {
+        let horizontal_squared = field.x * field.x + field.y * field.y;
+        let norm_squared = field.norm_squared();
+        if self.aligned_s < ALIGNMENT_S {
+            // a dip that is read against a wrong tilt would become the reference
+            return false;
+        }
+        // within 3 deg of a magnetic pole, or no field
+        if norm_squared < 0.01 || horizontal_squared < 0.0025 * norm_squared {
+            return false;
+        }
+        let dip_rad = libm::atan2f(field.z, libm::sqrtf(horizontal_squared));
+        let squared_rate = block.squared_rate();
+        let compared =
+            self.reference.compare(libm::sqrtf(norm_squared), dip_rad, libm::sqrtf(squared_rate), block.time_s, config);
+        let Some(deviation) = compared else { return false };
+        let north_rad = earth.declination_rad.unwrap_or(0.0);
+        let innovation = libm::remainderf(north_rad - libm::atan2f(field.y, field.x), TAU);
+        // an error of the field's direction turns the heading the more the steeper the field dips; what is seen of a disturbance
+        // in norm and dip is there as much across, unseen
+        let steepness = norm_squared / horizontal_squared;
+        let direction = (config.mag_sigma_rad * config.mag_sigma_rad + deviation) * steepness;
+        let (north_tilt, east_tilt) = (self.errors.variance(0), self.errors.variance(1));
+        let tilt = (steepness - 1.0) * if north_tilt > east_tilt { north_tilt } else { east_tilt };
+        if self.heading_blocks < HEADING_ALIGNMENT_BLOCKS {
+            let settled = tilt < 4.0 * direction && self.errors.variance(HEADING) < LOST_RAD * LOST_RAD;
+            self.heading_blocks = if settled { self.heading_blocks + 1 } else { 1 };
+            self.errors.open(HEADING, direction + tilt);
+            self.turn_heading(innovation / f32::from(self.heading_blocks));
+            self.heading_floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
+            return true;
+        }
+        let timing = config.mag_timing_sigma_s * config.mag_timing_sigma_s * squared_rate;
+        let expected = self.errors.variance(HEADING) + direction + 4.0 * timing + tilt;
+        if innovation * innovation > HEADING_GATE * HEADING_GATE * expected {
+            self.heading_contradiction_s += block.time_s;
+            if self.heading_contradiction_s > HEADING_CONTRADICTION_S {
+                self.errors.open(HEADING, innovation * innovation);
+            }
+            return false;
+        }
+        self.heading_contradiction_s = 0.0;
+        let density = 2.0 * (direction * FIELD_CORRELATION_S + timing * TIMING_CORRELATION_S);
+        self.errors.observe(HEADING, innovation, density / block.time_s + tilt, Gain::HeadingAndBias);
+        // an error that is constant in the probe does not average out while the probe keeps its attitude: half of it is of that kind
+        self.heading_floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
+        true
+    }
+
+    /// Mean force over seconds points up, whatever the probe does. In the first moments the tilt is taken from it, since a single
+    /// reading may have met a shock. Later, if it lies more than 60 deg off, the linear filter has lost its way (upside down it
+    /// would never come back) and the tilt is taken anew.
+    fn check_tilt(&mut self, force: Option<Vector3<f32>>, time_s: f32, config: &AttitudeConfig, earth: &Earth) {
+        let Some(force) = force else { return };
+        self.aligned_s += if self.aligned_s < CONTRADICTION_S { time_s } else { 0.0 };
+        self.smooth_force_m_s2 += (force - self.smooth_force_m_s2) * (time_s / (self.aligned_s + time_s));
+        let f = self.smooth_force_m_s2;
+        let norm_squared = f.norm_squared();
+        let seen = norm_squared > 0.25 * earth.gravity_m_s2 * earth.gravity_m_s2;
+        if self.aligned_s < ALIGNMENT_S && seen {
+            self.align(&f, config, earth);
+        }
+        let upright = f.z < 0.0 && f.z * f.z > 0.25 * norm_squared;
+        self.contradiction_s = if seen && !upright { self.contradiction_s + time_s } else { 0.0 };
+        if self.contradiction_s > CONTRADICTION_S {
+            self.lost = true;
+            self.open_bias(config);
+        }
+    }
+}
