@@ -257,22 +257,19 @@ impl core::fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 impl Config {
-    /// All zeros: a place holder until configured, so that a static probe costs no flash.
-    pub(crate) const fn unconfigured() -> Self {
-        const NOTHING: [[f32; 3]; 3] = [[0.0; 3]; 3];
-        Self {
-            sample_period_us: 0,
-            seed: 0,
-            freeze_at_us: None,
-            full_scale: FullScale { gyro_rad_s: None, accel_m_s2: None, mag_ut: None },
-            gyro: GyroModel { p: NOTHING, b_rad_s: [0.0; 3] },
-            accel: VectorModel { matrix: NOTHING, offset: [0.0; 3] },
-            mag: VectorModel { matrix: NOTHING, offset: [0.0; 3] },
-            earth: Earth { gravity_m_s2: 0.0, magnetic_field_ut: None, dip_rad: None, declination_rad: None, latitude_rad: None },
-            attitude: AttitudeConfig::unconfigured(),
-            identification: IdentificationConfig::unconfigured(),
-        }
-    }
+    /// All zero, for a static before its configuration.
+    pub(crate) const UNSET: Self = Self {
+        sample_period_us: 0,
+        seed: 0,
+        freeze_at_us: None,
+        full_scale: FullScale { gyro_rad_s: None, accel_m_s2: None, mag_ut: None },
+        gyro: GyroModel::UNSET,
+        accel: VectorModel { matrix: [[0.0; 3]; 3], offset: [0.0; 3] },
+        mag: VectorModel { matrix: [[0.0; 3]; 3], offset: [0.0; 3] },
+        earth: Earth::UNSET,
+        attitude: AttitudeConfig::UNSET,
+        identification: IdentificationConfig::UNSET,
+    };
 
     /// Checks every field.
     ///
@@ -302,25 +299,6 @@ impl Config {
 }
 
 impl AttitudeConfig {
-    /// All zeros: a place holder until configured.
-    pub(crate) const fn unconfigured() -> Self {
-        Self {
-            gyro_noise_rad_s_rthz: 0.0,
-            gyro_scale_sigma: 0.0,
-            gyro_bias_walk_rad_s_rts: 0.0,
-            gyro_bias_sigma_rad_s: 0.0,
-            gyro_delay_s: None,
-            velocity_sigma_m_s: 0.0,
-            accel_sigma_m_s2: 0.0,
-            mag_sigma_rad: 0.0,
-            mag_timing_sigma_s: 0.0,
-            mag_norm_tolerance: 0.0,
-            mag_dip_tolerance_rad: 0.0,
-            near_vertical_rad: 0.0,
-            near_vertical_hysteresis_rad: 0.0,
-        }
-    }
-
     fn validate(&self) -> Result<(), ConfigError> {
         let fields = [
             (self.gyro_noise_rad_s_rthz, "attitude.gyro_noise_rad_s_rthz"),
@@ -343,22 +321,20 @@ impl AttitudeConfig {
 }
 
 impl IdentificationConfig {
-    /// All zeros: a place holder until configured, so that a static probe costs no flash.
-    pub(crate) const fn unconfigured() -> Self {
-        Self {
-            window_s: 0.0,
-            step_s: 0.0,
-            min_window_s: 0.0,
-            latency_s: 0.0,
-            prior_sigma_diagonal: 0.0,
-            prior_sigma_off_diagonal: 0.0,
-            prior_sigma_bias_rad_s: 0.0,
-            rest_gyro_deviation_rad_s: 0.0,
-            max_bias_rad_s: 0.0,
-            optimizer: OptimizerKind::Imoa,
-            max_evaluations: 0,
-        }
-    }
+    /// All zero, for a static before its configuration.
+    pub(crate) const UNSET: Self = Self {
+        window_s: 0.0,
+        step_s: 0.0,
+        min_window_s: 0.0,
+        latency_s: 0.0,
+        prior_sigma_diagonal: 0.0,
+        prior_sigma_off_diagonal: 0.0,
+        prior_sigma_bias_rad_s: 0.0,
+        rest_gyro_deviation_rad_s: 0.0,
+        max_bias_rad_s: 0.0,
+        optimizer: OptimizerKind::Imoa,
+        max_evaluations: 0,
+    };
 
     fn validate(&self) -> Result<(), ConfigError> {
         let fields = [

@@ -5,11 +5,10 @@ use crate::{
     compensation::GyroModel,
     config::{Config, ConfigError},
     identification::{Identifier, WindowReport},
-    rotation::rotate_back,
     sample::{Sample, SampleFlags},
     window::Reading,
 };
-use nalgebra::{Quaternion, Vector3};
+use nalgebra::Vector3;
 
 /// Units of work that every host and firmware loop gives [`Probe::poll`] after each sample: a window at 30 Hz is ready in
 /// time, and a slice is about 50,000 instructions (a third of a millisecond at 168 MHz).
@@ -21,9 +20,6 @@ const GAP_PERIODS: u32 = 3;
 /// Share of full scale from which a reading counts as clipped: a saturated 16-bit word can stand for as little as 99.9 % of
 /// the nominal range (2,000 deg/s at 16.4 LSB per deg/s saturate at 1,998.0).
 const CLIPPED_SHARE: f32 = 0.998;
-
-/// Earth's rotation, rad/s (WGS 84).
-const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
 
 /// What one sample gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,9 +83,6 @@ pub struct Probe {
     last_raw_rad_s: [f32; 3],
     frozen: [Staleness; 3],
     filter: AttitudeFilter,
-    /// Body to NED; zeros until aligned.
-    attitude_q: [f32; 4],
-    earth_rate_ned_rad_s: [f32; 3],
     identifier: Identifier,
 }
 
@@ -99,14 +92,20 @@ impl Probe {
     pub const fn new() -> Self {
         Self {
             configured: false,
-            config: Config::unconfigured(),
-            counters: Counters { samples: 0, out_of_order: 0, gaps: 0, clipped: 0, gyro_missing: 0, overruns: 0, reports_lost: 0 },
+            config: Config::UNSET,
+            counters: Counters {
+                samples: 0,
+                out_of_order: 0,
+                gaps: 0,
+                clipped: 0,
+                gyro_missing: 0,
+                overruns: 0,
+                reports_lost: 0,
+            },
             last_us: 0,
             last_raw_rad_s: [0.0; 3],
             frozen: [Staleness::zero(); 3],
             filter: AttitudeFilter::new(),
-            attitude_q: [0.0; 4],
-            earth_rate_ned_rad_s: [0.0; 3],
             identifier: Identifier::zero(),
         }
     }
@@ -121,8 +120,6 @@ impl Probe {
         self.counters = Counters::default();
         self.last_raw_rad_s = config.gyro.b_rad_s;
         self.frozen = [Staleness::zero(); 3];
-        self.attitude_q = [0.0; 4];
-        self.earth_rate_ned_rad_s = earth_rate_ned(config.earth.latitude_rad);
         self.filter.start(&config.attitude, &config.earth);
         self.identifier.configure(config);
         self.configured = true;
@@ -160,7 +157,7 @@ impl Probe {
         if !missing {
             self.last_raw_rad_s = sample.gyro_rad_s;
         }
-        let raw = Vector3::from(self.last_raw_rad_s) - self.earth_rate();
+        let raw = Vector3::from(self.last_raw_rad_s) - self.filter.earth_rate_rad_s();
         let rate = self.identifier.flown().compensate(raw.into());
 
         let step_s = step_us as f32 * 1e-6;
@@ -170,7 +167,8 @@ impl Probe {
         } else {
             self.filter.propagate(step_s, &rate);
         }
-        let suspect = missing || sample.flags.contains(SampleFlags::GYRO_CLIPPED) || flags.contains(AttitudeFlags::FROZEN_SENSOR);
+        let suspect =
+            missing || sample.flags.contains(SampleFlags::GYRO_CLIPPED) || flags.contains(AttitudeFlags::FROZEN_SENSOR);
         let accel = self.reading(&sample, SampleFlags::ACCEL_MISSING, SampleFlags::ACCEL_CLIPPED);
         let mag = self.reading(&sample, SampleFlags::MAG_MISSING, SampleFlags::MAG_CLIPPED);
         let good = |reading: &Reading| if let Reading::Good(v) = reading { Some(*v) } else { None };
@@ -179,9 +177,7 @@ impl Probe {
         let gravity = if let Reading::Good(force) = accel { Reading::Good(-force) } else { accel };
         self.identifier.push(sample.t_us, raw, suspect, gravity, mag);
 
-        let attitude = self.filter.attitude(flags);
-        self.attitude_q = attitude.map_or([0.0; 4], |attitude| attitude.q);
-        Some(Output { t_us: sample.t_us, rate_rad_s: rate.into(), attitude })
+        Some(Output { t_us: sample.t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
     }
 
     /// Does about `budget` units of identification work (a unit is about one pre-integrated segment's evaluation, some
@@ -267,20 +263,6 @@ impl Probe {
             Reading::Good(model.calibrate(raw))
         }
     }
-
-    /// Earth's rotation in the body frame, rad/s; zero while the latitude or the attitude is unknown.
-    fn earth_rate(&self) -> Vector3<f32> {
-        let [w, x, y, z] = self.attitude_q;
-        rotate_back(&Quaternion::new(w, x, y, z), &Vector3::from(self.earth_rate_ned_rad_s))
-    }
-}
-
-/// Earth's rotation in the north, east, down frame. A magnetic north is taken for the true one where no declination is
-/// configured: a part of 15 deg/h that is smaller than the sine of the declination.
-fn earth_rate_ned(latitude_rad: Option<f32>) -> [f32; 3] {
-    let Some(latitude) = latitude_rad else { return [0.0; 3] };
-    let (sine, cosine) = libm::sincosf(latitude);
-    [EARTH_RATE_RAD_S * cosine, 0.0, -EARTH_RATE_RAD_S * sine]
 }
 
 impl Default for Probe {

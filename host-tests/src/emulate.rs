@@ -58,9 +58,20 @@ impl EmulatedFlight {
         };
         let (mean, most) = (summary.push.instructions_mean(), summary.push.instructions_max);
         vec![
-            format!("cost     {} instructions a sample (worst {}), {per_identification} an identification", thousands(mean), thousands(most)),
-            format!("         longest slice of identification work {} instructions", thousands(summary.poll.instructions_max)),
-            format!("memory   {image}; stack {} of {} bytes", thousands(summary.stack_used_bytes.into()), thousands(summary.stack_size_bytes.into())),
+            format!(
+                "cost     {} instructions a sample (worst {}), {per_identification} an identification",
+                thousands(mean),
+                thousands(most)
+            ),
+            format!(
+                "         longest slice of identification work {} instructions",
+                thousands(summary.poll.instructions_max)
+            ),
+            format!(
+                "memory   {image}; stack {} of {} bytes",
+                thousands(summary.stack_used_bytes.into()),
+                thousands(summary.stack_size_bytes.into())
+            ),
         ]
     }
 }

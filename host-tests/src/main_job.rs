@@ -49,7 +49,10 @@ pub fn run() -> anyhow::Result<()> {
         trace.duration_s(),
         1e6 / f64::from(trace.nominal_period_us())
     )?;
-    writeln!(out, "Identified on the first half; every score is over the second half, which identification never sees.")?;
+    writeln!(
+        out,
+        "Identified on the first half; every score is over the second half, which identification never sees."
+    )?;
 
     let as_recorded = flown(&config, &trace)?;
     writeln!(out, "{}\n", as_recorded.place)?;
@@ -61,7 +64,10 @@ pub fn run() -> anyhow::Result<()> {
     let truth = known_error::draw(KNOWN_ERROR_SEED);
     known_error::apply(&mut with_error, &truth);
     let identified = flown(&config, &with_error)?;
-    writeln!(out, "\n2. WITH A KNOWN ERROR multiplied into the gyro (P diagonal up to 10 %, off-diagonal up to 5 %, bias 2 deg/s)")?;
+    writeln!(
+        out,
+        "\n2. WITH A KNOWN ERROR multiplied into the gyro (P diagonal up to 10 %, off-diagonal up to 5 %, bias 2 deg/s)"
+    )?;
     report(&mut out, &identified.flight, Some(&truth))?;
     scores(&mut out, &config, &with_error, &identified.flight)?;
 
@@ -138,7 +144,8 @@ fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> i
 
 fn scores(out: &mut impl Write, config: &Config, trace: &Trace, flight: &Flight) -> io::Result<()> {
     let settings = score::Settings { from_us: config.freeze_at_us.unwrap_or(0), ..score::Settings::default() };
-    let Some(Reference { orientation_2s_rms_time_aligned_deg: aligned, attitude_rms_deg, .. }) = score::score(trace, flight, &settings)
+    let Some(Reference { orientation_2s_rms_time_aligned_deg: aligned, attitude_rms_deg, .. }) =
+        score::score(trace, flight, &settings)
     else {
         return writeln!(out, "   no reference to score against");
     };

@@ -64,7 +64,10 @@ fn one_window_is_enough(name: &str) {
         let flight = fly(&config, &trace.samples, |_| {}).unwrap();
         let [raw, bias_only, flown] = rate_errors(&trace, &truth, &config, &flight);
         let (_, report) = flown_model(&flight);
-        println!("{name} seed {seed:2}: raw {raw:6.3}  bias only {bias_only:6.3}  flown {flown:6.3} deg/s  {:?}", report.decision);
+        println!(
+            "{name} seed {seed:2}: raw {raw:6.3}  bias only {bias_only:6.3}  flown {flown:6.3} deg/s  {:?}",
+            report.decision
+        );
         assert!(flown <= 1.05 * bias_only, "seed {seed}: worse than bias only");
         errors.push((raw, flown));
     }

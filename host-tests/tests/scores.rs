@@ -11,12 +11,17 @@ use meerkat_mwd::{
 };
 use mwd::{
     flight::Flight,
-    score::{self, Reference, Settings, score, score_with},
+    score::{self, Reference, Settings, score},
     trace::{EarthFrame, Trace},
 };
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 type Q = UnitQuaternion<f64>;
+
+/// Only samples from `from_us` on, nothing calibrated, no declination.
+fn from(from_us: u64) -> Settings {
+    Settings { from_us, ..Settings::default() }
+}
 
 fn turn(x_deg: f64, y_deg: f64, z_deg: f64) -> Q {
     UnitQuaternion::from_scaled_axis(Vector3::new(x_deg, y_deg, z_deg).map(f64::to_radians))
@@ -121,7 +126,7 @@ fn close(value: Option<f64>, expected: f64, tolerance: f64) {
 fn a_constant_rate_error_turns_by_twice_itself_in_two_seconds() {
     let spin = |t: f64| turn(0.0, 0.0, 90.0 * t);
     let trace = trace(5_000, 21, spin, |_| Vector3::new(0.0, 0.0, 91.5_f64.to_radians()));
-    let scores = score(&trace, &flight(&trace, unturned), 0).unwrap().orientation_2s_rms_deg;
+    let scores = score(&trace, &flight(&trace, unturned), &from(0)).unwrap().orientation_2s_rms_deg;
     close(scores.uncompensated, 3.0, 1e-4);
     close(scores.with_effects, 3.0, 1e-4);
 }
@@ -129,7 +134,7 @@ fn a_constant_rate_error_turns_by_twice_itself_in_two_seconds() {
 #[test]
 fn a_perfect_gyro_scores_nothing_on_a_motion_about_all_axes() {
     let trace = trace(5_000, 30, swing, swing_rate);
-    let scores = score(&trace, &flight(&trace, unturned), 0).unwrap();
+    let scores = score(&trace, &flight(&trace, unturned), &from(0)).unwrap();
     // What is left is the trapezoid between samples 5 ms apart.
     close(scores.orientation_2s_rms_deg.uncompensated, 0.0, 2e-3);
     close(scores.time_alignment_ms, 0.0, 0.02);
@@ -139,7 +144,7 @@ fn a_perfect_gyro_scores_nothing_on_a_motion_about_all_axes() {
 fn a_pure_delay_is_found_to_a_tenth_of_a_millisecond_and_taken_out() {
     for delay_s in [0.004, -0.0073, 0.015] {
         let trace = trace(3_500, 60, swing, |t| swing_rate(t - delay_s));
-        let scores = score(&trace, &flight(&trace, unturned), 0).unwrap();
+        let scores = score(&trace, &flight(&trace, unturned), &from(0)).unwrap();
         close(scores.time_alignment_ms, delay_s * 1e3, 0.1);
         assert!(scores.orientation_2s_rms_deg.bias_only.unwrap() > 0.2);
         close(scores.orientation_2s_rms_time_aligned_deg.bias_only, 0.0, 2e-3);
@@ -155,7 +160,7 @@ fn the_delay_is_found_on_a_good_reading_where_the_raw_gyro_is_off_by_percents() 
     for output in &mut flight.outputs {
         output.rate_rad_s = truth.compensate(output.rate_rad_s).into();
     }
-    let scores = score(&trace, &flight, 0).unwrap();
+    let scores = score(&trace, &flight, &from(0)).unwrap();
     close(scores.time_alignment_ms, 4.0, 0.1);
     close(scores.orientation_2s_rms_time_aligned_deg.with_effects, 0.0, 2e-3);
     assert!(scores.orientation_2s_rms_time_aligned_deg.bias_only.unwrap() > 2.0);
@@ -164,7 +169,7 @@ fn the_delay_is_found_on_a_good_reading_where_the_raw_gyro_is_off_by_percents() 
 #[test]
 fn a_delay_beyond_the_range_is_no_delay() {
     let trace = trace(3_500, 60, swing, |t| swing_rate(t - 0.03));
-    let scores = score(&trace, &flight(&trace, unturned), 0).unwrap();
+    let scores = score(&trace, &flight(&trace, unturned), &from(0)).unwrap();
     assert_eq!(scores.time_alignment_ms, None);
     assert_eq!(scores.orientation_2s_rms_time_aligned_deg, score::PerModel::default());
     assert!(scores.orientation_2s_rms_deg.bias_only.unwrap() > 1.0);
@@ -181,7 +186,7 @@ fn a_lag_that_the_flight_took_out_counts_in_the_raw_score_and_is_not_taken_out_t
     if let Some(first) = flight.outputs.first_mut() {
         first.t_us = 0;
     }
-    let scores = score(&trace, &flight, 3_500).unwrap();
+    let scores = score(&trace, &flight, &from(3_500)).unwrap();
     close(scores.orientation_2s_rms_deg.with_effects, 0.0, 2e-3);
     assert!(scores.orientation_2s_rms_deg.bias_only.unwrap() > 0.2);
     close(scores.orientation_2s_rms_time_aligned_deg.with_effects, 0.0, 2e-3);
@@ -200,14 +205,14 @@ fn models_change_when_their_window_takes_effect_and_only_then() {
         report(Some(30_000_000), bias(7.0), bias(0.5), None),
         report(None, bias(9.0), bias(9.0), Some(1.0)),
     ];
-    let from = |from_us| score(&trace, &flight, from_us).unwrap().orientation_2s_rms_deg;
-    close(from(0).uncompensated, 2.0, 1e-5);
+    let rotation = |from_us| score(&trace, &flight, &from(from_us)).unwrap().orientation_2s_rms_deg;
+    close(rotation(0).uncompensated, 2.0, 1e-5);
     // 20 windows in 41 s, of which 19 count: the five before any bias err by 2 deg; the worst one of those is left out.
-    close(from(0).bias_only, ((4.0 * 4.0 + 15.0) / 19.0_f64).sqrt(), 2e-3);
-    close(from(10_000_000).bias_only, 1.0, 1e-5);
-    close(from(10_000_000).twelve_parameters, ((4.0 * 4.0) / 14.0_f64).sqrt(), 2e-3);
-    close(from(20_000_000).twelve_parameters, 0.0, 1e-4);
-    close(from(20_000_000).with_effects, 2.0, 1e-5);
+    close(rotation(0).bias_only, ((4.0 * 4.0 + 15.0) / 19.0_f64).sqrt(), 2e-3);
+    close(rotation(10_000_000).bias_only, 1.0, 1e-5);
+    close(rotation(10_000_000).twelve_parameters, ((4.0 * 4.0) / 14.0_f64).sqrt(), 2e-3);
+    close(rotation(20_000_000).twelve_parameters, 0.0, 1e-4);
+    close(rotation(20_000_000).with_effects, 2.0, 1e-5);
 }
 
 #[test]
@@ -217,7 +222,7 @@ fn windows_outside_the_movement_without_a_reference_or_across_a_gap_do_not_count
     let whole = trace(5_000, 21, unturned, wrong);
     let flown = flight(&whole, unturned);
     let uncompensated =
-        |trace: &Trace, flight: &Flight| score(trace, flight, 0).unwrap().orientation_2s_rms_deg.uncompensated;
+        |trace: &Trace, flight: &Flight| score(trace, flight, &from(0)).unwrap().orientation_2s_rms_deg.uncompensated;
     assert!(uncompensated(&whole, &flown).unwrap() > 1.0);
 
     let early: Vec<bool> = whole.samples.iter().map(|s| s.t_us < 10_000_000).collect();
@@ -250,24 +255,24 @@ fn windows_outside_the_movement_without_a_reference_or_across_a_gap_do_not_count
     assert!(uncompensated(&one, &flown).unwrap() > 1.0);
 
     let nothing = Trace { movement: Some(vec![false; whole.samples.len()]), ..whole };
-    assert_eq!(score(&nothing, &flown, 0), Some(Reference::default()));
+    assert_eq!(score(&nothing, &flown, &from(0)), Some(Reference::default()));
 }
 
 #[test]
 fn a_heading_offset_is_all_heading_and_a_tilt_is_all_inclination() {
     let trace = trace(10_000, 10, swing, swing_rate);
-    let heading = score(&trace, &flight(&trace, |_| turn(0.0, 0.0, -12.0)), 0).unwrap().attitude_rms_deg;
+    let heading = score(&trace, &flight(&trace, |_| turn(0.0, 0.0, -12.0)), &from(0)).unwrap().attitude_rms_deg;
     close(heading.total, 12.0, 1e-4);
     close(heading.heading, 12.0, 1e-4);
     close(heading.inclination, 0.0, 1e-4);
-    let tilt = score(&trace, &flight(&trace, |_| turn(3.0, 4.0, 0.0)), 0).unwrap().attitude_rms_deg;
+    let tilt = score(&trace, &flight(&trace, |_| turn(3.0, 4.0, 0.0)), &from(0)).unwrap().attitude_rms_deg;
     close(tilt.total, 5.0, 1e-4);
     close(tilt.heading, 0.0, 1e-4);
     close(tilt.inclination, 5.0, 1e-4);
     // Half of the samples 10 deg off: root mean square, not mean.
     let half = |t: f64| turn(0.0, 0.0, if t < 5.0 { 10.0 } else { 0.0 });
-    close(score(&trace, &flight(&trace, half), 0).unwrap().attitude_rms_deg.heading, 50_f64.sqrt(), 1e-2);
-    close(score(&trace, &flight(&trace, half), 5_000_000).unwrap().attitude_rms_deg.heading, 0.0, 1e-4);
+    close(score(&trace, &flight(&trace, half), &from(0)).unwrap().attitude_rms_deg.heading, 50_f64.sqrt(), 1e-2);
+    close(score(&trace, &flight(&trace, half), &from(5_000_000)).unwrap().attitude_rms_deg.heading, 0.0, 1e-4);
 }
 
 #[test]
@@ -283,40 +288,38 @@ fn a_reference_in_east_north_up_scores_as_one_in_north_east_down() {
         let [w, x, y, z] = *cell;
         *cell = cells(&(ned_to_enu * UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))));
     }
-    let (a, b) = (score(&ned, &flown, 0).unwrap(), score(&enu, &flown, 0).unwrap());
+    let (a, b) = (score(&ned, &flown, &from(0)).unwrap(), score(&enu, &flown, &from(0)).unwrap());
     close(a.attitude_rms_deg.total, b.attitude_rms_deg.total.unwrap(), 1e-6);
     close(a.attitude_rms_deg.heading, b.attitude_rms_deg.heading.unwrap(), 1e-6);
     close(a.attitude_rms_deg.inclination, b.attitude_rms_deg.inclination.unwrap(), 1e-6);
     close(a.orientation_2s_rms_deg.with_effects, b.orientation_2s_rms_deg.with_effects.unwrap(), 1e-6);
     // Taken for NED, the same columns are more than a right angle off.
     enu.keys.earth_frame = EarthFrame::Ned;
-    assert!(score(&enu, &flown, 0).unwrap().attitude_rms_deg.total.unwrap() > 90.0);
+    assert!(score(&enu, &flown, &from(0)).unwrap().attitude_rms_deg.total.unwrap() > 90.0);
 }
 
 #[test]
 fn true_and_magnetic_north_differ_by_the_declination() {
     let mut trace = trace(10_000, 4, swing, swing_rate);
     let heading = |trace: &Trace, flight: &Flight, settings: &Settings| {
-        score_with(trace, flight, settings).unwrap().attitude_rms_deg.heading
+        score(trace, flight, settings).unwrap().attitude_rms_deg.heading
     };
     // The flight counts from true north: 7 deg more azimuth than the magnetic reference.
     let true_north = flight(&trace, |_| turn(0.0, 0.0, 7.0));
     let configured = Settings { declination_deg: Some(7.0), ..Settings::default() };
     close(heading(&trace, &true_north, &configured), 0.0, 1e-4);
     close(heading(&trace, &true_north, &Settings::default()), 7.0, 1e-4);
-    // The key of the trace configures the flight, and so does the scorer.
     trace.keys.magnetic_declination_deg = Some(7.0);
-    close(score(&trace, &true_north, 0).unwrap().attitude_rms_deg.heading, 0.0, 1e-4);
     // A reference that counts from true north itself.
     trace.keys.reference_north = true;
     let same = flight(&trace, unturned);
-    close(score(&trace, &same, 0).unwrap().attitude_rms_deg.heading, 0.0, 1e-4);
+    close(heading(&trace, &same, &configured), 0.0, 1e-4);
     // A magnetic flight against it, with the declination known and unknown.
     let magnetic = flight(&trace, |_| turn(0.0, 0.0, -7.0));
     close(heading(&trace, &magnetic, &Settings::default()), 0.0, 1e-4);
     trace.keys.magnetic_declination_deg = None;
     assert_eq!(heading(&trace, &magnetic, &Settings::default()), None);
-    close(score(&trace, &magnetic, 0).unwrap().attitude_rms_deg.inclination, 0.0, 1e-4);
+    close(score(&trace, &magnetic, &from(0)).unwrap().attitude_rms_deg.inclination, 0.0, 1e-4);
 }
 
 /// Rest, a turn about one body axis from 2 to 4 s by 80 deg, rest, and from 6 to 8 s back.
@@ -345,15 +348,15 @@ fn rests(axis: Vector3<f64>, scale: f64) -> Trace {
 #[test]
 fn gravity_from_rest_to_rest_sees_a_scale_error_about_a_horizontal_axis_and_none_about_the_vertical() {
     let horizontal = rests(Vector3::x(), 1.05);
-    let scores = score(&horizontal, &flight(&horizontal, unturned), 0).unwrap();
+    let scores = score(&horizontal, &flight(&horizontal, unturned), &from(0)).unwrap();
     close(scores.rest_gravity_deg.uncompensated, 4.0, 0.02);
     assert_eq!(scores.orientation_2s_rms_deg, score::PerModel::default());
     assert_eq!(scores.attitude_rms_deg, score::AttitudeRms::default());
     let vertical = rests(Vector3::z(), 1.05);
-    close(score(&vertical, &flight(&vertical, unturned), 0).unwrap().rest_gravity_deg.uncompensated, 0.0, 1e-3);
+    close(score(&vertical, &flight(&vertical, unturned), &from(0)).unwrap().rest_gravity_deg.uncompensated, 0.0, 1e-3);
     // A rest of 0.4 s is no rest: one leg remains from 5 s on, and none from 5.7 s on.
-    close(score(&horizontal, &flight(&horizontal, unturned), 5_000_000).unwrap().rest_gravity_deg.bias_only, 4.0, 0.03);
-    let short = score(&horizontal, &flight(&horizontal, unturned), 5_600_000).unwrap();
+    close(score(&horizontal, &flight(&horizontal, unturned), &from(5_000_000)).unwrap().rest_gravity_deg.bias_only, 4.0, 0.03);
+    let short = score(&horizontal, &flight(&horizontal, unturned), &from(5_600_000)).unwrap();
     assert_eq!(short.rest_gravity_deg, score::PerModel::default());
 }
 
@@ -366,9 +369,9 @@ fn an_accelerometer_calibration_is_used_at_rests() {
     let flown = flight(&trace, unturned);
     let accel =
         meerkat_mwd::compensation::VectorModel { offset: [0.7; 3], ..meerkat_mwd::compensation::VectorModel::IDENTITY };
-    let calibrated = score_with(&trace, &flown, &Settings { accel, ..Settings::default() }).unwrap();
+    let calibrated = score(&trace, &flown, &Settings { accel, ..Settings::default() }).unwrap();
     close(calibrated.rest_gravity_deg.uncompensated, 0.0, 0.01);
-    assert!(score(&trace, &flown, 0).unwrap().rest_gravity_deg.uncompensated.unwrap() > 2.0);
+    assert!(score(&trace, &flown, &from(0)).unwrap().rest_gravity_deg.uncompensated.unwrap() > 2.0);
 }
 
 #[test]
@@ -376,16 +379,16 @@ fn without_reference_and_rests_there_is_no_score() {
     let mut trace = trace(10_000, 5, swing, still);
     let flown = flight(&trace, unturned);
     trace.reference.iter_mut().for_each(|cell| *cell = None);
-    assert_eq!(score(&trace, &flown, 0), None);
+    assert_eq!(score(&trace, &flown, &from(0)), None);
     trace.reference.clear();
     trace.rest = Some(vec![false; trace.samples.len()]);
-    assert_eq!(score(&trace, &flown, 0), None);
+    assert_eq!(score(&trace, &flown, &from(0)), None);
 }
 
 #[test]
 fn what_the_flight_did_not_give_is_null_and_the_rest_is_scored() {
     let trace = trace(5_000, 11, unturned, |_| Vector3::new(0.0, 0.0, 1_f64.to_radians()));
-    let scores = score(&trace, &Flight::default(), 0).unwrap();
+    let scores = score(&trace, &Flight::default(), &from(0)).unwrap();
     assert_eq!(scores.orientation_2s_rms_deg.with_effects, None);
     close(scores.orientation_2s_rms_deg.uncompensated, 2.0, 1e-5);
     assert_eq!(scores.attitude_rms_deg, score::AttitudeRms::default());

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use mwd::{
+    cli::SimulateArgs,
     flight::Flight,
-    score::{Settings, score_with, systematic_rate_error_rad_s},
+    score::{Settings, score, systematic_rate_error_rad_s},
     simulate::{
         EarthSettings, Hole, Rotation, Scenario, ScenarioError, ShockSettings, Truth, Vibration, Wobble, simulate,
     },
@@ -158,7 +159,7 @@ fn the_true_gyro_model_scores_its_noise_alone_over_two_seconds() {
         scenario.gyro.bias_walk_deg_s_rts = 0.0;
         let (trace, truth) = simulate(&Scenario { duration_s: 200.0, ..scenario }, 12);
         let settings = Settings { from_us: 15_000_000, factory: truth.gyro, ..Settings::default() };
-        let scores = score_with(&trace, &Flight::default(), &settings).unwrap().orientation_2s_rms_deg;
+        let scores = score(&trace, &Flight::default(), &settings).unwrap().orientation_2s_rms_deg;
         // Angle random walk over 2 s on three axes.
         let noise = 0.01 * 6_f64.sqrt();
         assert!((0.8 * noise..1.2 * noise).contains(&scores.bias_only.unwrap()), "{scores:?}");
@@ -327,7 +328,7 @@ fn the_command_writes_a_trace_that_reads_back() {
     let directory = tempfile::tempdir().unwrap();
     let (scenario, output) = (directory.path().join("short.toml"), directory.path().join("short.csv.gz"));
     std::fs::write(&scenario, "duration_s = 15.0\n[rotation]\nmean_rpm = 60\n").unwrap();
-    mwd::simulate::run(&scenario, Some(&output), 4).unwrap();
+    mwd::simulate::run(&SimulateArgs { scenario: scenario.clone(), output: Some(output.clone()), seed: Some(4) }).unwrap();
     let read = Trace::read(&output).unwrap();
     let simulated = simulate(&Scenario::read(&scenario).unwrap(), 4).0;
     assert_eq!(read.samples.len(), 1_501);

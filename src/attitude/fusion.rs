@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     config::{AttitudeConfig, Earth},
-    rotation::{IDENTITY, exp_matrix, matrix, renormalised},
+    rotation::{IDENTITY, exp_matrix, matrix, renormalised, rotate_back},
 };
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Quaternion, Vector2, Vector3};
@@ -42,7 +42,7 @@ pub struct AttitudeFilter {
     earth: Earth,
     started: bool,
     /// The earth's rotation, NED, rad/s; zero where the latitude is not known.
-    earth_rate_rad_s: Vector3<f32>,
+    earth_rate_ned_rad_s: Vector3<f32>,
     propagation: Propagation,
     errors: ErrorState,
     reference: FieldReference,
@@ -80,7 +80,7 @@ impl AttitudeFilter {
             config: AttitudeConfig::UNSET,
             earth: Earth::UNSET,
             started: false,
-            earth_rate_rad_s: ZERO,
+            earth_rate_ned_rad_s: ZERO,
             propagation: Propagation::new(),
             errors: ErrorState::new(),
             reference: FieldReference::new(),
@@ -116,12 +116,22 @@ impl AttitudeFilter {
         self.reference = FieldReference::start(earth);
         if let Some(latitude_rad) = earth.latitude_rad {
             let (sine, cosine) = libm::sincosf(latitude_rad);
-            self.earth_rate_rad_s = Vector3::new(cosine, 0.0, -sine) * EARTH_RATE_RAD_S;
+            self.earth_rate_ned_rad_s = Vector3::new(cosine, 0.0, -sine) * EARTH_RATE_RAD_S;
         }
         self.open_all();
     }
 
-    /// Steps over the `dt_s` seconds that end with this sample, with its compensated body rate (or the last one held).
+    /// The earth's rotation in the body frame at the last sample, rad/s, to be taken off the gyro's reading: zero while the
+    /// latitude is not known or nothing is aligned, and its vertical part alone while there is no heading.
+    #[must_use]
+    pub fn earth_rate_rad_s(&self) -> Vector3<f32> {
+        let rate = self.earth_rate_ned_rad_s;
+        let known = if self.heading_blocks > 0 { rate } else { Vector3::new(0.0, 0.0, rate.z) };
+        if self.aligned { rotate_back(&self.propagation.q, &known) } else { Vector3::zeros() }
+    }
+
+    /// Steps over the `dt_s` seconds that end with this sample, with its compensated body rate relative to the earth (or the
+    /// last one held).
     pub fn propagate(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
         let Some((config, _)) = self.settings() else { return };
         // beyond any gyro (57,000 deg/s): a defect of the reading, about which nothing is known

@@ -14,8 +14,8 @@ impl GyroModel {
     /// P = I, b = 0: the raw reading passes through.
     pub const IDENTITY: Self = Self { p: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], b_rad_s: [0.0; 3] };
 
-    /// All zeros: a place holder, not a model.
-    pub(crate) const ZERO: Self = Self { p: [[0.0; 3]; 3], b_rad_s: [0.0; 3] };
+    /// All zero, for a static before its configuration.
+    pub(crate) const UNSET: Self = Self { p: [[0.0; 3]; 3], b_rad_s: [0.0; 3] };
 
     /// The compensated body rate in rad/s of a raw reading in rad/s.
     #[must_use]

@@ -29,7 +29,11 @@ pub(crate) struct Evidence {
 }
 
 /// Whether the vector sensors may judge P at all: a magnetometer, and an accelerometer whose norm at rest is gravity's.
-pub(crate) fn sensors_fit_to_judge(field_rows: u32, gravity_rows: u32, rest_norm_error_m_s2: Option<f32>) -> Result<(), Refusal> {
+pub(crate) fn sensors_fit_to_judge(
+    field_rows: u32,
+    gravity_rows: u32,
+    rest_norm_error_m_s2: Option<f32>,
+) -> Result<(), Refusal> {
     if gravity_rows == 0 && field_rows == 0 && rest_norm_error_m_s2.is_none() {
         return Err(Refusal::NotEnoughExcitation { rank: 0 });
     }
@@ -72,7 +76,8 @@ pub(crate) fn clear_win(outcome: &Outcome) -> Result<(), Refusal> {
 mod tests {
     use super::*;
 
-    const GOOD: Evidence = Evidence { outcome: Outcome { p_value: 0.001, explained: 0.9 }, change_rad: 0.1, change_sigma_rad: 0.01 };
+    const GOOD: Evidence =
+        Evidence { outcome: Outcome { p_value: 0.001, explained: 0.9 }, change_rad: 0.1, change_sigma_rad: 0.01 };
 
     #[test]
     fn each_rule_refuses_by_itself_and_nan_never_passes() {
@@ -80,9 +85,15 @@ mod tests {
         let with = |outcome: Outcome| judge(&Evidence { outcome, ..GOOD });
         assert!(matches!(with(Outcome { p_value: 0.02, ..GOOD.outcome }), Err(Refusal::NoClearWin { .. })));
         assert!(matches!(with(Outcome { explained: 0.7, ..GOOD.outcome }), Err(Refusal::MisfitNotExplained { .. })));
-        assert!(matches!(with(Outcome { explained: f32::NAN, ..GOOD.outcome }), Err(Refusal::MisfitNotExplained { .. })));
+        assert!(matches!(
+            with(Outcome { explained: f32::NAN, ..GOOD.outcome }),
+            Err(Refusal::MisfitNotExplained { .. })
+        ));
         assert!(matches!(judge(&Evidence { change_rad: 0.02, ..GOOD }), Err(Refusal::ChangeTooSmall { .. })));
-        assert!(matches!(judge(&Evidence { change_rad: 0.004, change_sigma_rad: 0.0, ..GOOD }), Err(Refusal::ChangeTooSmall { .. })));
+        assert!(matches!(
+            judge(&Evidence { change_rad: 0.004, change_sigma_rad: 0.0, ..GOOD }),
+            Err(Refusal::ChangeTooSmall { .. })
+        ));
         assert!(judge(&Evidence { change_sigma_rad: f32::NAN, ..GOOD }).is_err());
     }
 
@@ -91,8 +102,14 @@ mod tests {
         assert_eq!(sensors_fit_to_judge(300, 300, Some(0.05)), Ok(()));
         assert_eq!(sensors_fit_to_judge(300, 300, None), Ok(()));
         assert_eq!(sensors_fit_to_judge(0, 300, Some(0.05)), Ok(()), "a calibrated accelerometer may judge alone");
-        assert!(matches!(sensors_fit_to_judge(0, 300, Some(0.9)), Err(Refusal::NoMagnetometer { accel_norm_error_m_s2: Some(_) })));
-        assert!(matches!(sensors_fit_to_judge(0, 300, None), Err(Refusal::NoMagnetometer { accel_norm_error_m_s2: None })));
+        assert!(matches!(
+            sensors_fit_to_judge(0, 300, Some(0.9)),
+            Err(Refusal::NoMagnetometer { accel_norm_error_m_s2: Some(_) })
+        ));
+        assert!(matches!(
+            sensors_fit_to_judge(0, 300, None),
+            Err(Refusal::NoMagnetometer { accel_norm_error_m_s2: None })
+        ));
         assert!(matches!(sensors_fit_to_judge(300, 300, Some(0.9)), Err(Refusal::AccelerometerUncalibrated { .. })));
         assert_eq!(sensors_fit_to_judge(300, 0, None), Err(Refusal::NoAccelerometer));
     }

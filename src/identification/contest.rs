@@ -1,7 +1,7 @@
 #![allow(clippy::indexing_slicing)] // Groups are counted by loops over fixed arrays.
 
-use super::least_squares::{Freedom, RowVariances, gyro_part, misfit, solve};
 use super::Prior;
+use super::least_squares::{Freedom, RowVariances, gyro_part, misfit, solve};
 use crate::{algebra::Packed, window::Block};
 
 /// Most groups of contiguous blocks: 2^10 sign patterns can be counted exactly.

@@ -16,8 +16,8 @@ use crate::{
     objective::{NoiseScales, TwoVector, noise_scales, turn},
     optimizer::{Cost, Imoa, ImoaSettings, LeastSquaresCost, LevenbergMarquardt, Progress},
     window::{
-        Block, MAGNETIC, NodeVectors, Reading, RestBias, RestLimits, SampleStream, Scales, Segment, StreamSettings, VectorEffects,
-        node_vectors, preintegrate,
+        Block, MAGNETIC, NodeVectors, Reading, RestBias, RestLimits, SampleStream, Scales, Segment, StreamSettings,
+        VectorEffects, node_vectors, preintegrate,
     },
 };
 use nalgebra::{Matrix3, Vector3};
@@ -111,10 +111,10 @@ impl Identifier {
         const NO_SEGMENT: Segment = Segment::zero();
         Self {
             stream: SampleStream::zero(),
-            config: IdentificationConfig::unconfigured(),
+            config: IdentificationConfig::UNSET,
             seed: 0,
-            factory: GyroModel::ZERO,
-            flown: GyroModel::ZERO,
+            factory: GyroModel::UNSET,
+            flown: GyroModel::UNSET,
             stream_start_us: 0,
             stream_from: 0,
             next_close_us: 0,
@@ -255,7 +255,11 @@ impl Identifier {
         };
         let length_us = t_us - job.t_start_us;
         if length_us < micros(self.config.min_window_s) {
-            let refusal = Refusal::WindowTooShort { length_s: length_us as f32 * 1e-6, needed_s: self.config.min_window_s, cut_by_gap };
+            let refusal = Refusal::WindowTooShort {
+                length_s: length_us as f32 * 1e-6,
+                needed_s: self.config.min_window_s,
+                cut_by_gap,
+            };
             let report = self.unidentified(&job, refusal);
             self.announce(report);
         } else if self.phase != Phase::Idle {
@@ -337,7 +341,11 @@ impl Identifier {
     }
 
     fn fit_to_judge(&self) -> Result<(), Refusal> {
-        acceptance::sensors_fit_to_judge(self.total.magnetic.rows, self.total.gravity.rows, self.stream.rest_norm_error_m_s2())
+        acceptance::sensors_fit_to_judge(
+            self.total.magnetic.rows,
+            self.total.gravity.rows,
+            self.stream.rest_norm_error_m_s2(),
+        )
     }
 
     /// A report without a fit: only the bias may have moved, when there was a rest.
@@ -450,7 +458,12 @@ impl Identifier {
     }
 
     fn objective(&self) -> TwoVector<'_> {
-        TwoVector { segments: &self.segments[..self.segment_count], scales: &self.scales, prior: &self.prior, theta0: &self.theta0 }
+        TwoVector {
+            segments: &self.segments[..self.segment_count],
+            scales: &self.scales,
+            prior: &self.prior,
+            theta0: &self.theta0,
+        }
     }
 
     fn whiten(&mut self) -> Option<()> {
@@ -464,7 +477,9 @@ impl Identifier {
         self.objective().normal_equations(&start, &mut normal, &mut descent);
         self.whitening = Some(normal.cholesky()?);
         match self.config.optimizer {
-            OptimizerKind::Imoa => self.imoa.start(&ImoaSettings::new(self.config.max_evaluations), self.seed ^ self.job.t_end_us),
+            OptimizerKind::Imoa => {
+                self.imoa.start(&ImoaSettings::new(self.config.max_evaluations), self.seed ^ self.job.t_end_us)
+            }
             OptimizerKind::Lm => {
                 let cost = self.objective().evaluate(&start);
                 self.levenberg_marquardt.start(start, cost);
@@ -589,7 +604,10 @@ impl Identifier {
         let factory = theta_of(&self.factory);
         *bias_only = fit(core::array::from_fn(|i| factory[i] - theta[i])).ok_or(Refusal::Degenerate)?;
         let enough = self.contest.groups() >= MIN_GROUPS;
-        if decision != Decision::Accepted && enough && acceptance::clear_win(&self.contest.bias_against_nothing()).is_ok() {
+        if decision != Decision::Accepted
+            && enough
+            && acceptance::clear_win(&self.contest.bias_against_nothing()).is_ok()
+        {
             let moved = fit([0.0; 9]).ok_or(Refusal::Degenerate)?;
             if self.is_plausible(&moved) {
                 *flown = moved;

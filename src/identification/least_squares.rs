@@ -33,7 +33,13 @@ pub(crate) enum Freedom {
 
 /// Solution of the weak form's equations with the prior: changes of P (9) and c (3), lag (s), hard iron (microtesla, 3).
 /// `None` when the normal matrix cannot be factorised.
-pub(crate) fn solve(sum: &Block, variances: &RowVariances, prior: &Prior, theta: &[f32; 12], freedom: &Freedom) -> Option<[f32; MAGNETIC]> {
+pub(crate) fn solve(
+    sum: &Block,
+    variances: &RowVariances,
+    prior: &Prior,
+    theta: &[f32; 12],
+    freedom: &Freedom,
+) -> Option<[f32; MAGNETIC]> {
     let mut normal = Packed::<MAGNETIC, 136>::zero();
     let mut rhs = [0.0; MAGNETIC];
     for i in 0..12 {
@@ -73,7 +79,11 @@ pub(crate) fn solve(sum: &Block, variances: &RowVariances, prior: &Prior, theta:
 
 /// The full solution and the row variances that its own misfit shows, iterated to agreement. `None` without equations or
 /// when they cannot be solved.
-pub(crate) fn solve_with_variances(sum: &Block, prior: &Prior, theta: &[f32; 12]) -> Option<([f32; MAGNETIC], RowVariances)> {
+pub(crate) fn solve_with_variances(
+    sum: &Block,
+    prior: &Prior,
+    theta: &[f32; 12],
+) -> Option<([f32; MAGNETIC], RowVariances)> {
     if sum.is_empty() {
         return None;
     }
@@ -82,8 +92,10 @@ pub(crate) fn solve_with_variances(sum: &Block, prior: &Prior, theta: &[f32; 12]
         let v = if rows == 0 { 1.0 } else { misfit / rows as f32 };
         if v > 1e-10 { v } else { 1e-10 }
     };
-    let mut variances =
-        RowVariances { gravity: variance(sum.gravity.square, sum.gravity.rows), field: variance(sum.magnetic.square, sum.magnetic.rows) };
+    let mut variances = RowVariances {
+        gravity: variance(sum.gravity.square, sum.gravity.rows),
+        field: variance(sum.magnetic.square, sum.magnetic.rows),
+    };
     let mut x = solve(sum, &variances, prior, theta, &Freedom::Full)?;
     // Converges by about a digit a round.
     for _ in 0..4 {

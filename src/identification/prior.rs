@@ -101,7 +101,8 @@ mod tests {
 
     #[test]
     fn theta_and_model_are_the_same_thing() {
-        let model = GyroModel { p: [[1.05, 0.02, -0.01], [0.03, 0.97, 0.0], [-0.02, 0.01, 1.1]], b_rad_s: [0.03, -0.01, 0.02] };
+        let model =
+            GyroModel { p: [[1.05, 0.02, -0.01], [0.03, 0.97, 0.0], [-0.02, 0.01, 1.1]], b_rad_s: [0.03, -0.01, 0.02] };
         let back = model_of(&theta_of(&model)).unwrap();
         for i in 0..3 {
             assert_eq!(back.p[i], model.p[i]);

@@ -5,7 +5,7 @@ mod levenberg_marquardt;
 mod random;
 
 pub(crate) use imoa::{Imoa, ImoaSettings};
-pub(crate) use levenberg_marquardt::{LevenbergMarquardt, LeastSquaresCost};
+pub(crate) use levenberg_marquardt::{LeastSquaresCost, LevenbergMarquardt};
 
 /// A function to be minimised.
 pub(crate) trait Cost<const D: usize> {

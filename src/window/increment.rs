@@ -122,7 +122,8 @@ impl<const N: usize> IncrementRing<N> {
     /// Increment `index` (counted from the start); the caller has asked `holds`.
     pub fn get(&self, index: u64) -> Increment {
         let stored = &self.stored[(index % N as u64) as usize];
-        let vector = |v: [i16; 3], step: f32| if v[0] == NONE { None } else { Some(Vector3::from(v.map(f32::from)) * step) };
+        let vector =
+            |v: [i16; 3], step: f32| if v[0] == NONE { None } else { Some(Vector3::from(v.map(f32::from)) * step) };
         Increment {
             rate: vector(stored.rate, self.scales.rate_rad_s),
             gravity: vector(stored.gravity, self.scales.gravity_m_s2),

@@ -163,7 +163,11 @@ impl SampleStream {
 
     /// How many of the last `seconds` (at most 64) were at rest.
     pub const fn rest_seconds(&self, seconds: u32) -> u32 {
-        if seconds >= 64 { self.rest_history.count_ones() } else { (self.rest_history & ((1 << seconds) - 1)).count_ones() }
+        if seconds >= 64 {
+            self.rest_history.count_ones()
+        } else {
+            (self.rest_history & ((1 << seconds) - 1)).count_ones()
+        }
     }
 
     /// The bias from rests, aged to `t_us`.

@@ -325,12 +325,8 @@ mod tests {
             }
             let mean = |v: Vector3<f32>| v / fine as f32;
             let raw = inverse * mean(rate_sum) + bias;
-            let increment = Increment {
-                rate: Some(raw),
-                
-                gravity: Some(mean(gravity_sum)),
-                field: Some(mean(field_sum)),
-            };
+            let increment =
+                Increment { rate: Some(raw), gravity: Some(mean(gravity_sum)), field: Some(mean(field_sum)) };
             weak.push(&increment, || Some(&mut block));
         }
         assert!(block.gravity.rows > 280 && block.magnetic.rows == block.gravity.rows);
@@ -376,7 +372,6 @@ mod tests {
         assert!((x[12] / 0.008 - 1.0).abs() < 0.1, "lag {}", x[12]);
         let (x, _) = solved(Matrix3::identity(), Vector3::zeros(), 0.008, Vector3::zeros());
         assert!((x[12] / 0.008 - 1.0).abs() < 0.01, "lag {}", x[12]);
-        for i in 0..3 {
-        }
+        for i in 0..3 {}
     }
 }

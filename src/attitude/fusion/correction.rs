@@ -7,7 +7,6 @@ use crate::{
         error_state::{BIAS, Gain, HEADING, Spread, VELOCITY},
     },
     config::{AttitudeConfig, Earth},
-    rotation::matrix,
 };
 use core::f32::consts::{PI, TAU};
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -55,8 +54,7 @@ impl AttitudeFilter {
         if let Some(field) = block.mean_field() {
             self.mag_used = self.observe_field(&field, &block, config, earth);
         }
-        let (mut attitude, bias, velocity) = self.errors.take_correction();
-        attitude -= self.earth_rate() * block.time_s;
+        let (attitude, bias, velocity) = self.errors.take_correction();
         self.propagation.correct(&attitude);
         self.bias_rad_s += bias;
         self.velocity_m_s += velocity;
@@ -117,17 +115,10 @@ impl AttitudeFilter {
         }
     }
 
-    /// The earth's rotation, NED, rad/s; its northward part has a direction only once the heading is known.
-    fn earth_rate(&self) -> Vector3<f32> {
-        let rate = self.earth_rate_rad_s;
-        if self.heading_blocks > 0 { rate } else { Vector3::new(0.0, 0.0, rate.z) }
-    }
-
-    /// At rest the mean rate is the bias (and the earth's rate), unless it is one that the bias cannot have.
+    /// At rest the mean rate is the bias, unless it is one that the bias cannot have.
     fn observe_rest(&mut self, block: &Block) {
         let variance = REST_RATE_NOISE_RAD_S_RTHZ * REST_RATE_NOISE_RAD_S_RTHZ / block.time_s;
-        let earth_rate = matrix(&self.propagation.q).tr_mul(&self.earth_rate());
-        let mean = block.angle_rad / block.time_s - earth_rate;
+        let mean = block.angle_rad / block.time_s;
         let possible = (0..3).all(|k| mean[k] * mean[k] < 9.0 * (self.errors.variance(BIAS + k) + variance));
         if possible {
             for k in 0..3 {
