@@ -76,6 +76,7 @@ impl Staleness {
 /// The pipeline. All buffers are inside; [`Probe::new`] is all zero bytes, so that a `static` of it costs no flash.
 pub struct Probe {
     configured: bool,
+    samples_per_second: u32,
     config: Config,
     counters: Counters,
     /// Time of the last sample; 0 samples mean none.
@@ -92,6 +93,7 @@ impl Probe {
     pub const fn new() -> Self {
         Self {
             configured: false,
+            samples_per_second: 0,
             config: Config::UNSET,
             counters: Counters {
                 samples: 0,
@@ -117,6 +119,7 @@ impl Probe {
     pub fn configure(&mut self, config: &Config) -> Result<(), ConfigError> {
         config.validate()?;
         self.config = *config;
+        self.samples_per_second = 1_000_000_u32.checked_div(config.sample_period_us).unwrap_or(0);
         self.counters = Counters::default();
         self.last_raw_rad_s = config.gyro.b_rad_s;
         self.frozen = [Staleness::zero(); 3];
@@ -236,11 +239,10 @@ impl Probe {
         }
         flags.set(AttitudeFlags::GYRO_CLIPPED, sample.flags.contains(SampleFlags::GYRO_CLIPPED));
         flags.set(AttitudeFlags::FAULT, sample.flags.contains(SampleFlags::FAULT));
-        let second = 1_000_000 / self.config.sample_period_us;
         let readings = [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut];
         let missing = [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
         for ((stale, reading), missing) in self.frozen.iter_mut().zip(readings).zip(missing) {
-            if stale.is_frozen(reading, second) && !sample.flags.contains(missing) {
+            if stale.is_frozen(reading, self.samples_per_second) && !sample.flags.contains(missing) {
                 flags.insert(AttitudeFlags::FROZEN_SENSOR);
             }
         }
@@ -254,7 +256,7 @@ impl Probe {
         } else {
             (sample.mag_ut, &self.config.mag, &self.frozen[2])
         };
-        let frozen = stale.same > 1_000_000 / self.config.sample_period_us;
+        let frozen = stale.same > self.samples_per_second;
         if sample.flags.contains(missing) || frozen || raw == [0.0; 3] {
             Reading::Missing
         } else if sample.flags.contains(clipped) {

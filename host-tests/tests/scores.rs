@@ -355,7 +355,11 @@ fn gravity_from_rest_to_rest_sees_a_scale_error_about_a_horizontal_axis_and_none
     let vertical = rests(Vector3::z(), 1.05);
     close(score(&vertical, &flight(&vertical, unturned), &from(0)).unwrap().rest_gravity_deg.uncompensated, 0.0, 1e-3);
     // A rest of 0.4 s is no rest: one leg remains from 5 s on, and none from 5.7 s on.
-    close(score(&horizontal, &flight(&horizontal, unturned), &from(5_000_000)).unwrap().rest_gravity_deg.bias_only, 4.0, 0.03);
+    close(
+        score(&horizontal, &flight(&horizontal, unturned), &from(5_000_000)).unwrap().rest_gravity_deg.bias_only,
+        4.0,
+        0.03,
+    );
     let short = score(&horizontal, &flight(&horizontal, unturned), &from(5_600_000)).unwrap();
     assert_eq!(short.rest_gravity_deg, score::PerModel::default());
 }

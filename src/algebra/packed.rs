@@ -12,6 +12,18 @@ const fn at(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }
 
+/// Element (i, j <= i). The triangle's index is beyond what the compiler can bound, so an index out of range, which the sizes
+/// exclude, reads 0 instead of panicking.
+fn read(elements: &[f32], i: usize, j: usize) -> f32 {
+    elements.get(at(i, j)).copied().unwrap_or(0.0)
+}
+
+fn write(elements: &mut [f32], i: usize, j: usize, value: f32) {
+    if let Some(element) = elements.get_mut(at(i, j)) {
+        *element = value;
+    }
+}
+
 impl<const D: usize, const T: usize> Packed<D, T> {
     const SIZES_AGREE: () = assert!(T == D * (D + 1) / 2);
 
@@ -22,24 +34,26 @@ impl<const D: usize, const T: usize> Packed<D, T> {
     }
 
     pub fn get(&self, i: usize, j: usize) -> f32 {
-        if j <= i { self.0[at(i, j)] } else { self.0[at(j, i)] }
+        if j <= i { read(&self.0, i, j) } else { read(&self.0, j, i) }
     }
 
     /// Adds `value` to element (i, j) and, being symmetric, (j, i).
     pub fn add(&mut self, i: usize, j: usize, value: f32) {
-        let index = if j <= i { at(i, j) } else { at(j, i) };
-        self.0[index] += value;
+        let (i, j) = if j <= i { (i, j) } else { (j, i) };
+        let sum = read(&self.0, i, j) + value;
+        write(&mut self.0, i, j, sum);
     }
 
     /// Adds `weight * row row^T`.
     pub fn add_outer(&mut self, row: &[f32; D], weight: f32) {
-        let mut k = 0;
-        for i in 0..D {
-            let scaled = weight * row[i];
-            for value in &row[..=i] {
-                self.0[k] += scaled * value;
-                k += 1;
+        let mut rest = self.0.as_mut_slice();
+        for (i, factor) in row.iter().enumerate() {
+            let Some((sums, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
+            let scaled = weight * factor;
+            for (sum, value) in sums.iter_mut().zip(row) {
+                *sum += scaled * value;
             }
+            rest = next;
         }
     }
 
@@ -54,11 +68,11 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         let mut y = [0.0; D];
         for i in 0..D {
             for j in 0..i {
-                let a = self.0[at(i, j)];
+                let a = read(&self.0, i, j);
                 y[i] += a * x[j];
                 y[j] += a * x[i];
             }
-            y[i] += self.0[at(i, i)] * x[i];
+            y[i] += read(&self.0, i, i) * x[i];
         }
         y
     }
@@ -71,8 +85,8 @@ impl<const D: usize, const T: usize> Packed<D, T> {
     /// Fixes parameter `i`: its row and column become those of the identity, so that its solution is its right-hand side.
     pub fn freeze(&mut self, i: usize) {
         for j in 0..D {
-            let index = if j <= i { at(i, j) } else { at(j, i) };
-            self.0[index] = if i == j { 1.0 } else { 0.0 };
+            let (row, column) = if j <= i { (i, j) } else { (j, i) };
+            write(&mut self.0, row, column, if i == j { 1.0 } else { 0.0 });
         }
     }
 
@@ -81,19 +95,20 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         let mut l = self.0;
         for i in 0..D {
             for j in 0..=i {
-                let mut sum = l[at(i, j)];
+                let mut sum = read(&l, i, j);
                 for k in 0..j {
-                    sum -= l[at(i, k)] * l[at(j, k)];
+                    sum -= read(&l, i, k) * read(&l, j, k);
                 }
                 if i == j {
                     // Pivots that lose all but the last few bits of their diagonal are rounding noise (f32: 2^-24 each of D terms).
-                    let floor = self.0[at(i, i)] * 1e-6;
+                    let floor = read(&self.0, i, i) * 1e-6;
                     if !(sum > floor && sum.is_finite()) {
                         return None;
                     }
-                    l[at(i, i)] = 1.0 / libm::sqrtf(sum);
+                    write(&mut l, i, i, 1.0 / libm::sqrtf(sum));
                 } else {
-                    l[at(i, j)] = sum * l[at(j, j)];
+                    let value = sum * read(&l, j, j);
+                    write(&mut l, i, j, value);
                 }
             }
         }
@@ -108,9 +123,9 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
         for i in (0..D).rev() {
             let mut sum = y[i];
             for k in i + 1..D {
-                sum -= self.0[at(k, i)] * y[k];
+                sum -= read(&self.0, k, i) * y[k];
             }
-            y[i] = sum * self.0[at(i, i)];
+            y[i] = sum * read(&self.0, i, i);
         }
         y
     }
@@ -121,9 +136,9 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
         for i in 0..D {
             let mut sum = y[i];
             for k in 0..i {
-                sum -= self.0[at(i, k)] * y[k];
+                sum -= read(&self.0, i, k) * y[k];
             }
-            y[i] = sum * self.0[at(i, i)];
+            y[i] = sum * read(&self.0, i, i);
         }
         y
     }
@@ -134,9 +149,9 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
         for i in (0..D).rev() {
             let mut sum = x[i];
             for k in i + 1..D {
-                sum -= self.0[at(k, i)] * x[k];
+                sum -= read(&self.0, k, i) * x[k];
             }
-            x[i] = sum * self.0[at(i, i)];
+            x[i] = sum * read(&self.0, i, i);
         }
         x
     }
@@ -145,9 +160,9 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
     pub fn times_upper(&self, x: &[f32; D]) -> [f32; D] {
         let mut y = [0.0; D];
         for i in 0..D {
-            y[i] = x[i] / self.0[at(i, i)];
+            y[i] = x[i] / read(&self.0, i, i);
             for k in i + 1..D {
-                y[i] += self.0[at(k, i)] * x[k];
+                y[i] += read(&self.0, k, i) * x[k];
             }
         }
         y

@@ -1,5 +1,3 @@
-#![allow(clippy::indexing_slicing)] // Groups are counted by loops over fixed arrays.
-
 use super::Prior;
 use super::least_squares::{Freedom, RowVariances, gyro_part, misfit, solve};
 use crate::{algebra::Packed, window::Block};
@@ -74,24 +72,26 @@ impl Contest {
 
     /// P and bias against bias alone.
     pub fn full_against_bias(&self) -> Outcome {
-        self.outcome(0, 1)
+        let [full, bias, _] = &self.losses;
+        self.outcome(full, bias)
     }
 
     /// Bias alone against nothing moved.
     pub fn bias_against_nothing(&self) -> Outcome {
-        self.outcome(1, 2)
+        let [_, bias, nothing] = &self.losses;
+        self.outcome(bias, nothing)
     }
 
-    fn outcome(&self, winner: usize, loser: usize) -> Outcome {
+    fn outcome(&self, winner: &[f32; MAX_GROUPS], loser: &[f32; MAX_GROUPS]) -> Outcome {
         let mut gains = [0.0; MAX_GROUPS];
         let (mut won, mut lost) = (0.0, 0.0);
-        for k in 0..self.groups {
-            gains[k] = self.losses[loser][k] - self.losses[winner][k];
-            won += self.losses[winner][k];
-            lost += self.losses[loser][k];
+        for ((gain, w), l) in gains.iter_mut().zip(winner).zip(loser).take(self.groups) {
+            *gain = l - w;
+            won += w;
+            lost += l;
         }
         let explained = if lost > 0.0 { 1.0 - won / lost } else { 0.0 };
-        Outcome { p_value: sign_flip_p_value(&gains[..self.groups]), explained }
+        Outcome { p_value: sign_flip_p_value(gains.get(..self.groups).unwrap_or_default()), explained }
     }
 
     /// Covariance of the full fit by the delete-a-group jackknife: (G - 1) / G times the scatter about the mean. It holds what

@@ -20,6 +20,7 @@ use crate::{
         VectorEffects, node_vectors, preintegrate,
     },
 };
+use heapless::{Deque, Vec};
 use nalgebra::{Matrix3, Vector3};
 
 /// Segments of one second in the longest window.
@@ -41,8 +42,8 @@ struct Job {
     t_end_us: u64,
     effect_us: u64,
     /// Increments of the window.
-    from: u64,
-    to: u64,
+    from: u32,
+    to: u32,
     rest: Option<RestBias>,
     rest_s: f32,
 }
@@ -80,7 +81,7 @@ pub(crate) struct Identifier {
     flown: GyroModel,
     /// First sample and increment since the start or the last gap.
     stream_start_us: u64,
-    stream_from: u64,
+    stream_from: u32,
     next_close_us: u64,
     final_close_us: u64,
     phase: Phase,
@@ -99,8 +100,8 @@ pub(crate) struct Identifier {
     imoa: Imoa<12, POPULATION>,
     levenberg_marquardt: LevenbergMarquardt<12>,
     /// The result of the job, once it is judged.
-    report: Option<WindowReport>,
-    pending: [Option<WindowReport>; PENDING],
+    result: Vec<WindowReport, 1>,
+    pending: Deque<WindowReport, PENDING>,
     /// Reports dropped because nobody polled them.
     pub reports_lost: u32,
     pub overruns: u32,
@@ -134,8 +135,8 @@ impl Identifier {
             whitening: None,
             imoa: Imoa::zero(),
             levenberg_marquardt: LevenbergMarquardt::zero(),
-            report: None,
-            pending: [None; PENDING],
+            result: Vec::new(),
+            pending: Deque::new(),
             reports_lost: 0,
             overruns: 0,
         }
@@ -162,7 +163,7 @@ impl Identifier {
             ),
         });
         self.phase = Phase::Idle;
-        self.pending = [None; PENDING];
+        self.pending.clear();
     }
 
     pub const fn flown(&self) -> &GyroModel {
@@ -210,7 +211,7 @@ impl Identifier {
         }
         let ready = self.phase == Phase::Ready;
         self.phase = Phase::Idle;
-        let Some(mut report) = self.report.take().filter(|_| ready) else {
+        let Some(mut report) = self.result.pop().filter(|_| ready) else {
             self.overruns += 1;
             let report = self.unidentified(&self.job, Refusal::Overrun);
             self.announce(report);
@@ -242,8 +243,9 @@ impl Identifier {
     fn close(&mut self, t_us: u64, cut_by_gap: bool) {
         let count = self.stream.increments.count();
         let t_start_us = self.stream_start_us.max(t_us.saturating_sub(micros(self.config.window_s)));
-        let kept = (t_us - t_start_us) / u64::from(self.stream.grid.interval_us);
-        let seconds = ((t_us - t_start_us) / 1_000_000) as u32;
+        // A window is far shorter than the hour that 32 bits of microseconds hold.
+        let length_us = (t_us - t_start_us) as u32;
+        let kept = length_us.checked_div(self.stream.grid.interval_us).unwrap_or(0);
         let job = Job {
             t_start_us,
             t_end_us: t_us,
@@ -251,10 +253,9 @@ impl Identifier {
             from: self.stream_from.max(count.saturating_sub(kept)),
             to: count,
             rest: self.stream.rest_bias(t_us),
-            rest_s: self.stream.rest_seconds(seconds) as f32,
+            rest_s: self.stream.rest_seconds(length_us / 1_000_000) as f32,
         };
-        let length_us = t_us - job.t_start_us;
-        if length_us < micros(self.config.min_window_s) {
+        if u64::from(length_us) < micros(self.config.min_window_s) {
             let refusal = Refusal::WindowTooShort {
                 length_s: length_us as f32 * 1e-6,
                 needed_s: self.config.min_window_s,
@@ -268,24 +269,20 @@ impl Identifier {
             self.announce(report);
         } else {
             self.job = job;
-            self.report = None;
+            self.result.clear();
             self.phase = Phase::LeastSquares;
         }
     }
 
     fn announce(&mut self, report: WindowReport) {
-        match self.pending.iter_mut().find(|slot| slot.is_none()) {
-            Some(slot) => *slot = Some(report),
-            None => self.reports_lost += 1,
+        if self.pending.push_back(report).is_err() {
+            self.reports_lost += 1;
         }
     }
 
     /// The oldest report that nobody has taken.
     pub fn take_report(&mut self) -> Option<WindowReport> {
-        // Asked after every sample: moving the queue costs two thousand instructions, looking at its head ten.
-        let report = self.pending[0].take()?;
-        self.pending.rotate_left(1);
-        Some(report)
+        self.pending.pop_front()
     }
 
     /// One bounded piece of work; returns its size in units (about one pre-integrated segment's evaluation each), 0 when
@@ -322,8 +319,7 @@ impl Identifier {
             }
             Phase::Judge => {
                 let report = self.judge();
-                self.report = Some(report.unwrap_or_else(|refusal| self.unidentified(&self.job, refusal)));
-                self.phase = Phase::Ready;
+                self.phase = self.conclude(report.unwrap_or_else(|refusal| self.unidentified(&self.job, refusal)));
                 300
             }
         }
@@ -336,7 +332,14 @@ impl Identifier {
             Ok(()) => Refusal::Degenerate,
             Err(refusal) => refusal,
         };
-        self.report = Some(self.unidentified(&self.job, refusal));
+        self.conclude(self.unidentified(&self.job, refusal))
+    }
+
+    /// Keeps the result until it takes effect.
+    fn conclude(&mut self, report: WindowReport) -> Phase {
+        self.result.clear();
+        // Just emptied, so there is room.
+        let _ = self.result.push(report);
         Phase::Ready
     }
 
@@ -411,7 +414,8 @@ impl Identifier {
             return Some(false);
         }
         // The filled blocks are dealt out evenly: group g holds numbers g * filled / groups up to the next group's.
-        let (first, end) = (group * filled / groups, (group + 1) * filled / groups);
+        let share = |g: usize| (g * filled).checked_div(groups).unwrap_or(0);
+        let (first, end) = (share(group), share(group + 1));
         let mut unseen = Block::zero();
         let mut position = 0;
         for number in numbers {
@@ -432,8 +436,8 @@ impl Identifier {
     /// Builds node `index` and the segment that ends there; false when the window holds no such node.
     fn build_segment(&mut self, index: usize) -> bool {
         let grid = self.stream.grid;
-        let (half, length) = (grid.increments_in(0.5) as u64, grid.increments_in(1.0) as u64);
-        let node = self.job.from + half + index as u64 * length;
+        let (half, length) = (grid.increments_in(0.5) as u32, grid.increments_in(1.0) as u32);
+        let node = self.job.from + half + index as u32 * length;
         let ring = &self.stream.increments;
         if index == 0 {
             self.segment_count = 0;
@@ -448,9 +452,10 @@ impl Identifier {
         let vectors = node_vectors(ring, grid, node, (&p, &c), &effects);
         if index > 0 {
             if let Some(rotation) = preintegrate(ring, grid, (node - length, node), (&p, &c)) {
-                let segment = Segment::new(&rotation, &self.last_node, &vectors, self.config.max_bias_rad_s);
-                self.segments[self.segment_count] = segment;
-                self.segment_count += 1;
+                if let Some(slot) = self.segments.get_mut(self.segment_count) {
+                    *slot = Segment::new(&rotation, &self.last_node, &vectors, self.config.max_bias_rad_s);
+                    self.segment_count += 1;
+                }
             }
         }
         self.last_node = vectors;
@@ -459,7 +464,7 @@ impl Identifier {
 
     fn objective(&self) -> TwoVector<'_> {
         TwoVector {
-            segments: &self.segments[..self.segment_count],
+            segments: self.segments.get(..self.segment_count).unwrap_or_default(),
             scales: &self.scales,
             prior: &self.prior,
             theta0: &self.theta0,
@@ -470,7 +475,7 @@ impl Identifier {
         if self.segment_count == 0 {
             return None;
         }
-        self.scales = noise_scales(&self.segments[..self.segment_count]);
+        self.scales = noise_scales(self.segments.get(..self.segment_count).unwrap_or_default());
         let start = [0.0; 12];
         let mut normal = Packed::zero();
         let mut descent = [0.0; 12];
@@ -491,7 +496,7 @@ impl Identifier {
 
     fn search(&mut self) -> Progress {
         let objective = TwoVector {
-            segments: &self.segments[..self.segment_count],
+            segments: self.segments.get(..self.segment_count).unwrap_or_default(),
             scales: &self.scales,
             prior: &self.prior,
             theta0: &self.theta0,
@@ -541,7 +546,7 @@ impl Identifier {
         let candidate = model_of(&core::array::from_fn(|i| base_theta[i] + change[i]));
 
         let full = self.contest.full_against_bias();
-        let moving = self.segments[..self.segment_count].iter().filter(|segment| segment.moving);
+        let moving = self.segments.iter().take(self.segment_count).filter(|segment| segment.moving);
         let (mut square, mut variance, mut count) = (0.0, 0.0, 0.0);
         for segment in moving {
             square += turn(segment, &change).norm_squared();

@@ -71,7 +71,9 @@ pub(crate) fn solve(
             *r -= normal.get(i, j) * value;
         }
         normal.freeze(i);
-        rhs[i] = value;
+        if let Some(r) = rhs.get_mut(i) {
+            *r = value;
+        }
     }
     let x = normal.cholesky()?.solve(&rhs);
     x.iter().all(|x| x.is_finite()).then_some(x)

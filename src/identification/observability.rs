@@ -1,6 +1,6 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
-use crate::algebra::{Cholesky, Packed, jacobi_eigen};
+use crate::algebra::{Cholesky, Packed, dot, jacobi_eigen};
 
 /// A direction counts as observed when its posterior deviation is under half of its prior one: information at least fourfold.
 const LEAST_RATIO: f32 = 4.0;
@@ -9,6 +9,7 @@ const LEAST_RATIO: f32 = 4.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Observability {
     prior: Cholesky<12, 78>,
+    /// One a row, unit length, in the prior's whitened coordinates.
     directions: [[f32; 12]; 12],
     observed: [bool; 12],
     /// Observed directions.
@@ -33,7 +34,8 @@ impl Observability {
                 (ratio[i][j], ratio[j][i]) = (mean, mean);
             }
         }
-        let (values, directions) = jacobi_eigen(&ratio);
+        let (values, columns) = jacobi_eigen(&ratio);
+        let directions = core::array::from_fn(|k| columns.map(|row| row[k]));
         let observed = values.map(|value| value > LEAST_RATIO);
         let rank = observed.iter().filter(|o| **o).count() as u8;
         Some(Self { prior, directions, observed, rank })
@@ -43,13 +45,10 @@ impl Observability {
     pub fn observed_part(&self, change: &[f32; 12]) -> [f32; 12] {
         let whitened = self.prior.times_upper(change);
         let mut kept = [0.0; 12];
-        for k in (0..12).filter(|k| self.observed[*k]) {
-            let mut along = 0.0;
-            for (row, w) in self.directions.iter().zip(&whitened) {
-                along += row[k] * w;
-            }
-            for (x, row) in kept.iter_mut().zip(&self.directions) {
-                *x += along * row[k];
+        for (direction, _) in self.directions.iter().zip(&self.observed).filter(|(_, observed)| **observed) {
+            let along = dot(direction, &whitened);
+            for (x, d) in kept.iter_mut().zip(direction) {
+                *x += along * d;
             }
         }
         self.prior.solve_upper(&kept)

@@ -1,5 +1,3 @@
-#![allow(clippy::indexing_slicing)] // The array is as long as the longest window.
-
 use super::{NoiseScales, two_vector::residual};
 use crate::window::{Segment, Sighting};
 use nalgebra::Vector3;
@@ -25,8 +23,8 @@ pub(crate) fn noise_scales(segments: &[Segment]) -> NoiseScales {
         let mut count = 0;
         for segment in segments.iter().filter(|segment| segment.moving == moving) {
             if let Some(sighting) = sighting(segment) {
-                if count < CAPACITY {
-                    norms[count] = residual(sighting, &Vector3::zeros()).norm();
+                if let Some(norm) = norms.get_mut(count) {
+                    *norm = residual(sighting, &Vector3::zeros()).norm();
                     count += 1;
                 }
             }
@@ -34,7 +32,7 @@ pub(crate) fn noise_scales(segments: &[Segment]) -> NoiseScales {
         if count < FEWEST {
             return DEFAULT;
         }
-        let sigma = median(&mut norms[..count]) / RAYLEIGH_MEDIAN;
+        let sigma = median(norms.get_mut(..count).unwrap_or_default()) / RAYLEIGH_MEDIAN;
         if sigma > FLOOR { sigma } else { FLOOR }
     };
     NoiseScales {
@@ -45,14 +43,17 @@ pub(crate) fn noise_scales(segments: &[Segment]) -> NoiseScales {
 
 /// Upper median, by insertion sort: at most 50 numbers, and no way to panic.
 fn median(values: &mut [f32]) -> f32 {
-    for i in 1..values.len() {
-        let mut j = i;
-        while j > 0 && values[j - 1] > values[j] {
-            values.swap(j - 1, j);
-            j -= 1;
+    for sorted in 1..values.len() {
+        let mut place = values.get_mut(..=sorted).unwrap_or_default();
+        while let [.., before, last] = place {
+            if *before > *last {
+                core::mem::swap(before, last);
+            }
+            let shorter = place.len() - 1;
+            place = place.get_mut(..shorter).unwrap_or_default();
         }
     }
-    values[values.len() / 2]
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ pub(crate) struct ImoaSettings {
 
 impl ImoaSettings {
     pub const fn new(max_evaluations: u32) -> Self {
-        Self { max_evaluations, deviation: 0.2, reward: false, refraction: false }
+        Self { max_evaluations, deviation: 0.1, reward: false, refraction: false }
     }
 }
 
@@ -67,16 +67,16 @@ impl<const D: usize, const POPULATION: usize> Imoa<D, POPULATION> {
         }
         let turn = self.evaluations as usize % POPULATION;
         let first = (self.evaluations as usize) < POPULATION;
-        let candidate = if first { self.members[turn] } else { self.candidate(turn, settings, &mut generator) };
+        let candidate = if first { *self.member(turn) } else { self.candidate(turn, settings, &mut generator) };
         let found = cost.evaluate(&candidate);
         self.evaluations += 1;
         // Greedy: a member moves only to a better place. NaN compares false, so it is never taken.
-        if found < self.costs[turn] {
-            self.members[turn] = candidate;
-            self.costs[turn] = found;
-            if found < self.costs[self.best] {
+        if found < self.cost(turn) {
+            if found < self.cost(self.best) {
                 self.best = turn;
             }
+            self.members[turn % POPULATION] = candidate;
+            self.costs[turn % POPULATION] = found;
         }
         self.generator = Some(generator);
         Progress::Running
@@ -97,18 +97,21 @@ impl<const D: usize, const POPULATION: usize> Imoa<D, POPULATION> {
         candidate.map(into_box)
     }
 
-    /// Global phase, eq 19 in our reading: towards the best by the guiding factor b = F_best / F_i in [0, 1], with a spiral of
-    /// (1 - b)^2 e^b cos(2 pi a) of the distance, which closes as the member becomes as good as the best.
+    /// Global phase, eq 19 in our reading: towards the best by the guiding factor b = F_best / F_i in [0, 1] times a uniform
+    /// deviate from (0, 2) per dimension, with a spiral of (1 - b)^2 e^b cos(2 pi a) of the distance, which closes as the member
+    /// becomes as good as the best. Without the deviate every member falls onto the best as soon as b is near 1, and the
+    /// population is lost.
     fn guided_spiral(&self, turn: usize, generator: &mut Xoshiro128PlusPlus) -> [f32; D] {
-        let own = self.costs[turn];
-        let guide = if own.is_finite() && own > 0.0 { self.costs[self.best] / own } else { 0.0 };
+        let own = self.cost(turn);
+        let guide = if own.is_finite() && own > 0.0 { self.cost(self.best) / own } else { 0.0 };
         // e^b for b in [0, 1] to 0.3 %: the spiral's width needs no more.
         let exponential = 1.0 + guide * (1.013 + guide * (0.4255 + 0.2797 * guide));
         let spiral = (1.0 - guide) * (1.0 - guide) * exponential;
-        let mut moved = self.members[turn];
-        for (x, best) in moved.iter_mut().zip(&self.members[self.best]) {
+        let mut moved = *self.member(turn);
+        for (x, best) in moved.iter_mut().zip(self.member(self.best)) {
             let distance = best - *x;
-            *x += guide * distance + spiral * cosine_of_turn(uniform(generator)) * libm::fabsf(distance);
+            let step = 2.0 * uniform(generator) * guide;
+            *x += step * distance + spiral * cosine_of_turn(uniform(generator)) * libm::fabsf(distance);
         }
         moved
     }
@@ -116,7 +119,7 @@ impl<const D: usize, const POPULATION: usize> Imoa<D, POPULATION> {
     /// Exchange, eq 20 to 23 with the free reward: each dimension goes to the member that is nearer to the start in it, and
     /// the candidate moves towards the partner by the partner's share of the rewards.
     fn exchanged(&self, moved: &[f32; D], turn: usize, generator: &mut Xoshiro128PlusPlus) -> [f32; D] {
-        let partner = &self.members[self.other(turn, generator)];
+        let partner = self.member(self.other(turn, generator));
         let wins = moved.iter().zip(partner).filter(|(a, b)| libm::fabsf(**b) < libm::fabsf(**a)).count();
         let share = wins as f32 / D as f32;
         let mut out = *moved;
@@ -133,16 +136,16 @@ impl<const D: usize, const POPULATION: usize> Imoa<D, POPULATION> {
     fn migration(&self, turn: usize, progress: f32, generator: &mut Xoshiro128PlusPlus) -> [f32; D] {
         // The best itself has no distance from the best: it borrows another member's.
         let from = if turn == self.best { self.other(turn, generator) } else { turn };
-        let best = &self.members[self.best];
+        let best = self.member(self.best);
         let width = 0.3 + 0.7 * (1.0 - quarter_sine(progress));
         let isotropic = uniform(generator) < 0.3;
         let mut square = 0.0;
-        for (x, b) in self.members[from].iter().zip(best) {
+        for (x, b) in self.member(from).iter().zip(best) {
             square += (x - b) * (x - b);
         }
         let rms = libm::sqrtf(square / D as f32);
         let mut out = *best;
-        for (x, own) in out.iter_mut().zip(&self.members[from]) {
+        for (x, own) in out.iter_mut().zip(self.member(from)) {
             let distance = if isotropic { rms } else { libm::fabsf(own - *x) };
             *x += width * normal(generator) * distance;
         }
@@ -158,8 +161,17 @@ impl<const D: usize, const POPULATION: usize> Imoa<D, POPULATION> {
         (turn + hop) % POPULATION
     }
 
-    pub const fn best(&self) -> (&[f32; D], f32) {
-        (&self.members[self.best], self.costs[self.best])
+    pub fn best(&self) -> (&[f32; D], f32) {
+        (self.member(self.best), self.cost(self.best))
+    }
+
+    /// A member; the remainder lets the compiler see that the index is in range.
+    fn member(&self, index: usize) -> &[f32; D] {
+        &self.members[index % POPULATION]
+    }
+
+    fn cost(&self, index: usize) -> f32 {
+        self.costs[index % POPULATION]
     }
 
     pub const fn evaluations(&self) -> u32 {

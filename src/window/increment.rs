@@ -1,5 +1,3 @@
-#![allow(clippy::indexing_slicing)] // Ring positions are reduced modulo the capacity.
-
 use nalgebra::Vector3;
 
 /// Interval of one increment: summing to 50 Hz loses nothing of the identification, to 10 Hz most of it.
@@ -20,7 +18,7 @@ impl Grid {
     }
 
     pub fn new(sample_period_us: u32) -> Self {
-        let samples = (NOMINAL_INTERVAL_US + sample_period_us / 2) / sample_period_us;
+        let samples = (NOMINAL_INTERVAL_US + sample_period_us / 2).checked_div(sample_period_us).unwrap_or(0);
         Self { interval_us: if samples == 0 { sample_period_us } else { samples * sample_period_us } }
     }
 
@@ -80,8 +78,8 @@ struct Stored {
 /// so that sums over a window lose nothing.
 pub(crate) struct IncrementRing<const N: usize> {
     stored: [Stored; N],
-    /// Increments pushed since the start; the ring holds the last `N` of them.
-    count: u64,
+    /// Increments pushed since the start; the ring holds the last `N` of them. Enough for 2.7 years at 50 a second.
+    count: u32,
     remainder: [Vector3<f32>; 3],
     scales: Scales,
 }
@@ -99,13 +97,13 @@ impl<const N: usize> IncrementRing<N> {
         self.scales = scales;
     }
 
-    pub const fn count(&self) -> u64 {
+    pub const fn count(&self) -> u32 {
         self.count
     }
 
     /// Whether increment `index` (counted from the start) has not been overwritten yet.
-    pub const fn holds(&self, index: u64) -> bool {
-        index < self.count && index + N as u64 >= self.count
+    pub const fn holds(&self, index: u32) -> bool {
+        index < self.count && self.count - index <= N as u32
     }
 
     pub fn push(&mut self, increment: &Increment) {
@@ -115,13 +113,17 @@ impl<const N: usize> IncrementRing<N> {
             gravity: quantise(increment.gravity, self.scales.gravity_m_s2, r1),
             field: quantise(increment.field, self.scales.field_ut, r2),
         };
-        self.stored[(self.count % N as u64) as usize] = stored;
-        self.count += 1;
+        if let Some(slot) = self.stored.get_mut(self.count as usize % N) {
+            *slot = stored;
+        }
+        self.count = self.count.wrapping_add(1);
     }
 
-    /// Increment `index` (counted from the start); the caller has asked `holds`.
-    pub fn get(&self, index: u64) -> Increment {
-        let stored = &self.stored[(index % N as u64) as usize];
+    /// Increment `index` (counted from the start), empty when the ring does not hold it.
+    pub fn get(&self, index: u32) -> Increment {
+        let Some(stored) = self.stored.get(index as usize % N).filter(|_| self.holds(index)) else {
+            return Increment { rate: None, gravity: None, field: None };
+        };
         let vector =
             |v: [i16; 3], step: f32| if v[0] == NONE { None } else { Some(Vector3::from(v.map(f32::from)) * step) };
         Increment {
@@ -135,19 +137,13 @@ impl<const N: usize> IncrementRing<N> {
 /// Rounds to steps, carrying the remainder; a vector beyond the range counts as no reading.
 fn quantise(vector: Option<Vector3<f32>>, step: f32, remainder: &mut Vector3<f32>) -> [i16; 3] {
     let Some(vector) = vector else { return [NONE, 0, 0] };
-    let mut out = [0; 3];
-    let mut carried = [0.0; 3];
-    for axis in 0..3 {
-        let wanted = vector[axis] + remainder[axis];
-        let steps = libm::roundf(wanted / step);
-        if !(libm::fabsf(steps) <= f32::from(i16::MAX)) {
-            return [NONE, 0, 0];
-        }
-        out[axis] = steps as i16;
-        carried[axis] = wanted - steps * step;
+    let wanted = vector + *remainder;
+    let steps = wanted.map(|x| libm::roundf(x / step));
+    if !steps.iter().all(|s| libm::fabsf(*s) <= f32::from(i16::MAX)) {
+        return [NONE, 0, 0];
     }
-    *remainder = Vector3::from(carried);
-    out
+    *remainder = wanted - steps * step;
+    steps.map(|s| s as i16).into()
 }
 
 /// Sums samples into the increment of their grid interval.

@@ -34,7 +34,7 @@ const LEAST_FIELD_UT: f32 = 2.2;
 pub(crate) fn node_vectors<const N: usize>(
     ring: &IncrementRing<N>,
     grid: Grid,
-    centre: u64,
+    centre: u32,
     (p, c): (&Matrix3<f32>, &Vector3<f32>),
     effects: &VectorEffects,
 ) -> NodeVectors {
@@ -49,7 +49,7 @@ pub(crate) fn node_vectors<const N: usize>(
         let mut q = Quaternion::identity();
         let mut rate = here_rate;
         for step in 1..=half {
-            let increment = ring.get(if forward { centre + step as u64 } else { centre - step as u64 });
+            let increment = ring.get(if forward { centre + step as u32 } else { centre - step as u32 });
             let Some(raw) = increment.rate else { return nothing };
             let next = p * raw - c;
             let turn = (rate + next) * (0.5 * grid.interval_s());

@@ -23,7 +23,7 @@ pub(crate) struct Preintegrated {
 pub(crate) fn preintegrate<const N: usize>(
     ring: &IncrementRing<N>,
     grid: Grid,
-    (from, to): (u64, u64),
+    (from, to): (u32, u32),
     (p, c): (&Matrix3<f32>, &Vector3<f32>),
 ) -> Option<Preintegrated> {
     let dt = grid.interval_s();

@@ -103,7 +103,7 @@ impl RestDetector {
 
     pub fn start(&mut self, sample_period_us: u32) {
         *self = Self::zero();
-        self.samples_per_second = (1_000_000 / sample_period_us) as u16;
+        self.samples_per_second = 1_000_000_u32.checked_div(sample_period_us).unwrap_or(1) as u16;
     }
 
     /// Takes one sample; when it completes a second, returns whether that was at rest, and what it read.

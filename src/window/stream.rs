@@ -1,5 +1,3 @@
-#![allow(clippy::indexing_slicing)] // Ring positions are reduced modulo the capacity.
-
 use super::{
     Accumulator, Block, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, Scales, WeakForm,
 };
@@ -21,9 +19,9 @@ pub(crate) struct SampleStream {
     accumulator: Accumulator,
     weak_form: WeakForm,
     blocks: [Block; BLOCKS],
-    increments_per_block: u64,
+    increments_per_block: u32,
     /// Number of the block being filled, counted from the start of the stream.
-    newest_block: u64,
+    newest_block: u32,
     rest_detector: RestDetector,
     rest_limits: RestLimits,
     bias_walk_rad_s_rts: f32,
@@ -74,7 +72,7 @@ impl SampleStream {
     pub fn configure(&mut self, settings: &StreamSettings) {
         self.grid = Grid::new(settings.sample_period_us);
         self.weak_form.configure(self.grid, settings.rest_limits.bias_rad_s);
-        self.increments_per_block = self.grid.increments_in(BLOCK_S) as u64;
+        self.increments_per_block = self.grid.increments_in(BLOCK_S) as u32;
         self.rest_limits = settings.rest_limits;
         self.bias_walk_rad_s_rts = settings.bias_walk_rad_s_rts;
         self.gravity_m_s2 = settings.gravity_m_s2;
@@ -90,7 +88,7 @@ impl SampleStream {
         self.increments.start(self.scales);
         self.accumulator.start(t_us, self.grid, self.sample_period_us);
         self.weak_form.start(p, c);
-        self.blocks[0] = Block::zero();
+        self.blocks = [Block::zero(); BLOCKS];
         self.newest_block = 0;
         self.rest_detector.start(self.sample_period_us);
     }
@@ -130,14 +128,14 @@ impl SampleStream {
     fn push_increment(&mut self, increment: &Increment) {
         self.increments.push(increment);
         // A test window that ends now has its centre half a window back.
-        let centre = self.increments.count().saturating_sub(self.weak_form.half_length() as u64);
-        let number = centre / self.increments_per_block;
-        while self.newest_block < number {
-            self.newest_block += 1;
-            self.blocks[(self.newest_block % BLOCKS as u64) as usize] = Block::zero();
+        let centre = self.increments.count().saturating_sub(self.weak_form.half_length());
+        let number = centre.checked_div(self.increments_per_block).unwrap_or(0);
+        let Some(block) = self.blocks.get_mut(number as usize % BLOCKS) else { return };
+        if number > self.newest_block {
+            self.newest_block = number;
+            *block = Block::zero();
         }
-        let block = &mut self.blocks[(number % BLOCKS as u64) as usize];
-        self.weak_form.push(increment, || Some(block));
+        self.weak_form.push(increment, block);
     }
 
     /// The nominal model changes by `shift` of theta, to w = P w_raw - c: kept equations move their origin.
@@ -149,16 +147,17 @@ impl SampleStream {
     }
 
     /// The numbers of the blocks that lie wholly within increments `from..to`.
-    pub fn blocks_within(&self, from: u64, to: u64) -> core::ops::Range<u64> {
-        let first = from.div_ceil(self.increments_per_block);
-        let end = to.saturating_sub(self.weak_form.half_length() as u64) / self.increments_per_block;
+    pub fn blocks_within(&self, from: u32, to: u32) -> core::ops::Range<u32> {
+        let before = |increment: u32| increment.checked_div(self.increments_per_block).unwrap_or(0);
+        let first = before(from + self.increments_per_block.saturating_sub(1));
+        let end = before(to.saturating_sub(self.weak_form.half_length()));
         first..end
     }
 
     /// A block by number; `None` once it has been overwritten.
-    pub fn block(&self, number: u64) -> Option<&Block> {
-        let held = number <= self.newest_block && number + BLOCKS as u64 > self.newest_block;
-        if held { Some(&self.blocks[(number % BLOCKS as u64) as usize]) } else { None }
+    pub fn block(&self, number: u32) -> Option<&Block> {
+        let held = number <= self.newest_block && number + BLOCKS as u32 > self.newest_block;
+        self.blocks.get(number as usize % BLOCKS).filter(|_| held)
     }
 
     /// How many of the last `seconds` (at most 64) were at rest.

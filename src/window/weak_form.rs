@@ -128,6 +128,24 @@ impl TestWindow {
     }
 }
 
+impl TestWindow {
+    /// Adds the equations to `block` when nothing spoilt them and the tool moved; begins anew.
+    fn complete(&mut self, moving_rate_rad_s: f32, block: &mut Block) {
+        let limit = moving_rate_rad_s * moving_rate_rad_s * self.position as f32;
+        if !self.spoilt && self.square_rate > limit {
+            for i in 0..3 {
+                if !self.gravity_missing {
+                    block.gravity.add(&self.gravity_rows[i], self.gravity_rhs[i]);
+                }
+                if !self.field_missing {
+                    block.magnetic.add(&self.field_rows[i], self.field_rhs[i]);
+                }
+            }
+        }
+        *self = Self::zero();
+    }
+}
+
 /// Streaming weak form of the vectors' kinematics.
 ///
 /// u(t) = R0(t) v(t), with the nominal gyro's rotation R0 and a vector v fixed in the earth, obeys u' = -R0 (dw x v) exactly,
@@ -174,11 +192,11 @@ impl WeakForm {
         self.interval_s = grid.interval_s();
         self.moving_rate_rad_s = moving_rate_rad_s;
         let duration = self.length as f32 * self.interval_s;
-        for k in 0..self.length {
+        for (k, (weight, slope)) in self.weight.iter_mut().zip(&mut self.slope).enumerate().take(self.length) {
             let angle = PI * (k as f32 + 0.5) / self.length as f32;
             let (sine, cosine) = libm::sincosf(angle);
-            self.weight[k] = sine * sine;
-            self.slope[k] = 2.0 * sine * cosine * PI / duration;
+            *weight = sine * sine;
+            *slope = 2.0 * sine * cosine * PI / duration;
         }
     }
 
@@ -204,12 +222,12 @@ impl WeakForm {
     }
 
     /// Increments from the centre of a test window to its last one.
-    pub const fn half_length(&self) -> usize {
-        self.length / 2
+    pub const fn half_length(&self) -> u32 {
+        self.length as u32 / 2
     }
 
-    /// Takes one increment; calls `block` for the block of a test window that is completed and moved.
-    pub fn push<'a>(&mut self, increment: &Increment, block: impl FnOnce() -> Option<&'a mut Block>) {
+    /// Takes one increment; a test window that it completes and that moved adds its equations to `block`.
+    pub fn push(&mut self, increment: &Increment, block: &mut Block) {
         self.raw = increment.rate.unwrap_or(self.raw);
         let raw = self.raw;
         let rate = self.p * raw - self.c;
@@ -220,14 +238,14 @@ impl WeakForm {
 
         let gravity = increment.gravity.map(|v| (rotation * v, rotation * v.cross_matrix()));
         let field = increment.field.map(|v| (rotation * v, rotation * v.cross_matrix(), rotation * rate.cross(&v)));
-        let mut completed = None;
-        for (index, window) in self.windows.iter_mut().enumerate() {
-            if window.position >= self.length {
+        for window in &mut self.windows {
+            let (Some(weight), Some(slope)) = (self.weight.get(window.position), self.slope.get(window.position))
+            else {
+                // Waiting for its first increment.
                 window.position = window.position.wrapping_add(1);
                 continue;
-            }
-            let weight = self.weight[window.position] * self.interval_s;
-            let slope = -self.slope[window.position] * self.interval_s;
+            };
+            let (weight, slope) = (weight * self.interval_s, -slope * self.interval_s);
             window.spoilt |= increment.rate.is_none();
             window.square_rate += rate.norm_squared();
             match &gravity {
@@ -255,24 +273,7 @@ impl WeakForm {
             }
             window.position += 1;
             if window.position == self.length {
-                completed = Some(index);
-            }
-        }
-        if let Some(index) = completed {
-            let window = self.windows[index];
-            self.windows[index] = TestWindow::zero();
-            let limit = self.moving_rate_rad_s * self.moving_rate_rad_s * self.length as f32;
-            if !window.spoilt && window.square_rate > limit {
-                if let Some(block) = block() {
-                    for i in 0..3 {
-                        if !window.gravity_missing {
-                            block.gravity.add(&window.gravity_rows[i], window.gravity_rhs[i]);
-                        }
-                        if !window.field_missing {
-                            block.magnetic.add(&window.field_rows[i], window.field_rhs[i]);
-                        }
-                    }
-                }
+                window.complete(self.moving_rate_rad_s, block);
             }
         }
     }
@@ -327,7 +328,7 @@ mod tests {
             let raw = inverse * mean(rate_sum) + bias;
             let increment =
                 Increment { rate: Some(raw), gravity: Some(mean(gravity_sum)), field: Some(mean(field_sum)) };
-            weak.push(&increment, || Some(&mut block));
+            weak.push(&increment, &mut block);
         }
         assert!(block.gravity.rows > 280 && block.magnetic.rows == block.gravity.rows);
         let x = block.magnetic.normal.cholesky().unwrap().solve(&block.magnetic.rhs);
@@ -372,6 +373,5 @@ mod tests {
         assert!((x[12] / 0.008 - 1.0).abs() < 0.1, "lag {}", x[12]);
         let (x, _) = solved(Matrix3::identity(), Vector3::zeros(), 0.008, Vector3::zeros());
         assert!((x[12] / 0.008 - 1.0).abs() < 0.01, "lag {}", x[12]);
-        for i in 0..3 {}
     }
 }
