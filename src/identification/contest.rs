@@ -1,5 +1,5 @@
 use super::Prior;
-use super::least_squares::{Freedom, RowVariances, gyro_part, misfit, solve};
+use super::least_squares::{Freedom, MagnetometerErrors, RowVariances, gyro_part, misfit, solve};
 use crate::{algebra::Packed, window::Block};
 
 /// Most groups of contiguous blocks: 2^10 sign patterns can be counted exactly.
@@ -8,18 +8,28 @@ pub(crate) const MAX_GROUPS: usize = 10;
 /// Fewest groups: below it not even a win on every group is rarer than the limit of the p-value (2^-7 = 0.008).
 pub(crate) const MIN_GROUPS: usize = 7;
 
-/// Blocked cross-validation: each group of contiguous, moving blocks is predicted by fits to the others.
-///
-/// Three models compete, each with the magnetometer's lag and hard iron free, so that neither can be won by P in their stead:
-/// P and bias, bias alone, and nothing moved.
+/// Blocked cross-validation of three nested models, the richest first: each group of contiguous, moving blocks is predicted by
+/// fits to the others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contest {
-    /// Whitened misfit on each unseen group: [full, bias, nothing].
+    /// Whitened misfit of each model on each unseen group.
     losses: [[f32; MAX_GROUPS]; 3],
     groups: usize,
-    /// Sum over the groups of the full fit without the group, minus the full fit of everything: first and second moment.
+    /// Sum over the groups of the richest fit without the group minus that to everything: first and second moment.
     shift: [f32; 12],
     scatter: Packed<12, 78>,
+}
+
+/// What a model may move.
+pub(crate) type Model = (Freedom, MagnetometerErrors);
+
+/// What all fits of a window share.
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'a> {
+    pub variances: &'a RowVariances,
+    pub prior: &'a Prior,
+    /// The nominal model.
+    pub theta: &'a [f32; 12],
 }
 
 /// What a contest between two of the models says.
@@ -40,24 +50,22 @@ impl Contest {
         self.groups
     }
 
-    /// Plays one group: `total` of all equations, `group` the unseen ones, `everything` the full fit to all. `None` when a fit
-    /// fails.
+    /// Plays one group: `total` of all equations, `group` the unseen ones, `everything` the richest model's fit to all. `None`
+    /// when a fit fails.
     pub fn play(
         &mut self,
         total: &Block,
         group: &Block,
-        variances: &RowVariances,
-        prior: &Prior,
-        theta: &[f32; 12],
+        models: &[Model; 3],
+        known: &Known,
         everything: &[f32; 12],
     ) -> Option<()> {
         let mut others = *total;
         subtract(&mut others, group);
-        let freedoms = [Freedom::Full, Freedom::Bias([0.0; 9]), Freedom::Nothing];
-        for (losses, freedom) in self.losses.iter_mut().zip(&freedoms) {
-            let x = solve(&others, variances, prior, theta, freedom)?;
-            *losses.get_mut(self.groups)? = misfit(group, variances, &x);
-            if *freedom == Freedom::Full {
+        for (index, (losses, (freedom, magnetometer))) in self.losses.iter_mut().zip(models).enumerate() {
+            let x = solve(&others, known.variances, known.prior, known.theta, (freedom, *magnetometer))?;
+            *losses.get_mut(self.groups)? = misfit(group, known.variances, &x);
+            if index == 0 {
                 let mut change = gyro_part(&x);
                 for ((c, e), s) in change.iter_mut().zip(everything).zip(&mut self.shift) {
                     *c -= e;
@@ -70,16 +78,14 @@ impl Contest {
         Some(())
     }
 
-    /// P and bias against bias alone.
-    pub fn full_against_bias(&self) -> Outcome {
-        let [full, bias, _] = &self.losses;
-        self.outcome(full, bias)
+    pub fn first_against_second(&self) -> Outcome {
+        let [first, second, _] = &self.losses;
+        self.outcome(first, second)
     }
 
-    /// Bias alone against nothing moved.
-    pub fn bias_against_nothing(&self) -> Outcome {
-        let [_, bias, nothing] = &self.losses;
-        self.outcome(bias, nothing)
+    pub fn second_against_third(&self) -> Outcome {
+        let [_, second, third] = &self.losses;
+        self.outcome(second, third)
     }
 
     fn outcome(&self, winner: &[f32; MAX_GROUPS], loser: &[f32; MAX_GROUPS]) -> Outcome {
@@ -94,7 +100,7 @@ impl Contest {
         Outcome { p_value: sign_flip_p_value(gains.get(..self.groups).unwrap_or_default()), explained }
     }
 
-    /// Covariance of the full fit by the delete-a-group jackknife: (G - 1) / G times the scatter about the mean. It holds what
+    /// Covariance of the richest model's fit by the delete-a-group jackknife: (G - 1) / G times the scatter about the mean. It holds what
     /// the residuals' correlation and the missing effects do to the fit, which the normal matrix does not know.
     pub fn covariance(&self) -> Packed<12, 78> {
         let groups = self.groups as f32;

@@ -3,8 +3,8 @@
 use super::{
     Decision, Prior, Refusal, WindowReport,
     acceptance::{self, Evidence},
-    contest::{Contest, MAX_GROUPS, MIN_GROUPS},
-    least_squares::{self, Freedom, RowVariances},
+    contest::{Contest, Known, MAX_GROUPS, MIN_GROUPS, Model, Outcome},
+    least_squares::{self, Freedom, MagnetometerErrors, RowVariances},
     observability::Observability,
     prior::{model_of, theta_of},
     whitening::Whitened,
@@ -31,6 +31,17 @@ const POPULATION: usize = 12;
 
 /// Half width of the search box in posterior deviations: the least-squares point is within a few of the optimum.
 const RADIUS: f32 = 10.0;
+
+/// Models of the magnetometer that compete before P is judged.
+const MAGNETOMETER_MODELS: [Model; 3] = [
+    (Freedom::Full, MagnetometerErrors::LagAndIron),
+    (Freedom::Full, MagnetometerErrors::Lag),
+    (Freedom::Full, MagnetometerErrors::None),
+];
+
+/// Most probable chance win from which an error of the magnetometer is kept: the usual 5 %, since keeping one too many costs
+/// little.
+const MAGNETOMETER_P_VALUE: f32 = 0.05;
 
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
@@ -60,8 +71,10 @@ enum Phase {
     Idle,
     /// Sum the blocks and solve the weak form.
     LeastSquares,
-    /// Cross-validate group by group.
-    Contest(usize),
+    /// Cross-validate, group by group, which errors of the magnetometer the window shows.
+    Magnetometer(usize),
+    /// Cross-validate P and bias.
+    Gyro(usize),
     /// Build segment by segment at the least-squares solution.
     Segments(usize),
     /// Noise scales and whitening.
@@ -91,6 +104,7 @@ pub(crate) struct Identifier {
     solution: [f32; MAGNETIC],
     variances: RowVariances,
     contest: Contest,
+    magnetometer: MagnetometerErrors,
     theta0: [f32; 12],
     last_node: NodeVectors,
     segments: [Segment; SEGMENTS],
@@ -127,6 +141,7 @@ impl Identifier {
             solution: [0.0; MAGNETIC],
             variances: RowVariances { gravity: 0.0, field: 0.0 },
             contest: Contest::zero(),
+            magnetometer: MagnetometerErrors::None,
             theta0: [0.0; 12],
             last_node: NodeVectors { gravity: None, field: None },
             segments: [NO_SEGMENT; SEGMENTS],
@@ -291,16 +306,25 @@ impl Identifier {
         match self.phase {
             Phase::Idle | Phase::Ready => 0,
             Phase::LeastSquares => {
-                self.phase = if self.least_squares().is_some() { Phase::Contest(0) } else { self.give_up() };
+                self.phase = if self.least_squares().is_some() { Phase::Magnetometer(0) } else { self.give_up() };
                 200
             }
-            Phase::Contest(group) => {
-                self.phase = match self.play(group) {
-                    Some(true) => Phase::Contest(group + 1),
+            Phase::Magnetometer(group) => {
+                self.phase = match self.play(group, &MAGNETOMETER_MODELS) {
+                    Some(true) => Phase::Magnetometer(group + 1),
+                    Some(false) if self.choose_magnetometer().is_some() => Phase::Gyro(0),
+                    _ => self.give_up(),
+                };
+                200
+            }
+            Phase::Gyro(group) => {
+                let models = [Freedom::Full, Freedom::Bias([0.0; 9]), Freedom::Nothing];
+                self.phase = match self.play(group, &models.map(|freedom| (freedom, self.magnetometer))) {
+                    Some(true) => Phase::Gyro(group + 1),
                     Some(false) => Phase::Segments(0),
                     None => self.give_up(),
                 };
-                100
+                200
             }
             Phase::Segments(index) => {
                 self.phase = if self.build_segment(index) { Phase::Segments(index + 1) } else { Phase::Whiten };
@@ -396,8 +420,15 @@ impl Identifier {
         for number in self.stream.blocks_within(self.job.from, self.job.to) {
             self.total.add(self.stream.block(number)?);
         }
+        self.magnetometer = MagnetometerErrors::LagAndIron;
+        self.solve()
+    }
+
+    /// Solves the weak form with the chosen errors of the magnetometer; a contest about that solution begins.
+    fn solve(&mut self) -> Option<()> {
         let theta = theta_of(&self.flown);
-        let (solution, variances) = least_squares::solve_with_variances(&self.total, &self.prior, &theta)?;
+        let (solution, variances) =
+            least_squares::solve_with_variances(&self.total, &self.prior, &theta, self.magnetometer)?;
         self.solution = solution;
         self.variances = variances;
         self.theta0 = core::array::from_fn(|i| theta[i] + solution[i]);
@@ -405,8 +436,24 @@ impl Identifier {
         Some(())
     }
 
+    /// Keeps those errors of the magnetometer that predict unseen blocks better, and solves again with them: an error that is
+    /// there and left out bends P; one that is not there and kept only costs precision (a hard iron looks like a
+    /// cross-coupling from the axis that turns).
+    fn choose_magnetometer(&mut self) -> Option<()> {
+        let shows = |outcome: Outcome| outcome.p_value <= MAGNETOMETER_P_VALUE;
+        let enough = self.contest.groups() >= MIN_GROUPS;
+        self.magnetometer = if !enough || shows(self.contest.first_against_second()) {
+            MagnetometerErrors::LagAndIron
+        } else if shows(self.contest.second_against_third()) {
+            MagnetometerErrors::Lag
+        } else {
+            MagnetometerErrors::None
+        };
+        self.solve()
+    }
+
     /// Plays group `group` of the contest; `Some(false)` when there is none left.
-    fn play(&mut self, group: usize) -> Option<bool> {
+    fn play(&mut self, group: usize, models: &[Model; 3]) -> Option<bool> {
         let numbers = self.stream.blocks_within(self.job.from, self.job.to);
         let filled = numbers.clone().filter(|n| self.stream.block(*n).is_some_and(|b| !b.is_empty())).count();
         let groups = if filled < MAX_GROUPS { filled } else { MAX_GROUPS };
@@ -429,7 +476,8 @@ impl Identifier {
         }
         let theta = theta_of(&self.flown);
         let everything = least_squares::gyro_part(&self.solution);
-        self.contest.play(&self.total, &unseen, &self.variances, &self.prior, &theta, &everything)?;
+        let known = Known { variances: &self.variances, prior: &self.prior, theta: &theta };
+        self.contest.play(&self.total, &unseen, models, &known, &everything)?;
         Some(true)
     }
 
@@ -545,7 +593,7 @@ impl Identifier {
         let change = observability.observed_part(&core::array::from_fn(|i| theta[i] - base_theta[i]));
         let candidate = model_of(&core::array::from_fn(|i| base_theta[i] + change[i]));
 
-        let full = self.contest.full_against_bias();
+        let full = self.contest.first_against_second();
         let moving = self.segments.iter().take(self.segment_count).filter(|segment| segment.moving);
         let (mut square, mut variance, mut count) = (0.0, 0.0, 0.0);
         for segment in moving {
@@ -603,7 +651,13 @@ impl Identifier {
     fn fitted_bias(&self, bias_only: &mut GyroModel, decision: Decision, flown: &mut GyroModel) -> Result<(), Refusal> {
         let theta = theta_of(&self.flown);
         let fit = |p_change: [f32; 9]| {
-            let x = least_squares::solve(&self.total, &self.variances, &self.prior, &theta, &Freedom::Bias(p_change))?;
+            let x = least_squares::solve(
+                &self.total,
+                &self.variances,
+                &self.prior,
+                &theta,
+                (&Freedom::Bias(p_change), self.magnetometer),
+            )?;
             model_of(&core::array::from_fn(|i| theta[i] + x[i]))
         };
         let factory = theta_of(&self.factory);
@@ -611,7 +665,7 @@ impl Identifier {
         let enough = self.contest.groups() >= MIN_GROUPS;
         if decision != Decision::Accepted
             && enough
-            && acceptance::clear_win(&self.contest.bias_against_nothing()).is_ok()
+            && acceptance::clear_win(&self.contest.second_against_third()).is_ok()
         {
             let moved = fit([0.0; 9]).ok_or(Refusal::Degenerate)?;
             if self.is_plausible(&moved) {

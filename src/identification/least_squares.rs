@@ -20,7 +20,7 @@ pub(crate) struct RowVariances {
     pub field: f32,
 }
 
-/// Which of the gyro's parameters a fit may move; the magnetometer's lag and hard iron are always free.
+/// Which of the gyro's parameters a fit may move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Freedom {
     /// P and c.
@@ -31,6 +31,17 @@ pub(crate) enum Freedom {
     Nothing,
 }
 
+/// Which errors of the magnetometer a fit may move; the others are zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MagnetometerErrors {
+    /// It is what it reads.
+    None,
+    /// Its lag behind the gyro.
+    Lag,
+    /// Its lag and a hard iron.
+    LagAndIron,
+}
+
 /// Solution of the weak form's equations with the prior: changes of P (9) and c (3), lag (s), hard iron (microtesla, 3).
 /// `None` when the normal matrix cannot be factorised.
 pub(crate) fn solve(
@@ -38,7 +49,7 @@ pub(crate) fn solve(
     variances: &RowVariances,
     prior: &Prior,
     theta: &[f32; 12],
-    freedom: &Freedom,
+    (freedom, magnetometer): (&Freedom, MagnetometerErrors),
 ) -> Option<[f32; MAGNETIC]> {
     let mut normal = Packed::<MAGNETIC, 136>::zero();
     let mut rhs = [0.0; MAGNETIC];
@@ -60,13 +71,15 @@ pub(crate) fn solve(
     for (r, h) in rhs.iter_mut().zip(&sum.magnetic.rhs) {
         *r += h / variances.field;
     }
-    let fixed = match freedom {
-        Freedom::Full => [None; 12],
-        Freedom::Bias(change) => core::array::from_fn(|i| change.get(i).copied()),
-        Freedom::Nothing => [Some(0.0); 12],
-    };
-    for (i, value) in fixed.iter().enumerate() {
-        let Some(value) = *value else { continue };
+    for i in 0..MAGNETIC {
+        let fixed = match (i, freedom, magnetometer) {
+            (0..9, Freedom::Bias(change), _) => change.get(i).copied(),
+            (0..12, Freedom::Nothing, _) => Some(0.0),
+            (12, _, MagnetometerErrors::None) => Some(0.0),
+            (13.., _, MagnetometerErrors::None | MagnetometerErrors::Lag) => Some(0.0),
+            _ => None,
+        };
+        let Some(value) = fixed else { continue };
         for (j, r) in rhs.iter_mut().enumerate() {
             *r -= normal.get(i, j) * value;
         }
@@ -79,12 +92,13 @@ pub(crate) fn solve(
     x.iter().all(|x| x.is_finite()).then_some(x)
 }
 
-/// The full solution and the row variances that its own misfit shows, iterated to agreement. `None` without equations or
-/// when they cannot be solved.
+/// The solution with the whole gyro free and the row variances that its own misfit shows, iterated to agreement. `None`
+/// without equations or when they cannot be solved.
 pub(crate) fn solve_with_variances(
     sum: &Block,
     prior: &Prior,
     theta: &[f32; 12],
+    magnetometer: MagnetometerErrors,
 ) -> Option<([f32; MAGNETIC], RowVariances)> {
     if sum.is_empty() {
         return None;
@@ -98,14 +112,14 @@ pub(crate) fn solve_with_variances(
         gravity: variance(sum.gravity.square, sum.gravity.rows),
         field: variance(sum.magnetic.square, sum.magnetic.rows),
     };
-    let mut x = solve(sum, &variances, prior, theta, &Freedom::Full)?;
+    let mut x = solve(sum, &variances, prior, theta, (&Freedom::Full, magnetometer))?;
     // Converges by about a digit a round.
     for _ in 0..4 {
         variances = RowVariances {
             gravity: variance(sum.gravity.misfit(&gyro_part(&x)), sum.gravity.rows),
             field: variance(sum.magnetic.misfit(&x), sum.magnetic.rows),
         };
-        x = solve(sum, &variances, prior, theta, &Freedom::Full)?;
+        x = solve(sum, &variances, prior, theta, (&Freedom::Full, magnetometer))?;
     }
     Some((x, variances))
 }
