@@ -43,6 +43,9 @@ const MAGNETOMETER_MODELS: [Model; 3] = [
 /// little.
 const MAGNETOMETER_P_VALUE: f32 = 0.05;
 
+/// Share of test windows without a rate from which a lack of excitation is the gyro's fault.
+const SPOILT_SHARE: f32 = 0.5;
+
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
 
@@ -57,11 +60,22 @@ struct Job {
     to: u32,
     rest: Option<RestBias>,
     rest_s: f32,
+    /// Largest error of the norm of specific force at a rest until the close, m/s^2.
+    rest_norm_error_m_s2: Option<f32>,
 }
 
 impl Job {
     const fn zero() -> Self {
-        Self { t_start_us: 0, t_end_us: 0, effect_us: 0, from: 0, to: 0, rest: None, rest_s: 0.0 }
+        Self {
+            t_start_us: 0,
+            t_end_us: 0,
+            effect_us: 0,
+            from: 0,
+            to: 0,
+            rest: None,
+            rest_s: 0.0,
+            rest_norm_error_m_s2: None,
+        }
     }
 }
 
@@ -97,6 +111,7 @@ pub(crate) struct Identifier {
     stream_from: u32,
     next_close_us: u64,
     final_close_us: u64,
+    freeze_us: u64,
     phase: Phase,
     job: Job,
     prior: Prior,
@@ -134,6 +149,7 @@ impl Identifier {
             stream_from: 0,
             next_close_us: 0,
             final_close_us: 0,
+            freeze_us: 0,
             phase: Phase::Idle,
             job: Job::zero(),
             prior: Prior::zero(),
@@ -164,6 +180,7 @@ impl Identifier {
         self.factory = config.gyro;
         self.flown = config.gyro;
         self.final_close_us = config.freeze_at_us.map_or(u64::MAX, |t| t.saturating_sub(micros(id.latency_s)));
+        self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
         // Ranges of the stored increments where the full scale is unknown: 4000 deg/s and 32 g, the widest of the parts in use,
         // and ten times the strongest field on earth.
         self.stream.configure(&StreamSettings {
@@ -179,6 +196,8 @@ impl Identifier {
         });
         self.phase = Phase::Idle;
         self.pending.clear();
+        self.reports_lost = 0;
+        self.overruns = 0;
     }
 
     pub const fn flown(&self) -> &GyroModel {
@@ -192,10 +211,19 @@ impl Identifier {
         self.start_window(t_us);
     }
 
-    /// A gap: the window in progress ends with the last sample before it, and another begins after it.
+    /// A gap: the window in progress ends with the last sample before it, and another begins after it. Nobody works during a
+    /// gap, so it does not count into a result's latency; but after a freeze nothing new takes effect, except a result that was
+    /// due in the gap and is ready.
     pub fn gap(&mut self, last_us: u64, t_us: u64) {
+        let latest_us = if self.freeze_us > t_us { self.freeze_us } else { t_us };
+        let delayed = |effect_us: u64| {
+            let effect_us = effect_us.saturating_add(t_us - last_us);
+            if effect_us > latest_us { latest_us } else { effect_us }
+        };
+        self.job.effect_us = delayed(self.job.effect_us);
         if self.next_close_us != u64::MAX {
-            self.close(last_us, true);
+            let effect_us = delayed(last_us.saturating_add(micros(self.config.latency_s)));
+            self.close(last_us, effect_us, true);
         }
         self.stream.restart(t_us);
         self.start_window(t_us);
@@ -204,7 +232,7 @@ impl Identifier {
     fn start_window(&mut self, t_us: u64) {
         self.stream_start_us = t_us;
         self.stream_from = self.stream.increments.count();
-        self.schedule(t_us, t_us + micros(self.config.window_s));
+        self.schedule(t_us, t_us.saturating_add(micros(self.config.window_s)));
     }
 
     /// Sets the next close: the regular one, or the last one before the freeze where that comes first or so soon after that
@@ -227,9 +255,8 @@ impl Identifier {
         let ready = self.phase == Phase::Ready;
         self.phase = Phase::Idle;
         let Some(mut report) = self.result.pop().filter(|_| ready) else {
-            self.overruns += 1;
-            let report = self.unidentified(&self.job, Refusal::Overrun);
-            self.announce(report);
+            let job = self.job;
+            self.announce_overrun(&job);
             return false;
         };
         report.t_effect_us = Some(t_us);
@@ -245,17 +272,17 @@ impl Identifier {
         changed
     }
 
-    /// Takes one sample (raw rate, suspect when clipped or held; calibrated vectors).
-    pub fn push(&mut self, t_us: u64, raw: Vector3<f32>, suspect: bool, gravity: Reading, field: Reading) {
-        self.stream.push(t_us, raw, suspect, gravity, field);
+    /// Takes one sample (raw rate, calibrated vectors).
+    pub fn push(&mut self, t_us: u64, rate: Reading, gravity: Reading, field: Reading) {
+        self.stream.push(t_us, rate, gravity, field);
         if t_us >= self.next_close_us {
-            self.close(t_us, false);
-            self.schedule(t_us, t_us + micros(self.config.step_s));
+            self.close(t_us, t_us.saturating_add(micros(self.config.latency_s)), false);
+            self.schedule(t_us, t_us.saturating_add(micros(self.config.step_s)));
         }
     }
 
     /// Closes the window in progress: a job, or at once a report of why there is none.
-    fn close(&mut self, t_us: u64, cut_by_gap: bool) {
+    fn close(&mut self, t_us: u64, effect_us: u64, cut_by_gap: bool) {
         let count = self.stream.increments.count();
         let t_start_us = self.stream_start_us.max(t_us.saturating_sub(micros(self.config.window_s)));
         // A window is far shorter than the hour that 32 bits of microseconds hold.
@@ -264,34 +291,49 @@ impl Identifier {
         let job = Job {
             t_start_us,
             t_end_us: t_us,
-            effect_us: t_us.saturating_add(micros(self.config.latency_s)),
+            effect_us,
             from: self.stream_from.max(count.saturating_sub(kept)),
             to: count,
             rest: self.stream.rest_bias(t_us),
             rest_s: self.stream.rest_seconds(length_us / 1_000_000) as f32,
+            rest_norm_error_m_s2: self.stream.rest_norm_error_m_s2(),
         };
-        if u64::from(length_us) < micros(self.config.min_window_s) {
-            let refusal = Refusal::WindowTooShort {
-                length_s: length_us as f32 * 1e-6,
-                needed_s: self.config.min_window_s,
-                cut_by_gap,
-            };
-            let report = self.unidentified(&job, refusal);
-            self.announce(report);
-        } else if self.phase != Phase::Idle {
-            self.overruns += 1;
-            let report = self.unidentified(&job, Refusal::Overrun);
-            self.announce(report);
-        } else {
-            self.job = job;
-            self.result.clear();
-            self.phase = Phase::LeastSquares;
+        let too_short = Refusal::WindowTooShort {
+            length_s: length_us as f32 * 1e-6,
+            needed_s: self.config.min_window_s,
+            cut_by_gap,
+        };
+        match (u64::from(length_us) < micros(self.config.min_window_s), self.phase) {
+            // Too short for P, but a rest in it still gives the bias.
+            (true, Phase::Idle) => {
+                self.job = job;
+                self.phase = self.conclude(self.unidentified(&self.job, too_short));
+            }
+            (true, _) => self.announce_unapplied(&job, too_short),
+            (false, Phase::Idle) => {
+                self.job = job;
+                self.result.clear();
+                self.phase = Phase::LeastSquares;
+            }
+            (false, _) => self.announce_overrun(&job),
         }
+    }
+
+    /// A window whose result is not ready in time.
+    fn announce_overrun(&mut self, job: &Job) {
+        self.overruns = self.overruns.saturating_add(1);
+        self.announce_unapplied(job, Refusal::Overrun);
+    }
+
+    /// Reports a window without a result: what flies stays.
+    fn announce_unapplied(&mut self, job: &Job, refusal: Refusal) {
+        let report = self.unidentified(job, refusal);
+        self.announce(WindowReport { fitted: self.flown, flown: self.flown, ..report });
     }
 
     fn announce(&mut self, report: WindowReport) {
         if self.pending.push_back(report).is_err() {
-            self.reports_lost += 1;
+            self.reports_lost = self.reports_lost.saturating_add(1);
         }
     }
 
@@ -327,7 +369,11 @@ impl Identifier {
                 200
             }
             Phase::Segments(index) => {
-                self.phase = if self.build_segment(index) { Phase::Segments(index + 1) } else { Phase::Whiten };
+                self.phase = match self.build_segment(index) {
+                    Some(true) => Phase::Segments(index + 1),
+                    Some(false) => Phase::Whiten,
+                    None => self.overtaken(),
+                };
                 60
             }
             Phase::Whiten => {
@@ -352,11 +398,17 @@ impl Identifier {
     /// Ends a job that could not be carried through.
     fn give_up(&mut self) -> Phase {
         let refusal = match self.fit_to_judge() {
-            Ok(()) if self.total.is_empty() => Refusal::NotEnoughExcitation { rank: 0 },
+            Ok(()) if self.total.is_empty() => self.too_little(0),
             Ok(()) => Refusal::Degenerate,
             Err(refusal) => refusal,
         };
         self.conclude(self.unidentified(&self.job, refusal))
+    }
+
+    /// Ends a job whose samples have been overwritten before it came to them: nothing will be ready when it is due.
+    fn overtaken(&mut self) -> Phase {
+        self.result.clear();
+        Phase::Ready
     }
 
     /// Keeps the result until it takes effect.
@@ -368,11 +420,16 @@ impl Identifier {
     }
 
     fn fit_to_judge(&self) -> Result<(), Refusal> {
-        acceptance::sensors_fit_to_judge(
-            self.total.magnetic.rows,
-            self.total.gravity.rows,
-            self.stream.rest_norm_error_m_s2(),
-        )
+        let (field_rows, gravity_rows) = (self.total.magnetic.rows, self.total.gravity.rows);
+        acceptance::sensors_fit_to_judge(field_rows, gravity_rows, self.job.rest_norm_error_m_s2).map_err(|refusal| {
+            if let Refusal::NotEnoughExcitation { rank } = refusal { self.too_little(rank) } else { refusal }
+        })
+    }
+
+    /// Why there is too little to identify from: the tool did not turn, or the gyro did not see it.
+    fn too_little(&self, rank: u8) -> Refusal {
+        let share = self.total.spoilt_share();
+        if share > SPOILT_SHARE { Refusal::GyroUnusable { share } } else { Refusal::NotEnoughExcitation { rank } }
     }
 
     /// A report without a fit: only the bias may have moved, when there was a rest.
@@ -481,8 +538,9 @@ impl Identifier {
         Some(true)
     }
 
-    /// Builds node `index` and the segment that ends there; false when the window holds no such node.
-    fn build_segment(&mut self, index: usize) -> bool {
+    /// Builds node `index` and the segment that ends there; false when the window holds no such node, `None` when its samples
+    /// have been overwritten.
+    fn build_segment(&mut self, index: usize) -> Option<bool> {
         let grid = self.stream.grid;
         let (half, length) = (grid.increments_in(0.5) as u32, grid.increments_in(1.0) as u32);
         let node = self.job.from + half + index as u32 * length;
@@ -490,9 +548,11 @@ impl Identifier {
         if index == 0 {
             self.segment_count = 0;
         }
-        let overwritten = !ring.holds(node.saturating_sub(half + length));
-        if self.segment_count >= SEGMENTS || node + half >= self.job.to || (index > 0 && overwritten) {
-            return false;
+        if self.segment_count >= SEGMENTS || node + half >= self.job.to {
+            return Some(false);
+        }
+        if !ring.holds(node - if index == 0 { half } else { length }) {
+            return None;
         }
         let (p, c) = linear(&self.theta0);
         let [.., x, y, z] = self.solution;
@@ -507,7 +567,7 @@ impl Identifier {
             }
         }
         self.last_node = vectors;
-        true
+        Some(true)
     }
 
     fn objective(&self) -> TwoVector<'_> {
@@ -605,7 +665,7 @@ impl Identifier {
         }
         let verdict = self.fit_to_judge().and_then(|()| {
             if self.contest.groups() < MIN_GROUPS || count < 1.0 {
-                return Err(Refusal::NotEnoughExcitation { rank: observability.rank });
+                return Err(self.too_little(observability.rank));
             }
             let rms = |sum: f32| libm::sqrtf(sum / count);
             acceptance::judge(&Evidence { outcome: full, change_rad: rms(square), change_sigma_rad: rms(variance) })
