@@ -23,7 +23,7 @@ const CLIPPED_SHARE: f32 = 0.998;
 
 /// Part of a second after which a gyro or an accelerometer that reads the same on all axes is not used: a live one has noise. It
 /// is short because what is read until then is wrong and believed.
-const STALE_INERTIAL_PART: u32 = 10;
+const STALE_INERTIAL_PART: u32 = 20;
 
 /// The same for a magnetometer, of which some read only 8 to 10 times a second.
 const STALE_MAG_PART: u32 = 4;
@@ -276,7 +276,9 @@ impl Probe {
 
     /// Whether a sensor (0 gyro, 1 accelerometer, 2 magnetometer) has read the same for one `part`-th of a second.
     fn is_stale(&self, sensor: usize, part: u32) -> bool {
-        self.staleness.get(sensor).is_some_and(|stale| stale.same > self.samples_per_second.checked_div(part).unwrap_or(0))
+        self.staleness
+            .get(sensor)
+            .is_some_and(|stale| stale.same > self.samples_per_second.checked_div(part).unwrap_or(0))
     }
 
     /// The calibrated reading of the accelerometer (1) or the magnetometer (2). A stale one, or exact zeros, are none.

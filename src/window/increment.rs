@@ -310,7 +310,9 @@ mod tests {
 
     #[test]
     fn grid_is_a_whole_number_of_samples_and_never_shorter_than_the_ring_is_sized_for() {
-        for (period, interval) in [(3_500, 21_000), (3_333, 19_998), (10_000, 20_000), (15_000, 30_000), (33_333, 33_333)] {
+        for (period, interval) in
+            [(3_500, 21_000), (3_333, 19_998), (10_000, 20_000), (15_000, 30_000), (33_333, 33_333)]
+        {
             assert_eq!(Grid::new(period).interval_us, interval);
         }
         assert_eq!(Grid::new(3_500).increments_in(1.0), 48);

@@ -245,7 +245,9 @@ mod tests {
                 let wave = if k % 2 == 0 { 0.001 } else { -0.001 };
                 if k % every == 3 { odd } else { Reading::Good(Vector3::repeat(0.03 + wave)) }
             });
-            readings.fold(None, |_, reading| detector.push(reading, Reading::Missing, Reading::Missing, &LIMITS)).unwrap()
+            readings
+                .fold(None, |_, reading| detector.push(reading, Reading::Missing, Reading::Missing, &LIMITS))
+                .unwrap()
         };
         let found = rest(Reading::Missing, 4).unwrap();
         assert_eq!(found.samples, 150);

@@ -43,6 +43,12 @@ pub fn of_scenario(scenario: &Scenario, seed: u64) -> Run {
 }
 
 impl Run {
+    /// The same run of a probe whose factory model is the true one, so that its attitude is good from the start.
+    pub fn calibrated(mut self) -> Self {
+        self.config.gyro = self.truth.gyro;
+        self
+    }
+
     /// The same run with its samples changed one by one (index, sample).
     pub fn with(&self, mut change: impl FnMut(usize, &mut Sample)) -> Vec<Sample> {
         let mut samples = self.trace.samples.clone();
@@ -82,6 +88,15 @@ impl Run {
         }
         assert!(count > 0.0);
         ((total / count).sqrt(), (tilt / count).sqrt())
+    }
+
+    /// Largest ratio of the error of the vertical to the reported sigma of the inclination, from `from_s` on.
+    pub fn worst_tilt_in_sigmas(&self, flight: &Flight, from_s: f64) -> f64 {
+        let ratio = |output: &Output| {
+            let sigma = f64::from(output.attitude.unwrap().sigma_inclination_rad).to_degrees();
+            self.errors_deg(output).unwrap().1 / sigma
+        };
+        within(flight, from_s, f64::INFINITY).map(ratio).fold(0.0, f64::max)
     }
 
     /// Systematic rate errors over the whole run, deg/s: of bias only, of what the report fits, and of what it flies.
