@@ -133,7 +133,7 @@ fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> i
         write!(out, "   b {b:7.3} +-{:.3} deg/s", sigma(9 + i).to_degrees())?;
         if let Some(truth) = truth {
             write!(out, "   known P")?;
-            for p in truth.p.iter().nth(i).into_iter().flatten() {
+            for p in truth.p.get(i).into_iter().flatten() {
                 write!(out, " {p:7.4}")?;
             }
         }

@@ -1,4 +1,4 @@
-#![allow(clippy::indexing_slicing)] // Segments and groups are counted by loops over fixed arrays.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Segments and groups are counted by loops over fixed arrays.
 
 use super::{
     Decision, Prior, Refusal, WindowReport,
@@ -498,13 +498,10 @@ impl Identifier {
         let [.., x, y, z] = self.solution;
         let effects = VectorEffects { mag_lag_s: self.solution[12], hard_iron_ut: Vector3::new(x, y, z) };
         let vectors = node_vectors(ring, grid, node, (&p, &c), &effects);
-        if index > 0 {
-            if let Some(rotation) = preintegrate(ring, grid, (node - length, node), (&p, &c)) {
-                if let Some(slot) = self.segments.get_mut(self.segment_count) {
-                    *slot = Segment::new(&rotation, &self.last_node, &vectors, self.config.max_bias_rad_s);
-                    self.segment_count += 1;
-                }
-            }
+        let rotation = if index == 0 { None } else { preintegrate(ring, grid, (node - length, node), (&p, &c)) };
+        if let (Some(slot), Some(rotation)) = (self.segments.get_mut(self.segment_count), rotation) {
+            *slot = Segment::new(&rotation, &self.last_node, &vectors, self.config.max_bias_rad_s);
+            self.segment_count += 1;
         }
         self.last_node = vectors;
         true
