@@ -1,7 +1,7 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Twelve parameters, counted by loops.
 
 use super::{
-    Decision, Refusal, WindowReport,
+    Decision, Prior, Refusal, WindowReport,
     acceptance::{self, Evidence},
     contest::MIN_GROUPS,
     least_squares::{self, Freedom},
@@ -88,7 +88,9 @@ impl WindowFit {
         let mut information = Packed::zero();
         objective.normal_equations(&delta, &mut information, &mut [0.0; 12]);
         let posterior = information.cholesky().ok_or(Refusal::Degenerate)?;
-        let observability = Observability::new(&self.prior.information, &information).ok_or(Refusal::Degenerate)?;
+        // Against the data sheet: a rest counts as an observation of the bias.
+        let data_sheet = Prior::new(context.config, context.factory, None);
+        let observability = Observability::new(&data_sheet.information, &information).ok_or(Refusal::Degenerate)?;
         let jackknife = self.contest.covariance();
 
         let (base, mut bias_only) = with_rest_bias(context, &self.job);
