@@ -21,3 +21,8 @@ mod rotation;
 pub use config::Config;
 pub use probe::Probe;
 pub use sample::{Sample, SampleFlags};
+
+/// The README's code is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

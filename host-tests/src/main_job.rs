@@ -66,7 +66,7 @@ pub fn run() -> anyhow::Result<()> {
     let identified = flown(&config, &with_error)?;
     writeln!(
         out,
-        "\n2. WITH A KNOWN ERROR multiplied into the gyro (P diagonal up to 10 %, off-diagonal up to 5 %, bias 2 deg/s)"
+        "\n2. WITH A KNOWN ERROR multiplied in: P diagonal up to 10 %, off-diagonal up to 5 %, bias 2 deg/s"
     )?;
     report(&mut out, &identified.flight, Some(&truth))?;
     scores(&mut out, &config, &with_error, &identified.flight)?;
@@ -101,27 +101,33 @@ fn flown(config: &Config, trace: &Trace) -> anyhow::Result<Flown> {
     }
 }
 
-/// The last window: accepted or refused and why, and the parameters it found.
+/// The last window: accepted or refused and why, and the parameters it found, P +- sigma and b +- sigma.
 fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> io::Result<()> {
     let Some(window) = flight.reports.last() else {
         return writeln!(out, "   no window was closed");
     };
-    let seconds = |t_us: u64| t_us as f64 * 1e-6;
     let verdict = match window.decision {
         Decision::Accepted => "ACCEPTED: P and b fly".to_owned(),
-        Decision::Refused(refusal) => format!("REFUSED: {}; the factory's P stands", refusal_text(&refusal)),
+        Decision::Refused(refusal) => format!("REFUSED: {}", refusal_text(&refusal)),
         _ => "unknown decision".to_owned(),
     };
-    writeln!(out, "   window {:.0} to {:.0} s: {verdict}", seconds(window.t_start_us), seconds(window.t_end_us))?;
+    writeln!(out, "   {verdict}")?;
+    let seconds = |t_us: u64| t_us as f64 * 1e-6;
     writeln!(
         out,
-        "   IMOA, {} evaluations, cost {} -> {}; unseen blocks: {} of the misfit explained, p = {}; {} of 12 directions observed",
+        "   window {:.0} to {:.0} s, {} of 12 directions observed; IMOA: {} evaluations, cost {} -> {}",
+        seconds(window.t_start_us),
+        seconds(window.t_end_us),
+        window.rank,
         window.evaluations,
         number(window.cost_before, 1),
         number(window.cost_after, 1),
+    )?;
+    writeln!(
+        out,
+        "   on unseen blocks the fit explains {} of the misfit, p = {}",
         window.explained.map_or("none".to_owned(), |x| format!("{:.0} %", 100.0 * x)),
         number(window.p_value, 4),
-        window.rank
     )?;
     let sigma = |i: usize| window.sigma.get(i).copied().unwrap_or(f32::NAN);
     for (i, row) in window.fitted.p.iter().enumerate() {
@@ -130,10 +136,10 @@ fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> i
             write!(out, " {p:8.4} +-{:.4}", sigma(3 * i + j))?;
         }
         let b = window.fitted.b_rad_s.get(i).map_or(f32::NAN, |b| b.to_degrees());
-        write!(out, "   b {b:7.3} +-{:.3} deg/s", sigma(9 + i).to_degrees())?;
+        write!(out, "   b {b:6.3} +-{:.3} deg/s", sigma(9 + i).to_degrees())?;
         if let Some(truth) = truth {
-            write!(out, "   known P")?;
-            for p in truth.p.iter().nth(i).into_iter().flatten() {
+            write!(out, "   known")?;
+            for p in truth.p.get(i).into_iter().flatten() {
                 write!(out, " {p:7.4}")?;
             }
         }

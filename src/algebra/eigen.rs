@@ -1,4 +1,4 @@
-#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 /// Eigenvalues and eigenvectors (columns) of a symmetric matrix by cyclic Jacobi rotations (Golub and Van Loan, Matrix
 /// Computations, section 8.5). Always ends: at most 12 sweeps; f32 needs about 6.
@@ -17,7 +17,8 @@ pub(crate) fn jacobi_eigen<const D: usize>(matrix: &[[f32; D]; D]) -> ([f32; D],
                 off += a[i][j] * a[i][j];
             }
         }
-        if !(off > 1e-12 * diagonal) {
+        let converged = off <= 1e-12 * diagonal;
+        if converged || off.is_nan() {
             break;
         }
         for p in 0..D {

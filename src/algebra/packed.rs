@@ -1,4 +1,4 @@
-#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 /// A symmetric D x D matrix, lower triangle row by row: element (i, j <= i) at i (i + 1) / 2 + j. `T` must be D (D + 1) / 2.
 #[derive(Clone, Copy, Debug)]
@@ -80,6 +80,18 @@ impl<const D: usize, const T: usize> Packed<D, T> {
     /// x^T N x.
     pub fn quadratic(&self, x: &[f32; D]) -> f32 {
         dot(&self.times(x), x)
+    }
+
+    /// Sum over all elements of the product with another matrix: the trace of N M.
+    pub fn inner(&self, other: &Self) -> f32 {
+        let mut sum = 0.0;
+        for i in 0..D {
+            for j in 0..i {
+                sum += 2.0 * read(&self.0, i, j) * read(&other.0, i, j);
+            }
+            sum += read(&self.0, i, i) * read(&other.0, i, i);
+        }
+        sum
     }
 
     /// Fixes parameter `i`: its row and column become those of the identity, so that its solution is its right-hand side.
@@ -200,6 +212,9 @@ mod tests {
             for (back, expected) in l.solve_upper(&whitened).iter().zip(&x) {
                 assert!((back - expected).abs() < 1e-5);
             }
+            let mut outer = Packed::<5, 15>::zero();
+            outer.add_outer(&x, 1.0);
+            assert!((outer.inner(&n) - n.quadratic(&x)).abs() < 1e-4, "trace of x x^T N");
             // |L^T x|^2 = x^T N x
             assert!((dot(&whitened, &whitened) - n.quadratic(&x)).abs() < 1e-5);
         }

@@ -55,7 +55,6 @@ pub(crate) fn sensors_fit_to_judge(
 pub(crate) fn judge(evidence: &Evidence) -> Result<(), Refusal> {
     let Evidence { outcome, change_rad, change_sigma_rad } = *evidence;
     clear_win(&outcome)?;
-    // Written so that a NaN refuses.
     let worth_it = change_rad > LEAST_CHANGE_RAD && change_rad > LEAST_CHANGE_SIGMAS * change_sigma_rad;
     if worth_it { Ok(()) } else { Err(Refusal::ChangeTooSmall { change_rad, sigma_rad: change_sigma_rad }) }
 }
@@ -63,13 +62,13 @@ pub(crate) fn judge(evidence: &Evidence) -> Result<(), Refusal> {
 /// The part of the gate that a fitted bias has to pass as well.
 pub(crate) fn clear_win(outcome: &Outcome) -> Result<(), Refusal> {
     let Outcome { p_value, explained } = *outcome;
-    if !(p_value <= MAX_P_VALUE) {
-        return Err(Refusal::NoClearWin { p_value });
+    // Both are asked for what passes, so that a NaN refuses.
+    let (clear, main) = (p_value <= MAX_P_VALUE, explained >= LEAST_EXPLAINED);
+    match (clear, main) {
+        (true, true) => Ok(()),
+        (true, false) => Err(Refusal::MisfitNotExplained { explained }),
+        (false, _) => Err(Refusal::NoClearWin { p_value }),
     }
-    if !(explained >= LEAST_EXPLAINED) {
-        return Err(Refusal::MisfitNotExplained { explained });
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -1,101 +1,28 @@
-#![allow(clippy::indexing_slicing)] // Segments and groups are counted by loops over fixed arrays.
-
 use super::{
-    Decision, Prior, Refusal, WindowReport,
-    acceptance::{self, Evidence},
-    contest::{Contest, Known, MAX_GROUPS, MIN_GROUPS, Model, Outcome},
-    least_squares::{self, Freedom, MagnetometerErrors, RowVariances},
-    observability::Observability,
-    prior::{model_of, theta_of},
-    whitening::Whitened,
+    Refusal, WindowReport,
+    judgement::unidentified,
+    prior::{linear, theta_of},
+    window_fit::{Context, Job, Step, WindowFit},
 };
 use crate::{
-    algebra::{Cholesky, Packed, dot},
     compensation::GyroModel,
-    config::{Config, IdentificationConfig, OptimizerKind},
-    objective::{NoiseScales, TwoVector, noise_scales, turn},
-    optimizer::{Cost, Imoa, ImoaSettings, LeastSquaresCost, LevenbergMarquardt, Progress},
-    window::{
-        Block, MAGNETIC, NodeVectors, Reading, RestBias, RestLimits, SampleStream, Scales, Segment, StreamSettings,
-        VectorEffects, node_vectors, preintegrate,
-    },
+    config::{Config, IdentificationConfig},
+    window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
 };
 use heapless::{Deque, Vec};
-use nalgebra::{Matrix3, Vector3};
-
-/// Segments of one second in the longest window.
-const SEGMENTS: usize = 50;
-
-/// Members of the population: the fewest that never failed on simulated windows.
-const POPULATION: usize = 12;
-
-/// Half width of the search box in posterior deviations: the least-squares point is within a few of the optimum.
-const RADIUS: f32 = 10.0;
-
-/// Models of the magnetometer that compete before P is judged.
-const MAGNETOMETER_MODELS: [Model; 3] = [
-    (Freedom::Full, MagnetometerErrors::LagAndIron),
-    (Freedom::Full, MagnetometerErrors::Lag),
-    (Freedom::Full, MagnetometerErrors::None),
-];
-
-/// Most probable chance win from which an error of the magnetometer is kept: the usual 5 %, since keeping one too many costs
-/// little.
-const MAGNETOMETER_P_VALUE: f32 = 0.05;
-
-/// Share of test windows without a rate from which a lack of excitation is the gyro's fault.
-const SPOILT_SHARE: f32 = 0.5;
 
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
 
-/// The window being identified.
-#[derive(Clone, Copy, Debug)]
-struct Job {
-    t_start_us: u64,
-    t_end_us: u64,
-    effect_us: u64,
-    /// Increments of the window.
-    from: u32,
-    to: u32,
-    rest: Option<RestBias>,
-    rest_s: f32,
-    /// Largest error of the norm of specific force at a rest until the close, m/s^2.
-    rest_norm_error_m_s2: Option<f32>,
-}
+/// Work units of judging a fit.
+const JUDGE_UNITS: u32 = 500;
 
-impl Job {
-    const fn zero() -> Self {
-        Self {
-            t_start_us: 0,
-            t_end_us: 0,
-            effect_us: 0,
-            from: 0,
-            to: 0,
-            rest: None,
-            rest_s: 0.0,
-            rest_norm_error_m_s2: None,
-        }
-    }
-}
-
-/// Where the identification of a window stands; each step does a bounded piece of it.
+/// Whether a window is being identified.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Phase {
+enum State {
     Idle,
-    /// Sum the blocks and solve the weak form.
-    LeastSquares,
-    /// Cross-validate, group by group, which errors of the magnetometer the window shows.
-    Magnetometer(usize),
-    /// Cross-validate P and bias.
-    Gyro(usize),
-    /// Build segment by segment at the least-squares solution.
-    Segments(usize),
-    /// Noise scales and whitening.
-    Whiten,
-    Search,
-    /// Observability and acceptance.
-    Judge,
+    Fitting,
+    /// The result waits for its instant.
     Ready,
 }
 
@@ -112,22 +39,8 @@ pub(crate) struct Identifier {
     next_close_us: u64,
     final_close_us: u64,
     freeze_us: u64,
-    phase: Phase,
-    job: Job,
-    prior: Prior,
-    total: Block,
-    solution: [f32; MAGNETIC],
-    variances: RowVariances,
-    contest: Contest,
-    magnetometer: MagnetometerErrors,
-    theta0: [f32; 12],
-    last_node: NodeVectors,
-    segments: [Segment; SEGMENTS],
-    segment_count: usize,
-    scales: NoiseScales,
-    whitening: Option<Cholesky<12, 78>>,
-    imoa: Imoa<12, POPULATION>,
-    levenberg_marquardt: LevenbergMarquardt<12>,
+    fit: WindowFit,
+    state: State,
     /// The result of the job, once it is judged.
     result: Vec<WindowReport, 1>,
     pending: Deque<WindowReport, PENDING>,
@@ -138,7 +51,6 @@ pub(crate) struct Identifier {
 
 impl Identifier {
     pub const fn zero() -> Self {
-        const NO_SEGMENT: Segment = Segment::zero();
         Self {
             stream: SampleStream::zero(),
             config: IdentificationConfig::UNSET,
@@ -150,22 +62,8 @@ impl Identifier {
             next_close_us: 0,
             final_close_us: 0,
             freeze_us: 0,
-            phase: Phase::Idle,
-            job: Job::zero(),
-            prior: Prior::zero(),
-            total: Block::zero(),
-            solution: [0.0; MAGNETIC],
-            variances: RowVariances { gravity: 0.0, field: 0.0 },
-            contest: Contest::zero(),
-            magnetometer: MagnetometerErrors::None,
-            theta0: [0.0; 12],
-            last_node: NodeVectors { gravity: None, field: None },
-            segments: [NO_SEGMENT; SEGMENTS],
-            segment_count: 0,
-            scales: NoiseScales::zero(),
-            whitening: None,
-            imoa: Imoa::zero(),
-            levenberg_marquardt: LevenbergMarquardt::zero(),
+            fit: WindowFit::zero(),
+            state: State::Idle,
             result: Vec::new(),
             pending: Deque::new(),
             reports_lost: 0,
@@ -194,7 +92,7 @@ impl Identifier {
                 2.0 * config.full_scale.mag_ut.unwrap_or(330.0),
             ),
         });
-        self.phase = Phase::Idle;
+        self.state = State::Idle;
         self.pending.clear();
         self.reports_lost = 0;
         self.overruns = 0;
@@ -220,7 +118,7 @@ impl Identifier {
             let effect_us = effect_us.saturating_add(t_us - last_us);
             if effect_us > latest_us { latest_us } else { effect_us }
         };
-        self.job.effect_us = delayed(self.job.effect_us);
+        self.fit.job.effect_us = delayed(self.fit.job.effect_us);
         if self.next_close_us != u64::MAX {
             let effect_us = delayed(last_us.saturating_add(micros(self.config.latency_s)));
             self.close(last_us, effect_us, true);
@@ -249,13 +147,13 @@ impl Identifier {
 
     /// Before a sample is compensated: a result that is due takes effect. Returns whether the model changed.
     pub fn take_effect(&mut self, t_us: u64) -> bool {
-        if self.phase == Phase::Idle || t_us < self.job.effect_us {
+        if self.state == State::Idle || t_us < self.fit.job.effect_us {
             return false;
         }
-        let ready = self.phase == Phase::Ready;
-        self.phase = Phase::Idle;
+        let ready = self.state == State::Ready;
+        self.state = State::Idle;
         let Some(mut report) = self.result.pop().filter(|_| ready) else {
-            let job = self.job;
+            let job = self.fit.job;
             self.announce_overrun(&job);
             return false;
         };
@@ -263,7 +161,10 @@ impl Identifier {
         let (old, new) = (theta_of(&self.flown), theta_of(&report.flown));
         let changed = report.flown != self.flown;
         if changed {
-            let shift = core::array::from_fn(|i| new[i] - old[i]);
+            let mut shift = new;
+            for (s, old) in shift.iter_mut().zip(&old) {
+                *s -= old;
+            }
             let (p, c) = linear(&new);
             self.stream.change_model(p, c, &shift);
             self.flown = report.flown;
@@ -281,7 +182,7 @@ impl Identifier {
         }
     }
 
-    /// Closes the window in progress: a job, or at once a report of why there is none.
+    /// Closes the window in progress: a job, or a report of why there is none.
     fn close(&mut self, t_us: u64, effect_us: u64, cut_by_gap: bool) {
         let count = self.stream.increments.count();
         let t_start_us = self.stream_start_us.max(t_us.saturating_sub(micros(self.config.window_s)));
@@ -303,20 +204,29 @@ impl Identifier {
             needed_s: self.config.min_window_s,
             cut_by_gap,
         };
-        match (u64::from(length_us) < micros(self.config.min_window_s), self.phase) {
+        match (u64::from(length_us) < micros(self.config.min_window_s), self.state) {
             // Too short for P, but a rest in it still gives the bias.
-            (true, Phase::Idle) => {
-                self.job = job;
-                self.phase = self.conclude(self.unidentified(&self.job, too_short));
+            (true, State::Idle) => {
+                self.fit.start(job);
+                let report = unidentified(&self.context(), &job, too_short);
+                self.conclude(report);
             }
             (true, _) => self.announce_unapplied(&job, too_short),
-            (false, Phase::Idle) => {
-                self.job = job;
+            (false, State::Idle) => {
+                self.fit.start(job);
                 self.result.clear();
-                self.phase = Phase::LeastSquares;
+                self.state = State::Fitting;
             }
             (false, _) => self.announce_overrun(&job),
         }
+    }
+
+    /// Keeps a result until it takes effect.
+    fn conclude(&mut self, report: WindowReport) {
+        self.result.clear();
+        // Just emptied, so there is room.
+        let _ = self.result.push(report);
+        self.state = State::Ready;
     }
 
     /// A window whose result is not ready in time.
@@ -327,7 +237,7 @@ impl Identifier {
 
     /// Reports a window without a result: what flies stays.
     fn announce_unapplied(&mut self, job: &Job, refusal: Refusal) {
-        let report = self.unidentified(job, refusal);
+        let report = unidentified(&self.context(), job, refusal);
         self.announce(WindowReport { fitted: self.flown, flown: self.flown, ..report });
     }
 
@@ -342,432 +252,38 @@ impl Identifier {
         self.pending.pop_front()
     }
 
-    /// One bounded piece of work; returns its size in units (about one pre-integrated segment's evaluation each), 0 when
-    /// there is nothing to do.
+    /// One bounded piece of work; returns its size in units, 0 when there is nothing to do.
     pub fn step(&mut self) -> u32 {
-        match self.phase {
-            Phase::Idle | Phase::Ready => 0,
-            Phase::LeastSquares => {
-                self.phase = if self.least_squares().is_some() { Phase::Magnetometer(0) } else { self.give_up() };
-                200
+        if self.state != State::Fitting {
+            return 0;
+        }
+        let Self { stream, config, factory, flown, seed, fit, .. } = self;
+        match fit.step(&Context { stream, config, factory, flown, seed: *seed }) {
+            Step::More(units) => units,
+            Step::Done(report) => {
+                self.conclude(report);
+                JUDGE_UNITS
             }
-            Phase::Magnetometer(group) => {
-                self.phase = match self.play(group, &MAGNETOMETER_MODELS) {
-                    Some(true) => Phase::Magnetometer(group + 1),
-                    Some(false) if self.choose_magnetometer().is_some() => Phase::Gyro(0),
-                    _ => self.give_up(),
-                };
-                200
-            }
-            Phase::Gyro(group) => {
-                let models = [Freedom::Full, Freedom::Bias([0.0; 9]), Freedom::Nothing];
-                self.phase = match self.play(group, &models.map(|freedom| (freedom, self.magnetometer))) {
-                    Some(true) => Phase::Gyro(group + 1),
-                    Some(false) => Phase::Segments(0),
-                    None => self.give_up(),
-                };
-                200
-            }
-            Phase::Segments(index) => {
-                self.phase = match self.build_segment(index) {
-                    Some(true) => Phase::Segments(index + 1),
-                    Some(false) => Phase::Whiten,
-                    None => self.overtaken(),
-                };
-                60
-            }
-            Phase::Whiten => {
-                self.phase = if self.whiten().is_some() { Phase::Search } else { self.give_up() };
-                150
-            }
-            Phase::Search => {
-                let units = self.segment_count as u32 + 1;
-                if self.search() == Progress::Done {
-                    self.phase = Phase::Judge;
-                }
-                units
-            }
-            Phase::Judge => {
-                let report = self.judge();
-                self.phase = self.conclude(report.unwrap_or_else(|refusal| self.unidentified(&self.job, refusal)));
-                300
+            Step::Overtaken => {
+                // Nothing will be ready when it is due.
+                self.result.clear();
+                self.state = State::Ready;
+                0
             }
         }
     }
 
-    /// Ends a job that could not be carried through.
-    fn give_up(&mut self) -> Phase {
-        let refusal = match self.fit_to_judge() {
-            Ok(()) if self.total.is_empty() => self.too_little(0),
-            Ok(()) => Refusal::Degenerate,
-            Err(refusal) => refusal,
-        };
-        self.conclude(self.unidentified(&self.job, refusal))
-    }
-
-    /// Ends a job whose samples have been overwritten before it came to them: nothing will be ready when it is due.
-    fn overtaken(&mut self) -> Phase {
-        self.result.clear();
-        Phase::Ready
-    }
-
-    /// Keeps the result until it takes effect.
-    fn conclude(&mut self, report: WindowReport) -> Phase {
-        self.result.clear();
-        // Just emptied, so there is room.
-        let _ = self.result.push(report);
-        Phase::Ready
-    }
-
-    fn fit_to_judge(&self) -> Result<(), Refusal> {
-        let (field_rows, gravity_rows) = (self.total.magnetic.rows, self.total.gravity.rows);
-        acceptance::sensors_fit_to_judge(field_rows, gravity_rows, self.job.rest_norm_error_m_s2).map_err(|refusal| {
-            if let Refusal::NotEnoughExcitation { rank } = refusal { self.too_little(rank) } else { refusal }
-        })
-    }
-
-    /// Why there is too little to identify from: the tool did not turn, or the gyro did not see it.
-    fn too_little(&self, rank: u8) -> Refusal {
-        let share = self.total.spoilt_share();
-        if share > SPOILT_SHARE { Refusal::GyroUnusable { share } } else { Refusal::NotEnoughExcitation { rank } }
-    }
-
-    /// A report without a fit: only the bias may have moved, when there was a rest.
-    fn unidentified(&self, job: &Job, refusal: Refusal) -> WindowReport {
-        let (flown, bias_only) = self.with_rest_bias(job);
-        let deviations = self.prior_sigma();
-        WindowReport {
-            t_start_us: job.t_start_us,
-            t_end_us: job.t_end_us,
-            t_effect_us: None,
-            decision: Decision::Refused(refusal),
-            optimizer: self.config.optimizer,
-            evaluations: 0,
-            cost_before: None,
-            cost_after: None,
-            fitted: flown,
-            bias_only,
-            flown,
-            sigma: deviations,
-            observable: [false; 12],
-            rank: 0,
-            rest_s: job.rest_s,
-            explained: None,
-            p_value: None,
+    fn context(&self) -> Context<'_> {
+        Context {
+            stream: &self.stream,
+            config: &self.config,
+            factory: &self.factory,
+            flown: &self.flown,
+            seed: self.seed,
         }
     }
-
-    /// The flown and the factory's P, both with the bias from rest where there is one.
-    fn with_rest_bias(&self, job: &Job) -> (GyroModel, GyroModel) {
-        let bias = job.rest.map_or(self.flown.b_rad_s, |rest| rest.rate.into());
-        (GyroModel { b_rad_s: bias, ..self.flown }, GyroModel { b_rad_s: bias, ..self.factory })
-    }
-
-    fn prior_sigma(&self) -> [f32; 12] {
-        core::array::from_fn(|i| match i {
-            0 | 4 | 8 => self.config.prior_sigma_diagonal,
-            0..9 => self.config.prior_sigma_off_diagonal,
-            _ => self.config.prior_sigma_bias_rad_s,
-        })
-    }
-
-    fn least_squares(&mut self) -> Option<()> {
-        self.prior = Prior::new(&self.config, &self.factory, self.job.rest.as_ref());
-        self.total = Block::zero();
-        for number in self.stream.blocks_within(self.job.from, self.job.to) {
-            self.total.add(self.stream.block(number)?);
-        }
-        self.magnetometer = MagnetometerErrors::LagAndIron;
-        self.solve()
-    }
-
-    /// Solves the weak form with the chosen errors of the magnetometer; a contest about that solution begins.
-    fn solve(&mut self) -> Option<()> {
-        let theta = theta_of(&self.flown);
-        let (solution, variances) =
-            least_squares::solve_with_variances(&self.total, &self.prior, &theta, self.magnetometer)?;
-        self.solution = solution;
-        self.variances = variances;
-        self.theta0 = core::array::from_fn(|i| theta[i] + solution[i]);
-        self.contest = Contest::zero();
-        Some(())
-    }
-
-    /// Keeps those errors of the magnetometer that predict unseen blocks better, and solves again with them: an error that is
-    /// there and left out bends P; one that is not there and kept only costs precision (a hard iron looks like a
-    /// cross-coupling from the axis that turns).
-    fn choose_magnetometer(&mut self) -> Option<()> {
-        let shows = |outcome: Outcome| outcome.p_value <= MAGNETOMETER_P_VALUE;
-        let enough = self.contest.groups() >= MIN_GROUPS;
-        self.magnetometer = if !enough || shows(self.contest.first_against_second()) {
-            MagnetometerErrors::LagAndIron
-        } else if shows(self.contest.second_against_third()) {
-            MagnetometerErrors::Lag
-        } else {
-            MagnetometerErrors::None
-        };
-        self.solve()
-    }
-
-    /// Plays group `group` of the contest; `Some(false)` when there is none left.
-    fn play(&mut self, group: usize, models: &[Model; 3]) -> Option<bool> {
-        let numbers = self.stream.blocks_within(self.job.from, self.job.to);
-        let filled = numbers.clone().filter(|n| self.stream.block(*n).is_some_and(|b| !b.is_empty())).count();
-        let groups = if filled < MAX_GROUPS { filled } else { MAX_GROUPS };
-        if group >= groups {
-            return Some(false);
-        }
-        // The filled blocks are dealt out evenly: group g holds numbers g * filled / groups up to the next group's.
-        let share = |g: usize| (g * filled).checked_div(groups).unwrap_or(0);
-        let (first, end) = (share(group), share(group + 1));
-        let mut unseen = Block::zero();
-        let mut position = 0;
-        for number in numbers {
-            let block = self.stream.block(number)?;
-            if !block.is_empty() {
-                if (first..end).contains(&position) {
-                    unseen.add(block);
-                }
-                position += 1;
-            }
-        }
-        let theta = theta_of(&self.flown);
-        let everything = least_squares::gyro_part(&self.solution);
-        let known = Known { variances: &self.variances, prior: &self.prior, theta: &theta };
-        self.contest.play(&self.total, &unseen, models, &known, &everything)?;
-        Some(true)
-    }
-
-    /// Builds node `index` and the segment that ends there; false when the window holds no such node, `None` when its samples
-    /// have been overwritten.
-    fn build_segment(&mut self, index: usize) -> Option<bool> {
-        let grid = self.stream.grid;
-        let (half, length) = (grid.increments_in(0.5) as u32, grid.increments_in(1.0) as u32);
-        let node = self.job.from + half + index as u32 * length;
-        let ring = &self.stream.increments;
-        if index == 0 {
-            self.segment_count = 0;
-        }
-        if self.segment_count >= SEGMENTS || node + half >= self.job.to {
-            return Some(false);
-        }
-        if !ring.holds(node - if index == 0 { half } else { length }) {
-            return None;
-        }
-        let (p, c) = linear(&self.theta0);
-        let [.., x, y, z] = self.solution;
-        let effects = VectorEffects { mag_lag_s: self.solution[12], hard_iron_ut: Vector3::new(x, y, z) };
-        let vectors = node_vectors(ring, grid, node, (&p, &c), &effects);
-        if index > 0 {
-            if let Some(rotation) = preintegrate(ring, grid, (node - length, node), (&p, &c)) {
-                if let Some(slot) = self.segments.get_mut(self.segment_count) {
-                    *slot = Segment::new(&rotation, &self.last_node, &vectors, self.config.max_bias_rad_s);
-                    self.segment_count += 1;
-                }
-            }
-        }
-        self.last_node = vectors;
-        Some(true)
-    }
-
-    fn objective(&self) -> TwoVector<'_> {
-        TwoVector {
-            segments: self.segments.get(..self.segment_count).unwrap_or_default(),
-            scales: &self.scales,
-            prior: &self.prior,
-            theta0: &self.theta0,
-        }
-    }
-
-    fn whiten(&mut self) -> Option<()> {
-        if self.segment_count == 0 {
-            return None;
-        }
-        self.scales = noise_scales(self.segments.get(..self.segment_count).unwrap_or_default());
-        let start = [0.0; 12];
-        let mut normal = Packed::zero();
-        let mut descent = [0.0; 12];
-        self.objective().normal_equations(&start, &mut normal, &mut descent);
-        self.whitening = Some(normal.cholesky()?);
-        match self.config.optimizer {
-            OptimizerKind::Imoa => {
-                self.imoa.start(&ImoaSettings::new(self.config.max_evaluations), self.seed ^ self.job.t_end_us)
-            }
-            OptimizerKind::Lm => {
-                let cost = self.objective().evaluate(&start);
-                self.levenberg_marquardt.start(start, cost);
-            }
-            OptimizerKind::Ls => {}
-        }
-        Some(())
-    }
-
-    fn search(&mut self) -> Progress {
-        let objective = TwoVector {
-            segments: self.segments.get(..self.segment_count).unwrap_or_default(),
-            scales: &self.scales,
-            prior: &self.prior,
-            theta0: &self.theta0,
-        };
-        match (self.config.optimizer, &self.whitening) {
-            (OptimizerKind::Imoa, Some(factor)) => {
-                let whitened = Whitened { cost: &objective, factor, radius: RADIUS };
-                self.imoa.step(&whitened, &ImoaSettings::new(self.config.max_evaluations))
-            }
-            (OptimizerKind::Lm, _) => self.levenberg_marquardt.step(&objective, self.config.max_evaluations),
-            _ => Progress::Done,
-        }
-    }
-
-    /// The optimum found, about theta0, and the evaluations spent.
-    fn optimum(&self) -> ([f32; 12], u32) {
-        match (self.config.optimizer, &self.whitening) {
-            (OptimizerKind::Imoa, Some(factor)) => {
-                let (y, _) = self.imoa.best();
-                (factor.solve_upper(&y.map(|y| RADIUS * y)), self.imoa.evaluations())
-            }
-            (OptimizerKind::Lm, _) => (*self.levenberg_marquardt.best().0, self.levenberg_marquardt.evaluations()),
-            _ => ([0.0; 12], 0),
-        }
-    }
-
-    /// Observability, uncertainty and the gate.
-    fn judge(&self) -> Result<WindowReport, Refusal> {
-        let objective = self.objective();
-        let (delta, evaluations) = self.optimum();
-        let theta: [f32; 12] = core::array::from_fn(|i| self.theta0[i] + delta[i]);
-        let fitted = model_of(&theta).ok_or(Refusal::Degenerate)?;
-        let flown_theta = theta_of(&self.flown);
-        let flown_delta = core::array::from_fn(|i| flown_theta[i] - self.theta0[i]);
-
-        let mut information = Packed::zero();
-        objective.normal_equations(&delta, &mut information, &mut [0.0; 12]);
-        let posterior = information.cholesky().ok_or(Refusal::Degenerate)?;
-        let observability = Observability::new(&self.prior.information, &information).ok_or(Refusal::Degenerate)?;
-        let jackknife = self.contest.covariance();
-        let sigma = self.sigma(&posterior, &jackknife, &fitted);
-        let prior_sigma = self.prior_sigma();
-
-        let (base, mut bias_only) = self.with_rest_bias(&self.job);
-        let base_theta = theta_of(&base);
-        let change = observability.observed_part(&core::array::from_fn(|i| theta[i] - base_theta[i]));
-        let candidate = model_of(&core::array::from_fn(|i| base_theta[i] + change[i]));
-
-        let full = self.contest.first_against_second();
-        let moving = self.segments.iter().take(self.segment_count).filter(|segment| segment.moving);
-        let (mut square, mut variance, mut count) = (0.0, 0.0, 0.0);
-        for segment in moving {
-            square += turn(segment, &change).norm_squared();
-            for row in &segment.jacobian {
-                variance += jackknife.quadratic(row);
-            }
-            count += 1.0;
-        }
-        let verdict = self.fit_to_judge().and_then(|()| {
-            if self.contest.groups() < MIN_GROUPS || count < 1.0 {
-                return Err(self.too_little(observability.rank));
-            }
-            let rms = |sum: f32| libm::sqrtf(sum / count);
-            acceptance::judge(&Evidence { outcome: full, change_rad: rms(square), change_sigma_rad: rms(variance) })
-        });
-        let (cost_before, cost_after) = (objective.evaluate(&flown_delta), objective.evaluate(&delta));
-
-        let mut flown = base;
-        let decision = match (verdict, candidate) {
-            (Ok(()), Some(candidate)) if cost_after < cost_before && self.is_plausible(&candidate) => {
-                flown = candidate;
-                Decision::Accepted
-            }
-            (Ok(()), _) => Decision::Refused(Refusal::Degenerate),
-            (Err(refusal), _) => Decision::Refused(refusal),
-        };
-        if self.job.rest.is_none() {
-            self.fitted_bias(&mut bias_only, decision, &mut flown)?;
-        }
-        let contested = self.contest.groups() > 0;
-        Ok(WindowReport {
-            t_start_us: self.job.t_start_us,
-            t_end_us: self.job.t_end_us,
-            t_effect_us: None,
-            decision,
-            optimizer: self.config.optimizer,
-            evaluations,
-            cost_before: finite(cost_before),
-            cost_after: finite(cost_after),
-            fitted,
-            bias_only,
-            flown,
-            sigma,
-            observable: core::array::from_fn(|i| sigma[i] < 0.5 * prior_sigma[i]),
-            rank: observability.rank,
-            rest_s: self.job.rest_s,
-            explained: if contested { finite(full.explained) } else { None },
-            p_value: if contested { finite(full.p_value) } else { None },
-        })
-    }
-
-    /// Without a rest the bias comes from the window: bias-only is fitted with the factory's P; what flies takes a fitted bias
-    /// only when that wins clearly too.
-    fn fitted_bias(&self, bias_only: &mut GyroModel, decision: Decision, flown: &mut GyroModel) -> Result<(), Refusal> {
-        let theta = theta_of(&self.flown);
-        let fit = |p_change: [f32; 9]| {
-            let x = least_squares::solve(
-                &self.total,
-                &self.variances,
-                &self.prior,
-                &theta,
-                (&Freedom::Bias(p_change), self.magnetometer),
-            )?;
-            model_of(&core::array::from_fn(|i| theta[i] + x[i]))
-        };
-        let factory = theta_of(&self.factory);
-        *bias_only = fit(core::array::from_fn(|i| factory[i] - theta[i])).ok_or(Refusal::Degenerate)?;
-        let enough = self.contest.groups() >= MIN_GROUPS;
-        if decision != Decision::Accepted
-            && enough
-            && acceptance::clear_win(&self.contest.second_against_third()).is_ok()
-        {
-            let moved = fit([0.0; 9]).ok_or(Refusal::Degenerate)?;
-            if self.is_plausible(&moved) {
-                *flown = moved;
-            }
-        }
-        Ok(())
-    }
-
-    /// 1-sigma of P and b: the larger of the posterior's and the jackknife's.
-    fn sigma(&self, posterior: &Cholesky<12, 78>, jackknife: &Packed<12, 78>, fitted: &GyroModel) -> [f32; 12] {
-        core::array::from_fn(|i| {
-            // b = P^-1 c, so with P near the identity db_i = dc_i - sum_j dP_ij b_j.
-            let mut direction = [0.0; 12];
-            direction[i] = 1.0;
-            if i >= 9 {
-                for j in 0..3 {
-                    direction[3 * (i - 9) + j] = -fitted.b_rad_s[j];
-                }
-            }
-            let by_posterior = dot(&posterior.solve(&direction), &direction);
-            let by_jackknife = jackknife.quadratic(&direction);
-            libm::sqrtf(if by_jackknife > by_posterior { by_jackknife } else { by_posterior })
-        })
-    }
-
-    /// Whether every parameter lies within five prior deviations of the factory's.
-    fn is_plausible(&self, model: &GyroModel) -> bool {
-        let (theta, factory, sigma) = (theta_of(model), theta_of(&self.factory), self.prior_sigma());
-        (0..12).all(|i| libm::fabsf(theta[i] - factory[i]) <= 5.0 * sigma[i])
-    }
-}
-
-/// theta as the matrix P and the vector c.
-fn linear(theta: &[f32; 12]) -> (Matrix3<f32>, Vector3<f32>) {
-    (Matrix3::from_fn(|i, j| theta[3 * i + j]), Vector3::new(theta[9], theta[10], theta[11]))
 }
 
 fn micros(seconds: f32) -> u64 {
     (seconds * 1e6) as u64
-}
-
-fn finite(x: f32) -> Option<f32> {
-    x.is_finite().then_some(x)
 }

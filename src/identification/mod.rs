@@ -3,11 +3,13 @@
 mod acceptance;
 mod contest;
 mod identifier;
+mod judgement;
 mod least_squares;
 mod observability;
 mod prior;
 mod report;
 mod whitening;
+mod window_fit;
 
 pub(crate) use identifier::Identifier;
 pub(crate) use prior::Prior;

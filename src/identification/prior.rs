@@ -1,4 +1,4 @@
-#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use crate::{
     algebra::{Packed, dot},
@@ -6,6 +6,7 @@ use crate::{
     config::IdentificationConfig,
     window::RestBias,
 };
+use nalgebra::{Matrix3, Vector3};
 
 /// What is known of theta = (P row-major, c = P b) before a window: the factory's values with the data sheet's deviations, and
 /// the bias where the tool has been at rest.
@@ -25,17 +26,15 @@ impl Prior {
     pub fn new(config: &IdentificationConfig, factory: &GyroModel, rest: Option<&RestBias>) -> Self {
         let inverse_square = |sigma: f32| 1.0 / (sigma * sigma);
         let mut information = Packed::zero();
-        for i in 0..3 {
-            for j in 0..3 {
-                let sigma = if i == j { config.prior_sigma_diagonal } else { config.prior_sigma_off_diagonal };
-                information.add(3 * i + j, 3 * i + j, inverse_square(sigma));
-            }
+        let sigma = prior_sigma(config);
+        for i in 0..9 {
+            information.add(i, i, inverse_square(sigma[i]));
         }
         let bias = rest.map_or(factory.b_rad_s, |rest| rest.rate.into());
         match rest {
             None => {
                 for i in 9..12 {
-                    information.add(i, i, inverse_square(config.prior_sigma_bias_rad_s));
+                    information.add(i, i, inverse_square(sigma[i]));
                 }
             }
             Some(rest) => {
@@ -89,15 +88,28 @@ pub(crate) fn model_of(theta: &[f32; 12]) -> Option<GyroModel> {
         return None;
     }
     let inverse = p_only.p_matrix().try_inverse()?;
-    let b = inverse * nalgebra::Vector3::new(theta[9], theta[10], theta[11]);
+    let b = inverse * Vector3::new(theta[9], theta[10], theta[11]);
     let model = GyroModel { b_rad_s: b.into(), ..p_only };
     model.is_valid().then_some(model)
+}
+
+/// theta as the matrix P and the vector c.
+pub(crate) fn linear(theta: &[f32; 12]) -> (Matrix3<f32>, Vector3<f32>) {
+    (Matrix3::from_fn(|i, j| theta[3 * i + j]), Vector3::new(theta[9], theta[10], theta[11]))
+}
+
+/// Prior standard deviations of P (row-major) and c or b.
+pub(crate) fn prior_sigma(config: &IdentificationConfig) -> [f32; 12] {
+    core::array::from_fn(|i| match i {
+        0 | 4 | 8 => config.prior_sigma_diagonal,
+        0..9 => config.prior_sigma_off_diagonal,
+        _ => config.prior_sigma_bias_rad_s,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
 
     #[test]
     fn theta_and_model_are_the_same_thing() {

@@ -22,11 +22,9 @@ pub(crate) fn noise_scales(segments: &[Segment]) -> NoiseScales {
         let mut norms = [0.0; CAPACITY];
         let mut count = 0;
         for segment in segments.iter().filter(|segment| segment.moving == moving) {
-            if let Some(sighting) = sighting(segment) {
-                if let Some(norm) = norms.get_mut(count) {
-                    *norm = residual(sighting, &Vector3::zeros()).norm();
-                    count += 1;
-                }
+            if let (Some(sighting), Some(norm)) = (sighting(segment), norms.get_mut(count)) {
+                *norm = residual(sighting, &Vector3::zeros()).norm();
+                count += 1;
             }
         }
         if count < FEWEST {

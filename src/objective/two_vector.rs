@@ -1,4 +1,4 @@
-#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::robust_loss::{huber, huber_weight};
 use crate::{

@@ -1,4 +1,4 @@
-#![allow(clippy::indexing_slicing)] // Members are indexed by numbers reduced modulo the population.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Members are indexed by numbers reduced modulo the population.
 
 use super::{
     Cost, Progress,
@@ -198,6 +198,7 @@ fn quarter_sine(x: f32) -> f32 {
 }
 
 /// Members that leave the box are put on its wall.
+#[expect(clippy::manual_clamp, reason = "f32::clamp differs from the chip's in the sign of zero")]
 fn into_box(x: f32) -> f32 {
     if x > 1.0 {
         1.0

@@ -318,7 +318,7 @@ mod tests {
         assert_eq!(Grid::new(3_500).increments_in(1.0), 48);
         for period in 100..=20_000 {
             let interval = Grid::new(period).interval_us;
-            assert!(interval % period == 0 && (19_980..40_000).contains(&interval), "{period}");
+            assert!(interval.is_multiple_of(period) && (19_980..40_000).contains(&interval), "{period}");
         }
     }
 

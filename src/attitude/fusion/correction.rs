@@ -1,5 +1,7 @@
 //! One step of the filter, 50 times a second: what the gathered samples say about the errors.
 
+#![allow(clippy::indexing_slicing)] // Axes of fixed-size vectors, counted by loops.
+
 use super::{ALIGNMENT_SIGMA_RAD, AttitudeFilter, LOST_RAD};
 use crate::{
     attitude::{
