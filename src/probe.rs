@@ -21,6 +21,13 @@ const GAP_PERIODS: u32 = 3;
 /// the nominal range (2,000 deg/s at 16.4 LSB per deg/s saturate at 1,998.0).
 const CLIPPED_SHARE: f32 = 0.998;
 
+/// Part of a second after which a gyro or an accelerometer that reads the same on all axes is not used: a live one has noise. It
+/// is short because what is read until then is wrong and believed.
+const STALE_INERTIAL_PART: u32 = 20;
+
+/// The same for a magnetometer, of which some read only 8 to 10 times a second.
+const STALE_MAG_PART: u32 = 4;
+
 /// What one sample gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -53,7 +60,7 @@ pub struct Counters {
     pub reports_lost: u32,
 }
 
-/// Counts how long a sensor has given the same reading.
+/// Counts how long a sensor has given the same reading, missing ones left out.
 #[derive(Clone, Copy)]
 struct Staleness {
     last: [f32; 3],
@@ -65,11 +72,9 @@ impl Staleness {
         Self { last: [0.0; 3], same: 0 }
     }
 
-    /// Whether the reading has been the same, on all axes, for more than `limit` samples.
-    fn is_frozen(&mut self, reading: [f32; 3], limit: u32) -> bool {
+    fn observe(&mut self, reading: [f32; 3]) {
         self.same = if reading == self.last { self.same.saturating_add(1) } else { 0 };
         self.last = reading;
-        self.same > limit
     }
 }
 
@@ -82,7 +87,10 @@ pub struct Probe {
     /// Time of the last sample; 0 samples mean none.
     last_us: u64,
     last_raw_rad_s: [f32; 3],
-    frozen: [Staleness; 3],
+    /// How long no rate has been read that can be believed, seconds.
+    unread_s: f32,
+    /// Gyro, accelerometer, magnetometer.
+    staleness: [Staleness; 3],
     filter: AttitudeFilter,
     identifier: Identifier,
 }
@@ -106,7 +114,8 @@ impl Probe {
             },
             last_us: 0,
             last_raw_rad_s: [0.0; 3],
-            frozen: [Staleness::zero(); 3],
+            unread_s: 0.0,
+            staleness: [Staleness::zero(); 3],
             filter: AttitudeFilter::new(),
             identifier: Identifier::zero(),
         }
@@ -122,7 +131,8 @@ impl Probe {
         self.samples_per_second = 1_000_000_u32.checked_div(config.sample_period_us).unwrap_or(0);
         self.counters = Counters::default();
         self.last_raw_rad_s = config.gyro.b_rad_s;
-        self.frozen = [Staleness::zero(); 3];
+        self.unread_s = 0.0;
+        self.staleness = [Staleness::zero(); 3];
         self.filter.start(&config.attitude, &config.earth);
         self.identifier.configure(config);
         self.configured = true;
@@ -138,7 +148,7 @@ impl Probe {
         self.mark_clipped(&mut sample);
         let first = self.counters.samples == 0;
         if !first && sample.t_us <= self.last_us {
-            self.counters.out_of_order += 1;
+            count(&mut self.counters.out_of_order);
             return None;
         }
         let step_us = sample.t_us - if first { sample.t_us } else { self.last_us };
@@ -146,7 +156,7 @@ impl Probe {
         if first {
             self.identifier.start(sample.t_us);
         } else if gap {
-            self.counters.gaps += 1;
+            count(&mut self.counters.gaps);
             self.identifier.gap(self.last_us, sample.t_us);
         }
         self.last_us = sample.t_us;
@@ -162,23 +172,35 @@ impl Probe {
         }
         let raw = Vector3::from(self.last_raw_rad_s) - self.filter.earth_rate_rad_s();
         let rate = self.identifier.flown().compensate(raw.into());
+        let gyro = if missing {
+            Reading::Missing
+        } else if sample.flags.contains(SampleFlags::GYRO_CLIPPED) || self.is_stale(0, STALE_INERTIAL_PART) {
+            Reading::Clipped
+        } else {
+            Reading::Good(raw)
+        };
 
         let step_s = step_us as f32 * 1e-6;
         if gap {
             self.filter.gap(step_s);
             flags.insert(AttitudeFlags::AFTER_GAP);
+            self.unread_s = 0.0;
         } else {
             self.filter.propagate(step_s, &rate);
         }
-        let suspect =
-            missing || sample.flags.contains(SampleFlags::GYRO_CLIPPED) || flags.contains(AttitudeFlags::FROZEN_SENSOR);
-        let accel = self.reading(&sample, SampleFlags::ACCEL_MISSING, SampleFlags::ACCEL_CLIPPED);
-        let mag = self.reading(&sample, SampleFlags::MAG_MISSING, SampleFlags::MAG_CLIPPED);
+        if let Reading::Good(_) = gyro {
+            self.unread_s = 0.0;
+        } else if !gap {
+            self.unread_s += step_s;
+            self.filter.unread(step_s, self.unread_s);
+        }
+        let accel = self.vector(1, &sample);
+        let mag = self.vector(2, &sample);
         let good = |reading: &Reading| if let Reading::Good(v) = reading { Some(*v) } else { None };
         self.filter.observe(good(&accel).as_ref(), good(&mag).as_ref());
         // Gravity is what specific force at rest points away from.
         let gravity = if let Reading::Good(force) = accel { Reading::Good(-force) } else { accel };
-        self.identifier.push(sample.t_us, raw, suspect, gravity, mag);
+        self.identifier.push(sample.t_us, gyro, gravity, mag);
 
         Some(Output { t_us: sample.t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
     }
@@ -231,40 +253,56 @@ impl Probe {
         let clipped = SampleFlags::GYRO_CLIPPED | SampleFlags::ACCEL_CLIPPED | SampleFlags::MAG_CLIPPED;
         let mut flags = AttitudeFlags::empty();
         if sample.flags.intersects(clipped) {
-            self.counters.clipped += 1;
+            count(&mut self.counters.clipped);
         }
         if sample.flags.contains(SampleFlags::GYRO_MISSING) {
-            self.counters.gyro_missing += 1;
+            count(&mut self.counters.gyro_missing);
             flags.insert(AttitudeFlags::GYRO_HELD);
         }
         flags.set(AttitudeFlags::GYRO_CLIPPED, sample.flags.contains(SampleFlags::GYRO_CLIPPED));
         flags.set(AttitudeFlags::FAULT, sample.flags.contains(SampleFlags::FAULT));
         let readings = [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut];
         let missing = [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
-        for ((stale, reading), missing) in self.frozen.iter_mut().zip(readings).zip(missing) {
-            if stale.is_frozen(reading, self.samples_per_second) && !sample.flags.contains(missing) {
-                flags.insert(AttitudeFlags::FROZEN_SENSOR);
+        for ((stale, reading), missing) in self.staleness.iter_mut().zip(readings).zip(missing) {
+            if !sample.flags.contains(missing) {
+                stale.observe(reading);
+                if stale.same > self.samples_per_second {
+                    flags.insert(AttitudeFlags::FROZEN_SENSOR);
+                }
             }
         }
         flags
     }
 
-    /// A vector sensor's calibrated reading. A sensor that has not changed for a second, or reads exact zeros, gives none.
-    fn reading(&self, sample: &Sample, missing: SampleFlags, clipped: SampleFlags) -> Reading {
-        let (raw, model, stale) = if missing == SampleFlags::ACCEL_MISSING {
-            (sample.accel_m_s2, &self.config.accel, &self.frozen[1])
+    /// Whether a sensor (0 gyro, 1 accelerometer, 2 magnetometer) has read the same for one `part`-th of a second.
+    fn is_stale(&self, sensor: usize, part: u32) -> bool {
+        self.staleness
+            .get(sensor)
+            .is_some_and(|stale| stale.same > self.samples_per_second.checked_div(part).unwrap_or(0))
+    }
+
+    /// The calibrated reading of the accelerometer (1) or the magnetometer (2). A stale one, or exact zeros, are none.
+    fn vector(&self, sensor: usize, sample: &Sample) -> Reading {
+        let (raw, model, missing, clipped, part) = if sensor == 1 {
+            let flags = (SampleFlags::ACCEL_MISSING, SampleFlags::ACCEL_CLIPPED);
+            (sample.accel_m_s2, &self.config.accel, flags.0, flags.1, STALE_INERTIAL_PART)
         } else {
-            (sample.mag_ut, &self.config.mag, &self.frozen[2])
+            let flags = (SampleFlags::MAG_MISSING, SampleFlags::MAG_CLIPPED);
+            (sample.mag_ut, &self.config.mag, flags.0, flags.1, STALE_MAG_PART)
         };
-        let frozen = stale.same > self.samples_per_second;
-        if sample.flags.contains(missing) || frozen || raw == [0.0; 3] {
+        if sample.flags.contains(missing) || raw == [0.0; 3] {
             Reading::Missing
-        } else if sample.flags.contains(clipped) {
+        } else if sample.flags.contains(clipped) || self.is_stale(sensor, part) {
             Reading::Clipped
         } else {
             Reading::Good(model.calibrate(raw))
         }
     }
+}
+
+/// Counts one more; a full counter stays.
+const fn count(counter: &mut u32) {
+    *counter = counter.saturating_add(1);
 }
 
 impl Default for Probe {

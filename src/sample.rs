@@ -24,6 +24,12 @@ bitflags::bitflags! {
     }
 }
 
+/// Beyond what any sensor can read, per axis: 57,000 deg/s, 1,000 g, 10 millitesla (the squares of what is under them stay far
+/// inside an f32). Such a number is a defect of the driver, not a large reading.
+const BEYOND_ANY_GYRO_RAD_S: f32 = 1e3;
+const BEYOND_ANY_ACCEL_M_S2: f32 = 1e4;
+const BEYOND_ANY_MAG_UT: f32 = 1e4;
+
 /// One reading of all sensors in SI units, in the body frame, as the sensors give it (nothing compensated).
 ///
 /// A sensor that did not read has its `*_MISSING` flag set and zeros in its field. The fields of an unflagged sensor are
@@ -46,19 +52,20 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// The same sample with every non-finite sensor field zeroed and flagged missing, so that no NaN enters a state.
+    /// The same sample with every sensor field that is not finite, or beyond what any sensor can read, zeroed and flagged missing,
+    /// so that no NaN enters a state and no infinity arises in one.
     #[must_use]
     pub fn sanitised(mut self) -> Self {
-        let finite = |v: &[f32; 3]| v.iter().all(|x| x.is_finite());
-        let guard = |v: &mut [f32; 3], missing: SampleFlags, flags: &mut SampleFlags| {
-            if !finite(v) || flags.contains(missing) {
+        let guard = |v: &mut [f32; 3], limit: f32, missing: SampleFlags, flags: &mut SampleFlags| {
+            // A NaN is not below the limit either.
+            if !v.iter().all(|x| libm::fabsf(*x) < limit) || flags.contains(missing) {
                 *v = [0.0; 3];
                 flags.insert(missing);
             }
         };
-        guard(&mut self.gyro_rad_s, SampleFlags::GYRO_MISSING, &mut self.flags);
-        guard(&mut self.accel_m_s2, SampleFlags::ACCEL_MISSING, &mut self.flags);
-        guard(&mut self.mag_ut, SampleFlags::MAG_MISSING, &mut self.flags);
+        guard(&mut self.gyro_rad_s, BEYOND_ANY_GYRO_RAD_S, SampleFlags::GYRO_MISSING, &mut self.flags);
+        guard(&mut self.accel_m_s2, BEYOND_ANY_ACCEL_M_S2, SampleFlags::ACCEL_MISSING, &mut self.flags);
+        guard(&mut self.mag_ut, BEYOND_ANY_MAG_UT, SampleFlags::MAG_MISSING, &mut self.flags);
         if !self.temperature_c.is_finite() || self.flags.contains(SampleFlags::TEMPERATURE_MISSING) {
             self.temperature_c = 0.0;
             self.flags.insert(SampleFlags::TEMPERATURE_MISSING);
@@ -82,6 +89,8 @@ mod tests {
         let clean = sample.sanitised();
         assert_eq!(clean.flags, SampleFlags::GYRO_MISSING | SampleFlags::TEMPERATURE_MISSING);
         assert_eq!(clean.gyro_rad_s, [0.0; 3]);
+        let absurd = Sample { mag_ut: [0.0, -1e30, 0.0], ..clean }.sanitised();
+        assert_eq!(absurd.flags, clean.flags | SampleFlags::MAG_MISSING);
         assert_eq!(clean.accel_m_s2, [0.0, 0.0, 9.8]);
     }
 }

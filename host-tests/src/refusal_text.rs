@@ -37,6 +37,10 @@ pub fn refusal_text(refusal: &Refusal) -> String {
             sigma_rad.to_degrees()
         ),
         Refusal::Degenerate => "the fit is degenerate, not finite or not plausible".to_owned(),
+        Refusal::GyroUnusable { share } => format!(
+            "the gyro gives too few usable readings: {:.0} % of the seconds have missing, clipped or frozen ones",
+            100.0 * share
+        ),
         // Variants may be added to the library before they have words here.
         ref other => format!("{other:?}"),
     }

@@ -24,6 +24,8 @@ const BLOCK_S: f32 = 0.02;
 const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
 /// A rate that is assumed where none was read, added to the last one, rad/s.
 const UNSEEN_RATE_RAD_S: f32 = 0.3;
+/// A rate that is not read is another one after this time, seconds.
+const UNREAD_RATE_TIME_S: f32 = 0.5;
 /// A rotation less certain than this is found anew from gravity and field, radians.
 const LOST_RAD: f32 = 0.3;
 
@@ -245,6 +247,18 @@ impl AttitudeFilter {
         for k in 0..3 {
             self.errors.widen(k, angle_rad * angle_rad, PI * PI);
         }
+    }
+
+    /// The rate just propagated was not read (held, clipped or frozen), nor were those of the `unread_s` seconds up to now, this step
+    /// of `dt_s` included. The error of the rate grows from nothing to the rate itself, the angle's with its square, then linearly.
+    pub fn unread(&mut self, dt_s: f32, unread_s: f32) {
+        let rate_rad_s = libm::sqrtf(self.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S;
+        let angle_rad = |s: f32| {
+            let late = s > UNREAD_RATE_TIME_S;
+            rate_rad_s * if late { s - 0.5 * UNREAD_RATE_TIME_S } else { 0.5 * s * s / UNREAD_RATE_TIME_S }
+        };
+        let (before, now) = (angle_rad(unread_s - dt_s), angle_rad(unread_s));
+        self.doubt(libm::sqrtf(now * now - before * before));
     }
 
     /// `dt_s` seconds before this sample were not seen: the attitude is kept, its uncertainty grows by what the probe may have

@@ -10,7 +10,6 @@ use crate::{
     window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
 };
 use heapless::{Deque, Vec};
-use nalgebra::Vector3;
 
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
@@ -39,6 +38,7 @@ pub(crate) struct Identifier {
     stream_from: u32,
     next_close_us: u64,
     final_close_us: u64,
+    freeze_us: u64,
     fit: WindowFit,
     state: State,
     /// The result of the job, once it is judged.
@@ -61,6 +61,7 @@ impl Identifier {
             stream_from: 0,
             next_close_us: 0,
             final_close_us: 0,
+            freeze_us: 0,
             fit: WindowFit::zero(),
             state: State::Idle,
             result: Vec::new(),
@@ -77,6 +78,7 @@ impl Identifier {
         self.factory = config.gyro;
         self.flown = config.gyro;
         self.final_close_us = config.freeze_at_us.map_or(u64::MAX, |t| t.saturating_sub(micros(id.latency_s)));
+        self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
         // Ranges of the stored increments where the full scale is unknown: 4000 deg/s and 32 g, the widest of the parts in use,
         // and ten times the strongest field on earth.
         self.stream.configure(&StreamSettings {
@@ -92,6 +94,8 @@ impl Identifier {
         });
         self.state = State::Idle;
         self.pending.clear();
+        self.reports_lost = 0;
+        self.overruns = 0;
     }
 
     pub const fn flown(&self) -> &GyroModel {
@@ -105,10 +109,19 @@ impl Identifier {
         self.start_window(t_us);
     }
 
-    /// A gap: the window in progress ends with the last sample before it, and another begins after it.
+    /// A gap: the window in progress ends with the last sample before it, and another begins after it. Nobody works during a
+    /// gap, so it does not count into a result's latency; but after a freeze nothing new takes effect, except a result that was
+    /// due in the gap and is ready.
     pub fn gap(&mut self, last_us: u64, t_us: u64) {
+        let latest_us = if self.freeze_us > t_us { self.freeze_us } else { t_us };
+        let delayed = |effect_us: u64| {
+            let effect_us = effect_us.saturating_add(t_us - last_us);
+            if effect_us > latest_us { latest_us } else { effect_us }
+        };
+        self.fit.job.effect_us = delayed(self.fit.job.effect_us);
         if self.next_close_us != u64::MAX {
-            self.close(last_us, true);
+            let effect_us = delayed(last_us.saturating_add(micros(self.config.latency_s)));
+            self.close(last_us, effect_us, true);
         }
         self.stream.restart(t_us);
         self.start_window(t_us);
@@ -117,7 +130,7 @@ impl Identifier {
     fn start_window(&mut self, t_us: u64) {
         self.stream_start_us = t_us;
         self.stream_from = self.stream.increments.count();
-        self.schedule(t_us, t_us + micros(self.config.window_s));
+        self.schedule(t_us, t_us.saturating_add(micros(self.config.window_s)));
     }
 
     /// Sets the next close: the regular one, or the last one before the freeze where that comes first or so soon after that
@@ -140,9 +153,8 @@ impl Identifier {
         let ready = self.state == State::Ready;
         self.state = State::Idle;
         let Some(mut report) = self.result.pop().filter(|_| ready) else {
-            self.overruns += 1;
-            let report = unidentified(&self.context(), &self.fit.job, Refusal::Overrun);
-            self.announce(report);
+            let job = self.fit.job;
+            self.announce_overrun(&job);
             return false;
         };
         report.t_effect_us = Some(t_us);
@@ -161,17 +173,17 @@ impl Identifier {
         changed
     }
 
-    /// Takes one sample (raw rate, suspect when clipped or held; calibrated vectors).
-    pub fn push(&mut self, t_us: u64, raw: Vector3<f32>, suspect: bool, gravity: Reading, field: Reading) {
-        self.stream.push(t_us, raw, suspect, gravity, field);
+    /// Takes one sample (raw rate, calibrated vectors).
+    pub fn push(&mut self, t_us: u64, rate: Reading, gravity: Reading, field: Reading) {
+        self.stream.push(t_us, rate, gravity, field);
         if t_us >= self.next_close_us {
-            self.close(t_us, false);
-            self.schedule(t_us, t_us + micros(self.config.step_s));
+            self.close(t_us, t_us.saturating_add(micros(self.config.latency_s)), false);
+            self.schedule(t_us, t_us.saturating_add(micros(self.config.step_s)));
         }
     }
 
     /// Closes the window in progress: a job, or at once a report of why there is none.
-    fn close(&mut self, t_us: u64, cut_by_gap: bool) {
+    fn close(&mut self, t_us: u64, effect_us: u64, cut_by_gap: bool) {
         let count = self.stream.increments.count();
         let t_start_us = self.stream_start_us.max(t_us.saturating_sub(micros(self.config.window_s)));
         // A window is far shorter than the hour that 32 bits of microseconds hold.
@@ -180,34 +192,58 @@ impl Identifier {
         let job = Job {
             t_start_us,
             t_end_us: t_us,
-            effect_us: t_us.saturating_add(micros(self.config.latency_s)),
+            effect_us,
             from: self.stream_from.max(count.saturating_sub(kept)),
             to: count,
             rest: self.stream.rest_bias(t_us),
             rest_s: self.stream.rest_seconds(length_us / 1_000_000) as f32,
+            rest_norm_error_m_s2: self.stream.rest_norm_error_m_s2(),
         };
-        if u64::from(length_us) < micros(self.config.min_window_s) {
-            let refusal = Refusal::WindowTooShort {
-                length_s: length_us as f32 * 1e-6,
-                needed_s: self.config.min_window_s,
-                cut_by_gap,
-            };
-            let report = unidentified(&self.context(), &job, refusal);
-            self.announce(report);
-        } else if self.state != State::Idle {
-            self.overruns += 1;
-            let report = unidentified(&self.context(), &job, Refusal::Overrun);
-            self.announce(report);
-        } else {
-            self.fit.start(job);
-            self.result.clear();
-            self.state = State::Fitting;
+        let too_short = Refusal::WindowTooShort {
+            length_s: length_us as f32 * 1e-6,
+            needed_s: self.config.min_window_s,
+            cut_by_gap,
+        };
+        match (u64::from(length_us) < micros(self.config.min_window_s), self.state) {
+            // Too short for P, but a rest in it still gives the bias.
+            (true, State::Idle) => {
+                self.fit.job = job;
+                let report = unidentified(&self.context(), &job, too_short);
+                self.conclude(report);
+            }
+            (true, _) => self.announce_unapplied(&job, too_short),
+            (false, State::Idle) => {
+                self.fit.start(job);
+                self.result.clear();
+                self.state = State::Fitting;
+            }
+            (false, _) => self.announce_overrun(&job),
         }
+    }
+
+    /// Keeps a result until it takes effect.
+    fn conclude(&mut self, report: WindowReport) {
+        self.result.clear();
+        // Just emptied, so there is room.
+        let _ = self.result.push(report);
+        self.state = State::Ready;
+    }
+
+    /// A window whose result is not ready in time.
+    fn announce_overrun(&mut self, job: &Job) {
+        self.overruns = self.overruns.saturating_add(1);
+        self.announce_unapplied(job, Refusal::Overrun);
+    }
+
+    /// Reports a window without a result: what flies stays.
+    fn announce_unapplied(&mut self, job: &Job, refusal: Refusal) {
+        let report = unidentified(&self.context(), job, refusal);
+        self.announce(WindowReport { fitted: self.flown, flown: self.flown, ..report });
     }
 
     fn announce(&mut self, report: WindowReport) {
         if self.pending.push_back(report).is_err() {
-            self.reports_lost += 1;
+            self.reports_lost = self.reports_lost.saturating_add(1);
         }
     }
 
@@ -225,9 +261,12 @@ impl Identifier {
         match fit.step(&Context { stream, config, factory, flown, seed: *seed }) {
             Step::More(units) => units,
             Step::Done(report) => {
+                self.conclude(report);
+                JUDGE_UNITS
+            }
+            Step::Overtaken => {
+                // Nothing will be ready when it is due.
                 self.result.clear();
-                // Just emptied, so there is room.
-                let _ = self.result.push(report);
                 self.state = State::Ready;
                 JUDGE_UNITS
             }

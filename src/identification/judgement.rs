@@ -16,6 +16,9 @@ use crate::{
     optimizer::{Cost, LeastSquaresCost},
 };
 
+/// Share of test windows without a rate from which a lack of excitation is the gyro's fault.
+const SPOILT_SHARE: f32 = 0.5;
+
 /// How far a parameter may lie from the factory's, in prior deviations.
 const PLAUSIBLE_SIGMAS: f32 = 5.0;
 
@@ -58,8 +61,8 @@ fn is_plausible(context: &Context, model: &GyroModel) -> bool {
 impl WindowFit {
     /// The report of a fit that could not be carried through.
     pub(super) fn without_fit(&self, context: &Context) -> WindowReport {
-        let refusal = match self.fit_to_judge(context) {
-            Ok(()) if self.total.is_empty() => Refusal::NotEnoughExcitation { rank: 0 },
+        let refusal = match self.fit_to_judge() {
+            Ok(()) if self.total.is_empty() => self.too_little(0),
             Ok(()) => Refusal::Degenerate,
             Err(refusal) => refusal,
         };
@@ -71,9 +74,17 @@ impl WindowFit {
         self.judge(context).unwrap_or_else(|refusal| unidentified(context, &self.job, refusal))
     }
 
-    fn fit_to_judge(&self, context: &Context) -> Result<(), Refusal> {
-        let rest_norm_error = context.stream.rest_norm_error_m_s2();
-        acceptance::sensors_fit_to_judge(self.total.magnetic.rows, self.total.gravity.rows, rest_norm_error)
+    fn fit_to_judge(&self) -> Result<(), Refusal> {
+        let (field_rows, gravity_rows) = (self.total.magnetic.rows, self.total.gravity.rows);
+        acceptance::sensors_fit_to_judge(field_rows, gravity_rows, self.job.rest_norm_error_m_s2).map_err(|refusal| {
+            if let Refusal::NotEnoughExcitation { rank } = refusal { self.too_little(rank) } else { refusal }
+        })
+    }
+
+    /// Why there is too little to identify from: the tool did not turn, or the gyro did not see it.
+    fn too_little(&self, rank: u8) -> Refusal {
+        let share = self.total.spoilt_share();
+        if share > SPOILT_SHARE { Refusal::GyroUnusable { share } } else { Refusal::NotEnoughExcitation { rank } }
     }
 
     fn judge(&self, context: &Context) -> Result<WindowReport, Refusal> {
@@ -99,11 +110,11 @@ impl WindowFit {
         let candidate = model_of(&core::array::from_fn(|i| base_theta[i] + change[i]));
 
         let outcome = self.contest.first_against_second();
-        let verdict = self.fit_to_judge(context).and_then(|()| {
+        let verdict = self.fit_to_judge().and_then(|()| {
             let (change_rad, change_sigma_rad) = self
                 .promised(&change, &jackknife)
                 .filter(|_| self.contest.groups() >= MIN_GROUPS)
-                .ok_or(Refusal::NotEnoughExcitation { rank: observability.rank })?;
+                .ok_or_else(|| self.too_little(observability.rank))?;
             acceptance::judge(&Evidence { outcome, change_rad, change_sigma_rad })
         });
         let mut flown = base;

@@ -103,4 +103,9 @@ pub enum Refusal {
     },
     /// The normal matrix could not be factorised, or the fit is not finite or not plausible.
     Degenerate,
+    /// The gyro's readings are missing, clipped or frozen too often.
+    GyroUnusable {
+        /// Share of the window's one-second tests that lack a rate.
+        share: f32,
+    },
 }

@@ -48,11 +48,22 @@ pub(crate) struct Job {
     pub to: u32,
     pub rest: Option<RestBias>,
     pub rest_s: f32,
+    /// Largest error of the norm of specific force at a rest until the close, m/s^2.
+    pub rest_norm_error_m_s2: Option<f32>,
 }
 
 impl Job {
     const fn zero() -> Self {
-        Self { t_start_us: 0, t_end_us: 0, effect_us: 0, from: 0, to: 0, rest: None, rest_s: 0.0 }
+        Self {
+            t_start_us: 0,
+            t_end_us: 0,
+            effect_us: 0,
+            from: 0,
+            to: 0,
+            rest: None,
+            rest_s: 0.0,
+            rest_norm_error_m_s2: None,
+        }
     }
 }
 
@@ -110,6 +121,8 @@ pub(crate) enum Step {
     More(u32),
     /// The report stands.
     Done(WindowReport),
+    /// The window's samples were overwritten before the fit came to them.
+    Overtaken,
 }
 
 impl WindowFit {
@@ -158,10 +171,11 @@ impl WindowFit {
                 let more = self.play(context, group, &models);
                 more.map(|more| if more { Phase::Gyro(group + 1) } else { Phase::Segments(0) })
             }
-            Phase::Segments(index) => {
-                let more = self.build_segment(context, index);
-                Some(if more { Phase::Segments(index + 1) } else { Phase::Whiten })
-            }
+            Phase::Segments(index) => match self.build_segment(context, index) {
+                Some(true) => Some(Phase::Segments(index + 1)),
+                Some(false) => Some(Phase::Whiten),
+                None => return Step::Overtaken,
+            },
             Phase::Whiten => self.whiten(context).map(|()| Phase::Search),
             Phase::Search => Some(if self.search(context) == Progress::Done { Phase::Judge } else { Phase::Search }),
             Phase::Judge => return Step::Done(self.judged(context)),
@@ -252,14 +266,18 @@ impl WindowFit {
         Some(true)
     }
 
-    /// Builds node `index` and the segment that ends there; false when the window holds no such node.
-    fn build_segment(&mut self, context: &Context, index: usize) -> bool {
+    /// Builds node `index` and the segment that ends there; false when the window holds no such node, `None` when its samples
+    /// have been overwritten.
+    fn build_segment(&mut self, context: &Context, index: usize) -> Option<bool> {
         let grid = context.stream.grid;
         let ring = &context.stream.increments;
         let (half, length) = (grid.increments_in(0.5) as u32, grid.increments_in(1.0) as u32);
         let node = self.job.from + half + index as u32 * length;
         if node + half >= self.job.to {
-            return false;
+            return Some(false);
+        }
+        if !ring.holds(node - if index == 0 { half } else { length }) {
+            return None;
         }
         let (p, c) = linear(&self.theta0);
         let [.., lag, x, y, z] = self.solution;
@@ -271,7 +289,7 @@ impl WindowFit {
             self.segment_count += 1;
         }
         self.last_node = vectors;
-        true
+        Some(true)
     }
 
     pub(super) fn segments(&self) -> &[Segment] {

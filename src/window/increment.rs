@@ -6,7 +6,8 @@ const NOMINAL_INTERVAL_US: u32 = 20_000;
 /// No reading, in the first axis of a stored vector.
 const NONE: i16 = i16::MIN;
 
-/// The time grid of the increments: a whole number of nominal sample periods, about 20 ms.
+/// The time grid of the increments: the fewest whole nominal sample periods that make 20 ms, less a thousandth for periods that
+/// are rounded to microseconds. Never shorter: the ring is sized for the longest window in increments of 20 ms.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
     pub interval_us: u32,
@@ -18,8 +19,9 @@ impl Grid {
     }
 
     pub fn new(sample_period_us: u32) -> Self {
-        let samples = (NOMINAL_INTERVAL_US + sample_period_us / 2).checked_div(sample_period_us).unwrap_or(0);
-        Self { interval_us: if samples == 0 { sample_period_us } else { samples * sample_period_us } }
+        let shortest_us = NOMINAL_INTERVAL_US - NOMINAL_INTERVAL_US / 1_000;
+        let samples = (shortest_us + sample_period_us.saturating_sub(1)).checked_div(sample_period_us).unwrap_or(0);
+        Self { interval_us: samples * sample_period_us }
     }
 
     pub fn interval_s(self) -> f32 {
@@ -106,7 +108,8 @@ impl<const N: usize> IncrementRing<N> {
         index < self.count && self.count - index <= N as u32
     }
 
-    pub fn push(&mut self, increment: &Increment) {
+    /// Stores an increment and returns what of it could be: a vector beyond the range is none.
+    pub fn push(&mut self, increment: &Increment) -> Increment {
         let [r0, r1, r2] = &mut self.remainder;
         let stored = Stored {
             rate: quantise(increment.rate, self.scales.rate_rad_s, r0),
@@ -117,6 +120,12 @@ impl<const N: usize> IncrementRing<N> {
             *slot = stored;
         }
         self.count = self.count.wrapping_add(1);
+        let kept = |vector: Option<Vector3<f32>>, [first, ..]: [i16; 3]| vector.filter(|_| first != NONE);
+        Increment {
+            rate: kept(increment.rate, stored.rate),
+            gravity: kept(increment.gravity, stored.gravity),
+            field: kept(increment.field, stored.field),
+        }
     }
 
     /// Increment `index` (counted from the start), empty when the ring does not hold it.
@@ -156,19 +165,19 @@ pub(crate) struct Accumulator {
     rates: u16,
     gravities: u16,
     fields: u16,
-    suspect: bool,
+    rate_clipped: bool,
     gravity_clipped: bool,
     field_clipped: bool,
 }
 
-/// A vector sensor's part of one sample.
+/// A sensor's part of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Reading {
     /// No reading: the others of the interval stand for it.
     Missing,
-    /// At full scale: the interval's mean would be biased, so the interval has none.
+    /// At full scale, or not to be believed: the interval's mean would be biased, so the interval has none.
     Clipped,
-    /// Calibrated vector.
+    /// Raw rate, or a vector sensor's calibrated reading.
     Good(Vector3<f32>),
 }
 
@@ -183,7 +192,7 @@ impl Accumulator {
             rates: 0,
             gravities: 0,
             fields: 0,
-            suspect: false,
+            rate_clipped: false,
             gravity_clipped: false,
             field_clipped: false,
         }
@@ -192,45 +201,38 @@ impl Accumulator {
     /// Begins a new grid whose first interval holds the sample at `t_us`, half a sample period after its beginning.
     pub fn start(&mut self, t_us: u64, grid: Grid, sample_period_us: u32) {
         *self = Self::zero();
-        self.end_us = t_us + u64::from(grid.interval_us) - u64::from(sample_period_us / 2);
+        self.end_us = t_us.wrapping_add(u64::from(grid.interval_us) - u64::from(sample_period_us / 2));
     }
 
     /// The increment that ends before `t_us`, if one does. Call until `None` before adding the sample of `t_us`.
     pub fn close_before(&mut self, t_us: u64, grid: Grid) -> Option<Increment> {
-        if t_us < self.end_us {
+        // The end is never farther off than a gap, so a wrapped difference tells before from after at every 64-bit time.
+        if t_us.wrapping_sub(self.end_us).cast_signed() < 0 {
             return None;
         }
         let mean = |sum: Vector3<f32>, n: u16| if n == 0 { None } else { Some(sum / f32::from(n)) };
         let increment = Increment {
-            rate: if self.suspect { None } else { mean(self.rate, self.rates) },
+            rate: if self.rate_clipped { None } else { mean(self.rate, self.rates) },
             gravity: if self.gravity_clipped { None } else { mean(self.gravity, self.gravities) },
             field: if self.field_clipped { None } else { mean(self.field, self.fields) },
         };
-        *self = Self { end_us: self.end_us + u64::from(grid.interval_us), ..Self::zero() };
+        *self = Self { end_us: self.end_us.wrapping_add(u64::from(grid.interval_us)), ..Self::zero() };
         Some(increment)
     }
 
-    /// Adds one sample: raw rate with `suspect` when clipped or held, calibrated gravity and field.
-    pub fn add(&mut self, rate: Vector3<f32>, suspect: bool, gravity: Reading, field: Reading) {
-        self.rate += rate;
-        self.rates += 1;
-        self.suspect |= suspect;
-        match gravity {
-            Reading::Good(gravity) => {
-                self.gravity += gravity;
-                self.gravities += 1;
+    /// Adds one sample: raw rate, calibrated gravity and field.
+    pub fn add(&mut self, rate: Reading, gravity: Reading, field: Reading) {
+        let add = |reading, sum: &mut Vector3<f32>, count: &mut u16, clipped: &mut bool| match reading {
+            Reading::Good(vector) => {
+                *sum += vector;
+                *count += 1;
             }
-            Reading::Clipped => self.gravity_clipped = true,
+            Reading::Clipped => *clipped = true,
             Reading::Missing => {}
-        }
-        match field {
-            Reading::Good(field) => {
-                self.field += field;
-                self.fields += 1;
-            }
-            Reading::Clipped => self.field_clipped = true,
-            Reading::Missing => {}
-        }
+        };
+        add(rate, &mut self.rate, &mut self.rates, &mut self.rate_clipped);
+        add(gravity, &mut self.gravity, &mut self.gravities, &mut self.gravity_clipped);
+        add(field, &mut self.field, &mut self.fields, &mut self.field_clipped);
     }
 }
 
@@ -268,7 +270,7 @@ mod tests {
                 assert_eq!(increment.rate, Some(Vector3::repeat(1.5 + 4.0 * closed as f32)));
                 closed += 1;
             }
-            accumulator.add(Vector3::repeat(k as f32), false, Reading::Missing, Reading::Missing);
+            accumulator.add(Reading::Good(Vector3::repeat(k as f32)), Reading::Missing, Reading::Missing);
         }
         assert_eq!(closed, 2);
         assert!(accumulator.close_before(1_060_000, grid).is_some_and(|i| i.rate.is_some()));
@@ -277,10 +279,62 @@ mod tests {
     }
 
     #[test]
-    fn grid_is_a_whole_number_of_samples_near_20_ms() {
-        assert_eq!(Grid::new(3_500).interval_us, 21_000);
-        assert_eq!(Grid::new(10_000).interval_us, 20_000);
-        assert_eq!(Grid::new(33_333).interval_us, 33_333);
+    fn a_missing_reading_is_stood_for_by_the_others_and_a_clipped_one_is_not() {
+        let grid = Grid::new(5_000);
+        let rate_of = |odd: Reading| {
+            let mut accumulator = Accumulator::zero();
+            accumulator.start(0, grid, 5_000);
+            for reading in [Reading::Good(Vector3::x()), odd, Reading::Good(Vector3::x() * 2.0), Reading::Missing] {
+                accumulator.add(reading, Reading::Missing, Reading::Missing);
+            }
+            accumulator.close_before(20_000, grid).unwrap().rate
+        };
+        assert_eq!(rate_of(Reading::Missing), Some(Vector3::x() * 1.5));
+        assert_eq!(rate_of(Reading::Clipped), None);
+    }
+
+    #[test]
+    fn a_vector_beyond_the_range_is_dropped_and_leaves_no_trace() {
+        let mut ring = IncrementRing::<4>::zero();
+        ring.start(Scales::new(40.0, 160.0, 1000.0));
+        let good = Vector3::new(1.0, 2.0, 3.0);
+        for bad in [1e30, f32::INFINITY, f32::NAN, 41.0] {
+            let bad = Vector3::new(0.0, bad, 0.0);
+            let kept = ring.push(&Increment { rate: Some(bad), gravity: Some(good), field: None });
+            assert_eq!(kept, Increment { rate: None, gravity: Some(good), field: None });
+        }
+        assert_eq!(ring.get(3).rate, None);
+        ring.push(&Increment { rate: Some(good), gravity: None, field: None });
+        assert!(ring.get(4).rate.is_some_and(|rate| (rate - good).amax() < 1e-3));
+    }
+
+    #[test]
+    fn grid_is_a_whole_number_of_samples_and_never_shorter_than_the_ring_is_sized_for() {
+        for (period, interval) in
+            [(3_500, 21_000), (3_333, 19_998), (10_000, 20_000), (15_000, 30_000), (33_333, 33_333)]
+        {
+            assert_eq!(Grid::new(period).interval_us, interval);
+        }
         assert_eq!(Grid::new(3_500).increments_in(1.0), 48);
+        for period in 100..=20_000 {
+            let interval = Grid::new(period).interval_us;
+            assert!(interval.is_multiple_of(period) && (19_980..40_000).contains(&interval), "{period}");
+        }
+    }
+
+    #[test]
+    fn intervals_close_at_the_ends_of_time_too() {
+        let grid = Grid::new(10_000);
+        for start in [0, 4_999, u64::MAX - 100_000, u64::MAX - 5_000, u64::MAX] {
+            let mut accumulator = Accumulator::zero();
+            accumulator.start(start, grid, 10_000);
+            let mut closed = 0;
+            for t in (0..8).map_while(|k| start.checked_add(10_000 * k)) {
+                while accumulator.close_before(t, grid).is_some() {
+                    closed += 1;
+                }
+            }
+            assert!(closed <= 3, "{closed}");
+        }
     }
 }

@@ -6,12 +6,14 @@ use nalgebra::Vector3;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RestDetector {
     samples: u16,
+    /// Samples with a raw rate.
+    rates: u16,
     samples_per_second: u16,
     /// First raw rate of the second, subtracted from the others so that the sums keep their precision.
     origin: Vector3<f32>,
     sum: Vector3<f32>,
     square: Vector3<f32>,
-    suspect: bool,
+    clipped: bool,
     gravity: Halves,
     field: Halves,
 }
@@ -91,11 +93,12 @@ impl RestDetector {
         let halves = Halves::zero();
         Self {
             samples: 0,
+            rates: 0,
             samples_per_second: 0,
             origin: zero,
             sum: zero,
             square: zero,
-            suspect: false,
+            clipped: false,
             gravity: halves,
             field: halves,
         }
@@ -109,20 +112,25 @@ impl RestDetector {
     /// Takes one sample; when it completes a second, returns whether that was at rest, and what it read.
     pub fn push(
         &mut self,
-        rate: Vector3<f32>,
-        suspect: bool,
+        rate: Reading,
         gravity: Reading,
         field: Reading,
         limits: &RestLimits,
     ) -> Option<Option<Rest>> {
-        if self.samples == 0 {
-            self.origin = rate;
-        }
         let second_half = 2 * self.samples >= self.samples_per_second;
-        let centred = rate - self.origin;
-        self.sum += centred;
-        self.square += centred.component_mul(&centred);
-        self.suspect |= suspect;
+        match rate {
+            Reading::Good(rate) => {
+                if self.rates == 0 {
+                    self.origin = rate;
+                }
+                let centred = rate - self.origin;
+                self.sum += centred;
+                self.square += centred.component_mul(&centred);
+                self.rates += 1;
+            }
+            Reading::Clipped => self.clipped = true,
+            Reading::Missing => {}
+        }
         self.gravity.add(gravity, second_half);
         self.field.add(field, second_half);
         self.samples += 1;
@@ -139,7 +147,11 @@ impl RestDetector {
     }
 
     fn judge(&self, limits: &RestLimits) -> Option<Rest> {
-        let n = f32::from(self.samples);
+        // Half of the second has to be read.
+        if self.clipped || self.rates < 2 || 2 * self.rates < self.samples {
+            return None;
+        }
+        let n = f32::from(self.rates);
         let mean = self.sum / n;
         let variance = (self.square / n - mean.component_mul(&mean)) * (n / (n - 1.0));
         let rate = self.origin + mean;
@@ -149,11 +161,11 @@ impl RestDetector {
         // Exactly no deviation on all axes is a frozen sensor, not a quiet one.
         let alive = variance.iter().any(|v| *v > 0.0);
         let bias_like = rate.amax() < limits.bias_rad_s;
-        if self.suspect || !quiet || !alive || !bias_like || self.gravity.turned(turn) || self.field.turned(turn) {
+        if !quiet || !alive || !bias_like || self.gravity.turned(turn) || self.field.turned(turn) {
             return None;
         }
         let specific_force_m_s2 = self.gravity.mean().map(|g| g.norm());
-        Some(Rest { rate, variance: variance.sum() / 3.0, samples: self.samples, specific_force_m_s2 })
+        Some(Rest { rate, variance: variance.sum() / 3.0, samples: self.rates, specific_force_m_s2 })
     }
 }
 
@@ -219,9 +231,30 @@ mod tests {
             let field = Vector3::new(20.0, 40.0 * libm::cosf(angle), -40.0 * libm::sinf(angle))
                 + Vector3::from_fn(|_, _| 0.7 * uniform());
             let gravity = Vector3::new(9.81, 0.0, 0.0) + Vector3::from_fn(|_, _| 0.1 * uniform());
-            found = detector.push(rate, false, Reading::Good(gravity), Reading::Good(field), &LIMITS);
+            found = detector.push(Reading::Good(rate), Reading::Good(gravity), Reading::Good(field), &LIMITS);
         }
         found.unwrap()
+    }
+
+    #[test]
+    fn missing_readings_are_left_out_of_a_rest_and_a_clipped_one_ends_it() {
+        let rest = |odd: Reading, every: usize| {
+            let mut detector = RestDetector::zero();
+            detector.start(5_000);
+            let readings = (0..200).map(|k| {
+                let wave = if k % 2 == 0 { 0.001 } else { -0.001 };
+                if k % every == 3 { odd } else { Reading::Good(Vector3::repeat(0.03 + wave)) }
+            });
+            readings
+                .fold(None, |_, reading| detector.push(reading, Reading::Missing, Reading::Missing, &LIMITS))
+                .unwrap()
+        };
+        let found = rest(Reading::Missing, 4).unwrap();
+        assert_eq!(found.samples, 150);
+        assert!((found.rate - Vector3::repeat(0.03)).amax() < 1e-3);
+        assert!(rest(Reading::Missing, 200).is_some());
+        assert!(rest(Reading::Clipped, 200).is_none());
+        assert!(RestDetector::zero().judge(&LIMITS).is_none(), "nothing read");
     }
 
     #[test]

@@ -102,19 +102,15 @@ impl SampleStream {
     }
 
     /// Takes one sample.
-    pub fn push(&mut self, t_us: u64, raw: Vector3<f32>, suspect: bool, gravity: Reading, field: Reading) {
+    pub fn push(&mut self, t_us: u64, rate: Reading, gravity: Reading, field: Reading) {
         while let Some(increment) = self.accumulator.close_before(t_us, self.grid) {
             self.push_increment(&increment);
         }
-        self.accumulator.add(raw, suspect, gravity, field);
-        let Some(second) = self.rest_detector.push(raw, suspect, gravity, field, &self.rest_limits) else { return };
+        self.accumulator.add(rate, gravity, field);
+        let Some(second) = self.rest_detector.push(rate, gravity, field, &self.rest_limits) else { return };
         self.rest_history = self.rest_history << 1 | u64::from(second.is_some());
         let Some(rest) = second else { return };
-        let since_s = (t_us - self.rest_bias_us) as f32 * 1e-6;
-        self.rest_bias = Some(match self.rest_bias {
-            None => RestBias::from_rest(&rest),
-            Some(bias) => bias.aged(since_s, self.bias_walk_rad_s_rts).updated(&rest),
-        });
+        self.rest_bias = Some(self.rest_bias(t_us).map_or(RestBias::from_rest(&rest), |bias| bias.updated(&rest)));
         self.rest_bias_us = t_us;
         if let Some(norm) = rest.specific_force_m_s2 {
             let error = libm::fabsf(norm - self.gravity_m_s2);
@@ -126,7 +122,7 @@ impl SampleStream {
     }
 
     fn push_increment(&mut self, increment: &Increment) {
-        self.increments.push(increment);
+        let increment = self.increments.push(increment);
         // A test window that ends now has its centre half a window back.
         let centre = self.increments.count().saturating_sub(self.weak_form.half_length());
         let number = centre.checked_div(self.increments_per_block).unwrap_or(0);
@@ -135,7 +131,7 @@ impl SampleStream {
             self.newest_block = number;
             *block = Block::zero();
         }
-        self.weak_form.push(increment, block);
+        self.weak_form.push(&increment, block);
     }
 
     /// The nominal model changes by `shift` of theta, to w = P w_raw - c: kept equations move their origin.

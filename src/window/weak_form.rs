@@ -71,17 +71,28 @@ impl<const D: usize, const T: usize> Sums<D, T> {
 pub(crate) struct Block {
     pub gravity: Sums<GYRO, 78>,
     pub magnetic: Sums<MAGNETIC, 136>,
+    /// Test windows that ended here, moving or not.
+    pub windows: u16,
+    /// How many of them lacked a rate.
+    pub spoilt: u16,
 }
 
 impl Block {
     pub const fn zero() -> Self {
-        Self { gravity: Sums::zero(), magnetic: Sums::zero() }
+        Self { gravity: Sums::zero(), magnetic: Sums::zero(), windows: 0, spoilt: 0 }
     }
 
     /// Adds the equations of another block.
     pub fn add(&mut self, other: &Self) {
         self.gravity.add_sums(&other.gravity);
         self.magnetic.add_sums(&other.magnetic);
+        self.windows += other.windows;
+        self.spoilt += other.spoilt;
+    }
+
+    /// Share of the test windows that lacked a rate; 0 of none.
+    pub fn spoilt_share(&self) -> f32 {
+        if self.windows == 0 { 0.0 } else { f32::from(self.spoilt) / f32::from(self.windows) }
     }
 
     pub const fn is_empty(&self) -> bool {
@@ -131,6 +142,8 @@ impl TestWindow {
 impl TestWindow {
     /// Adds the equations to `block` when nothing spoilt them and the tool moved; begins anew.
     fn complete(&mut self, moving_rate_rad_s: f32, block: &mut Block) {
+        block.windows += 1;
+        block.spoilt += u16::from(self.spoilt);
         let limit = moving_rate_rad_s * moving_rate_rad_s * self.position as f32;
         if !self.spoilt && self.square_rate > limit {
             for i in 0..3 {

@@ -1,0 +1,168 @@
+//! Rows that are not there, cells that are empty, and gaps in time.
+
+use meerkat_mwd::{Sample, SampleFlags, attitude::AttitudeFlags, identification::Refusal};
+
+use crate::rig::{Dice, Run, accepted, flagged, refusal, run, within};
+
+fn without(run: &Run, from_s: f64, to_s: f64) -> Vec<Sample> {
+    let kept = |s: &&Sample| !(from_s..to_s).contains(&(s.t_us as f64 * 1e-6));
+    run.trace.samples.iter().filter(kept).copied().collect()
+}
+
+/// Steps of more than three periods, as the trace format defines a gap.
+fn gaps(samples: &[Sample], period_us: u64) -> u32 {
+    samples.windows(2).filter(|pair| pair[1].t_us - pair[0].t_us > 3 * period_us).count() as u32
+}
+
+#[test]
+fn a_tenth_of_the_rows_missing_costs_the_attitude_little_and_every_cut_window_is_reported() {
+    for seed in [1, 2, 3] {
+        let run = run(120.0, seed);
+        let mut dice = Dice::new(seed);
+        let kept: Vec<Sample> = run.trace.samples.iter().filter(|_| dice.roll() >= 0.1).copied().collect();
+        let flight = run.fly(&kept);
+        let counters = flight.counters;
+        assert_eq!(counters.gaps, gaps(&kept, 10_000));
+        assert_eq!(flagged(&flight, AttitudeFlags::AFTER_GAP) as u32, counters.gaps);
+        // Each gap closes a window; so does each regular close. What is still at work or open at the end has no report yet.
+        let closed = flight.reports.len() as u32 + 1 >= counters.gaps;
+        assert!(closed && counters.overruns == 0 && counters.reports_lost == 0, "{counters:?}");
+        for report in &flight.reports {
+            let short = report.t_end_us - report.t_start_us < 20_000_000;
+            let said = matches!(refusal(report), Some(Refusal::WindowTooShort { cut_by_gap: true, .. }));
+            assert_eq!(short, said, "{report:?}");
+        }
+        run.never_worse_than_bias_only(&flight);
+
+        let run = run.calibrated();
+        let (full, thinned) = (run.fly(&run.trace.samples), run.fly(&kept));
+        let (all, all_tilt) = run.rms_deg(&full, 5.0, 120.0);
+        let (some, some_tilt) = run.rms_deg(&thinned, 5.0, 120.0);
+        println!(
+            "seed {seed}: {all:.2} -> {some:.2} deg, tilt {all_tilt:.2} -> {some_tilt:.2} deg, {} gaps, {} windows",
+            counters.gaps,
+            flight.reports.len()
+        );
+        // Each gap hides a turn of some 10 deg, until gravity and field are found again.
+        assert!(some < 5.0 && some_tilt < 2.5);
+    }
+}
+
+#[test]
+fn a_tenth_of_a_sensors_cells_missing_does_not_stop_identification() {
+    for (sensor, missing) in
+        [("gyro", SampleFlags::GYRO_MISSING), ("accel", SampleFlags::ACCEL_MISSING), ("mag", SampleFlags::MAG_MISSING)]
+    {
+        for seed in [1, 2, 3] {
+            let run = run(60.0, seed);
+            let mut dice = Dice::new(seed);
+            let samples = run.with(|_, s| s.flags.set(missing, dice.roll() < 0.1));
+            let absent = samples.iter().filter(|s| s.flags.contains(missing)).count();
+            let flight = run.fly(&samples);
+            let held = flagged(&flight, AttitudeFlags::GYRO_HELD);
+            let gyro = missing == SampleFlags::GYRO_MISSING;
+            assert_eq!((flight.counters.gyro_missing as usize, held), if gyro { (absent, absent) } else { (0, 0) });
+            let [_, _, flown] = run.rate_errors_deg_s(&flight.reports[0]);
+            println!("{sensor} seed {seed}: {flown:.4} deg/s {:?}", flight.reports[0].decision);
+            assert!(accepted(&flight.reports[0]), "{:?}", flight.reports[0]);
+            assert!(flown < 0.15, "{flown}");
+
+            let run = run.calibrated();
+            let (all, all_tilt) = run.rms_deg(&run.fly(&run.trace.samples), 5.0, 60.0);
+            let (some, some_tilt) = run.rms_deg(&run.fly(&samples), 5.0, 60.0);
+            println!("    attitude {all:.2} -> {some:.2} deg, tilt {all_tilt:.2} -> {some_tilt:.2} deg");
+            assert!(some < 1.5 * all + 1.0 && some_tilt < 1.5 * all_tilt + 0.5);
+        }
+    }
+}
+
+/// At one sample an interval nothing stands in for a missing one, and no second is complete: that is the gyro's fault, not a
+/// lack of excitation.
+#[test]
+fn too_many_missing_readings_are_named_as_the_reason() {
+    let run = run(60.0, 3);
+    let samples = run.with(|index, s| s.flags.set(SampleFlags::GYRO_MISSING, index % 40 < 4));
+    let flight = run.fly(&samples);
+    let Some(Refusal::GyroUnusable { share }) = refusal(&flight.reports[0]) else { panic!("{:?}", flight.reports[0]) };
+    assert_eq!(share, 1.0);
+    let never = run.fly(&run.with(|_, s| s.flags.insert(SampleFlags::GYRO_MISSING)));
+    assert!(matches!(refusal(&never.reports[0]), Some(Refusal::GyroUnusable { .. })));
+    assert!(never.outputs.iter().all(|o| o.attitude.is_some()));
+}
+
+#[test]
+fn after_a_gap_of_three_seconds_the_attitude_recovers_and_identification_begins_again() {
+    for seed in [1, 2, 3] {
+        let run = run(125.0, seed);
+        let samples = without(&run, 60.0, 63.0);
+        let flight = run.fly(&samples);
+        assert_eq!(flight.counters.gaps, 1);
+        let after: Vec<_> = flight
+            .outputs
+            .iter()
+            .filter(|o| o.attitude.unwrap().flags.contains(AttitudeFlags::AFTER_GAP))
+            .map(|o| o.t_us)
+            .collect();
+        assert_eq!(after, [63_000_000]);
+        // The window in progress ends with the last sample before the gap, and the next begins with the first after it.
+        let spans: Vec<_> = flight.reports.iter().map(|r| (r.t_start_us, r.t_end_us, r.t_effect_us)).collect();
+        assert_eq!(spans.len(), 3, "{spans:?}");
+        assert_eq!((spans[0].1, spans[0].2), (50_000_000, Some(55_000_000)));
+        assert_eq!((spans[1].1, spans[1].2), (59_990_000, Some(68_000_000)), "five seconds after the gap");
+        assert_eq!((spans[2].0, spans[2].1), (63_000_000, 113_000_000));
+        assert!(accepted(&flight.reports[0]));
+        run.never_worse_than_bias_only(&flight);
+
+        let run = run.calibrated();
+        let flight = run.fly(&samples);
+        let (first, _) = run.rms_deg(&flight, 63.0, 63.5);
+        let (total, tilt) = run.rms_deg(&flight, 65.0, 75.0);
+        let ratio = run.worst_tilt_in_sigmas(&flight, 5.0);
+        println!(
+            "seed {seed}: {first:.1} deg in the first half second, then {total:.2}, tilt {tilt:.2}, worst {ratio:.2} sigma"
+        );
+        assert!(total < 3.0 && tilt < 1.5 && ratio < 5.0);
+        assert!(within(&flight, 65.0, 66.0).all(|o| o.attitude.unwrap().sigma_azimuth_rad < 0.3));
+    }
+}
+
+#[test]
+fn the_rest_of_the_flight_is_identified_when_the_gap_comes_first() {
+    for (from_s, to_s) in [(12.0, 15.0), (30.0, 33.0)] {
+        let run = run(100.0, 3);
+        let flight = run.fly(&without(&run, from_s, to_s));
+        let last = flight.reports.iter().rfind(|r| accepted(r)).expect("an accepted window");
+        let [_, _, flown] = run.rate_errors_deg_s(last);
+        assert!(flown < 0.1, "{flown}");
+    }
+}
+
+/// A gap counts nothing into the latency of a result, however long it is.
+#[test]
+fn a_gap_costs_no_result() {
+    let run = run(130.0, 3);
+    for (from_s, to_s) in [(51.0, 59.0), (54.99, 60.0), (40.0, 48.0), (60.0, 69.0)] {
+        let flight = run.fly(&without(&run, from_s, to_s));
+        assert!(flight.reports.iter().any(accepted), "{from_s}: {:?}", flight.reports);
+        // A window cut while the one before it is being worked on has no time of its own, and says so.
+        let busy = from_s > 50.0 && from_s < 55.0;
+        assert_eq!(flight.counters.overruns, u32::from(busy), "{from_s}");
+        run.never_worse_than_bias_only(&flight);
+    }
+}
+
+#[test]
+fn nothing_new_takes_effect_after_a_freeze_even_across_a_gap() {
+    let mut run = run(100.0, 3);
+    run.config.freeze_at_us = Some(60_000_000);
+    for (from_s, to_s) in [(30.0, 70.0), (50.0, 58.0), (56.0, 62.0), (54.0, 90.0)] {
+        let flight = run.fly(&without(&run, from_s, to_s));
+        for report in &flight.reports {
+            let in_time = report.t_effect_us.is_none_or(|t| t <= 60_000_000);
+            let due_in_the_gap = report.t_end_us <= 55_000_000 && report.t_effect_us == Some((to_s * 1e6) as u64);
+            assert!(in_time || due_in_the_gap, "{from_s}: {report:?}");
+        }
+        let overruns = flight.reports.iter().filter(|r| refusal(r) == Some(Refusal::Overrun)).count();
+        assert_eq!(flight.counters.overruns as usize, overruns, "{from_s}");
+    }
+}

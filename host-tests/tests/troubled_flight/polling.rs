@@ -1,0 +1,79 @@
+//! A main loop that polls too little, too much, or never.
+
+use meerkat_mwd::{Probe, identification::Refusal, probe::POLL_BUDGET};
+use mwd::flight::Flight;
+
+use crate::rig::{Run, refusal, run, sound};
+
+/// Flies with `budget(index)` units of work after each sample; `None`: not polled.
+fn polled(run: &Run, budget: impl Fn(usize) -> Option<u32>) -> Flight {
+    let mut probe = Box::new(Probe::new());
+    probe.configure(&run.config).unwrap();
+    let mut flight = Flight::default();
+    for (index, sample) in run.trace.samples.iter().enumerate() {
+        flight.outputs.extend(probe.push(sample));
+        flight.reports.extend(budget(index).and_then(|units| probe.poll(units)));
+    }
+    while let Some(report) = probe.poll(0) {
+        flight.reports.push(report);
+    }
+    flight.counters = probe.counters();
+    sound(&flight, run.trace.samples.len());
+    flight
+}
+
+#[test]
+fn how_the_work_is_sliced_changes_nothing_while_it_is_in_time() {
+    let run = run(110.0, 3);
+    let expected = polled(&run, |_| Some(POLL_BUDGET));
+    assert_eq!(expected.counters.overruns, 0);
+    assert_eq!(expected, polled(&run, |_| Some(1)), "one piece after each sample");
+    assert_eq!(expected, polled(&run, |_| Some(u32::MAX)), "all at once");
+    // Not after the sample at which a result takes effect, its report comes later; what flies does not change.
+    for every in [7, 50, 150] {
+        let now_and_then = polled(&run, |index| (index % every == 0).then_some(u32::MAX));
+        assert_eq!(expected, now_and_then, "every {every} samples");
+    }
+}
+
+#[test]
+fn a_search_that_is_not_done_in_time_is_an_overrun_and_never_half_a_result() {
+    let run = run(110.0, 3);
+    let expected = polled(&run, |_| Some(POLL_BUDGET));
+    let (mut in_time, mut late) = (0, 0);
+    for every in [1, 2, 3, 5, 10, 100, 190, 210, 250, 300, 400, 499, 600] {
+        for budget in [1, 100, 300, 20_000, u32::MAX] {
+            let flight = polled(&run, |index| (index % every == 1).then_some(budget));
+            assert_eq!(flight.reports.len(), expected.reports.len());
+            let (mut overruns, mut flown) = (0, run.config.gyro);
+            for (report, right) in flight.reports.iter().zip(&expected.reports) {
+                if refusal(report) == Some(Refusal::Overrun) {
+                    overruns += 1;
+                    assert_eq!((report.t_effect_us, report.flown), (None, flown));
+                } else if overruns == 0 {
+                    assert_eq!(report, right, "every {every}, budget {budget}");
+                }
+                flown = report.flown;
+            }
+            assert_eq!(flight.counters.overruns, overruns);
+            if overruns > 0 { late += 1 } else { in_time += 1 }
+        }
+    }
+    println!("{in_time} ways of polling in time, {late} late");
+    assert!(in_time > 10 && late > 10);
+}
+
+#[test]
+fn never_polled_the_old_model_stays_and_what_is_lost_is_counted() {
+    let run = run(260.0, 3);
+    let flight = polled(&run, |_| None);
+    // Windows close at 50, 75, ..., 250 s; the result of the last is due at 255 s.
+    let windows = 9;
+    assert_eq!(flight.counters.overruns, windows);
+    assert_eq!(flight.reports.len() as u32 + flight.counters.reports_lost, windows);
+    assert!(flight.counters.reports_lost > 0 && !flight.reports.is_empty());
+    assert!(flight.reports.iter().all(|r| refusal(r) == Some(Refusal::Overrun)));
+    for (output, sample) in flight.outputs.iter().zip(&run.trace.samples) {
+        assert_eq!(output.rate_rad_s, sample.gyro_rad_s, "the factory's model is the identity");
+    }
+}

@@ -1,0 +1,212 @@
+//! A drilling run with known truth, ways to trouble it, and what has to hold of every flight.
+
+use std::path::Path;
+
+use meerkat_mwd::{
+    Config, Sample,
+    attitude::{Attitude, AttitudeFlags},
+    identification::{Decision, Refusal, WindowReport},
+    probe::Output,
+};
+use mwd::{
+    configuration::of_trace,
+    flight::{Flight, fly},
+    score::systematic_rate_error_rad_s,
+    simulate::{Scenario, Truth, simulate},
+    trace::Trace,
+};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+/// A simulated run at 45 deg of inclination and what only the simulator knows of it.
+pub struct Run {
+    pub trace: Trace,
+    pub truth: Truth,
+    pub config: Config,
+}
+
+pub fn scenario(name: &str) -> Scenario {
+    Scenario::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)).unwrap()
+}
+
+/// 100 Hz, 10 s at rest, then drilling.
+pub fn run(duration_s: f64, seed: u64) -> Run {
+    of_scenario(&Scenario { duration_s, ..scenario("drilling_45deg.toml") }, seed)
+}
+
+pub fn of_scenario(scenario: &Scenario, seed: u64) -> Run {
+    scenario.validate().unwrap();
+    let (trace, truth) = simulate(scenario, seed);
+    let config = of_trace(&trace);
+    Run { trace, truth, config }
+}
+
+impl Run {
+    /// The same run of a probe whose factory model is the true one, so that its attitude is good from the start.
+    pub fn calibrated(mut self) -> Self {
+        self.config.gyro = self.truth.gyro;
+        self
+    }
+
+    /// The same run with its samples changed one by one (index, sample).
+    pub fn with(&self, mut change: impl FnMut(usize, &mut Sample)) -> Vec<Sample> {
+        let mut samples = self.trace.samples.clone();
+        for (index, sample) in samples.iter_mut().enumerate() {
+            change(index, sample);
+        }
+        samples
+    }
+
+    /// Flies these samples and checks what has to hold of every flight.
+    pub fn fly(&self, samples: &[Sample]) -> Flight {
+        flown(&self.config, samples)
+    }
+
+    /// The true attitude at the time of an output.
+    fn attitude(&self, t_us: u64) -> UnitQuaternion<f64> {
+        let index = self.trace.samples.partition_point(|s| s.t_us < t_us);
+        rotation(self.trace.reference[index].unwrap())
+    }
+
+    /// Angles between the estimate and the truth at an output, degrees: the whole, and that of the vertical.
+    pub fn errors_deg(&self, output: &Output) -> Option<(f64, f64)> {
+        let attitude = output.attitude?;
+        let (estimate, truth) = (rotation(attitude.q.map(f64::from)), self.attitude(output.t_us));
+        let down = (estimate.inverse() * Vector3::z()).angle(&(truth.inverse() * Vector3::z()));
+        Some((estimate.angle_to(&truth).to_degrees(), down.to_degrees()))
+    }
+
+    /// Root mean square of both errors over the outputs from `from_s` to `to_s`, degrees.
+    pub fn rms_deg(&self, flight: &Flight, from_s: f64, to_s: f64) -> (f64, f64) {
+        let (mut total, mut tilt, mut count) = (0.0, 0.0, 0.0);
+        for output in within(flight, from_s, to_s) {
+            let (a, b) = self.errors_deg(output).expect("attitude streams");
+            total += a * a;
+            tilt += b * b;
+            count += 1.0;
+        }
+        assert!(count > 0.0);
+        ((total / count).sqrt(), (tilt / count).sqrt())
+    }
+
+    /// Largest ratio of the error of the vertical to the reported sigma of the inclination, from `from_s` on.
+    pub fn worst_tilt_in_sigmas(&self, flight: &Flight, from_s: f64) -> f64 {
+        let ratio = |output: &Output| {
+            let sigma = f64::from(output.attitude.unwrap().sigma_inclination_rad).to_degrees();
+            self.errors_deg(output).unwrap().1 / sigma
+        };
+        within(flight, from_s, f64::INFINITY).map(ratio).fold(0.0, f64::max)
+    }
+
+    /// Systematic rate errors over the whole run, deg/s: of bias only, of what the report fits, and of what it flies.
+    pub fn rate_errors_deg_s(&self, report: &WindowReport) -> [f64; 3] {
+        let rates = self.trace.true_rate.as_ref().unwrap();
+        [report.bias_only, report.fitted, report.flown]
+            .map(|model| systematic_rate_error_rad_s(&self.truth.gyro, &model, rates).unwrap().to_degrees())
+    }
+
+    /// Nothing that flies may be worse than bias only.
+    pub fn never_worse_than_bias_only(&self, flight: &Flight) {
+        for report in flight.reports.iter().filter(|r| r.t_effect_us.is_some()) {
+            let [bias_only, _, flown] = self.rate_errors_deg_s(report);
+            assert!(flown <= 1.05 * bias_only, "{flown} deg/s against {bias_only} with bias only: {report:?}");
+        }
+    }
+}
+
+pub fn within(flight: &Flight, from_s: f64, to_s: f64) -> impl Iterator<Item = &Output> {
+    flight.outputs.iter().filter(move |o| (from_s..to_s).contains(&(o.t_us as f64 * 1e-6)))
+}
+
+fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
+}
+
+/// Flies any samples; every number is finite, every sample is counted.
+pub fn flown(config: &Config, samples: &[Sample]) -> Flight {
+    let flight = fly(config, samples, |_| {}).unwrap();
+    sound(&flight, samples.len());
+    flight
+}
+
+pub fn sound(flight: &Flight, pushed: usize) {
+    let counters = &flight.counters;
+    assert_eq!(counters.samples + u64::from(counters.out_of_order), pushed as u64, "{counters:?}");
+    assert_eq!(counters.samples, flight.outputs.len() as u64);
+    assert!(flight.outputs.windows(2).all(|pair| pair[0].t_us < pair[1].t_us), "times of validity increase");
+    flight.outputs.iter().for_each(sound_output);
+    flight.reports.iter().for_each(sound_report);
+    let overruns = flight.reports.iter().filter(|r| refusal(r) == Some(Refusal::Overrun)).count();
+    assert!(overruns <= counters.overruns as usize);
+}
+
+pub fn sound_output(output: &Output) {
+    assert!(output.rate_rad_s.iter().all(|x| x.is_finite()), "{output:?}");
+    if let Some(attitude) = &output.attitude {
+        let norm = attitude.q.iter().map(|x| x * x).sum::<f32>().sqrt();
+        assert!((norm - 1.0).abs() < 1e-3, "{output:?}");
+        assert!(numbers(attitude).iter().all(|x| x.is_finite()), "{output:?}");
+    }
+}
+
+fn numbers(a: &Attitude) -> [f32; 7] {
+    [
+        a.inclination_rad,
+        a.azimuth_rad,
+        a.gravity_toolface_rad,
+        a.magnetic_toolface_rad,
+        a.sigma_inclination_rad,
+        a.sigma_azimuth_rad,
+        a.sigma_toolface_rad,
+    ]
+}
+
+pub fn sound_report(report: &WindowReport) {
+    assert!(report.t_start_us <= report.t_end_us, "{report:?}");
+    let models = [report.fitted, report.bias_only, report.flown];
+    assert!(models.iter().all(|m| m.is_valid()), "{report:?}");
+    let optional = [report.cost_before, report.cost_after, report.explained, report.p_value];
+    assert!(report.sigma.iter().chain(optional.iter().flatten()).all(|x| x.is_finite()), "{report:?}");
+    assert!(report.sigma.iter().all(|s| *s > 0.0) && report.rest_s.is_finite(), "{report:?}");
+    let reason = match report.decision {
+        Decision::Accepted => [0.0; 2],
+        Decision::Refused(refusal) => match refusal {
+            Refusal::WindowTooShort { length_s, needed_s, .. } => [length_s, needed_s],
+            Refusal::NoMagnetometer { accel_norm_error_m_s2 } => [accel_norm_error_m_s2.unwrap_or(0.0), 0.0],
+            Refusal::AccelerometerUncalibrated { norm_error_m_s2 } => [norm_error_m_s2, 0.0],
+            Refusal::NoClearWin { p_value } => [p_value, 0.0],
+            Refusal::MisfitNotExplained { explained } => [explained, 0.0],
+            Refusal::ChangeTooSmall { change_rad, sigma_rad } => [change_rad, sigma_rad],
+            _ => [0.0; 2],
+        },
+        _ => [0.0; 2],
+    };
+    assert!(reason.iter().all(|x| x.is_finite()), "{report:?}");
+}
+
+pub fn accepted(report: &WindowReport) -> bool {
+    report.decision == Decision::Accepted
+}
+
+pub fn refusal(report: &WindowReport) -> Option<Refusal> {
+    if let Decision::Refused(refusal) = report.decision { Some(refusal) } else { None }
+}
+
+/// Number of outputs whose attitude has these flags.
+pub fn flagged(flight: &Flight, flags: AttitudeFlags) -> usize {
+    flight.outputs.iter().filter(|o| o.attitude.is_some_and(|a| a.flags.contains(flags))).count()
+}
+
+/// Uniform deviates in [0, 1).
+pub struct Dice(Xoshiro128PlusPlus);
+
+impl Dice {
+    pub fn new(seed: u64) -> Self {
+        Self(Xoshiro128PlusPlus::seed_from_u64(seed))
+    }
+
+    pub fn roll(&mut self) -> f64 {
+        f64::from(self.0.next_u32()) / 4_294_967_296.0
+    }
+}
