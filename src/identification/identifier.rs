@@ -207,7 +207,7 @@ impl Identifier {
         match (u64::from(length_us) < micros(self.config.min_window_s), self.state) {
             // Too short for P, but a rest in it still gives the bias.
             (true, State::Idle) => {
-                self.fit.start(job);
+                self.fit.job = job;
                 let report = unidentified(&self.context(), &job, too_short);
                 self.conclude(report);
             }
@@ -268,7 +268,7 @@ impl Identifier {
                 // Nothing will be ready when it is due.
                 self.result.clear();
                 self.state = State::Ready;
-                0
+                JUDGE_UNITS
             }
         }
     }

@@ -121,7 +121,7 @@ pub(crate) enum Step {
     More(u32),
     /// The report stands.
     Done(WindowReport),
-    /// The window's samples were overwritten before the work came to them.
+    /// The window's samples were overwritten before the fit came to them.
     Overtaken,
 }
 
@@ -171,10 +171,11 @@ impl WindowFit {
                 let more = self.play(context, group, &models);
                 more.map(|more| if more { Phase::Gyro(group + 1) } else { Phase::Segments(0) })
             }
-            Phase::Segments(index) => {
-                let Some(more) = self.build_segment(context, index) else { return Step::Overtaken };
-                Some(if more { Phase::Segments(index + 1) } else { Phase::Whiten })
-            }
+            Phase::Segments(index) => match self.build_segment(context, index) {
+                Some(true) => Some(Phase::Segments(index + 1)),
+                Some(false) => Some(Phase::Whiten),
+                None => return Step::Overtaken,
+            },
             Phase::Whiten => self.whiten(context).map(|()| Phase::Search),
             Phase::Search => Some(if self.search(context) == Progress::Done { Phase::Judge } else { Phase::Search }),
             Phase::Judge => return Step::Done(self.judged(context)),
