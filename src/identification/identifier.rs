@@ -182,7 +182,7 @@ impl Identifier {
         }
     }
 
-    /// Closes the window in progress: a job, or a report of why there is none.
+    /// Closes the window in progress: a job, or at once a report of why there is none.
     fn close(&mut self, t_us: u64, effect_us: u64, cut_by_gap: bool) {
         let count = self.stream.increments.count();
         let t_start_us = self.stream_start_us.max(t_us.saturating_sub(micros(self.config.window_s)));
