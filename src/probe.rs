@@ -21,8 +21,9 @@ const GAP_PERIODS: u32 = 3;
 /// the nominal range (2,000 deg/s at 16.4 LSB per deg/s saturate at 1,998.0).
 const CLIPPED_SHARE: f32 = 0.998;
 
-/// Part of a second after which a gyro or an accelerometer that reads the same on all axes is not used: a live one has noise. It
-/// is short because what is read until then is wrong and believed.
+/// Part of a second after which a gyro or an accelerometer that reads the same on all axes is not used: a live one has noise, and
+/// what is read until a dead one is found out is wrong and believed. A gyro that reads no rotation gets the whole second: the
+/// noise of a quiet one is below its resolution (ICM-42688-P: 20 mdps in 50 Hz against 61 mdps).
 const STALE_INERTIAL_PART: u32 = 20;
 
 /// The same for a magnetometer, of which some read only 8 to 10 times a second.
@@ -276,9 +277,11 @@ impl Probe {
 
     /// Whether a sensor (0 gyro, 1 accelerometer, 2 magnetometer) has read the same for one `part`-th of a second.
     fn is_stale(&self, sensor: usize, part: u32) -> bool {
-        self.staleness
-            .get(sensor)
-            .is_some_and(|stale| stale.same > self.samples_per_second.checked_div(part).unwrap_or(0))
+        let limit = self.config.identification.max_bias_rad_s;
+        let still = self.last_raw_rad_s.iter().all(|rate| libm::fabsf(*rate) < limit);
+        let part = if sensor == 0 && still { 1 } else { part };
+        let longest = self.samples_per_second.checked_div(part).unwrap_or(0);
+        self.staleness.get(sensor).is_some_and(|stale| stale.same > longest)
     }
 
     /// The calibrated reading of the accelerometer (1) or the magnetometer (2). A stale one, or exact zeros, are none.
