@@ -22,8 +22,8 @@ const GAP_PERIODS: u32 = 3;
 const CLIPPED_SHARE: f32 = 0.998;
 
 /// Part of a second after which a gyro or an accelerometer that reads the same on all axes is not used: a live one has noise, and
-/// what is read until a dead one is found out is wrong and believed. A gyro that reads no rotation gets the whole second: the
-/// noise of a quiet one is below its resolution (ICM-42688-P: 20 mdps in 50 Hz against 61 mdps).
+/// what is read until a dead one is found out is wrong and believed. A gyro that reads no rotation, and read none before, gets the
+/// whole second: the noise of a quiet one is below its resolution (ICM-42688-P: 20 mdps in 50 Hz against 61 mdps).
 const STALE_INERTIAL_PART: u32 = 20;
 
 /// The same for a magnetometer, of which some read only 8 to 10 times a second.
@@ -65,17 +65,27 @@ pub struct Counters {
 #[derive(Clone, Copy)]
 struct Staleness {
     last: [f32; 3],
+    /// The reading before the first one that was as the last.
+    before: [f32; 3],
     same: u32,
 }
 
 impl Staleness {
     const fn zero() -> Self {
-        Self { last: [0.0; 3], same: 0 }
+        Self { last: [0.0; 3], before: [0.0; 3], same: 0 }
     }
 
     fn observe(&mut self, reading: [f32; 3]) {
-        self.same = if reading == self.last { self.same.saturating_add(1) } else { 0 };
-        self.last = reading;
+        if reading == self.last {
+            self.same = self.same.saturating_add(1);
+        } else {
+            (self.before, self.last, self.same) = (self.last, reading, 0);
+        }
+    }
+
+    /// Whether the reading and the one before it were below `limit` on all axes.
+    fn is_still(&self, limit: f32) -> bool {
+        self.last.iter().chain(&self.before).all(|x| libm::fabsf(*x) < limit)
     }
 }
 
@@ -208,7 +218,9 @@ impl Probe {
 
     /// Does about `budget` units of identification work (a unit is about one pre-integrated segment's evaluation, some
     /// hundred instructions; the last piece may overshoot by 300) and hands out the report of a window whose result has taken
-    /// effect, or of one that has none. Results do not depend on how the work is sliced, only on whether it is done in time.
+    /// effect, or of one that has none. Results do not depend on how the work is sliced, only on whether it is done in time:
+    /// begun within 1.9 s of the window's close, before its samples are overwritten, and done when the result is due. Else the
+    /// window is a counted overrun.
     pub fn poll(&mut self, budget: u32) -> Option<WindowReport> {
         let mut spent = 0;
         while spent < budget {
@@ -278,10 +290,10 @@ impl Probe {
     /// Whether a sensor (0 gyro, 1 accelerometer, 2 magnetometer) has read the same for one `part`-th of a second.
     fn is_stale(&self, sensor: usize, part: u32) -> bool {
         let limit = self.config.identification.max_bias_rad_s;
-        let still = self.last_raw_rad_s.iter().all(|rate| libm::fabsf(*rate) < limit);
-        let part = if sensor == 0 && still { 1 } else { part };
-        let longest = self.samples_per_second.checked_div(part).unwrap_or(0);
-        self.staleness.get(sensor).is_some_and(|stale| stale.same > longest)
+        self.staleness.get(sensor).is_some_and(|stale| {
+            let part = if sensor == 0 && stale.is_still(limit) { 1 } else { part };
+            stale.same > self.samples_per_second.checked_div(part).unwrap_or(0)
+        })
     }
 
     /// The calibrated reading of the accelerometer (1) or the magnetometer (2). A stale one, or exact zeros, are none.

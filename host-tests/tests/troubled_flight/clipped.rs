@@ -2,16 +2,20 @@
 
 use meerkat_mwd::{Sample, attitude::AttitudeFlags, config::FullScale, identification::Refusal};
 
-use crate::rig::{Run, accepted, flagged, refusal, run};
+use crate::rig::{Run, accepted, flagged, refusal, run, saturated};
 
 /// Full scale of the gyro that clips this share of the samples, and the samples so clipped.
 fn clipping(run: &mut Run, share: f64) -> Vec<Sample> {
-    let mut largest: Vec<f32> =
-        run.trace.samples.iter().map(|s| s.gyro_rad_s.iter().fold(0.0, |m: f32, x| m.max(x.abs()))).collect();
+    let mut largest: Vec<f32> = run
+        .trace
+        .samples
+        .iter()
+        .map(|s| s.gyro_rad_s.iter().map(|x| x.abs()).max_by(f32::total_cmp).unwrap())
+        .collect();
     largest.sort_by(f32::total_cmp);
     let limit = largest[((1.0 - share) * (largest.len() - 1) as f64) as usize];
     run.config.full_scale.gyro_rad_s = Some(limit);
-    run.with(|_, s| s.gyro_rad_s = s.gyro_rad_s.map(|x| x.clamp(-limit, limit)))
+    run.with(|_, s| s.gyro_rad_s = saturated(s.gyro_rad_s, limit))
 }
 
 fn at_full_scale(samples: &[Sample], limit: f32) -> usize {
@@ -84,7 +88,7 @@ fn shocks_beyond_the_accelerometers_range_cost_little() {
         let mut run = run(60.0, seed);
         let limit = 4.0 * 9.806_65;
         run.config.full_scale.accel_m_s2 = Some(limit);
-        let samples = run.with(|_, s| s.accel_m_s2 = s.accel_m_s2.map(|x| x.clamp(-limit, limit)));
+        let samples = run.with(|_, s| s.accel_m_s2 = saturated(s.accel_m_s2, limit));
         let flight = run.fly(&samples);
         assert!(flight.counters.clipped > 0);
         let [_, _, flown] = run.rate_errors_deg_s(&flight.reports[0]);

@@ -10,7 +10,7 @@ use mwd::trace::Trace;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::rig::{Dice, run};
+use crate::rig::{Dice, run, saturated};
 
 struct Replayed {
     output: Output,
@@ -150,7 +150,7 @@ fn clipping_is_counted_where_the_full_scale_is_known() {
         keys: mwd::trace::Keys { gyro_full_scale_rad_s: Some(5.2), ..run.trace.keys.clone() },
         ..run.trace.clone()
     };
-    let clipped = replayed(&trace, run.with(|_, s| s.gyro_rad_s = s.gyro_rad_s.map(|x| x.clamp(-5.2, 5.2))), &[]);
+    let clipped = replayed(&trace, run.with(|_, s| s.gyro_rad_s = saturated(s.gyro_rad_s, 5.2)), &[]);
     let count = clipped.json["trace"]["clipped"].as_u64().unwrap();
     assert!(count > 100 && clipped.summary().contains(&format!("{count} clipped samples")));
 }

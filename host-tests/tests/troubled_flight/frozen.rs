@@ -67,6 +67,26 @@ fn a_frozen_gyro_is_never_identified_from() {
     }
 }
 
+/// A gyro that goes dead in the middle of a turn and reads zeros, or its bias, from then on.
+#[test]
+fn a_gyro_that_dies_to_zeros_while_turning_bends_nothing_that_flies() {
+    for seed in [1, 2, 3, 4, 5, 6] {
+        let run = run(120.0, seed);
+        for dead in [[0.0; 3], run.truth.gyro.b_rad_s] {
+            for (from, to) in [(3_000, 3_300), (3_000, 12_001), (4_700, 12_001), (6_000, 6_500)] {
+                let samples =
+                    run.with(|index, s| s.gyro_rad_s = if (from..to).contains(&index) { dead } else { s.gyro_rad_s });
+                let flight = run.fly(&samples);
+                let report = &flight.reports[0];
+                let [_, _, flown] = run.rate_errors_deg_s(report);
+                println!("seed {seed}, dead from {from} to {to}: {flown:.3} deg/s");
+                assert!(accepted(report) && flown < 0.15, "{report:?}");
+                run.never_worse_than_bias_only(&flight);
+            }
+        }
+    }
+}
+
 #[test]
 fn what_a_sensor_reads_in_its_first_frozen_moments_bends_nothing() {
     for seed in [1, 2, 3] {

@@ -144,7 +144,7 @@ pub fn sound(flight: &Flight, pushed: usize) {
 pub fn sound_output(output: &Output) {
     assert!(output.rate_rad_s.iter().all(|x| x.is_finite()), "{output:?}");
     if let Some(attitude) = &output.attitude {
-        let norm = attitude.q.iter().map(|x| x * x).sum::<f32>().sqrt();
+        let norm = libm::sqrtf(attitude.q.iter().map(|x| x * x).sum());
         assert!((norm - 1.0).abs() < 1e-3, "{output:?}");
         assert!(numbers(attitude).iter().all(|x| x.is_finite()), "{output:?}");
     }
@@ -191,6 +191,11 @@ pub fn accepted(report: &WindowReport) -> bool {
 
 pub fn refusal(report: &WindowReport) -> Option<Refusal> {
     if let Decision::Refused(refusal) = report.decision { Some(refusal) } else { None }
+}
+
+/// What a sensor of this full scale makes of a reading.
+pub fn saturated(reading: [f32; 3], limit: f32) -> [f32; 3] {
+    reading.map(|x| if x.abs() > limit { limit.copysign(x) } else { x })
 }
 
 /// Number of outputs whose attitude has these flags.
