@@ -12,10 +12,13 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         }
         Refusal::Overrun => "the result was not ready when it should have taken effect".to_owned(),
         Refusal::NoMagnetometer { accel_norm_error_m_s2 } => {
-            let accel = accel_norm_error_m_s2.map_or_else(String::new, |error| {
-                format!("; the accelerometer's norm at rest is {error:.3} m/s^2 from gravity")
-            });
-            format!("no magnetometer: rotation about the vertical cannot be seen{accel}")
+            let accel = accel_norm_error_m_s2.map_or_else(
+                || "no rest vouches for the accelerometer".to_owned(),
+                |error| {
+                    format!("the accelerometer is not calibrated: its norm at rest is {error:.3} m/s^2 from gravity")
+                },
+            );
+            format!("no magnetometer: rotation about the vertical cannot be seen; {accel}")
         }
         Refusal::NoAccelerometer => "no usable accelerometer reading".to_owned(),
         Refusal::AccelerometerUncalibrated { norm_error_m_s2 } => {

@@ -14,9 +14,9 @@ const LEAST_CHANGE_RAD: f32 = 5.2e-3;
 /// By how many of its own (jackknife) deviations that change has to stand out.
 const LEAST_CHANGE_SIGMAS: f32 = 3.0;
 
-/// Largest error of the norm of specific force at rest, m/s^2: 40 mg, the zero-g offset that data sheets allow after soldering
-/// (LSM6DSO +-20 mg, ICM-42688-P +-20 mg, at two sigma). Beyond, the accelerometer is uncalibrated: directions are off by degrees.
-const MAX_NORM_ERROR_M_S2: f32 = 0.39;
+/// Largest error of the norm of specific force at rest, m/s^2: 20 mg, the zero-g offset of data sheets (LSM6DSO, ICM-42688-P:
+/// +-20 mg typical). Beyond, the accelerometer is uncalibrated: directions are off by a degree and more.
+const MAX_NORM_ERROR_M_S2: f32 = 0.2;
 
 /// What the gate looks at.
 #[derive(Clone, Copy, Debug)]

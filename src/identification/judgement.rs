@@ -170,8 +170,8 @@ impl WindowFit {
         (count > 0.0).then(|| (rms(square), rms(rows.inner(jackknife))))
     }
 
-    /// Without a rest the bias comes from the window: bias-only is fitted with the factory's P; what flies takes a fitted bias
-    /// only when that wins clearly too.
+    /// Without a rest the bias comes from the window, when it wins clearly: with the factory's P in `bias_only`, with the flown P
+    /// in `flown` unless a new P was accepted.
     fn fitted_bias(
         &self,
         context: &Context,
@@ -179,20 +179,19 @@ impl WindowFit {
         decision: Decision,
         flown: &mut GyroModel,
     ) -> Result<(), Refusal> {
+        let outcome = self.contest.second_against_third();
+        if self.contest.groups() < MIN_GROUPS || acceptance::clear_win(&outcome).is_err() {
+            return Ok(());
+        }
         let (theta, factory) = (theta_of(context.flown), theta_of(context.factory));
         let fit = |p_change: [f32; 9]| {
             let model = (&Freedom::Bias(p_change), self.magnetometer);
             let x = least_squares::solve(&self.total, &self.variances, &self.prior, &theta, model)?;
-            model_of(&core::array::from_fn(|i| theta[i] + x[i]))
+            model_of(&core::array::from_fn(|i| theta[i] + x[i])).filter(|model| is_plausible(context, model))
         };
         *bias_only = fit(core::array::from_fn(|i| factory[i] - theta[i])).ok_or(Refusal::Degenerate)?;
-        let wins =
-            self.contest.groups() >= MIN_GROUPS && acceptance::clear_win(&self.contest.second_against_third()).is_ok();
-        if decision != Decision::Accepted && wins {
-            let moved = fit([0.0; 9]).ok_or(Refusal::Degenerate)?;
-            if is_plausible(context, &moved) {
-                *flown = moved;
-            }
+        if decision != Decision::Accepted {
+            *flown = fit([0.0; 9]).ok_or(Refusal::Degenerate)?;
         }
         Ok(())
     }

@@ -22,7 +22,8 @@ pub struct WindowReport {
     pub cost_after: Option<f32>,
     /// The 12-parameter fit, accepted or not; the model flown where there was no fit.
     pub fitted: GyroModel,
-    /// The bias-only alternative: the factory's P with this window's bias.
+    /// The bias-only alternative, what would fly had P never moved: the factory's P with the bias from rest, or with a fitted one
+    /// that won clearly, or with the one before.
     pub bias_only: GyroModel,
     /// What flies from `t_effect_us` on.
     pub flown: GyroModel,

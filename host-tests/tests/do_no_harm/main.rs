@@ -1,0 +1,75 @@
+//! What is flown is never worse than the factory's P with the bias alone, and better where P is wrong by percents.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop, missing_docs)]
+
+mod handheld;
+mod played;
+mod study;
+
+use handheld::{GyroError, KINDS};
+use meerkat_mwd::config::OptimizerKind;
+use mwd::{known_error, main_job::recording, trace::Trace};
+use played::play;
+
+const OPTIMIZERS: [OptimizerKind; 3] = [OptimizerKind::Imoa, OptimizerKind::Lm, OptimizerKind::Ls];
+
+/// Largest error of an element of the accepted P on the bundled recording: what the errors of this unit's vector sensors are known
+/// to put into a fit of P (1 to 4 %). Least squares alone comes nearest to it, with 3.3 %; the searches stay under 2.8 %.
+const LARGEST_P_ERROR: f32 = 0.04;
+
+#[test]
+fn a_factory_calibrated_gyro_keeps_its_p() {
+    let trace = Trace::read(&recording()).unwrap();
+    for optimizer in OPTIMIZERS {
+        for hold_out in [0.3, 0.4, 0.5, 0.6, 0.7] {
+            let played = play(&trace, hold_out, optimizer).unwrap();
+            assert!(!played.accepted(), "{optimizer:?} {hold_out}");
+            assert!(!played.harmful(), "{optimizer:?} {hold_out}: {:?}", played.scores);
+        }
+    }
+}
+
+#[test]
+fn a_known_error_is_found_and_taken_out() {
+    let trace = Trace::read(&recording()).unwrap();
+    for optimizer in OPTIMIZERS {
+        let mut accepted = 0;
+        for seed in 0..10 {
+            let truth = known_error::draw(seed);
+            let mut wrong = trace.clone();
+            known_error::apply(&mut wrong, &truth);
+            let played = play(&wrong, 0.5, optimizer).unwrap();
+            assert!(!played.harmful(), "{optimizer:?} {seed}: {:?}", played.scores);
+            if !played.accepted() {
+                continue;
+            }
+            accepted += 1;
+            assert!(played.ratio() < 0.25, "{optimizer:?} {seed}: {:?}", played.scores);
+            let flown = played.reports.last().unwrap().flown;
+            for (found, known) in flown.p.iter().flatten().zip(truth.p.iter().flatten()) {
+                assert!((found - known).abs() < LARGEST_P_ERROR, "{optimizer:?} {seed}: {found} for {known}");
+            }
+        }
+        assert!(accepted >= 8, "{optimizer:?}: {accepted} of 10");
+    }
+}
+
+#[test]
+fn no_p_flies_that_makes_motion_by_hand_worse() {
+    for error in [GyroError::Factory, GyroError::Percent(0.01), GyroError::Percent(0.1)] {
+        let mut accepted = 0;
+        for kind in KINDS {
+            for fast in [false, true] {
+                let (trace, _) = handheld::record(kind, fast, error, 110.0, 500 + kind as u64);
+                let Some(played) = play(&trace, 0.5, OptimizerKind::Lm) else { continue };
+                accepted += usize::from(played.accepted());
+                let fooled = played.accepted() && played.harmful();
+                assert!(!fooled, "{error:?} {kind:?} fast {fast}: {:?}", played.scores);
+            }
+        }
+        match error {
+            GyroError::Factory => assert_eq!(accepted, 0),
+            GyroError::Percent(size) if size < 0.05 => {}
+            GyroError::Percent(_) => assert!(accepted >= 4, "{accepted} of 16"),
+        }
+    }
+}

@@ -1,0 +1,45 @@
+use meerkat_mwd::{
+    Config,
+    config::OptimizerKind,
+    identification::{Decision, WindowReport},
+};
+use mwd::{
+    configuration::{freeze_at_us, of_trace},
+    flight::fly,
+    score::{self, PerModel},
+    trace::Trace,
+};
+
+/// A flight over a trace with its end held out, and what it was worth there.
+pub struct Played {
+    pub reports: Vec<WindowReport>,
+    pub scores: PerModel,
+}
+
+impl Played {
+    pub fn accepted(&self) -> bool {
+        self.reports.iter().any(|r| r.decision == Decision::Accepted)
+    }
+    /// Time-aligned 2 s rotation error of what was flown over that of bias only, held out.
+    pub fn ratio(&self) -> f64 {
+        self.scores.with_effects.unwrap() / self.scores.bias_only.unwrap()
+    }
+    pub fn harmful(&self) -> bool {
+        self.ratio() > 1.05
+    }
+}
+
+/// `None` without a score (no motion held out).
+pub fn play(trace: &Trace, hold_out: f64, optimizer: OptimizerKind) -> Option<Played> {
+    let mut config = Config { freeze_at_us: Some(freeze_at_us(trace, hold_out)), ..of_trace(trace) };
+    config.identification.optimizer = optimizer;
+    let flight = fly(&config, &trace.samples, |_| {}).unwrap();
+    let settings = score::Settings { from_us: config.freeze_at_us.unwrap(), ..score::Settings::default() };
+    let reference = score::score(trace, &flight, &settings)?;
+    let scores = match reference.time_alignment_ms {
+        Some(_) => reference.orientation_2s_rms_time_aligned_deg,
+        None => reference.orientation_2s_rms_deg,
+    };
+    scores.with_effects?;
+    Some(Played { reports: flight.reports, scores })
+}
