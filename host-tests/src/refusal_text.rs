@@ -13,9 +13,11 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         Refusal::Overrun => "the result was not ready when it should have taken effect".to_owned(),
         Refusal::NoMagnetometer { accel_norm_error_m_s2 } => {
             let accel = accel_norm_error_m_s2.map_or_else(
-                || "no rest vouches for the accelerometer".to_owned(),
+                || "the accelerometer has no calibration on record".to_owned(),
                 |error| {
-                    format!("the accelerometer is not calibrated: its norm at rest is {error:.3} m/s^2 from gravity")
+                    format!(
+                        "the accelerometer is not calibrated: its norm at rest is up to {error:.3} m/s^2 from gravity"
+                    )
                 },
             );
             format!("no magnetometer: rotation about the vertical cannot be seen; {accel}")

@@ -28,18 +28,19 @@ pub(crate) struct Evidence {
     pub change_sigma_rad: f32,
 }
 
-/// Whether the vector sensors may judge P at all: a magnetometer, and an accelerometer whose norm at rest is gravity's.
+/// Whether the vector sensors may judge P at all: a magnetometer, and an accelerometer whose norm at rest is gravity's. Gravity
+/// alone may judge only with a calibration of the accelerometer on record: norms at a few rests do not vouch for directions.
 pub(crate) fn sensors_fit_to_judge(
     field_rows: u32,
     gravity_rows: u32,
     rest_norm_error_m_s2: Option<f32>,
+    accelerometer_on_record: bool,
 ) -> Result<(), Refusal> {
     if gravity_rows == 0 && field_rows == 0 && rest_norm_error_m_s2.is_none() {
         return Err(Refusal::NotEnoughExcitation { rank: 0 });
     }
     let uncalibrated = rest_norm_error_m_s2.is_some_and(|error| error > MAX_NORM_ERROR_M_S2);
-    if 2 * field_rows < gravity_rows && (uncalibrated || rest_norm_error_m_s2.is_none()) {
-        // Gravity alone, and nothing vouches for it.
+    if 2 * field_rows < gravity_rows && (uncalibrated || !accelerometer_on_record) {
         return Err(Refusal::NoMagnetometer { accel_norm_error_m_s2: rest_norm_error_m_s2 });
     }
     if 2 * gravity_rows < field_rows {
@@ -98,13 +99,13 @@ mod tests {
 
     #[test]
     fn sensors_that_cannot_judge_are_named() {
+        let sensors_fit_to_judge = |field, gravity, error| super::sensors_fit_to_judge(field, gravity, error, false);
+        let on_record = |error| super::sensors_fit_to_judge(0, 300, error, true);
         assert_eq!(sensors_fit_to_judge(300, 300, Some(0.05)), Ok(()));
         assert_eq!(sensors_fit_to_judge(300, 300, None), Ok(()));
-        assert_eq!(sensors_fit_to_judge(0, 300, Some(0.05)), Ok(()), "a calibrated accelerometer may judge alone");
-        assert!(matches!(
-            sensors_fit_to_judge(0, 300, Some(0.9)),
-            Err(Refusal::NoMagnetometer { accel_norm_error_m_s2: Some(_) })
-        ));
+        assert_eq!(on_record(Some(0.05)), Ok(()), "a calibrated accelerometer may judge alone");
+        assert!(matches!(on_record(Some(0.9)), Err(Refusal::NoMagnetometer { accel_norm_error_m_s2: Some(_) })));
+        assert!(matches!(sensors_fit_to_judge(0, 300, Some(0.05)), Err(Refusal::NoMagnetometer { .. })));
         assert!(matches!(
             sensors_fit_to_judge(0, 300, None),
             Err(Refusal::NoMagnetometer { accel_norm_error_m_s2: None })

@@ -5,7 +5,7 @@ use super::{
     window_fit::{Context, Job, Step, WindowFit},
 };
 use crate::{
-    compensation::GyroModel,
+    compensation::{GyroModel, VectorModel},
     config::{Config, IdentificationConfig},
     window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
 };
@@ -33,6 +33,7 @@ pub(crate) struct Identifier {
     seed: u64,
     factory: GyroModel,
     flown: GyroModel,
+    accelerometer_on_record: bool,
     /// First sample and increment since the start or the last gap.
     stream_start_us: u64,
     stream_from: u32,
@@ -57,6 +58,7 @@ impl Identifier {
             seed: 0,
             factory: GyroModel::UNSET,
             flown: GyroModel::UNSET,
+            accelerometer_on_record: false,
             stream_start_us: 0,
             stream_from: 0,
             next_close_us: 0,
@@ -77,6 +79,7 @@ impl Identifier {
         self.seed = config.seed;
         self.factory = config.gyro;
         self.flown = config.gyro;
+        self.accelerometer_on_record = config.accel != VectorModel::IDENTITY;
         self.final_close_us = config.freeze_at_us.map_or(u64::MAX, |t| t.saturating_sub(micros(id.latency_s)));
         self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
         // Ranges of the stored increments where the full scale is unknown: 4000 deg/s and 32 g, the widest of the parts in use,
@@ -257,8 +260,9 @@ impl Identifier {
         if self.state != State::Fitting {
             return 0;
         }
-        let Self { stream, config, factory, flown, seed, fit, .. } = self;
-        match fit.step(&Context { stream, config, factory, flown, seed: *seed }) {
+        let Self { stream, config, factory, flown, accelerometer_on_record, seed, fit, .. } = self;
+        let accelerometer_on_record = *accelerometer_on_record;
+        match fit.step(&Context { stream, config, factory, flown, accelerometer_on_record, seed: *seed }) {
             Step::More(units) => units,
             Step::Done(report) => {
                 self.conclude(report);
@@ -279,6 +283,7 @@ impl Identifier {
             config: &self.config,
             factory: &self.factory,
             flown: &self.flown,
+            accelerometer_on_record: self.accelerometer_on_record,
             seed: self.seed,
         }
     }

@@ -61,7 +61,7 @@ fn is_plausible(context: &Context, model: &GyroModel) -> bool {
 impl WindowFit {
     /// The report of a fit that could not be carried through.
     pub(super) fn without_fit(&self, context: &Context) -> WindowReport {
-        let refusal = match self.fit_to_judge() {
+        let refusal = match self.fit_to_judge(context) {
             Ok(()) if self.total.is_empty() => self.too_little(0),
             Ok(()) => Refusal::Degenerate,
             Err(refusal) => refusal,
@@ -74,11 +74,14 @@ impl WindowFit {
         self.judge(context).unwrap_or_else(|refusal| unidentified(context, &self.job, refusal))
     }
 
-    fn fit_to_judge(&self) -> Result<(), Refusal> {
+    fn fit_to_judge(&self, context: &Context) -> Result<(), Refusal> {
         let (field_rows, gravity_rows) = (self.total.magnetic.rows, self.total.gravity.rows);
-        acceptance::sensors_fit_to_judge(field_rows, gravity_rows, self.job.rest_norm_error_m_s2).map_err(|refusal| {
-            if let Refusal::NotEnoughExcitation { rank } = refusal { self.too_little(rank) } else { refusal }
-        })
+        let rest_norm_error = self.job.rest_norm_error_m_s2;
+        acceptance::sensors_fit_to_judge(field_rows, gravity_rows, rest_norm_error, context.accelerometer_on_record)
+            .map_err(|refusal| match refusal {
+                Refusal::NotEnoughExcitation { rank } => self.too_little(rank),
+                other => other,
+            })
     }
 
     /// Why there is too little to identify from: the tool did not turn, or the gyro did not see it.
@@ -110,7 +113,7 @@ impl WindowFit {
         let candidate = model_of(&core::array::from_fn(|i| base_theta[i] + change[i]));
 
         let outcome = self.contest.first_against_second();
-        let verdict = self.fit_to_judge().and_then(|()| {
+        let verdict = self.fit_to_judge(context).and_then(|()| {
             let (change_rad, change_sigma_rad) = self
                 .promised(&change, &jackknife)
                 .filter(|_| self.contest.groups() >= MIN_GROUPS)

@@ -91,6 +91,8 @@ pub(crate) struct Context<'a> {
     pub config: &'a IdentificationConfig,
     pub factory: &'a GyroModel,
     pub flown: &'a GyroModel,
+    /// Whether the configuration holds a calibration of the accelerometer.
+    pub accelerometer_on_record: bool,
     pub seed: u64,
 }
 
