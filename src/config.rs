@@ -280,7 +280,7 @@ impl Config {
         let positive = |x: f32| x.is_finite() && x > 0.0;
         let optional = |x: Option<f32>| x.is_none_or(f32::is_finite);
         let optional_positive = |x: Option<f32>| x.is_none_or(positive);
-        check((100..=20_000).contains(&self.sample_period_us), "sample_period_us", "100 to 20000 (50 Hz to 10 kHz)")?;
+        check((100..=50_000).contains(&self.sample_period_us), "sample_period_us", "100 to 50000 (20 Hz to 10 kHz)")?;
         check(optional_positive(self.full_scale.gyro_rad_s), "full_scale.gyro_rad_s", "positive")?;
         check(optional_positive(self.full_scale.accel_m_s2), "full_scale.accel_m_s2", "positive")?;
         check(optional_positive(self.full_scale.mag_ut), "full_scale.mag_ut", "positive")?;

@@ -10,9 +10,9 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Units of work that every host and firmware loop gives [`Probe::poll`] after each sample: a window at 30 Hz is ready in
-/// time, and a slice is about 50,000 instructions (a third of a millisecond at 168 MHz).
-pub const POLL_BUDGET: u32 = 128;
+/// Units of work that every host and firmware loop gives [`Probe::poll`] after each sample: a window takes some 25,000, so that at
+/// 20 Hz it is ready in the five seconds that it has.
+pub const POLL_BUDGET: u32 = 256;
 
 /// A step of time over this many nominal periods is a gap.
 const GAP_PERIODS: u32 = 3;

@@ -17,7 +17,7 @@ impl Scenario {
         let band = |[low, high]: [f64; 2], highest: f64| low > 0.0 && low <= high && high <= highest;
         let nyquist_hz = 0.5e6 / f64::from(self.sample_period_us.max(1));
         check(within(self.duration_s, 0.1, 86_400.0), "duration_s", "0.1 to 86400")?;
-        check((100..=20_000).contains(&self.sample_period_us), "sample_period_us", "100 to 20000")?;
+        check((100..=50_000).contains(&self.sample_period_us), "sample_period_us", "100 to 50000")?;
         check(
             (2..=64).contains(&self.oversampling) && self.oversampling.is_multiple_of(2),
             "oversampling",
