@@ -16,7 +16,8 @@ pub struct WindowReport {
     pub optimizer: OptimizerKind,
     /// Cost evaluations spent by the search.
     pub evaluations: u32,
-    /// Cost of the model flown so far, on this window (robust, whitened, per segment vector); `None` when there was nothing to evaluate.
+    /// Cost of the model flown so far, on this window: the sum of the robust losses of
+    /// its segments' vectors, in units of their noise, and of the prior; `None` when there was nothing to evaluate.
     pub cost_before: Option<f32>,
     /// Cost of `fitted` on this window; `None` when there was nothing to evaluate.
     pub cost_after: Option<f32>,
@@ -35,7 +36,8 @@ pub struct WindowReport {
     pub rank: u8,
     /// Seconds of rest in this window.
     pub rest_s: f32,
-    /// Fraction of the flown model's misfit on unseen blocks that the fit explains; at most 1, negative when it is worse. `None`: not evaluated.
+    /// Fraction of the misfit on unseen blocks, with the bias alone fitted, that the fit of P explains; at most 1, negative when it is
+    /// worse. `None`: not evaluated.
     pub explained: Option<f32>,
     /// Probability of so clear a win on unseen blocks if nothing had changed (exact sign-flip permutation); `None`: not evaluated.
     pub p_value: Option<f32>,

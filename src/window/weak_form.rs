@@ -13,8 +13,8 @@ pub(crate) const GYRO: usize = 12;
 /// Unknowns of the field equations: those, the magnetometer's lag behind the gyro (s) and its hard iron (microtesla, 3).
 pub(crate) const MAGNETIC: usize = 16;
 
-/// Longest test window in increments; a grid interval is at least 13 ms.
-const CAPACITY: usize = 80;
+/// Longest test window in increments; a grid interval is at least 19.98 ms.
+const CAPACITY: usize = 50;
 
 /// Normal equations of one class of rows, about the nominal model: N x = h, s the sum of squares of the right-hand sides.
 #[derive(Clone, Copy, Debug)]
@@ -346,6 +346,15 @@ mod tests {
         assert!(block.gravity.rows > 280 && block.magnetic.rows == block.gravity.rows);
         let x = block.magnetic.normal.cholesky().unwrap().solve(&block.magnetic.rhs);
         (x, block)
+    }
+
+    #[test]
+    fn every_grid_has_a_whole_test_window() {
+        for period in 100..=20_000 {
+            let mut weak = WeakForm::zero();
+            weak.configure(Grid::new(period), 0.05);
+            assert!((2..=CAPACITY).contains(&weak.length), "{period}: {}", weak.length);
+        }
     }
 
     #[test]
