@@ -180,7 +180,10 @@ impl Identifier {
     pub fn push(&mut self, t_us: u64, rate: Reading, gravity: Reading, field: Reading) {
         self.stream.push(t_us, rate, gravity, field);
         if t_us >= self.next_close_us {
-            self.close(t_us, t_us.saturating_add(micros(self.config.latency_s)), false);
+            // The last window before a freeze closes at its first sample at or after the instant that leaves it the latency: by less
+            // than a sample period its result would come after the freeze.
+            let effect_us = t_us.saturating_add(micros(self.config.latency_s));
+            self.close(t_us, if effect_us < self.freeze_us { effect_us } else { self.freeze_us }, false);
             self.schedule(t_us, t_us.saturating_add(micros(self.config.step_s)));
         }
     }

@@ -1,8 +1,9 @@
 //! Rows that are not there, cells that are empty, and gaps in time.
 
 use meerkat_mwd::{Sample, SampleFlags, attitude::AttitudeFlags, identification::Refusal};
+use mwd::simulate::Scenario;
 
-use crate::rig::{Dice, Run, accepted, flagged, refusal, run, within};
+use crate::rig::{Dice, Run, accepted, flagged, of_scenario, refusal, run, scenario, within};
 
 fn without(run: &Run, from_s: f64, to_s: f64) -> Vec<Sample> {
     let kept = |s: &&Sample| !(from_s..to_s).contains(&(s.t_us as f64 * 1e-6));
@@ -148,6 +149,19 @@ fn a_gap_costs_no_result() {
         let busy = from_s > 50.0 && from_s < 55.0;
         assert_eq!(flight.counters.overruns, u32::from(busy), "{from_s}");
         run.never_worse_than_bias_only(&flight);
+    }
+}
+
+#[test]
+fn the_last_result_takes_effect_at_the_first_sample_of_the_hold_out_wherever_that_lies_between_samples() {
+    // The latency is not a whole number of these periods.
+    let scenario = Scenario { duration_s: 66.0, sample_period_us: 3_500, ..scenario("drilling_45deg.toml") };
+    let mut run = of_scenario(&scenario, 3);
+    for freeze_us in [60_000_000, 60_001_500, 60_002_000, 60_003_499] {
+        run.config.freeze_at_us = Some(freeze_us);
+        let first = run.trace.samples.iter().map(|s| s.t_us).find(|&t| t >= freeze_us);
+        let flight = run.fly(&run.trace.samples);
+        assert_eq!(flight.reports.last().map(|r| r.t_effect_us), Some(first), "{freeze_us}");
     }
 }
 
