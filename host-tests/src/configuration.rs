@@ -24,13 +24,19 @@ pub fn configuration(trace: &Trace, args: &ReplayArgs) -> Result<Config, Failure
     if let Some(fraction) = args.hold_out {
         config.freeze_at_us = Some(freeze_at_us(trace, fraction));
     }
-    config.validate().map_err(|error| match error.field {
-        // Nobody wrote this field: it is the trace's median step, and the message has to say so.
-        "sample_period_us" if config.sample_period_us == trace.nominal_period_us() => {
-            let (path, period) = (trace.path.display(), config.sample_period_us);
-            Failure::BadInput(format!("{path}: {error}, and the median step of the trace is {period}"))
+    config.validate().map_err(|error| {
+        // What is wrong without the user's file is the trace's.
+        if of_trace(trace).validate() != Err(error) {
+            return Failure::Config(error);
         }
-        _ => Failure::Config(error),
+        let path = trace.path.display();
+        Failure::BadInput(match error.field {
+            // Nobody wrote this field: it is the trace's median step, and the message has to say so.
+            "sample_period_us" => {
+                format!("{path}: {error}, and the median step of the trace is {}", config.sample_period_us)
+            }
+            _ => format!("{path}: {error}"),
+        })
     })?;
     Ok(config)
 }

@@ -182,6 +182,12 @@ fn a_header_key_with_an_unusable_value_is_quoted() {
 }
 
 #[test]
+fn a_header_key_beyond_what_the_pipeline_takes_names_the_trace() {
+    let refused = refused_text(&format!("# gravity_m_s2 = 3.7\n{HEADER}\n{ROW}\n"));
+    assert_eq!(refused, ": configuration: earth.gravity_m_s2 must be 9.0 to 10.5");
+}
+
+#[test]
 fn a_sample_rate_that_the_pipeline_cannot_take_is_refused_by_name() {
     let directory = TempDir::new().unwrap();
     let rows: String = (0..10).map(|i| format!("{i},0,0,0,0,0,9.8\n")).collect();
