@@ -191,8 +191,21 @@ pub fn main() -> ExitCode {
     {
         return ExitCode::SUCCESS;
     }
-    eprintln!("error: {error:#}");
+    eprintln!("error: {}", told_once(&error));
     ExitCode::from(exit_status(&error))
+}
+
+/// The chain of an error, without the causes whose text the one above has already taken in.
+fn told_once(error: &anyhow::Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |told, cause| {
+        if told.is_empty() {
+            cause
+        } else if told.contains(cause.trim_end()) {
+            told
+        } else {
+            format!("{told}: {cause}")
+        }
+    })
 }
 
 fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
@@ -212,6 +225,14 @@ mod tests {
     use clap::CommandFactory;
 
     use super::*;
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let scenario = simulate::Scenario::read(&PathBuf::from("none.toml")).map_err(anyhow::Error::from);
+        let told = scenario.map_or_else(|error| told_once(&error), |_| String::new());
+        assert!(told.starts_with("none.toml: ") && told.matches("os error").count() == 1, "{told}");
+        assert_eq!(told_once(&anyhow::anyhow!("inner").context("outer")), "outer: inner");
+    }
 
     #[test]
     fn the_command_line_is_consistent() {

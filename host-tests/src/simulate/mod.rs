@@ -13,7 +13,6 @@ mod vibration;
 
 use std::path::PathBuf;
 
-use anyhow::Context as _;
 use meerkat_mwd::compensation::GyroModel;
 use nalgebra::Vector3;
 
@@ -114,7 +113,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.csv.gz")));
     let seed = args.seed.unwrap_or(1);
     let (trace, truth) = simulate(&scenario, seed);
-    trace.write(&path).with_context(|| format!("cannot write {}", path.display()))?;
+    trace.write(&path)?;
     println!("{}: {} samples, {:.1} s, seed {seed}", path.display(), trace.samples.len(), trace.duration_s());
     println!("true gyro model: {}", describe(&truth.gyro));
     println!("shocks: {}", truth.shocks.len());
