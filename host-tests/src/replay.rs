@@ -46,16 +46,32 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
 /// Bad input or usage.
 pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
     args.check_built()?;
-    for output in [&args.attitude, &args.rates, &args.json].into_iter().flatten() {
-        if same_file(output, &args.trace) {
-            let trace = args.trace.display();
-            return Err(Failure::BadInput(format!("{trace}: the result would overwrite the trace")).into());
-        }
-    }
+    check_outputs(args)?;
     let mut trace = Trace::read(&args.trace)?;
     let config = configuration(&trace, args)?;
     trace.mark_clipped(&config.full_scale);
     Ok((trace, config))
+}
+
+/// No result may overwrite what is read, nor another result.
+fn check_outputs(args: &ReplayArgs) -> Result<(), Failure> {
+    let outputs = [&args.attitude, &args.rates, &args.json];
+    for (index, output) in outputs.into_iter().enumerate() {
+        // A terminal or /dev/null takes any number of them.
+        let Some(output) = output.as_ref().filter(|output| !output.exists() || output.is_file()) else { continue };
+        let taken =
+            |what: &str| Err(Failure::BadInput(format!("{}: the result would overwrite {what}", output.display())));
+        if same_file(output, &args.trace) {
+            return taken("the trace");
+        }
+        if args.config.as_ref().is_some_and(|config| same_file(output, config)) {
+            return taken("the configuration");
+        }
+        if outputs.into_iter().take(index).flatten().any(|other| other == output || same_file(output, other)) {
+            return taken("another one");
+        }
+    }
+    Ok(())
 }
 
 /// Scores a flight, prints the summary and writes the files asked for; the same for a flight on the host and on the

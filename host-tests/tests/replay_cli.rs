@@ -191,7 +191,14 @@ fn usage_errors_end_with_status_2() {
     assert!(error_of(&["fly", trace], 2).contains("fly"));
     assert!(error_of(&["replay"], 2).contains("TRACE"));
     assert!(error_of(&["replay", trace, "--json", "/nonexistent/result.json"], 2).contains("cannot be written"));
-    assert!(error_of(&["replay", trace, "--rates", trace], 2).contains("overwrite"));
+    assert!(error_of(&["replay", trace, "--rates", trace], 2).contains("overwrite the trace"));
+    let result = directory.path().join("result.csv");
+    let result = result.to_str().unwrap();
+    assert!(error_of(&["replay", trace, "--rates", result, "--attitude", result], 2).contains("overwrite another one"));
+    fs::write(result, "seed = 2").unwrap();
+    assert!(
+        error_of(&["replay", trace, "--config", result, "--json", result], 2).contains("overwrite the configuration")
+    );
     assert!(mwd(&["--help"]).status.success());
 }
 
