@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub(crate) use decimal_time::seconds;
 pub use error::{Fault, TraceError};
 pub use keys::{BodyFrame, EarthFrame, Keys};
-use meerkat_mwd::{Sample, SampleFlags, config::FullScale};
+use meerkat_mwd::{Sample, SampleFlags, config::FullScale, probe::CLIPPED_SHARE};
 
 /// A trace in memory. The reference columns are for scoring only: the pipeline sees `samples` and nothing else.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,13 +36,6 @@ pub struct Trace {
     /// Remarks for the user, for instance which columns were ignored.
     pub notes: Vec<String>,
 }
-
-/// A reading at or beyond this fraction of the full scale counts as clipped.
-///
-/// Data sheets name full scales in round figures, and a saturated 16-bit word misses them: 32767 LSB at the 16.4 LSB per
-/// deg/s of the common 2000 deg/s parts is 1998.0 deg/s, 99.90 % (MPU-9250 PS section 3.1).
-/// 99.8 % lies below every such case.
-pub const CLIPPED_FRACTION: f32 = 0.998;
 
 /// Whether any sensor's full scale is known; without one, clipping cannot be.
 #[must_use]
@@ -119,10 +112,10 @@ impl Trace {
         self.samples.len() - self.reference.iter().filter(|q| q.is_some()).count()
     }
 
-    /// Sets the clipped flags of every sample from these full scales (see [`CLIPPED_FRACTION`]), and clears the others.
+    /// Sets the clipped flags of every sample from these full scales (see [`CLIPPED_SHARE`]), and clears the others.
     pub fn mark_clipped(&mut self, full_scale: &FullScale) {
         let beyond = |v: &[f32; 3], full_scale: Option<f32>| {
-            full_scale.is_some_and(|limit| v.iter().any(|x| x.abs() >= CLIPPED_FRACTION * limit))
+            full_scale.is_some_and(|limit| v.iter().any(|x| x.abs() >= CLIPPED_SHARE * limit))
         };
         for sample in &mut self.samples {
             let flags = sample.flags;

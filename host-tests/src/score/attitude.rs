@@ -2,7 +2,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::{GAP_PERIODS, Settings, root_mean_square};
+use super::{Settings, gap_us, root_mean_square};
 use crate::{
     flight::Flight,
     trace::{EarthFrame, Trace},
@@ -88,7 +88,7 @@ fn reference_at(trace: &Trace, t_us: u64) -> Option<UnitQuaternion<f64>> {
     let before = after.checked_sub(1)?;
     let previous = trace.samples.get(before)?;
     let (step, elapsed) = ((next.t_us - previous.t_us) as f64, (t_us - previous.t_us) as f64);
-    let gap = step > GAP_PERIODS * f64::from(trace.nominal_period_us());
+    let gap = step > gap_us(trace);
     if gap { None } else { scored(before)?.try_slerp(&scored(after)?, elapsed / step, 1e-9) }
 }
 

@@ -10,7 +10,10 @@ mod rates;
 mod rest_gravity;
 mod time_alignment;
 
-use meerkat_mwd::compensation::{GyroModel, VectorModel};
+use meerkat_mwd::{
+    compensation::{GyroModel, VectorModel},
+    probe::GAP_PERIODS,
+};
 
 pub use attitude::AttitudeRms;
 pub use rate_error::{rate_error_rad_s, systematic_rate_error_rad_s};
@@ -18,9 +21,6 @@ pub use rates::{RateTrack, Tracks};
 
 use crate::{flight::Flight, trace::Trace};
 use integrated::Integrated;
-
-/// Steps in time over this many nominal periods are gaps; no score reaches across one (trace format, version 1).
-const GAP_PERIODS: f64 = 3.0;
 
 /// One figure for each of the four ways to read the gyro; `None` where the trace or the flight does not hold it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -72,7 +72,7 @@ pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Refe
     if !has_reference && !has_rests {
         return None;
     }
-    let gap_s = GAP_PERIODS * f64::from(trace.nominal_period_us()) * 1e-6;
+    let gap_s = gap_us(trace) * 1e-6;
     let integrate = |track: &RateTrack| Integrated::new(track, gap_s);
     let integrated = Tracks::at_validity(trace, flight, &settings.factory).map(integrate);
     let mut scores = Reference::default();
@@ -92,6 +92,11 @@ pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Refe
         scores.rest_gravity_deg = rest_gravity::rms_deg(&legs, &integrated);
     }
     Some(scores)
+}
+
+/// A longer step in time is a gap, microseconds; no score reaches across one.
+fn gap_us(trace: &Trace) -> f64 {
+    f64::from(GAP_PERIODS) * f64::from(trace.nominal_period_us())
 }
 
 /// Root mean square; `None` of nothing.

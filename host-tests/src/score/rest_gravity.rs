@@ -52,7 +52,7 @@ fn error_deg(leg: &Leg, track: &Integrated) -> Option<f64> {
 
 fn rests(trace: &Trace, settings: &Settings) -> Vec<Rest> {
     let start_us = rates::start_us(trace);
-    let gap_s = super::GAP_PERIODS * f64::from(trace.nominal_period_us()) * 1e-6;
+    let gap_s = super::gap_us(trace) * 1e-6;
     let unusable = SampleFlags::ACCEL_MISSING | SampleFlags::ACCEL_CLIPPED;
     let flags = trace.rest.iter().flatten();
     let mut rests = Vec::new();
