@@ -94,13 +94,40 @@ pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Refe
     Some(scores)
 }
 
-/// A longer step in time is a gap, microseconds; no score reaches across one.
+/// A longer step in time is a gap, microseconds; no score reaches across one. Half a microsecond more than the whole periods, so that
+/// a step of exactly these is none however its two times round in seconds.
 fn gap_us(trace: &Trace) -> f64 {
-    f64::from(GAP_PERIODS) * f64::from(trace.nominal_period_us())
+    f64::from(GAP_PERIODS) * f64::from(trace.nominal_period_us()) + 0.5
 }
 
 /// Root mean square; `None` of nothing.
 fn root_mean_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (count, sum) = values.into_iter().fold((0_usize, 0.0), |(count, sum), x| (count + 1, sum + x * x));
     (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use meerkat_mwd::Sample;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn a_step_of_exactly_three_periods_is_no_gap_and_one_a_microsecond_longer_is() {
+        // Every second stretch of three periods lacks its two samples inside.
+        let times: Vec<u64> = (0..3_000_u64).filter(|k| k / 3 % 2 == 0 || k % 3 == 0).map(|k| 3_500 * k).collect();
+        let whole = |longer_us: u64| {
+            let t_us: Vec<u64> = times.iter().map(|&t| if t > 1_000_000 { t + longer_us } else { t }).collect();
+            let samples = t_us.iter().map(|&t_us| Sample { t_us, ..Sample::default() }).collect();
+            let trace = Trace { samples, ..Trace::default() };
+            assert_eq!(trace.nominal_period_us(), 3_500);
+            let t_s: Vec<f64> = t_us.iter().map(|&t| rates::seconds_since(0, t)).collect();
+            let rate_rad_s = vec![Vector3::zeros(); t_s.len()];
+            let (first, last) = (*t_s.first().unwrap(), *t_s.last().unwrap());
+            Integrated::new(&RateTrack { t_s, rate_rad_s }, gap_us(&trace) * 1e-6).rotation(first, last).is_some()
+        };
+        assert!(whole(0));
+        assert!(!whole(1));
+    }
 }
