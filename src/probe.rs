@@ -11,8 +11,8 @@ use crate::{
 use nalgebra::Vector3;
 
 /// Units of work that every host and firmware loop gives [`Probe::poll`] after each sample: a window takes some 25,000, so that at
-/// 20 Hz it is ready in the five seconds that it has. The dearest piece, which is not cut up, is some 440,000 instructions (2.6 ms at
-/// 168 MHz).
+/// 20 Hz it is ready in the five seconds that it has. The dearest slice, with a piece that is not cut up, is some 480,000
+/// instructions (3 ms at 168 MHz).
 pub const POLL_BUDGET: u32 = 256;
 
 /// A step of time over this many nominal periods is a gap.
