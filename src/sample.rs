@@ -19,7 +19,7 @@ bitflags::bitflags! {
         const ACCEL_CLIPPED = 1 << 5;
         /// A magnetometer axis is at its full scale.
         const MAG_CLIPPED = 1 << 6;
-        /// The driver reported a bus or device fault.
+        /// The driver reported a bus or device fault: none of this sample's readings is used.
         const FAULT = 1 << 7;
     }
 }
@@ -53,12 +53,13 @@ pub struct Sample {
 
 impl Sample {
     /// The same sample with every sensor field that is not finite, or beyond what any sensor can read, zeroed and flagged missing,
-    /// so that no NaN enters a state and no infinity arises in one.
+    /// so that no NaN enters a state and no infinity arises in one. Nothing that came with a fault is believed either.
     #[must_use]
     pub fn sanitised(mut self) -> Self {
+        let fault = self.flags.contains(SampleFlags::FAULT);
         let guard = |v: &mut [f32; 3], limit: f32, missing: SampleFlags, flags: &mut SampleFlags| {
             // A NaN is not below the limit either.
-            if !v.iter().all(|x| libm::fabsf(*x) < limit) || flags.contains(missing) {
+            if fault || !v.iter().all(|x| libm::fabsf(*x) < limit) || flags.contains(missing) {
                 *v = [0.0; 3];
                 flags.insert(missing);
             }
@@ -92,5 +93,7 @@ mod tests {
         let absurd = Sample { mag_ut: [0.0, -1e30, 0.0], ..clean }.sanitised();
         assert_eq!(absurd.flags, clean.flags | SampleFlags::MAG_MISSING);
         assert_eq!(clean.accel_m_s2, [0.0, 0.0, 9.8]);
+        let faulty = Sample { flags: SampleFlags::FAULT, ..sample }.sanitised();
+        assert!(faulty.flags.contains(SampleFlags::ACCEL_MISSING) && faulty.accel_m_s2 == [0.0; 3]);
     }
 }

@@ -41,7 +41,8 @@ pub(crate) fn sensors_fit_to_judge(
     }
     let uncalibrated = rest_norm_error_m_s2.is_some_and(|error| error > MAX_NORM_ERROR_M_S2);
     if 2 * field_rows < gravity_rows && (uncalibrated || !accelerometer_on_record) {
-        return Err(Refusal::NoMagnetometer { accel_norm_error_m_s2: rest_norm_error_m_s2 });
+        let accel_norm_error_m_s2 = rest_norm_error_m_s2.filter(|_| uncalibrated);
+        return Err(Refusal::NoMagnetometer { accel_norm_error_m_s2 });
     }
     if 2 * gravity_rows < field_rows {
         return Err(Refusal::NoAccelerometer);

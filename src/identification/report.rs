@@ -4,7 +4,7 @@ use crate::{compensation::GyroModel, config::OptimizerKind};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WindowReport {
-    /// First sample of the window, microseconds.
+    /// Beginning of the window, microseconds.
     pub t_start_us: u64,
     /// Last sample of the window, microseconds.
     pub t_end_us: u64,
@@ -72,7 +72,8 @@ pub enum Refusal {
     Overrun,
     /// Without a magnetometer rotation about gravity cannot be seen.
     NoMagnetometer {
-        /// How far the norm of specific force at rest is from gravity, m/s^2; `None` without a rest.
+        /// How far the norm of specific force at rest is from gravity, m/s^2, where that is too far; `None`: the configuration
+        /// holds no calibration of the accelerometer.
         accel_norm_error_m_s2: Option<f32>,
     },
     /// The accelerometer reads nothing usable.

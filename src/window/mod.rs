@@ -11,7 +11,7 @@ mod weak_form;
 pub(crate) use increment::{Accumulator, Grid, Increment, IncrementRing, Reading, Scales};
 pub(crate) use node::{NodeVectors, VectorEffects, node_vectors};
 pub(crate) use preintegration::{Preintegrated, preintegrate};
-pub(crate) use rest::{RestBias, RestDetector, RestLimits};
+pub(crate) use rest::{RestBias, RestDetector, RestLimits, RestNorm};
 pub(crate) use segment::{Segment, Sighting};
 pub(crate) use stream::{SampleStream, StreamSettings};
 pub(crate) use weak_form::{Block, MAGNETIC, WeakForm};

@@ -205,6 +205,42 @@ impl RestBias {
     }
 }
 
+/// Largest error of the norm of specific force over the last 32 to 64 seconds of rest: one bad second is forgotten in the end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RestNorm {
+    /// In this stretch and in the one before, m/s^2.
+    largest: [f32; 2],
+    seconds: u32,
+}
+
+impl RestNorm {
+    /// Seconds of rest in a stretch.
+    const STRETCH: u32 = 32;
+
+    pub const fn zero() -> Self {
+        Self { largest: [0.0; 2], seconds: 0 }
+    }
+
+    /// Adds the error of one second of rest, m/s^2.
+    pub fn add(&mut self, error_m_s2: f32) {
+        let [now, before] = &mut self.largest;
+        if self.seconds.is_multiple_of(Self::STRETCH) {
+            *before = *now;
+            *now = 0.0;
+        }
+        self.seconds = self.seconds.wrapping_add(1);
+        if error_m_s2 > *now {
+            *now = error_m_s2;
+        }
+    }
+
+    /// The largest error, m/s^2; `None` before the first rest.
+    pub fn largest(&self) -> Option<f32> {
+        let [now, before] = self.largest;
+        (self.seconds > 0).then_some(if now > before { now } else { before })
+    }
+}
+
 fn measurement_variance(rest: &Rest) -> f32 {
     // Rounding to data-sheet codes can make a second look quieter than it is; a code is about 1e-3 rad/s.
     rest.variance / f32::from(rest.samples) + 1e-9
@@ -272,6 +308,21 @@ mod tests {
             );
             assert!(second(0.0, 0.0, 0.0, seed).is_none(), "frozen gyro");
         }
+    }
+
+    #[test]
+    fn one_bad_rest_is_remembered_for_a_while_and_then_forgotten() {
+        let mut norm = RestNorm::zero();
+        assert_eq!(norm.largest(), None);
+        norm.add(0.5);
+        for _ in 0..32 {
+            norm.add(0.1);
+            assert_eq!(norm.largest(), Some(0.5));
+        }
+        for _ in 0..32 {
+            norm.add(0.1);
+        }
+        assert_eq!(norm.largest(), Some(0.1));
     }
 
     #[test]

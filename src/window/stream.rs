@@ -1,5 +1,6 @@
 use super::{
-    Accumulator, Block, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, Scales, WeakForm,
+    Accumulator, Block, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, Scales,
+    WeakForm,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -29,8 +30,7 @@ pub(crate) struct SampleStream {
     rest_bias_us: u64,
     /// The latest 64 seconds, one bit each, the newest lowest: 1 for rest.
     rest_history: u64,
-    /// Largest error of the norm of specific force at a rest, m/s^2.
-    rest_norm_error_m_s2: Option<f32>,
+    rest_norm: RestNorm,
     gravity_m_s2: f32,
     sample_period_us: u32,
     scales: Scales,
@@ -62,7 +62,7 @@ impl SampleStream {
             rest_bias: None,
             rest_bias_us: 0,
             rest_history: 0,
-            rest_norm_error_m_s2: None,
+            rest_norm: RestNorm::zero(),
             gravity_m_s2: 0.0,
             sample_period_us: 0,
             scales: Scales::zero(),
@@ -80,7 +80,7 @@ impl SampleStream {
         self.scales = settings.scales;
         self.rest_bias = None;
         self.rest_history = 0;
-        self.rest_norm_error_m_s2 = None;
+        self.rest_norm = RestNorm::zero();
     }
 
     /// Begins at the first sample's time with the nominal model w = P w_raw - c.
@@ -113,11 +113,7 @@ impl SampleStream {
         self.rest_bias = Some(self.rest_bias(t_us).map_or(RestBias::from_rest(&rest), |bias| bias.updated(&rest)));
         self.rest_bias_us = t_us;
         if let Some(norm) = rest.specific_force_m_s2 {
-            let error = libm::fabsf(norm - self.gravity_m_s2);
-            let larger = self.rest_norm_error_m_s2.is_none_or(|so_far| error > so_far);
-            if larger {
-                self.rest_norm_error_m_s2 = Some(error);
-            }
+            self.rest_norm.add(libm::fabsf(norm - self.gravity_m_s2));
         }
     }
 
@@ -171,8 +167,8 @@ impl SampleStream {
         self.rest_bias.map(|bias| bias.aged(since_s, self.bias_walk_rad_s_rts))
     }
 
-    /// Largest error of the norm of specific force at a rest so far, m/s^2.
-    pub const fn rest_norm_error_m_s2(&self) -> Option<f32> {
-        self.rest_norm_error_m_s2
+    /// Largest error of the norm of specific force at the latest rests, m/s^2; `None` before the first.
+    pub fn rest_norm_error_m_s2(&self) -> Option<f32> {
+        self.rest_norm.largest()
     }
 }

@@ -67,6 +67,10 @@ fn fly(
             flight.write(&Record::Window { report, poll_instructions })?;
         }
     }
+    // Reports that came faster than one a sample.
+    while let Some(report) = probe.poll(0) {
+        flight.write(&Record::Window { report, poll_instructions: 0 })?;
+    }
 
     let stack = stack::high_water_mark()?;
     flight.write(&Record::End(Summary {
