@@ -12,7 +12,7 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 pub struct ImoaLiteralSettings {
     /// Most cost evaluations, the first population included.
     pub max_evaluations: u32,
-    /// a_h of eq 15 and 16, the relative error of the norm of (1 - [w]x dt) a. Default 0.0055: sqrt(1 + (w dt)^2) - 1 at 180 deg/s
+    /// a_h of eq 15 and 16, the relative error of the norm of `(1 - [w]x dt) a`. Default 0.0055: sqrt(1 + (w dt)^2) - 1 at 180 deg/s
     /// and 30 Hz, a perpendicular to w. The sign of eq 15 does not matter to it.
     pub modulus_error: f32,
     /// beta of eq 19, |g| / |g_hat| in [0, 1]. Default 1.
