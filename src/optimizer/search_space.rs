@@ -130,6 +130,8 @@ impl<const D: usize> SearchSpace<D> {
     }
 
     /// Puts what leaves the box on its wall.
+    // One copy on the chip.
+    #[inline(never)]
     pub(super) fn confine(&self, x: &mut [f32; D]) {
         for (x, (l, u)) in x.iter_mut().zip(self.bounds()) {
             // In this order a NaN goes to the wall too.
@@ -144,6 +146,8 @@ impl<const D: usize> SearchSpace<D> {
     }
 
     /// Draws anew, uniformly, what leaves the box.
+    // One copy on the chip.
+    #[inline(never)]
     pub(super) fn redraw(&self, x: &mut [f32; D], generator: &mut Xoshiro128PlusPlus) {
         for (x, (l, u)) in x.iter_mut().zip(self.bounds()) {
             if !(*x >= l && *x <= u) {
