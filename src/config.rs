@@ -110,6 +110,16 @@ pub enum OptimizerKind {
     /// Improved meerkat optimisation algorithm (the paper's, in our reading, whitened).
     #[default]
     Imoa,
+    /// The same equations as printed; a baseline.
+    ImoaLiteral,
+    /// Meerkat optimisation algorithm; a baseline.
+    Moa,
+    /// Particle swarm with constriction.
+    Pso,
+    /// Differential evolution, DE/rand/1/bin.
+    De,
+    /// Random search; the floor of every comparison.
+    Random,
     /// Levenberg-Marquardt.
     Lm,
     /// The closed-form least-squares point itself; no search.

@@ -8,7 +8,7 @@ pub mod compensation; // gyro model (P, b), accelerometer and magnetometer model
 pub mod attitude; // propagation, fusion, inclination, azimuth, toolface
 mod window; // increments, node vectors, pre-integrated segments, weak-form sums, rests
 mod objective; // what a candidate is worth on the segments
-mod optimizer; // IMOA and Levenberg-Marquardt
+pub mod optimizer; // IMOA and others, over any cost
 pub mod identification; // least squares -> search -> observability -> acceptance
 pub mod probe; // all of it behind `push` and `poll`
 #[cfg(feature = "serde")]

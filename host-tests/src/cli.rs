@@ -142,11 +142,11 @@ pub struct BenchArgs {
 pub enum Optimizer {
     /// Improved meerkat optimisation algorithm
     Imoa,
-    /// Meerkat optimisation algorithm (not built yet)
+    /// Meerkat optimisation algorithm
     Moa,
-    /// Particle swarm (not built yet)
+    /// Particle swarm
     Pso,
-    /// Differential evolution (not built yet)
+    /// Differential evolution
     De,
     /// Levenberg-Marquardt
     Lm,
@@ -156,17 +156,15 @@ pub enum Optimizer {
 
 impl Optimizer {
     /// What the library calls it.
-    ///
-    /// # Errors
-    /// For one that is not built yet.
-    pub const fn kind(self) -> Result<OptimizerKind, Failure> {
+    #[must_use]
+    pub const fn kind(self) -> OptimizerKind {
         match self {
-            Self::Imoa => Ok(OptimizerKind::Imoa),
-            Self::Lm => Ok(OptimizerKind::Lm),
-            Self::Ls => Ok(OptimizerKind::Ls),
-            Self::Moa => Err(Failure::NotBuilt("--optimizer moa")),
-            Self::Pso => Err(Failure::NotBuilt("--optimizer pso")),
-            Self::De => Err(Failure::NotBuilt("--optimizer de")),
+            Self::Imoa => OptimizerKind::Imoa,
+            Self::Moa => OptimizerKind::Moa,
+            Self::Pso => OptimizerKind::Pso,
+            Self::De => OptimizerKind::De,
+            Self::Lm => OptimizerKind::Lm,
+            Self::Ls => OptimizerKind::Ls,
         }
     }
 }

@@ -19,7 +19,7 @@ pub fn configuration(trace: &Trace, args: &ReplayArgs) -> Result<Config, Failure
         config.seed = seed;
     }
     if let Some(optimizer) = args.optimizer {
-        config.identification.optimizer = optimizer.kind()?;
+        config.identification.optimizer = optimizer.kind();
     }
     if let Some(fraction) = args.hold_out {
         config.freeze_at_us = Some(freeze_at_us(trace, fraction));

@@ -111,6 +111,11 @@ fn print_window(out: &mut impl Write, config: &Config, report: &WindowReport) ->
 const fn optimizer_name(kind: OptimizerKind) -> &'static str {
     match kind {
         OptimizerKind::Imoa => "IMOA",
+        OptimizerKind::ImoaLiteral => "IMOA as printed",
+        OptimizerKind::Moa => "MOA",
+        OptimizerKind::Pso => "particle swarm",
+        OptimizerKind::De => "differential evolution",
+        OptimizerKind::Random => "random search",
         OptimizerKind::Lm => "Levenberg-Marquardt",
         OptimizerKind::Ls => "least squares",
         _ => "search",

@@ -3,12 +3,13 @@
 //! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use meerkat_mwd::{Config, Sample, SampleFlags, probe::Output};
+use meerkat_mwd::{Config, Sample, SampleFlags, config::OptimizerKind, identification::WindowReport, probe::Output};
 use mwd::{
     configuration,
     emulate::{self, Board, EmulateError, EmulatedFlight, Firmware},
     flight,
     image::{self, Image},
+    simulate::{Scenario, simulate},
     toolchain::{self, Toolchain},
     trace::Trace,
     wire,
@@ -16,7 +17,7 @@ use mwd::{
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
-use std::{io::Write, process::Command, time::Duration};
+use std::{io::Write, path::Path, process::Command, time::Duration};
 
 const MINUTE: Duration = Duration::from_secs(60);
 
@@ -127,6 +128,22 @@ fn an_unbroken_flight_over_a_window_is_bit_identical_on_host_and_chip() {
     let samples: Vec<_> = samples.iter().cycle().take(13_000).zip(1..).collect();
     let samples: Vec<_> = samples.iter().map(|(s, i)| Sample { t_us: 5_000 * i, ..**s }).collect();
     fly_on_both(&config, &samples);
+}
+
+/// Each search's arithmetic on both sides; the default one is in the flights above and below.
+#[test]
+fn every_optimizer_is_bit_identical_on_host_and_chip() {
+    use OptimizerKind::{De, ImoaLiteral, Lm, Moa, Pso, Random};
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
+    let scenario = Scenario { duration_s: 56.0, ..Scenario::read(&path).unwrap() };
+    let (trace, _) = simulate(&scenario, 100);
+    for kind in [ImoaLiteral, Moa, Pso, De, Random, Lm] {
+        let mut config = configuration::of_trace(&trace);
+        config.identification.optimizer = kind;
+        let Some(emulated) = fly_on_both(&config, &trace.samples) else { return };
+        let searched = |report: &WindowReport| report.optimizer == kind && report.evaluations > 5;
+        assert!(emulated.flight.reports.iter().any(searched), "{kind:?} did not search");
+    }
 }
 
 /// Every recording that is bundled, wherever its identification windows fall.

@@ -8,4 +8,5 @@ mod eigen;
 mod packed;
 
 pub(crate) use eigen::jacobi_eigen;
-pub(crate) use packed::{Cholesky, Packed, dot};
+pub use packed::Packed;
+pub(crate) use packed::{Cholesky, dot};

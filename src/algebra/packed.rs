@@ -2,7 +2,7 @@
 
 /// A symmetric D x D matrix, lower triangle row by row: element (i, j <= i) at i (i + 1) / 2 + j. `T` must be D (D + 1) / 2.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Packed<const D: usize, const T: usize>(pub [f32; T]);
+pub struct Packed<const D: usize, const T: usize>(pub(crate) [f32; T]);
 
 /// Lower Cholesky factor L of a positive-definite matrix N = L L^T, packed as [`Packed`], with the diagonal inverted.
 #[derive(Clone, Copy, Debug)]
@@ -27,12 +27,16 @@ fn write(elements: &mut [f32], i: usize, j: usize, value: f32) {
 impl<const D: usize, const T: usize> Packed<D, T> {
     const SIZES_AGREE: () = assert!(T == D * (D + 1) / 2);
 
+    /// The zero matrix. Does not compile when `T` is not D (D + 1) / 2.
+    #[must_use]
     pub const fn zero() -> Self {
         #[allow(clippy::let_unit_value)]
         let () = Self::SIZES_AGREE;
         Self([0.0; T])
     }
 
+    /// Element (i, j); 0 out of range.
+    #[must_use]
     pub fn get(&self, i: usize, j: usize) -> f32 {
         if j <= i { read(&self.0, i, j) } else { read(&self.0, j, i) }
     }
@@ -58,13 +62,13 @@ impl<const D: usize, const T: usize> Packed<D, T> {
     }
 
     /// Adds `weight * other`.
-    pub fn add_scaled(&mut self, other: &Self, weight: f32) {
+    pub(crate) fn add_scaled(&mut self, other: &Self, weight: f32) {
         for (a, b) in self.0.iter_mut().zip(&other.0) {
             *a += weight * b;
         }
     }
 
-    pub fn times(&self, x: &[f32; D]) -> [f32; D] {
+    pub(crate) fn times(&self, x: &[f32; D]) -> [f32; D] {
         let mut y = [0.0; D];
         for i in 0..D {
             for j in 0..i {
@@ -78,12 +82,12 @@ impl<const D: usize, const T: usize> Packed<D, T> {
     }
 
     /// x^T N x.
-    pub fn quadratic(&self, x: &[f32; D]) -> f32 {
+    pub(crate) fn quadratic(&self, x: &[f32; D]) -> f32 {
         dot(&self.times(x), x)
     }
 
     /// Sum over all elements of the product with another matrix: the trace of N M.
-    pub fn inner(&self, other: &Self) -> f32 {
+    pub(crate) fn inner(&self, other: &Self) -> f32 {
         let mut sum = 0.0;
         for i in 0..D {
             for j in 0..i {
@@ -95,7 +99,7 @@ impl<const D: usize, const T: usize> Packed<D, T> {
     }
 
     /// Fixes parameter `i`: its row and column become those of the identity, so that its solution is its right-hand side.
-    pub fn freeze(&mut self, i: usize) {
+    pub(crate) fn freeze(&mut self, i: usize) {
         for j in 0..D {
             let (row, column) = if j <= i { (i, j) } else { (j, i) };
             write(&mut self.0, row, column, if i == j { 1.0 } else { 0.0 });
@@ -103,7 +107,7 @@ impl<const D: usize, const T: usize> Packed<D, T> {
     }
 
     /// The Cholesky factor; `None` when the matrix is not positive definite to f32's precision, or not finite.
-    pub fn cholesky(&self) -> Option<Cholesky<D, T>> {
+    pub(crate) fn cholesky(&self) -> Option<Cholesky<D, T>> {
         let mut l = self.0;
         for i in 0..D {
             for j in 0..=i {

@@ -92,7 +92,7 @@ impl WindowFit {
 
     fn judge(&self, context: &Context) -> Result<WindowReport, Refusal> {
         let objective = self.objective();
-        let (delta, evaluations) = self.optimum(context.config.optimizer);
+        let (delta, evaluations) = self.optimum();
         let theta: [f32; 12] = core::array::from_fn(|i| self.theta0[i] + delta[i]);
         let fitted = model_of(&theta).ok_or(Refusal::Degenerate)?;
         let flown_theta = theta_of(context.flown);

@@ -8,6 +8,7 @@ mod least_squares;
 mod observability;
 mod prior;
 mod report;
+mod search;
 mod whitening;
 mod window_fit;
 

@@ -9,6 +9,8 @@ pub(crate) struct Whitened<'a, C> {
 }
 
 impl<C: Cost<12>> Cost<12> for Whitened<'_, C> {
+    /// Not inlined: one copy on the chip, whichever optimiser calls it.
+    #[inline(never)]
     fn evaluate(&self, y: &[f32; 12]) -> f32 {
         self.cost.evaluate(&self.factor.solve_upper(&y.map(|y| self.radius * y)))
     }

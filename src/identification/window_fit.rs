@@ -3,14 +3,15 @@ use super::{
     contest::{Contest, Known, MAX_GROUPS, MIN_GROUPS, Model, Outcome},
     least_squares::{self, Freedom, MagnetometerErrors, RowVariances},
     prior::{linear, theta_of},
+    search::Search,
     whitening::Whitened,
 };
 use crate::{
     algebra::{Cholesky, Packed},
     compensation::GyroModel,
-    config::{IdentificationConfig, OptimizerKind},
+    config::IdentificationConfig,
     objective::{NoiseScales, TwoVector, noise_scales},
-    optimizer::{Cost, Imoa, ImoaSettings, LeastSquaresCost, LevenbergMarquardt, Progress},
+    optimizer::{LeastSquaresCost, Progress},
     window::{
         Block, MAGNETIC, NodeVectors, RestBias, SampleStream, Segment, VectorEffects, node_vectors, preintegrate,
     },
@@ -19,9 +20,6 @@ use nalgebra::Vector3;
 
 /// Segments of one second in the longest window.
 const SEGMENTS: usize = 50;
-
-/// Members of the population: the fewest that never failed on simulated windows.
-const POPULATION: usize = 12;
 
 /// Half width of the search box in posterior deviations: the least-squares point is within a few of the optimum.
 const RADIUS: f32 = 10.0;
@@ -112,8 +110,7 @@ pub(crate) struct WindowFit {
     segment_count: usize,
     scales: NoiseScales,
     whitening: Option<Cholesky<12, 78>>,
-    imoa: Imoa<12, POPULATION>,
-    levenberg_marquardt: LevenbergMarquardt<12>,
+    search: Search,
 }
 
 /// What one step of a fit came to.
@@ -145,8 +142,7 @@ impl WindowFit {
             segment_count: 0,
             scales: NoiseScales::zero(),
             whitening: None,
-            imoa: Imoa::zero(),
-            levenberg_marquardt: LevenbergMarquardt::zero(),
+            search: Search::None,
         }
     }
 
@@ -179,7 +175,7 @@ impl WindowFit {
                 None => return Step::Overtaken,
             },
             Phase::Whiten => self.whiten(context).map(|()| Phase::Search),
-            Phase::Search => Some(if self.search(context) == Progress::Done { Phase::Judge } else { Phase::Search }),
+            Phase::Search => Some(if self.search() == Progress::Done { Phase::Judge } else { Phase::Search }),
             Phase::Judge => return Step::Done(self.judged(context)),
         };
         let units = self.units();
@@ -311,46 +307,29 @@ impl WindowFit {
         let mut normal = Packed::zero();
         self.objective().normal_equations(&start, &mut normal, &mut [0.0; 12]);
         self.whitening = Some(normal.cholesky()?);
-        match context.config.optimizer {
-            OptimizerKind::Imoa => {
-                let settings = ImoaSettings::new(context.config.max_evaluations);
-                self.imoa.start(&settings, context.seed ^ self.job.t_end_us);
-            }
-            OptimizerKind::Lm => {
-                let cost = self.objective().evaluate(&start);
-                self.levenberg_marquardt.start(start, cost);
-            }
-            OptimizerKind::Ls => {}
-        }
+        let config = context.config;
+        self.search = Search::new(config.optimizer, config.max_evaluations, context.seed ^ self.job.t_end_us);
         Some(())
     }
 
-    fn search(&mut self, context: &Context) -> Progress {
+    fn search(&mut self) -> Progress {
+        let Some(factor) = &self.whitening else { return Progress::Done };
         let objective = TwoVector {
             segments: self.segments.get(..self.segment_count).unwrap_or_default(),
             scales: &self.scales,
             prior: &self.prior,
             theta0: &self.theta0,
         };
-        let most = context.config.max_evaluations;
-        match (context.config.optimizer, &self.whitening) {
-            (OptimizerKind::Imoa, Some(factor)) => {
-                self.imoa.step(&Whitened { cost: &objective, factor, radius: RADIUS }, &ImoaSettings::new(most))
-            }
-            (OptimizerKind::Lm, _) => self.levenberg_marquardt.step(&objective, most),
-            _ => Progress::Done,
-        }
+        self.search.step(&Whitened { cost: &objective, factor, radius: RADIUS })
     }
 
     /// The optimum found, about theta0, and the evaluations spent.
-    pub(super) fn optimum(&self, optimizer: OptimizerKind) -> ([f32; 12], u32) {
-        match (optimizer, &self.whitening) {
-            (OptimizerKind::Imoa, Some(factor)) => {
-                let (y, _) = self.imoa.best();
-                (factor.solve_upper(&y.map(|y| RADIUS * y)), self.imoa.evaluations())
-            }
-            (OptimizerKind::Lm, _) => (*self.levenberg_marquardt.best().0, self.levenberg_marquardt.evaluations()),
-            _ => ([0.0; 12], 0),
-        }
+    pub(super) fn optimum(&self) -> ([f32; 12], u32) {
+        let (x, whitened) = self.search.best();
+        let x = match &self.whitening {
+            Some(factor) if whitened => factor.solve_upper(&x.map(|y| RADIUS * y)),
+            _ => x,
+        };
+        (x, self.search.evaluations())
     }
 }

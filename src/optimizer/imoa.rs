@@ -1,100 +1,70 @@
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Members are indexed by numbers reduced modulo the population.
-
 use super::{
-    Cost, Progress,
+    Cost, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
+    population::Population,
     random::{cosine_of_turn, normal, uniform},
 };
 use core::f32::consts::FRAC_PI_2;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// How the search runs. The defaults are those that reached the optimum with the fewest evaluations on simulated windows.
+/// Settings of [`Imoa`]. The defaults are those that reached the optimum with the fewest evaluations on simulated windows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ImoaSettings {
+pub struct ImoaSettings {
     /// Most cost evaluations, the first population included.
     pub max_evaluations: u32,
-    /// Standard deviation of the first population about the start, in units of the box's half width.
-    pub deviation: f32,
-    /// Exchange between members by per-dimension reward (eq 20 to 23, the free form) in the global phase.
+    /// Exchange between members by per-dimension reward (eq 20 to 23, the free form) in the global phase. Default off.
     pub reward: bool,
-    /// Per-dimension refraction (eq 26 to 29) of each new member.
+    /// Per-dimension refraction (eq 26 to 29) of each new member. Default off.
     pub refraction: bool,
 }
 
 impl ImoaSettings {
+    /// The defaults.
+    #[must_use]
     pub const fn new(max_evaluations: u32) -> Self {
-        Self { max_evaluations, deviation: 0.1, reward: false, refraction: false }
+        Self { max_evaluations, reward: false, refraction: false }
     }
 }
 
-/// Improved meerkat optimisation algorithm, in our reading of the paper's equations, in the box [-1, 1]^D about a start at 0.
+/// Improved meerkat optimisation algorithm, in our reading of the paper's equations, `N` members.
 ///
-/// In whitened coordinates the start is the least-squares point, so "nearer to the least-squares estimate in the information
-/// metric", which decides the free reward of eq 20 to 23, is "nearer to 0 in that coordinate".
+/// Works best in whitened coordinates, [`SearchSpace::UNIT`] about the least-squares point: there "nearer to the least-squares
+/// estimate in the information metric", which decides the free reward of eq 20 to 23, is "nearer to the start in that
+/// coordinate". The guiding factor is a ratio of costs, so the cost should be positive.
 #[derive(Clone, Debug)]
-pub(crate) struct Imoa<const D: usize, const POPULATION: usize> {
-    members: [[f32; D]; POPULATION],
-    costs: [f32; POPULATION],
-    best: usize,
+pub struct Imoa<const D: usize, const N: usize> {
+    space: SearchSpace<D>,
+    settings: ImoaSettings,
+    population: Population<D, N>,
     evaluations: u32,
-    generator: Option<Xoshiro128PlusPlus>,
+    generator: Xoshiro128PlusPlus,
 }
 
-impl<const D: usize, const POPULATION: usize> Imoa<D, POPULATION> {
-    pub const fn zero() -> Self {
-        Self { members: [[0.0; D]; POPULATION], costs: [0.0; POPULATION], best: 0, evaluations: 0, generator: None }
-    }
-
-    /// First population (eq 9, centred): the start itself and normal deviates about it.
-    pub fn start(&mut self, settings: &ImoaSettings, seed: u64) {
+impl<const D: usize, const N: usize> Imoa<D, N> {
+    /// A population about the space's start (eq 9, centred).
+    ///
+    /// # Errors
+    /// No members or dimensions.
+    pub fn new(space: &SearchSpace<D>, settings: ImoaSettings, seed: u64) -> Result<Self, OptimizerError> {
         let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
-        for (index, member) in self.members.iter_mut().enumerate() {
-            for x in member.iter_mut() {
-                *x = if index == 0 { 0.0 } else { into_box(settings.deviation * normal(&mut generator)) };
-            }
-        }
-        self.costs = [f32::INFINITY; POPULATION];
-        self.best = 0;
-        self.evaluations = 0;
-        self.generator = Some(generator);
+        let population = Population::new(space, 1, &mut generator)?;
+        Ok(Self { space: *space, settings, population, evaluations: 0, generator })
     }
 
-    /// One cost evaluation: a member of the first population, then one new candidate a call, members in turn.
-    pub fn step(&mut self, cost: &impl Cost<D>, settings: &ImoaSettings) -> Progress {
-        let Some(mut generator) = self.generator.take() else { return Progress::Done };
-        if self.evaluations >= settings.max_evaluations {
-            return Progress::Done;
-        }
-        let turn = self.evaluations as usize % POPULATION;
-        let first = (self.evaluations as usize) < POPULATION;
-        let candidate = if first { *self.member(turn) } else { self.candidate(turn, settings, &mut generator) };
-        let found = cost.evaluate(&candidate);
-        self.evaluations += 1;
-        // Greedy: a member moves only to a better place. NaN compares false, so it is never taken.
-        if found < self.cost(turn) {
-            if found < self.cost(self.best) {
-                self.best = turn;
-            }
-            self.members[turn % POPULATION] = candidate;
-            self.costs[turn % POPULATION] = found;
-        }
-        self.generator = Some(generator);
-        Progress::Running
-    }
-
-    fn candidate(&self, turn: usize, settings: &ImoaSettings, generator: &mut Xoshiro128PlusPlus) -> [f32; D] {
-        let progress = self.evaluations as f32 / settings.max_evaluations as f32;
+    fn candidate(&self, turn: usize, generator: &mut Xoshiro128PlusPlus) -> [f32; D] {
+        let progress = self.evaluations as f32 / self.settings.max_evaluations as f32;
         // The global and the local phase are equally likely (MOA: P = 0.5).
         let mut candidate = if uniform(generator) < 0.5 {
             let moved = self.guided_spiral(turn, generator);
-            if settings.reward { self.exchanged(&moved, turn, generator) } else { moved }
+            if self.settings.reward { self.exchanged(&moved, turn, generator) } else { moved }
         } else {
             self.migration(turn, progress, generator)
         };
-        if settings.refraction {
-            refract(&mut candidate, progress, generator);
+        if self.settings.refraction {
+            refract(&mut candidate, self.space.start(), progress, generator);
         }
-        candidate.map(into_box)
+        self.space.confine(&mut candidate);
+        candidate
     }
 
     /// Global phase, eq 19 in our reading: towards the best by the guiding factor b = F_best / F_i in [0, 1] times a uniform
@@ -102,13 +72,14 @@ impl<const D: usize, const POPULATION: usize> Imoa<D, POPULATION> {
     /// becomes as good as the best. Without the deviate every member falls onto the best as soon as b is near 1, and the
     /// population is lost.
     fn guided_spiral(&self, turn: usize, generator: &mut Xoshiro128PlusPlus) -> [f32; D] {
-        let own = self.cost(turn);
-        let guide = if own.is_finite() && own > 0.0 { self.cost(self.best) / own } else { 0.0 };
+        let population = &self.population;
+        let (own, lowest) = (population.cost(turn), population.cost(population.best()));
+        let guide = if own.is_finite() && own > 0.0 && lowest >= 0.0 { lowest / own } else { 0.0 };
         // e^b for b in [0, 1] to 0.3 %: the spiral's width needs no more.
         let exponential = 1.0 + guide * (1.013 + guide * (0.4255 + 0.2797 * guide));
         let spiral = (1.0 - guide) * (1.0 - guide) * exponential;
-        let mut moved = *self.member(turn);
-        for (x, best) in moved.iter_mut().zip(self.member(self.best)) {
+        let mut moved = *population.member(turn);
+        for (x, best) in moved.iter_mut().zip(population.member(population.best())) {
             let distance = best - *x;
             let step = 2.0 * uniform(generator) * guide;
             *x += step * distance + spiral * cosine_of_turn(uniform(generator)) * libm::fabsf(distance);
@@ -119,12 +90,14 @@ impl<const D: usize, const POPULATION: usize> Imoa<D, POPULATION> {
     /// Exchange, eq 20 to 23 with the free reward: each dimension goes to the member that is nearer to the start in it, and
     /// the candidate moves towards the partner by the partner's share of the rewards.
     fn exchanged(&self, moved: &[f32; D], turn: usize, generator: &mut Xoshiro128PlusPlus) -> [f32; D] {
-        let partner = self.member(self.other(turn, generator));
-        let wins = moved.iter().zip(partner).filter(|(a, b)| libm::fabsf(**b) < libm::fabsf(**a)).count();
+        let partner = self.population.member(self.population.other(turn, generator));
+        let closer = |x: f32, other: f32, start: f32| libm::fabsf(other - start) < libm::fabsf(x - start);
+        let triples = moved.iter().zip(partner).zip(self.space.start());
+        let wins = triples.filter(|((x, other), start)| closer(**x, **other, **start)).count();
         let share = wins as f32 / D as f32;
         let mut out = *moved;
-        for (x, other) in out.iter_mut().zip(partner) {
-            if libm::fabsf(*other) < libm::fabsf(*x) {
+        for ((x, other), start) in out.iter_mut().zip(partner).zip(self.space.start()) {
+            if closer(*x, *other, *start) {
                 *x += share * uniform(generator) * (other - *x);
             }
         }
@@ -134,59 +107,84 @@ impl<const D: usize, const POPULATION: usize> Imoa<D, POPULATION> {
     /// Local phase, eq 24 and 25 in our reading: normal deviates about the best, as wide as the member's distance from it per
     /// dimension (in 30 % of draws its root mean square over the dimensions), narrowing with time to 0.3.
     fn migration(&self, turn: usize, progress: f32, generator: &mut Xoshiro128PlusPlus) -> [f32; D] {
+        let population = &self.population;
         // The best itself has no distance from the best: it borrows another member's.
-        let from = if turn == self.best { self.other(turn, generator) } else { turn };
-        let best = self.member(self.best);
+        let from = if turn == population.best() { population.other(turn, generator) } else { turn };
+        let best = population.member(population.best());
         let width = 0.3 + 0.7 * (1.0 - quarter_sine(progress));
         let isotropic = uniform(generator) < 0.3;
+        // In half widths of the box, so that variables of different units can be summed.
         let mut square = 0.0;
-        for (x, b) in self.member(from).iter().zip(best) {
-            square += (x - b) * (x - b);
+        for ((x, b), half) in population.member(from).iter().zip(best).zip(self.space.half_widths()) {
+            square += (x - b) / half * ((x - b) / half);
         }
         let rms = libm::sqrtf(square / D as f32);
         let mut out = *best;
-        for (x, own) in out.iter_mut().zip(self.member(from)) {
-            let distance = if isotropic { rms } else { libm::fabsf(own - *x) };
+        for ((x, own), half) in out.iter_mut().zip(population.member(from)).zip(self.space.half_widths()) {
+            let distance = if isotropic { rms * half } else { libm::fabsf(own - *x) };
             *x += width * normal(generator) * distance;
         }
         out
     }
 
-    /// Another member than `turn`, uniformly.
-    fn other(&self, turn: usize, generator: &mut Xoshiro128PlusPlus) -> usize {
-        if POPULATION < 2 {
-            return turn;
-        }
-        let hop = 1 + generator.next_u32() as usize % (POPULATION - 1);
-        (turn + hop) % POPULATION
-    }
-
+    /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite.
+    #[must_use]
     pub fn best(&self) -> (&[f32; D], f32) {
-        (self.member(self.best), self.cost(self.best))
+        (self.population.member(self.population.best()), self.population.cost(self.population.best()))
     }
 
-    /// A member; the remainder lets the compiler see that the index is in range.
-    fn member(&self, index: usize) -> &[f32; D] {
-        &self.members[index % POPULATION]
-    }
-
-    fn cost(&self, index: usize) -> f32 {
-        self.costs[index % POPULATION]
-    }
-
+    /// Evaluations spent so far.
+    #[must_use]
     pub const fn evaluations(&self) -> u32 {
         self.evaluations
     }
 }
 
-/// Refraction, eq 26 to 29 in our reading: with probability 0.3 + 0.7 p, p = 1 - exp(-(2 t / T)^2 / 2), one dimension is
+impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for Imoa<D, N> {
+    /// A member of the first population, then one new candidate a call, members in turn. Greedy: a member moves only to a
+    /// better place.
+    fn step(&mut self, cost: &C) -> Progress {
+        if self.evaluations >= self.settings.max_evaluations {
+            return Progress::Done;
+        }
+        let turn = self.evaluations as usize % N;
+        let candidate = if (self.evaluations as usize) < N {
+            *self.population.member(turn)
+        } else {
+            let mut generator = self.generator.clone();
+            let candidate = self.candidate(turn, &mut generator);
+            self.generator = generator;
+            candidate
+        };
+        self.population.offer(turn, candidate, finite_cost(cost, &candidate));
+        self.evaluations += 1;
+        Progress::Running
+    }
+
+    fn best(&self) -> (&[f32; D], f32) {
+        self.best()
+    }
+
+    fn evaluations(&self) -> u32 {
+        self.evaluations
+    }
+}
+
+/// Refraction, eq 26 to 29 in our reading: with probability 0.3 + 0.7 p, p = 1 - exp(-(2 t / T)^2 / 2), one variable is
 /// mirrored about the start and shrunk by a ratio from (1, 10).
-fn refract<const D: usize>(candidate: &mut [f32; D], progress: f32, generator: &mut Xoshiro128PlusPlus) {
+fn refract<const D: usize>(
+    candidate: &mut [f32; D],
+    start: &[f32; D],
+    progress: f32,
+    generator: &mut Xoshiro128PlusPlus,
+) {
     let p = 1.0 - libm::expf(-2.0 * progress * progress);
     if uniform(generator) < 0.3 + 0.7 * p {
-        let dimension = generator.next_u32() as usize % D;
+        let variable = generator.next_u32() as usize % if D == 0 { 1 } else { D };
         let ratio = 1.0 + 9.0 * uniform(generator);
-        candidate[dimension] = -candidate[dimension] / ratio;
+        if let (Some(x), Some(start)) = (candidate.get_mut(variable), start.get(variable)) {
+            *x = start - (*x - start) / ratio;
+        }
     }
 }
 
@@ -195,18 +193,6 @@ fn quarter_sine(x: f32) -> f32 {
     let a = FRAC_PI_2 * x;
     let a2 = a * a;
     a * (1.0 - a2 * (1.0 / 6.0 - a2 * (1.0 / 120.0 - a2 * (1.0 / 5_040.0))))
-}
-
-/// Members that leave the box are put on its wall.
-#[expect(clippy::manual_clamp, reason = "f32::clamp differs from the chip's in the sign of zero")]
-fn into_box(x: f32) -> f32 {
-    if x > 1.0 {
-        1.0
-    } else if x < -1.0 {
-        -1.0
-    } else {
-        x
-    }
 }
 
 #[cfg(test)]
@@ -229,9 +215,8 @@ mod tests {
     fn search(settings: &ImoaSettings, seed: u64, nan: bool) -> f32 {
         let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed + 77);
         let cost = Bowl { lowest: [0.0; 12].map(|_: f32| 0.1 * normal(&mut generator)), nan };
-        let mut imoa = Imoa::<12, 12>::zero();
-        imoa.start(settings, seed);
-        while imoa.step(&cost, settings) == Progress::Running {}
+        let mut imoa = Imoa::<12, 12>::new(&SearchSpace::UNIT, *settings, seed).unwrap();
+        while imoa.step(&cost) == Progress::Running {}
         assert_eq!(imoa.evaluations(), settings.max_evaluations);
         imoa.best().1
     }

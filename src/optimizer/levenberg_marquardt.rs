@@ -1,36 +1,60 @@
-use super::{Cost, Progress};
+use super::{Cost, Optimizer, Progress, finite_cost};
 use crate::algebra::Packed;
 
 /// A cost that is a sum of (robust) squares, so that it has normal equations.
-pub(crate) trait LeastSquaresCost<const D: usize, const T: usize>: Cost<D> {
+///
+/// `T` is D (D + 1) / 2, the size of the packed matrix.
+pub trait LeastSquaresCost<const D: usize, const T: usize>: Cost<D> {
     /// Writes the (re-weighted) Gauss-Newton matrix at `x` and the direction of descent, so that `normal step = descent`.
     fn normal_equations(&self, x: &[f32; D], normal: &mut Packed<D, T>, descent: &mut [f32; D]);
 }
 
-/// Levenberg-Marquardt with Marquardt's scaling: damping times the diagonal, tenfold down on success, up on failure.
+/// Levenberg-Marquardt (Marquardt, J. SIAM 11 (1963) 431) with Marquardt's scaling: damping times the diagonal, tenfold down on success, up on failure. It knows no bounds.
+///
+/// Done when a step gains under 1e-6 of the cost, when no damping helps, or when the start has no finite cost.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LevenbergMarquardt<const D: usize> {
+pub struct LevenbergMarquardt<const D: usize, const T: usize> {
     x: [f32; D],
     cost: f32,
     damping: f32,
+    max_evaluations: u32,
     evaluations: u32,
     done: bool,
 }
 
-impl<const D: usize> LevenbergMarquardt<D> {
-    pub const fn zero() -> Self {
-        Self { x: [0.0; D], cost: 0.0, damping: 0.0, evaluations: 0, done: false }
+impl<const D: usize, const T: usize> LevenbergMarquardt<D, T> {
+    /// A search from `start`. `max_evaluations`: most evaluations of the cost, the start's included; each but the first takes one
+    /// set of normal equations beside.
+    #[must_use]
+    pub const fn new(start: [f32; D], max_evaluations: u32) -> Self {
+        Self { x: start, cost: f32::INFINITY, damping: 1e-3, max_evaluations, evaluations: 0, done: false }
     }
 
-    pub fn start(&mut self, x: [f32; D], cost: f32) {
-        *self = Self { x, cost, damping: 1e-3, evaluations: 0, done: !cost.is_finite() };
+    /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite.
+    #[must_use]
+    pub const fn best(&self) -> (&[f32; D], f32) {
+        (&self.x, self.cost)
     }
 
-    /// One trial step: one set of normal equations, one solve, one evaluation.
-    pub fn step<const T: usize>(&mut self, cost: &impl LeastSquaresCost<D, T>, max_evaluations: u32) -> Progress {
-        if self.done || self.evaluations >= max_evaluations || self.damping > 1e6 {
+    /// Evaluations spent so far.
+    #[must_use]
+    pub const fn evaluations(&self) -> u32 {
+        self.evaluations
+    }
+}
+
+impl<C: LeastSquaresCost<D, T> + ?Sized, const D: usize, const T: usize> Optimizer<C, D> for LevenbergMarquardt<D, T> {
+    /// The start, then one trial step a call: one set of normal equations, one solve, one evaluation.
+    fn step(&mut self, cost: &C) -> Progress {
+        if self.done || self.evaluations >= self.max_evaluations || self.damping > 1e6 {
             self.done = true;
             return Progress::Done;
+        }
+        if self.evaluations == 0 {
+            self.cost = finite_cost(cost, &self.x);
+            self.evaluations = 1;
+            self.done = !self.cost.is_finite();
+            return if self.done { Progress::Done } else { Progress::Running };
         }
         let mut normal = Packed::zero();
         let mut descent = [0.0; D];
@@ -48,11 +72,11 @@ impl<const D: usize> LevenbergMarquardt<D> {
         for (x, s) in candidate.iter_mut().zip(&step) {
             *x += s;
         }
-        let found = cost.evaluate(&candidate);
+        let found = finite_cost(cost, &candidate);
         self.evaluations += 1;
         if found < self.cost {
             // A gain under 1e-6 of the cost is f32's noise of a sum over a window.
-            self.done = self.cost - found < 1e-6 * self.cost;
+            self.done = self.cost - found < 1e-6 * libm::fabsf(self.cost);
             self.x = candidate;
             self.cost = found;
             self.damping *= 0.1;
@@ -62,11 +86,11 @@ impl<const D: usize> LevenbergMarquardt<D> {
         if self.done { Progress::Done } else { Progress::Running }
     }
 
-    pub const fn best(&self) -> (&[f32; D], f32) {
-        (&self.x, self.cost)
+    fn best(&self) -> (&[f32; D], f32) {
+        self.best()
     }
 
-    pub const fn evaluations(&self) -> u32 {
+    fn evaluations(&self) -> u32 {
         self.evaluations
     }
 }

@@ -1,21 +1,100 @@
-//! Optimisers over any cost of fixed dimension: no allocation, seeded, resumable. They know nothing of gyroscopes.
+//! Optimisers over any cost of fixed dimension `D`: no allocation, seeded, resumable in slices, never taking a NaN. They know
+//! nothing of gyroscopes.
+//!
+//! A cost implements [`Cost`] (and [`LeastSquaresCost`] where it is a sum of squares); a [`SearchSpace`] says where the search may
+//! go and where it begins; one of the optimisers is made over it, and [`Optimizer::run`] is called as often as there is time:
+//!
+//! | optimiser | method | source |
+//! |---|---|---|
+//! | [`Imoa`] | improved meerkat optimisation, our reading | eq 9 to 29 of the paper, read so that they hold in any coordinates |
+//! | [`ImoaLiteral`] | the same as printed; a baseline | eq 15 to 29 |
+//! | [`Moa`] | meerkat optimisation; a baseline | eq 9 to 14, after Xian and Feng, Expert Systems with Applications 231 (2023) 120482 |
+//! | [`Pso`] | global-best particle swarm with constriction | Clerc and Kennedy, IEEE Trans. Evol. Comput. 6 (2002) 58 |
+//! | [`DifferentialEvolution`] | DE/rand/1/bin | Storn and Price, J. Global Optimization 11 (1997) 341 |
+//! | [`RandomSearch`] | uniform draws; the floor of every comparison | |
+//! | [`LevenbergMarquardt`] | damped Gauss-Newton, for costs with normal equations | Marquardt, J. SIAM 11 (1963) 431 |
+//!
+//! Same cost, space, settings and seed: same result to the last bit, however the work is sliced. A cost that is not finite
+//! counts as infinitely bad.
+//!
+//! ```
+//! use meerkat_mwd::optimizer::{Cost, Imoa, ImoaSettings, Optimizer, OptimizerError, Progress, SearchSpace};
+//!
+//! struct Bowl;
+//! impl Cost<2> for Bowl {
+//!     fn evaluate(&self, x: &[f32; 2]) -> f32 {
+//!         (x[0] - 0.3) * (x[0] - 0.3) + (x[1] + 2.0) * (x[1] + 2.0)
+//!     }
+//! }
+//!
+//! let space = SearchSpace::within([-1.0, -10.0], [1.0, 10.0])?;
+//! let mut search = Imoa::<2, 12>::new(&space, ImoaSettings::new(1_000), 1)?;
+//! while search.run(&Bowl, 100) == Progress::Running { /* something more urgent */ }
+//! let (x, cost) = search.best();
+//! assert!(cost < 1e-3 && (x[0] - 0.3).abs() < 0.05);
+//! # Ok::<(), OptimizerError>(())
+//! ```
 
+mod differential_evolution;
 mod imoa;
+mod imoa_literal;
 mod levenberg_marquardt;
+mod moa;
+mod population;
+mod pso;
 mod random;
+mod random_search;
+mod search_space;
 
-pub(crate) use imoa::{Imoa, ImoaSettings};
-pub(crate) use levenberg_marquardt::{LeastSquaresCost, LevenbergMarquardt};
+pub use crate::algebra::Packed;
+pub use differential_evolution::{DifferentialEvolution, DifferentialEvolutionSettings};
+pub use imoa::{Imoa, ImoaSettings};
+pub use imoa_literal::{ImoaLiteral, ImoaLiteralSettings};
+pub use levenberg_marquardt::{LeastSquaresCost, LevenbergMarquardt};
+pub use moa::{Moa, MoaSettings};
+pub use pso::{Pso, PsoSettings};
+pub use random_search::RandomSearch;
+pub use search_space::{OptimizerError, SearchSpace};
 
-/// A function to be minimised.
-pub(crate) trait Cost<const D: usize> {
-    /// The cost at `x`; not finite counts as infinitely bad.
+/// A function of `D` variables to be minimised.
+pub trait Cost<const D: usize> {
+    /// The cost at `x`, in the caller's units; NaN and infinities count as infinitely bad. Must give the same for the same `x`.
     fn evaluate(&self, x: &[f32; D]) -> f32;
 }
 
 /// Whether a resumable search has more to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Progress {
+pub enum Progress {
+    /// There are evaluations left.
     Running,
+    /// The evaluations are used up, or nothing can improve.
     Done,
+}
+
+/// A search for the lowest point of a cost `C` of `D` variables, done in pieces.
+pub trait Optimizer<C: ?Sized, const D: usize> {
+    /// The smallest piece of work: at most one evaluation of the cost (which has to be the same function at every step).
+    fn step(&mut self, cost: &C) -> Progress;
+
+    /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite. The cost never rises.
+    fn best(&self) -> (&[f32; D], f32);
+
+    /// Evaluations spent so far.
+    fn evaluations(&self) -> u32;
+
+    /// At most `budget` steps.
+    fn run(&mut self, cost: &C, budget: u32) -> Progress {
+        for _ in 0..budget {
+            if self.step(cost) == Progress::Done {
+                return Progress::Done;
+            }
+        }
+        Progress::Running
+    }
+}
+
+/// The cost at `x`, infinite wherever it is not finite.
+fn finite_cost<const D: usize>(cost: &(impl Cost<D> + ?Sized), x: &[f32; D]) -> f32 {
+    let found = cost.evaluate(x);
+    if found.is_finite() { found } else { f32::INFINITY }
 }

@@ -50,7 +50,16 @@ fn any_trouble() -> impl Strategy<Value = Trouble> {
 
 fn any_config() -> impl Strategy<Value = Config> {
     let full_scale = (option::of(0.01..50.0_f32), option::of(1.0..200.0_f32), option::of(1.0..200.0_f32));
-    let optimizer = prop_oneof![Just(OptimizerKind::Imoa), Just(OptimizerKind::Lm), Just(OptimizerKind::Ls)];
+    let optimizer = prop_oneof![
+        Just(OptimizerKind::Imoa),
+        Just(OptimizerKind::ImoaLiteral),
+        Just(OptimizerKind::Moa),
+        Just(OptimizerKind::Pso),
+        Just(OptimizerKind::De),
+        Just(OptimizerKind::Random),
+        Just(OptimizerKind::Lm),
+        Just(OptimizerKind::Ls),
+    ];
     let earth =
         (option::of(20.0..70.0_f32), option::of(-1.5..1.5_f32), option::of(-3.0..3.0_f32), option::of(-1.5..1.5_f32));
     let period = prop_oneof![12 => Just(10_000), 1 => 100_u32..=20_000];

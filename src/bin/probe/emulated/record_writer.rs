@@ -6,7 +6,7 @@ use meerkat_mwd::telemetry::Record;
 use semihosting::{fs::File, io::Write};
 
 /// Size of the buffer; a record takes at most some 400 bytes of it.
-pub const CAPACITY: usize = 4096;
+pub const CAPACITY: usize = 2048;
 
 pub struct RecordWriter {
     file: File,

@@ -6,7 +6,7 @@ use semihosting::{fs::File, io::Read};
 use serde::de::DeserializeOwned;
 
 /// Bytes asked for in one call.
-const READ: usize = 4096;
+const READ: usize = 1024;
 /// No item is longer than this in postcard's encoding (a `Config` takes under 500 bytes, a `Sample` at most 53).
 const LONGEST_ITEM: usize = 1024;
 /// Size of the buffer.

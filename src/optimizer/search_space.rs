@@ -1,0 +1,191 @@
+use super::random::uniform;
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+/// Where a search may go and where it begins: a box, a start in it and the width of the first population.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SearchSpace<const D: usize> {
+    lower: [f32; D],
+    upper: [f32; D],
+    start: [f32; D],
+    /// Standard deviation of the first population about the start, in half widths of the box.
+    deviation: f32,
+}
+
+/// Why a search cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum OptimizerError {
+    /// A cost of no variables.
+    NoDimensions,
+    /// A bound or the start is not finite, or the width between the bounds is not.
+    NotFinite {
+        /// The variable.
+        dimension: usize,
+    },
+    /// The lower bound is not below the upper: reversed, or no room between them.
+    BoundsReversed {
+        /// The variable.
+        dimension: usize,
+    },
+    /// The start lies outside its bounds.
+    StartOutside {
+        /// The variable.
+        dimension: usize,
+    },
+    /// The first population's deviation is not positive and finite.
+    Deviation,
+    /// The method needs more members.
+    PopulationTooSmall {
+        /// The fewest it works with.
+        needed: usize,
+    },
+    /// A setting of the method is not finite or out of its range.
+    Setting(&'static str),
+}
+
+impl core::fmt::Display for OptimizerError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NoDimensions => write!(f, "a search needs at least one variable"),
+            Self::NotFinite { dimension } => write!(f, "variable {dimension}: bounds and start must be finite"),
+            Self::BoundsReversed { dimension } => {
+                write!(f, "variable {dimension}: the lower bound must be below the upper")
+            }
+            Self::StartOutside { dimension } => write!(f, "variable {dimension}: the start must be within the bounds"),
+            Self::Deviation => write!(f, "the first population's deviation must be positive and finite"),
+            Self::PopulationTooSmall { needed } => write!(f, "the population must have at least {needed} members"),
+            Self::Setting(name) => write!(f, "the setting {name} is out of its range"),
+        }
+    }
+}
+
+impl core::error::Error for OptimizerError {}
+
+impl<const D: usize> SearchSpace<D> {
+    /// The box [-1, 1]^D about a start at 0: whitened coordinates. Deviation 0.1.
+    pub const UNIT: Self = Self { lower: [-1.0; D], upper: [1.0; D], start: [0.0; D], deviation: 0.1 };
+
+    /// A box without a known start: its centre, with a deviation of 0.6 half widths (eq 9: mean 0.5 and deviation 0.3 of the
+    /// whole width).
+    ///
+    /// # Errors
+    /// Bounds that are reversed, equal or not finite.
+    pub fn within(lower: [f32; D], upper: [f32; D]) -> Result<Self, OptimizerError> {
+        let mut start = lower;
+        for (x, u) in start.iter_mut().zip(&upper) {
+            // Halves first: the sum of two large bounds is infinite.
+            *x = 0.5 * *x + 0.5 * u;
+        }
+        Self::about(start, 0.6, lower, upper)
+    }
+
+    /// A box about a known start. `deviation` in half widths of the box.
+    ///
+    /// # Errors
+    /// Bounds that are reversed, equal or not finite; a start outside them; a deviation that is not positive.
+    pub fn about(start: [f32; D], deviation: f32, lower: [f32; D], upper: [f32; D]) -> Result<Self, OptimizerError> {
+        let space = Self { lower, upper, start, deviation };
+        space.check()?;
+        Ok(space)
+    }
+
+    pub(super) fn check(&self) -> Result<(), OptimizerError> {
+        if D == 0 {
+            return Err(OptimizerError::NoDimensions);
+        }
+        for (dimension, ((l, u), s)) in self.lower.iter().zip(&self.upper).zip(&self.start).enumerate() {
+            if !(l.is_finite() && u.is_finite() && s.is_finite() && (u - l).is_finite()) {
+                return Err(OptimizerError::NotFinite { dimension });
+            }
+            if l >= u {
+                return Err(OptimizerError::BoundsReversed { dimension });
+            }
+            if s < l || s > u {
+                return Err(OptimizerError::StartOutside { dimension });
+            }
+        }
+        let positive = self.deviation.is_finite() && self.deviation > 0.0;
+        if positive { Ok(()) } else { Err(OptimizerError::Deviation) }
+    }
+
+    /// Where the search begins: the first point that is evaluated.
+    #[must_use]
+    pub const fn start(&self) -> &[f32; D] {
+        &self.start
+    }
+
+    /// Standard deviation of the first population about the start, in half widths of the box.
+    #[must_use]
+    pub const fn deviation(&self) -> f32 {
+        self.deviation
+    }
+
+    /// Lower and upper bound of each variable.
+    pub(super) fn bounds(&self) -> impl Iterator<Item = (f32, f32)> {
+        self.lower.iter().copied().zip(self.upper.iter().copied())
+    }
+
+    pub(super) fn half_widths(&self) -> impl Iterator<Item = f32> {
+        self.bounds().map(|(l, u)| 0.5 * (u - l))
+    }
+
+    /// Puts what leaves the box on its wall.
+    // One copy on the chip.
+    #[inline(never)]
+    pub(super) fn confine(&self, x: &mut [f32; D]) {
+        for (x, (l, u)) in x.iter_mut().zip(self.bounds()) {
+            // In this order a NaN goes to the wall too.
+            *x = if *x > u {
+                u
+            } else if *x >= l {
+                *x
+            } else {
+                l
+            };
+        }
+    }
+
+    /// Draws anew, uniformly, what leaves the box.
+    // One copy on the chip.
+    #[inline(never)]
+    pub(super) fn redraw(&self, x: &mut [f32; D], generator: &mut Xoshiro128PlusPlus) {
+        for (x, (l, u)) in x.iter_mut().zip(self.bounds()) {
+            if !(*x >= l && *x <= u) {
+                *x = l + uniform(generator) * (u - l);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_that_are_no_box_are_named() {
+        use OptimizerError::{BoundsReversed, Deviation, NoDimensions, NotFinite, StartOutside};
+        assert_eq!(SearchSpace::within([0.0, 1.0], [1.0, 0.0]), Err(BoundsReversed { dimension: 1 }));
+        assert_eq!(SearchSpace::within([2.0], [2.0]), Err(BoundsReversed { dimension: 0 }));
+        assert_eq!(SearchSpace::within([f32::NAN], [2.0]), Err(NotFinite { dimension: 0 }));
+        assert_eq!(SearchSpace::within([f32::MIN], [f32::MAX]), Err(NotFinite { dimension: 0 }));
+        assert_eq!(SearchSpace::within([], []), Err(NoDimensions));
+        assert_eq!(SearchSpace::about([3.0], 0.1, [0.0], [1.0]), Err(StartOutside { dimension: 0 }));
+        assert_eq!(SearchSpace::about([f32::NAN], 0.1, [0.0], [1.0]), Err(NotFinite { dimension: 0 }));
+        for deviation in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert_eq!(SearchSpace::about([0.5], deviation, [0.0], [1.0]), Err(Deviation));
+        }
+    }
+
+    #[test]
+    fn whatever_leaves_the_box_comes_back() {
+        use rand_core::SeedableRng;
+        let space = SearchSpace::within([-1.0; 4], [2.0; 4]).unwrap();
+        let wild = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.5];
+        let mut confined = wild;
+        space.confine(&mut confined);
+        assert_eq!(confined, [-1.0, 2.0, -1.0, 0.5]);
+        let mut redrawn = wild;
+        space.redraw(&mut redrawn, &mut Xoshiro128PlusPlus::seed_from_u64(1));
+        assert!(redrawn.iter().all(|x| (-1.0..=2.0).contains(x)) && redrawn[3] == 0.5);
+    }
+}
