@@ -4,7 +4,7 @@
 //! `cargo run --example own_cost`
 
 use meerkat_mwd::optimizer::{
-    Cost, Imoa, ImoaSettings, LeastSquaresCost, LevenbergMarquardt, Optimizer, OptimizerError, Packed, Progress,
+    Cost, Found, Imoa, ImoaSettings, LeastSquaresCost, LevenbergMarquardt, Optimizer, OptimizerError, Packed, Progress,
     SearchSpace,
 };
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use meerkat_mwd::{
     config::OptimizerKind,
     optimizer::{
-        Cost, DifferentialEvolution, DifferentialEvolutionSettings, Imoa, ImoaLiteral, ImoaLiteralSettings,
+        Cost, DifferentialEvolution, DifferentialEvolutionSettings, Found, Imoa, ImoaLiteral, ImoaLiteralSettings,
         ImoaSettings, LeastSquaresCost, LevenbergMarquardt, Moa, MoaSettings, Optimizer, OptimizerError, Packed,
         Progress, Pso, PsoSettings, RandomSearch, SearchSpace,
     },

@@ -3,8 +3,9 @@ use crate::{
     config::OptimizerKind,
     objective::TwoVector,
     optimizer::{
-        DifferentialEvolution, DifferentialEvolutionSettings, Imoa, ImoaLiteral, ImoaLiteralSettings, ImoaSettings,
-        LevenbergMarquardt, Moa, MoaSettings, Optimizer, Progress, Pso, PsoSettings, RandomSearch, SearchSpace,
+        DifferentialEvolution, DifferentialEvolutionSettings, Found, Imoa, ImoaLiteral, ImoaLiteralSettings,
+        ImoaSettings, LevenbergMarquardt, Moa, MoaSettings, Optimizer, Progress, Pso, PsoSettings, RandomSearch,
+        SearchSpace,
     },
 };
 
@@ -81,7 +82,7 @@ impl Search {
         }
     }
 
-    pub const fn evaluations(&self) -> u32 {
+    pub fn evaluations(&self) -> u32 {
         match self {
             Self::None => 0,
             Self::Imoa(search) => search.evaluations(),

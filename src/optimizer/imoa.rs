@@ -1,5 +1,5 @@
 use super::{
-    Cost, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
+    Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
     population::Population,
     random::{cosine_of_turn, normal, uniform},
 };
@@ -126,16 +126,14 @@ impl<const D: usize, const N: usize> Imoa<D, N> {
         }
         out
     }
+}
 
-    /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite.
-    #[must_use]
-    pub fn best(&self) -> (&[f32; D], f32) {
+impl<const D: usize, const N: usize> Found<D> for Imoa<D, N> {
+    fn best(&self) -> (&[f32; D], f32) {
         (self.population.member(self.population.best()), self.population.cost(self.population.best()))
     }
 
-    /// Evaluations spent so far.
-    #[must_use]
-    pub const fn evaluations(&self) -> u32 {
+    fn evaluations(&self) -> u32 {
         self.evaluations
     }
 }
@@ -159,14 +157,6 @@ impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for Im
         self.population.offer(turn, candidate, finite_cost(cost, &candidate));
         self.evaluations += 1;
         Progress::Running
-    }
-
-    fn best(&self) -> (&[f32; D], f32) {
-        self.best()
-    }
-
-    fn evaluations(&self) -> u32 {
-        self.evaluations
     }
 }
 

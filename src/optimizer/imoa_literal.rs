@@ -1,5 +1,5 @@
 use super::{
-    Cost, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
+    Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
     population::{Incumbent, Population},
     random::{cosine_of_turn, uniform},
 };
@@ -190,22 +190,20 @@ impl<const D: usize, const N: usize> ImoaLiteral<D, N> {
         self.best.offer(x, found);
         found
     }
-
-    /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite.
-    #[must_use]
-    pub const fn best(&self) -> (&[f32; D], f32) {
-        (&self.best.x, self.best.cost)
-    }
-
-    /// Evaluations spent so far.
-    #[must_use]
-    pub const fn evaluations(&self) -> u32 {
-        self.evaluations
-    }
 }
 
 fn distance<const D: usize>(a: &[f32; D], b: &[f32; D]) -> f32 {
     libm::sqrtf(a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b)))
+}
+
+impl<const D: usize, const N: usize> Found<D> for ImoaLiteral<D, N> {
+    fn best(&self) -> (&[f32; D], f32) {
+        (&self.best.x, self.best.cost)
+    }
+
+    fn evaluations(&self) -> u32 {
+        self.evaluations
+    }
 }
 
 impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for ImoaLiteral<D, N> {
@@ -276,13 +274,5 @@ impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for Im
             }
         }
         Progress::Running
-    }
-
-    fn best(&self) -> (&[f32; D], f32) {
-        self.best()
-    }
-
-    fn evaluations(&self) -> u32 {
-        self.evaluations
     }
 }

@@ -1,4 +1,4 @@
-use super::{Cost, Optimizer, Progress, finite_cost};
+use super::{Cost, Found, Optimizer, Progress, finite_cost};
 use crate::algebra::Packed;
 
 /// A cost that is a sum of (robust) squares, so that it has normal equations.
@@ -29,16 +29,14 @@ impl<const D: usize, const T: usize> LevenbergMarquardt<D, T> {
     pub const fn new(start: [f32; D], max_evaluations: u32) -> Self {
         Self { x: start, cost: f32::INFINITY, damping: 1e-3, max_evaluations, evaluations: 0, done: false }
     }
+}
 
-    /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite.
-    #[must_use]
-    pub const fn best(&self) -> (&[f32; D], f32) {
+impl<const D: usize, const T: usize> Found<D> for LevenbergMarquardt<D, T> {
+    fn best(&self) -> (&[f32; D], f32) {
         (&self.x, self.cost)
     }
 
-    /// Evaluations spent so far.
-    #[must_use]
-    pub const fn evaluations(&self) -> u32 {
+    fn evaluations(&self) -> u32 {
         self.evaluations
     }
 }
@@ -84,13 +82,5 @@ impl<C: LeastSquaresCost<D, T> + ?Sized, const D: usize, const T: usize> Optimiz
             self.damping *= 10.0;
         }
         if self.done { Progress::Done } else { Progress::Running }
-    }
-
-    fn best(&self) -> (&[f32; D], f32) {
-        self.best()
-    }
-
-    fn evaluations(&self) -> u32 {
-        self.evaluations
     }
 }

@@ -1,5 +1,5 @@
 use super::{
-    Cost, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
+    Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
     population::{Incumbent, Population},
     random::{levy, uniform},
 };
@@ -133,16 +133,14 @@ impl<const D: usize, const N: usize> Moa<D, N> {
         }
         x
     }
+}
 
-    /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite.
-    #[must_use]
-    pub const fn best(&self) -> (&[f32; D], f32) {
+impl<const D: usize, const N: usize> Found<D> for Moa<D, N> {
+    fn best(&self) -> (&[f32; D], f32) {
         (&self.best.x, self.best.cost)
     }
 
-    /// Evaluations spent so far.
-    #[must_use]
-    pub const fn evaluations(&self) -> u32 {
+    fn evaluations(&self) -> u32 {
         self.evaluations
     }
 }
@@ -180,13 +178,5 @@ impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for Mo
             self.turn = (self.turn + 1) % N;
         }
         Progress::Running
-    }
-
-    fn best(&self) -> (&[f32; D], f32) {
-        self.best()
-    }
-
-    fn evaluations(&self) -> u32 {
-        self.evaluations
     }
 }

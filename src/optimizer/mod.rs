@@ -18,7 +18,7 @@
 //! counts as infinitely bad.
 //!
 //! ```
-//! use meerkat_mwd::optimizer::{Cost, Imoa, ImoaSettings, Optimizer, OptimizerError, Progress, SearchSpace};
+//! use meerkat_mwd::optimizer::{Cost, Found, Imoa, ImoaSettings, Optimizer, OptimizerError, Progress, SearchSpace};
 //!
 //! struct Bowl;
 //! impl Cost<2> for Bowl {
@@ -71,16 +71,19 @@ pub enum Progress {
     Done,
 }
 
-/// A search for the lowest point of a cost `C` of `D` variables, done in pieces.
-pub trait Optimizer<C: ?Sized, const D: usize> {
-    /// The smallest piece of work: at most one evaluation of the cost (which has to be the same function at every step).
-    fn step(&mut self, cost: &C) -> Progress;
-
+/// What a search has found, whatever its cost is.
+pub trait Found<const D: usize> {
     /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite. The cost never rises.
     fn best(&self) -> (&[f32; D], f32);
 
     /// Evaluations spent so far.
     fn evaluations(&self) -> u32;
+}
+
+/// A search for the lowest point of a cost `C` of `D` variables, done in pieces.
+pub trait Optimizer<C: ?Sized, const D: usize>: Found<D> {
+    /// The smallest piece of work: at most one evaluation of the cost (which has to be the same function at every step).
+    fn step(&mut self, cost: &C) -> Progress;
 
     /// At most `budget` steps.
     fn run(&mut self, cost: &C, budget: u32) -> Progress {

@@ -1,7 +1,7 @@
 #![allow(clippy::indexing_slicing)] // Particles are indexed by numbers reduced modulo the swarm.
 
 use super::{
-    Cost, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost, population::Population, random::uniform,
+    Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost, population::Population, random::uniform,
 };
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
@@ -76,16 +76,14 @@ impl<const D: usize, const N: usize> Pso<D, N> {
         }
         self.positions[turn % N] = to;
     }
+}
 
-    /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite.
-    #[must_use]
-    pub fn best(&self) -> (&[f32; D], f32) {
+impl<const D: usize, const N: usize> Found<D> for Pso<D, N> {
+    fn best(&self) -> (&[f32; D], f32) {
         (self.population.member(self.population.best()), self.population.cost(self.population.best()))
     }
 
-    /// Evaluations spent so far.
-    #[must_use]
-    pub const fn evaluations(&self) -> u32 {
+    fn evaluations(&self) -> u32 {
         self.evaluations
     }
 }
@@ -104,13 +102,5 @@ impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for Ps
         self.population.offer(turn, x, finite_cost(cost, &x));
         self.evaluations += 1;
         Progress::Running
-    }
-
-    fn best(&self) -> (&[f32; D], f32) {
-        self.best()
-    }
-
-    fn evaluations(&self) -> u32 {
-        self.evaluations
     }
 }

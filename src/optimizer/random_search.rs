@@ -1,5 +1,5 @@
 use super::{
-    Cost, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost, population::Incumbent, random::uniform,
+    Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost, population::Incumbent, random::uniform,
 };
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
@@ -29,16 +29,14 @@ impl<const D: usize> RandomSearch<D> {
             generator: Xoshiro128PlusPlus::seed_from_u64(seed),
         })
     }
+}
 
-    /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite.
-    #[must_use]
-    pub const fn best(&self) -> (&[f32; D], f32) {
+impl<const D: usize> Found<D> for RandomSearch<D> {
+    fn best(&self) -> (&[f32; D], f32) {
         (&self.best.x, self.best.cost)
     }
 
-    /// Evaluations spent so far.
-    #[must_use]
-    pub const fn evaluations(&self) -> u32 {
+    fn evaluations(&self) -> u32 {
         self.evaluations
     }
 }
@@ -57,13 +55,5 @@ impl<const D: usize, C: Cost<D> + ?Sized> Optimizer<C, D> for RandomSearch<D> {
         self.best.offer(&x, finite_cost(cost, &x));
         self.evaluations += 1;
         Progress::Running
-    }
-
-    fn best(&self) -> (&[f32; D], f32) {
-        self.best()
-    }
-
-    fn evaluations(&self) -> u32 {
-        self.evaluations
     }
 }
