@@ -6,8 +6,8 @@
 pub mod sample; // SI units, timestamp, flags
 pub mod compensation; // gyro model (P, b), accelerometer and magnetometer models
 pub mod attitude; // propagation, fusion, inclination, azimuth, toolface
-mod window; // increments, node vectors, pre-integrated segments, weak-form sums, rests
-mod objective; // what a candidate is worth on the segments
+mod window; // increments, weak-form equations, nodes, rests
+mod objective; // what a candidate is worth on a window
 pub mod optimizer; // IMOA and others, over any cost
 pub mod identification; // least squares -> search -> observability -> acceptance
 pub mod probe; // all of it behind `push` and `poll`
@@ -16,6 +16,7 @@ pub mod telemetry; // what leaves the firmware
 
 mod algebra;
 pub mod config;
+pub mod equations; // documentation: the paper's equations and our reading of each
 mod rotation;
 
 pub use config::Config;

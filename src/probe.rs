@@ -1,19 +1,24 @@
 //! The whole pipeline behind two calls: [`Probe::push`] for every sample, [`Probe::poll`] whenever there is time.
 
+mod rail;
+mod staleness;
+
 use crate::{
     attitude::{Attitude, AttitudeFilter, AttitudeFlags},
     compensation::GyroModel,
     config::{Config, ConfigError},
-    identification::{Identifier, WindowReport},
+    identification::{Identifier, WindowCost, WindowReport},
     sample::{Sample, SampleFlags},
     window::Reading,
 };
 use nalgebra::Vector3;
+use rail::Rail;
+use staleness::Staleness;
 
-/// Units of work that every host and firmware loop gives [`Probe::poll`] after each sample: a window takes some 25,000, so that at
-/// 20 Hz it is ready in the five seconds that it has. The dearest slice, with a piece that is not cut up, is some 480,000
-/// instructions (3 ms at 168 MHz).
-pub const POLL_BUDGET: u32 = 256;
+/// Units of work that every host and firmware loop gives [`Probe::poll`] after each sample: a window takes some 16,000, one that is
+/// disturbed some 35,000, so that at 20 Hz it is ready in the five seconds that it has. The dearest slice, with a piece that is not cut
+/// up, is some 700,000 instructions (4 ms at 168 MHz).
+pub const POLL_BUDGET: u32 = 400;
 
 /// A step of time over this many nominal periods is a gap.
 pub const GAP_PERIODS: u32 = 3;
@@ -62,34 +67,6 @@ pub struct Counters {
     pub reports_lost: u32,
 }
 
-/// Counts how long a sensor has given the same reading, missing ones left out.
-#[derive(Clone, Copy)]
-struct Staleness {
-    last: [f32; 3],
-    /// The reading before the first one that was as the last.
-    before: [f32; 3],
-    same: u32,
-}
-
-impl Staleness {
-    const fn zero() -> Self {
-        Self { last: [0.0; 3], before: [0.0; 3], same: 0 }
-    }
-
-    fn observe(&mut self, reading: [f32; 3]) {
-        if reading == self.last {
-            self.same = self.same.saturating_add(1);
-        } else {
-            (self.before, self.last, self.same) = (self.last, reading, 0);
-        }
-    }
-
-    /// Whether the reading and the one before it were below `limit` on all axes.
-    fn is_still(&self, limit: f32) -> bool {
-        self.last.iter().chain(&self.before).all(|x| libm::fabsf(*x) < limit)
-    }
-}
-
 /// The pipeline. All buffers are inside; [`Probe::new`] is all zero bytes, so that a `static` of it costs no flash.
 pub struct Probe {
     configured: bool,
@@ -103,6 +80,7 @@ pub struct Probe {
     unread_s: f32,
     /// Gyro, accelerometer, magnetometer.
     staleness: [Staleness; 3],
+    gyro_rails: [Rail; 3],
     filter: AttitudeFilter,
     identifier: Identifier,
 }
@@ -128,6 +106,7 @@ impl Probe {
             last_raw_rad_s: [0.0; 3],
             unread_s: 0.0,
             staleness: [Staleness::zero(); 3],
+            gyro_rails: [Rail::zero(); 3],
             filter: AttitudeFilter::new(),
             identifier: Identifier::zero(),
         }
@@ -145,6 +124,7 @@ impl Probe {
         self.last_raw_rad_s = config.gyro.b_rad_s;
         self.unread_s = 0.0;
         self.staleness = [Staleness::zero(); 3];
+        self.gyro_rails = [Rail::zero(); 3];
         self.filter.start(&config.attitude, &config.earth);
         self.identifier.configure(config);
         self.configured = true;
@@ -217,8 +197,8 @@ impl Probe {
         Some(Output { t_us: sample.t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
     }
 
-    /// Does about `budget` units of identification work (a unit is about one pre-integrated segment's evaluation, some
-    /// hundred instructions; the last piece may overshoot by 500) and hands out the report of a window whose result has taken
+    /// Does about `budget` units of identification work (a unit is some 300 instructions; the last piece may overshoot by
+    /// 500) and hands out the report of a window whose result has taken
     /// effect, or of one that has none. Results do not depend on how the work is sliced, only on whether it is done in time:
     /// begun within 1.9 s of the window's close, before its samples are overwritten, and done when the result is due. Else the
     /// window is a counted overrun.
@@ -246,12 +226,22 @@ impl Probe {
         self.identifier.flown()
     }
 
+    /// What the search minimises on the window identified last, for other optimisers to be tried on; `None` before there is one
+    /// and while the next one's innovations are being gathered.
+    #[must_use]
+    pub fn window_cost(&self) -> Option<WindowCost<'_>> {
+        self.identifier.window_cost()
+    }
+
     fn mark_clipped(&mut self, sample: &mut Sample) {
         let at_full_scale = |reading: &[f32; 3], full_scale: Option<f32>| {
             full_scale.is_some_and(|limit| reading.iter().any(|x| libm::fabsf(*x) >= CLIPPED_SHARE * limit))
         };
         let full_scale = &self.config.full_scale;
-        if at_full_scale(&sample.gyro_rad_s, full_scale.gyro_rad_s) {
+        let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
+        let rails = self.gyro_rails.iter_mut().zip(sample.gyro_rad_s);
+        let railed = !missing && rails.fold(false, |railed, (rail, x)| rail.observe(x) || railed);
+        if railed || at_full_scale(&sample.gyro_rad_s, full_scale.gyro_rad_s) {
             sample.flags.insert(SampleFlags::GYRO_CLIPPED);
         }
         if at_full_scale(&sample.accel_m_s2, full_scale.accel_m_s2) {

@@ -35,6 +35,19 @@ pub(crate) fn exp_quaternion(rotation_vector: &Vector3<f32>) -> Quaternion<f32> 
     q
 }
 
+/// Rotation vector from the middle of one interval to the middle of the next, radians, `rates` being the means (rad/s) over the interval
+/// before the first, the first and the second, each `dt` long.
+///
+/// Half of the first interval and half of the second, each a linear rate's: their sum over many intervals is that of the means,
+/// exactly. (Half the sum of two means alone loses (w dt)^2 / 8 of a rate that swings at w rad/s and none of a steady one: at 0.25 Hz and
+/// 20 ms 1.2e-4, of the size of what is identified.) And the two-sample coning term (phi1 x phi2) / 12 (Bortz's equation to second
+/// order for a rate linear in time).
+pub(crate) fn middle_to_middle(rates: [&Vector3<f32>; 3], dt: f32) -> Vector3<f32> {
+    let [earlier, first, second] = rates;
+    let sum = (first + second) * 0.5 - (second - first * 2.0 + earlier) * 0.125;
+    sum * dt + first.cross(second) * (dt * dt / 12.0)
+}
+
 /// The rotation matrix of a rotation vector, radians; the errors of [`exp_quaternion`], doubled.
 pub(crate) fn exp_matrix(rotation_vector: &Vector3<f32>) -> Matrix3<f32> {
     matrix(&exp_quaternion(rotation_vector))
@@ -78,15 +91,6 @@ pub(crate) fn rotate(q: &Quaternion<f32>, v: &Vector3<f32>) -> Vector3<f32> {
 /// Rotates `v` by the inverse of the unit quaternion `q`: q* v q.
 pub(crate) fn rotate_back(q: &Quaternion<f32>, v: &Vector3<f32>) -> Vector3<f32> {
     rotate(&q.conjugate(), v)
-}
-
-/// exp(-[phi]x) v by its series to the 6th order in |phi|: error under |phi|^7 / 5040 of |v|, 2e-6 at half a radian.
-pub(crate) fn rotate_by_minus(phi: &Vector3<f32>, v: &Vector3<f32>) -> Vector3<f32> {
-    let a2 = phi.norm_squared();
-    let sine = 1.0 - a2 * (1.0 / 6.0 - a2 * (1.0 / 120.0));
-    let versine = 0.5 - a2 * (1.0 / 24.0 - a2 * (1.0 / 720.0));
-    let once = v.cross(phi);
-    v + once * sine + once.cross(phi) * versine
 }
 
 #[cfg(test)]
@@ -146,9 +150,21 @@ mod tests {
             let phi = axis * angle;
             let q = exp_quaternion(&phi);
             assert!((rotate(&q, &v).cast::<f64>() - turned(&phi, &v)).norm() < bound);
-            assert!((rotate_by_minus(&phi, &v).cast::<f64>() - turned(&-phi, &v)).norm() < bound);
             assert!((rotate_back(&q, &rotate(&q, &v)) - v).norm() < 5e-7);
         }
+    }
+
+    #[test]
+    fn interval_means_add_up_to_the_angle_turned() {
+        // A rate that swings between nearly 0 and twice its mean at 0.25 Hz, in means over 20 ms; the angle is known in closed form.
+        let (dt, w) = (0.02_f64, 0.5 * core::f64::consts::PI);
+        let angle = |t: f64| 3.2 * t - 3.0 / w * (libm::cos(w * t) - 1.0);
+        let mean = |k: i32| ((angle(f64::from(k + 1) * dt) - angle(f64::from(k) * dt)) / dt) as f32 * Vector3::z();
+        // Over half a swing, where losing part of it would show.
+        let turned: f64 =
+            (0..100).map(|k| f64::from(middle_to_middle([&mean(k - 1), &mean(k), &mean(k + 1)], dt as f32).z)).sum();
+        let exact = angle(100.5 * dt) - angle(0.5 * dt);
+        assert!((turned / exact - 1.0).abs() < 2e-6, "{turned} {exact}");
     }
 
     #[test]

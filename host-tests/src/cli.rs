@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use meerkat_mwd::config::OptimizerKind;
 
 use crate::{
-    emulate,
+    bench, emulate,
     failure::{Failure, exit_status},
     main_job, replay, simulate,
 };
@@ -129,9 +129,15 @@ pub struct BenchArgs {
     /// Fewer repetitions
     #[arg(long)]
     pub quick: bool,
-    /// On the emulated chip
+    /// So many repetitions of everything
+    #[arg(long, value_name = "N", conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: Option<u64>,
+    /// On the emulated chip, and nothing else
     #[arg(long)]
     pub target: bool,
+    /// Only this section; may be given more than once
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
     /// Write the figures
     #[arg(long, value_name = "OUT.json")]
     pub json: Option<PathBuf>,
@@ -214,7 +220,7 @@ fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
         Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Diagnose(_)) => Err(Failure::NotBuilt("diagnose").into()),
         Some(Command::Calibrate(_)) => Err(Failure::NotBuilt("calibrate").into()),
-        Some(Command::Bench(_)) => Err(Failure::NotBuilt("bench").into()),
+        Some(Command::Bench(args)) => bench::run(&args),
     }
 }
 

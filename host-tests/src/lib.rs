@@ -1,6 +1,7 @@
 //! What stands around `meerkat-mwd` on a desk: traces in, results and scores out.
 
 pub mod attitude_csv;
+pub mod bench;
 pub mod cli;
 pub mod configuration;
 pub mod deadline;

@@ -29,6 +29,9 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         Refusal::NotEnoughExcitation { rank } => {
             format!("the tool turned too little: {rank} of 12 parameter directions are observable")
         }
+        Refusal::TooLittleMotion { groups } => {
+            format!("too little of the window moved with usable readings: {groups} groups to cross-validate with")
+        }
         Refusal::NoClearWin { p_value } => {
             format!("no clear win on unseen blocks: chance alone does as well with probability {p_value:.3}")
         }
@@ -37,11 +40,17 @@ pub fn refusal_text(refusal: &Refusal) -> String {
             100.0 * explained
         ),
         Refusal::ChangeTooSmall { change_rad, sigma_rad } => format!(
-            "the change is too small to be worth its risk: {:.4} deg rms per segment, 1-sigma {:.4} deg",
+            "the change is too small to be worth its risk: {:.4} deg rms per second, 1-sigma {:.4} deg",
             change_rad.to_degrees(),
             sigma_rad.to_degrees()
         ),
         Refusal::Degenerate => "the fit is degenerate, not finite or not plausible".to_owned(),
+        Refusal::RotationDisagrees { sigmas } => format!(
+            "with the fit, gyro and accelerometer disagree more often on how far the tool turned, by {sigmas:.1} sigma"
+        ),
+        Refusal::Contradiction { square } => format!(
+            "the window contradicts what earlier ones taught, which is forgotten: squared distance {square:.0} of 12 parameters"
+        ),
         Refusal::GyroUnusable { share } => format!(
             "the gyro gives too few usable readings: {:.0} % of the seconds have missing, clipped or frozen ones",
             100.0 * share

@@ -54,8 +54,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Raw is several deg/s; after one window the median of 20 seeds is under 0.05 (the Cramer-Rao bound of such a window is
-/// 0.02 to 0.03), and no seed is worse off than with bias only.
+/// Raw is several deg/s; after one window the median of 20 seeds is under 0.03 (the Cramer-Rao bound of such a window is
+/// 0.015 to 0.025), and no seed is worse off than with bias only.
 fn one_window_is_enough(name: &str) {
     let scenario = scenario(name);
     let mut errors = Vec::new();
@@ -82,7 +82,7 @@ fn one_window_is_enough(name: &str) {
     println!("| raw | bias only | flown |\n| {} | {} | {} |", cell(raw), cell(bias_only), cell(flown));
     let (raw, flown) = (raw.0, flown.0);
     assert!(raw > 2.0);
-    assert!(flown < 0.05);
+    assert!(flown < 0.03);
 }
 
 #[test]
@@ -95,10 +95,10 @@ fn one_window_of_drilling_at_45_deg_is_enough() {
     one_window_is_enough("drilling_45deg.toml");
 }
 
-/// The search's own promise: within 1 % of the Levenberg-Marquardt optimum of the same cost in at most 300 evaluations, from
+/// The search's own promise: within 1 % of the Levenberg-Marquardt optimum of the same cost in the evaluations that it is given, from
 /// every seed.
 #[test]
-fn imoa_reaches_the_optimum_of_levenberg_marquardt_in_300_evaluations() {
+fn imoa_reaches_the_optimum_of_levenberg_marquardt_in_the_evaluations_that_it_is_given() {
     let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg.toml") };
     let (trace, _) = simulate(&scenario, 100);
     let cost = |optimizer: OptimizerKind, seed: u64| {
@@ -107,7 +107,7 @@ fn imoa_reaches_the_optimum_of_levenberg_marquardt_in_300_evaluations() {
         config.seed = seed;
         let flight = fly(&config, &trace.samples, |_| {}).unwrap();
         let (_, report) = flown_model(&flight);
-        assert!(report.evaluations <= 300, "{}", report.evaluations);
+        assert!(report.evaluations <= config.identification.max_evaluations, "{}", report.evaluations);
         assert_eq!(report.decision, Decision::Accepted);
         f64::from(report.cost_after.unwrap())
     };
@@ -118,5 +118,35 @@ fn imoa_reaches_the_optimum_of_levenberg_marquardt_in_300_evaluations() {
         let found = cost(OptimizerKind::Imoa, seed);
         println!("seed {seed:2}: {found:.3}");
         assert!(found < 1.01 * optimum, "seed {seed}: {found} against {optimum}");
+    }
+}
+
+/// A shock can change the gyro for good. The windows after it contradict what the ones before it taught; the past is forgotten, and the new
+/// gyro is identified as the first one was.
+#[test]
+fn a_gyro_that_changes_for_good_is_identified_anew() {
+    const CHANGE_S: f64 = 120.0;
+    let scale = nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(1.03, 0.98, 1.02_f32));
+    for seed in 0..3 {
+        let (mut trace, truth) = simulate(&Scenario { duration_s: 330.0, ..scenario("drilling_45deg.toml") }, seed);
+        let changed = trace.samples.partition_point(|s| s.t_us < trace.first_us() + (CHANGE_S * 1e6) as u64);
+        for sample in &mut trace.samples[changed..] {
+            sample.gyro_rad_s = (scale * nalgebra::Vector3::from(sample.gyro_rad_s)).into();
+        }
+        let p = truth.gyro.p_matrix() * scale.try_inverse().unwrap();
+        let b_rad_s = (scale * nalgebra::Vector3::from(truth.gyro.b_rad_s)).into();
+        let new = GyroModel { p: std::array::from_fn(|i| std::array::from_fn(|j| p[(i, j)])), b_rad_s };
+
+        let flight = fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap();
+        let rates = &trace.true_rate.as_ref().unwrap()[changed..];
+        let error = |model: &GyroModel| systematic_rate_error_rad_s(&new, model, rates).unwrap().to_degrees();
+        let before = flight.reports.iter().rfind(|r| r.t_end_us <= trace.samples[changed].t_us).unwrap();
+        let last = flight.reports.last().unwrap();
+        println!(
+            "seed {seed}: {:.3} deg/s with the old model, {:.3} at the end",
+            error(&before.flown),
+            error(&last.flown)
+        );
+        assert!(error(&before.flown) > 1.0 && error(&last.flown) < 0.1, "seed {seed}: {:?}", flight.reports);
     }
 }

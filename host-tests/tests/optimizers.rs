@@ -8,7 +8,7 @@ use meerkat_mwd::{
     optimizer::{
         Cost, DifferentialEvolution, DifferentialEvolutionSettings, Found, Imoa, ImoaLiteral, ImoaLiteralSettings,
         ImoaSettings, LeastSquaresCost, LevenbergMarquardt, Moa, MoaSettings, Optimizer, OptimizerError, Packed,
-        Progress, Pso, PsoSettings, RandomSearch, SearchSpace,
+        Progress, Pso, PsoSettings, RandomSearch, Reward, SearchSpace,
     },
 };
 use mwd::{
@@ -26,11 +26,15 @@ type Made<'a, C> = Vec<(&'static str, Box<dyn Optimizer<C, D> + 'a>)>;
 
 /// Every optimiser that takes any cost.
 fn all<'a, C: Cost<D> + 'a>(space: &SearchSpace<D>, most: u32, seed: u64) -> Made<'a, C> {
-    let optional = ImoaSettings { reward: true, refraction: true, ..ImoaSettings::new(most) };
+    let optional = ImoaSettings { refraction: true, ..ImoaSettings::new(most) };
+    let free = ImoaSettings { reward: Reward::Free, ..optional };
+    let points = ImoaSettings { reward: Reward::Points, adaptive_step: false, ..optional };
     let evolution = DifferentialEvolutionSettings::new(most);
     vec![
         ("imoa", Box::new(Imoa::<D, N>::new(space, ImoaSettings::new(most), seed).unwrap())),
         ("imoa, all operators", Box::new(Imoa::<D, N>::new(space, optional, seed).unwrap())),
+        ("imoa, free reward", Box::new(Imoa::<D, N>::new(space, free, seed).unwrap())),
+        ("imoa, points", Box::new(Imoa::<D, N>::new(space, points, seed).unwrap())),
         ("imoa-literal", Box::new(ImoaLiteral::<D, N>::new(space, ImoaLiteralSettings::new(most), seed).unwrap())),
         ("moa", Box::new(Moa::<D, N>::new(space, MoaSettings::new(most), seed).unwrap())),
         ("pso", Box::new(Pso::<D, N>::new(space, PsoSettings::new(most), seed).unwrap())),
@@ -74,9 +78,9 @@ fn every_population_search_finds_the_bottom_of_a_bowl() {
             // Squared distance, 0.02 to 0.6 at the start. Of the published methods the members never stop jumping, and as
             // printed IMOA is drawn to the origin; random search is as dense as its draws.
             let tolerance = match name {
-                "imoa" | "pso" => 1e-5,
+                "imoa" | "imoa, all operators" | "pso" => 1e-5,
                 // Differences that die out early stop it short from some seeds.
-                "imoa, all operators" | "de" => 1e-3,
+                "imoa, free reward" | "imoa, points" | "de" => 1e-3,
                 "imoa-literal" => 0.25,
                 _ => 0.05,
             };
@@ -87,6 +91,37 @@ fn every_population_search_finds_the_bottom_of_a_bowl() {
         lm.run(&bowl, u32::MAX);
         assert!(lm.best().1 - 1.0 < 1e-5, "seed {seed}");
     }
+}
+
+/// A bowl with ripples: 81 minima, the lowest, of cost 1, where it is told, the next at 1.9.
+struct Ripples([f32; D]);
+
+impl Cost<D> for Ripples {
+    fn evaluate(&self, x: &[f32; D]) -> f32 {
+        let ripple = |d: f32| d * d + 0.5 * (1.0 - libm::cosf(core::f32::consts::TAU * d));
+        1.0 + x.iter().zip(&self.0).map(|(x, lowest)| ripple(x - lowest)).sum::<f32>()
+    }
+}
+
+/// What the population is for: the exchange alone stays in the nearest minimum, and without it the moves often miss the lowest.
+#[test]
+fn imoa_finds_the_lowest_of_many_minima_and_needs_its_population_for_it() {
+    let space = SearchSpace::within([-3.0; D], [3.0; D]).unwrap();
+    let [mut whole, mut alone, mut moves] = [0; 3];
+    for seed in 0..SEEDS {
+        let cost = Ripples(lowest(seed).map(|x| 1.5 * x));
+        let settings = ImoaSettings::new(2_000);
+        let found = |mut search: Box<dyn Optimizer<Ripples, D>>| {
+            search.run(&cost, u32::MAX);
+            u64::from(search.best().1 < 1.05)
+        };
+        whole += found(Box::new(Imoa::<D, N>::new(&space, settings, seed).unwrap()));
+        alone += found(Box::new(Imoa::<D, 1>::new(&space, settings, seed).unwrap()));
+        let without = ImoaSettings { reward: Reward::Off, ..settings };
+        moves += found(Box::new(Imoa::<D, N>::new(&space, without, seed).unwrap()));
+    }
+    println!("of {SEEDS}: {whole}, with one member {alone}, without the exchange {moves}");
+    assert!(whole == SEEDS && alone < SEEDS / 2 && moves < SEEDS);
 }
 
 /// Not finite beyond a radius about the start, in each of its ways.
@@ -172,6 +207,72 @@ fn a_search_that_cannot_be_made_says_why() {
     assert_eq!(SearchSpace::within([1.0], [0.0]), Err(OptimizerError::BoundsReversed { dimension: 0 }));
     let bad = PsoSettings { constriction: f32::NAN, ..PsoSettings::new(9) };
     assert!(matches!(Pso::<2, 4>::new(&unit, bad, 1).err(), Some(OptimizerError::Setting(_))));
+    let imoa = |settings| Imoa::<2, 4>::new(&unit, settings, 1).err();
+    for disturbance in [f32::NAN, f32::INFINITY, -0.1] {
+        let bad = ImoaSettings { disturbance, ..ImoaSettings::new(9) };
+        assert_eq!(imoa(bad), Some(OptimizerError::Setting("disturbance")));
+    }
+    let still = ImoaSettings { spiral: false, migration: false, ..ImoaSettings::new(9) };
+    assert_eq!(imoa(still), Some(OptimizerError::Setting("spiral or migration")));
+    let literal = |settings| ImoaLiteral::<2, 4>::new(&unit, settings, 1).err();
+    for modulus_error in [f32::NAN, f32::INFINITY] {
+        let bad = ImoaLiteralSettings { modulus_error, ..ImoaLiteralSettings::new(9) };
+        assert!(matches!(literal(bad), Some(OptimizerError::Setting(_))));
+    }
+    for guide in [f32::NAN, -0.1, 1.1] {
+        let bad = ImoaLiteralSettings { guide, ..ImoaLiteralSettings::new(9) };
+        assert!(matches!(literal(bad), Some(OptimizerError::Setting(_))));
+    }
+    for probability in [f32::NAN, -0.1, 1.1] {
+        for bad in [
+            MoaSettings { hunting: probability, ..MoaSettings::new(9) },
+            MoaSettings { sentry: probability, ..MoaSettings::new(9) },
+        ] {
+            assert!(matches!(Moa::<2, 4>::new(&unit, bad, 1).err(), Some(OptimizerError::Setting(_))));
+        }
+        let bad = DifferentialEvolutionSettings { crossover: probability, ..evolution };
+        assert!(matches!(DifferentialEvolution::<2, 4>::new(&unit, bad, 1).err(), Some(OptimizerError::Setting(_))));
+    }
+}
+
+/// Every way to switch IMOA's operators, on costs that are finite, nowhere finite, and finite in part: the box is kept, NaN is never
+/// taken, and every step costs at most one evaluation.
+#[test]
+fn every_combination_of_imoas_operators_keeps_the_promises() {
+    let space = SearchSpace::about([0.9; D], 0.6, [-1.0; D], [1.0; D]).unwrap();
+    let bowl = Bowl(lowest(5));
+    let switches = [false, true];
+    for reward in [Reward::Off, Reward::Free, Reward::Points, Reward::Values] {
+        for (adaptive_step, refraction) in switches.into_iter().flat_map(|a| switches.map(|r| (a, r))) {
+            for (spiral, migration) in [(true, false), (false, true), (true, true)] {
+                let settings = ImoaSettings {
+                    disturbance: 1e30,
+                    adaptive_step,
+                    spiral,
+                    reward,
+                    migration,
+                    refraction,
+                    ..ImoaSettings::new(400)
+                };
+                let mut search = Imoa::<D, 5>::new(&space, settings, 1).unwrap();
+                let mut steps = 0;
+                while search.step(&bowl) == Progress::Running {
+                    steps += 1;
+                    assert_eq!(search.evaluations(), steps);
+                }
+                assert_eq!(steps, 400);
+                let excess = search.best().1 - 1.0;
+                assert!(excess < 0.5 * (bowl.evaluate(&[0.9; D]) - 1.0), "{settings:?}: {excess}");
+                let mut search = Imoa::<D, 5>::new(&space, settings, 1).unwrap();
+                // Not one point of this start's surroundings is finite.
+                assert_eq!(search.run(&Nowhere(f32::NAN), 500), Progress::Done);
+                assert_eq!(search.best(), (&[0.9; D], f32::INFINITY));
+                let mut search = Imoa::<D, 5>::new(&SearchSpace::UNIT, settings, 1).unwrap();
+                search.run(&Hole, 500);
+                assert!(search.best().1.is_finite());
+            }
+        }
+    }
 }
 
 #[test]
@@ -180,6 +281,9 @@ fn populations_of_one_and_no_evaluations_are_searches_too() {
     let space = SearchSpace::UNIT;
     let mut alone: Vec<Box<dyn Optimizer<Bowl, D>>> = vec![
         Box::new(Imoa::<D, 1>::new(&space, ImoaSettings::new(50), 1).unwrap()),
+        Box::new(
+            Imoa::<D, 1>::new(&space, ImoaSettings { reward: Reward::Points, ..ImoaSettings::new(50) }, 1).unwrap(),
+        ),
         Box::new(ImoaLiteral::<D, 1>::new(&space, ImoaLiteralSettings::new(50), 1).unwrap()),
         Box::new(Moa::<D, 1>::new(&space, MoaSettings::new(50), 1).unwrap()),
         Box::new(Pso::<D, 1>::new(&space, PsoSettings::new(50), 1).unwrap()),
@@ -271,7 +375,7 @@ fn on_a_windows_cost_levenberg_marquardt_is_best_and_imoa_the_best_without_deriv
     }
     println!("| lm | done after {evaluations} evaluations and a normal matrix for each but the first |");
     assert!(evaluations <= 20);
-    assert_eq!(table[0][4].0, SEEDS as usize, "IMOA within 300 evaluations from every seed");
+    assert_eq!(table[0][2].0, SEEDS as usize, "IMOA within 150 evaluations from every seed");
     for (column, budget) in BUDGETS.iter().enumerate() {
         let reached = |row: usize| table[row][column].0;
         assert!((1..kinds.len()).all(|row| reached(row) <= reached(0)), "IMOA is not the best at {budget}");

@@ -1,4 +1,5 @@
-//! Fixed-size linear algebra beyond 3x3: packed symmetric matrices, their Cholesky factor, and a Jacobi eigen-solver.
+//! Fixed-size linear algebra beyond 3x3: packed symmetric matrices, their Cholesky factor, a Jacobi eigen-solver and
+//! quantiles.
 //!
 //! nalgebra's own product and eigen-solver are not used for these sizes: its product changes with the features that other
 //! crates switch on (so the host could differ from the chip in the last bit), its `SymmetricEigen` can panic, and packing
@@ -6,7 +7,9 @@
 
 mod eigen;
 mod packed;
+mod quantile;
 
 pub(crate) use eigen::jacobi_eigen;
 pub use packed::Packed;
-pub(crate) use packed::{Cholesky, dot};
+pub(crate) use packed::{Cholesky, dot, minus, plus};
+pub(crate) use quantile::quantile;

@@ -61,6 +61,27 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         }
     }
 
+    /// Adds `weight * row row^T` of three rows: each sum is read and written once.
+    pub(crate) fn add_outers(&mut self, rows: &[[f32; D]; 3], weight: f32) {
+        let [a, b, c] = rows;
+        let mut rest = self.0.as_mut_slice();
+        for i in 0..D {
+            let Some((sums, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
+            let (wa, wb, wc) = (weight * a[i], weight * b[i], weight * c[i]);
+            for (((sum, x), y), z) in sums.iter_mut().zip(a).zip(b).zip(c) {
+                *sum += wa * x + wb * y + wc * z;
+            }
+            rest = next;
+        }
+    }
+
+    /// Multiplies every element.
+    pub(crate) fn scale(&mut self, factor: f32) {
+        for a in &mut self.0 {
+            *a *= factor;
+        }
+    }
+
     /// Adds `weight * other`.
     pub(crate) fn add_scaled(&mut self, other: &Self, weight: f32) {
         for (a, b) in self.0.iter_mut().zip(&other.0) {
@@ -68,22 +89,42 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         }
     }
 
+    /// Adds `weight * block` to the elements of the first variables, row by row as both are packed.
+    pub(crate) fn add_leading<const E: usize, const U: usize>(&mut self, block: &Packed<E, U>, weight: f32) {
+        for (a, b) in self.0.iter_mut().zip(&block.0) {
+            *a += weight * b;
+        }
+    }
+
     pub(crate) fn times(&self, x: &[f32; D]) -> [f32; D] {
         let mut y = [0.0; D];
-        for i in 0..D {
-            for j in 0..i {
-                let a = read(&self.0, i, j);
-                y[i] += a * x[j];
-                y[j] += a * x[i];
+        let mut rest = self.0.as_slice();
+        for (i, own) in x.iter().enumerate() {
+            let Some((row, next)) = rest.split_at_checked(i + 1) else { return y };
+            let Some((diagonal, below)) = row.split_last() else { return y };
+            let mut sum = diagonal * own;
+            for ((a, x), y) in below.iter().zip(x).zip(&mut y) {
+                sum += a * x;
+                *y += a * own;
             }
-            y[i] += read(&self.0, i, i) * x[i];
+            y[i] += sum;
+            rest = next;
         }
         y
     }
 
     /// x^T N x.
     pub(crate) fn quadratic(&self, x: &[f32; D]) -> f32 {
-        dot(&self.times(x), x)
+        let mut rest = self.0.as_slice();
+        let mut total = 0.0;
+        for (i, own) in x.iter().enumerate() {
+            let Some((row, next)) = rest.split_at_checked(i + 1) else { return total };
+            let Some((diagonal, below)) = row.split_last() else { return total };
+            let sum = below.iter().zip(x).fold(0.0, |sum, (a, x)| sum + a * x);
+            total += own * (2.0 * sum + diagonal * own);
+            rest = next;
+        }
+        total
     }
 
     /// Sum over all elements of the product with another matrix: the trace of N M.
@@ -110,21 +151,25 @@ impl<const D: usize, const T: usize> Packed<D, T> {
     pub(crate) fn cholesky(&self) -> Option<Cholesky<D, T>> {
         let mut l = self.0;
         for i in 0..D {
+            // Rows lie one after the other, so that the sums run along slices.
+            let (above, below) = l.split_at_mut_checked(at(i, 0))?;
+            let row = below.get_mut(..=i)?;
             for j in 0..=i {
-                let mut sum = read(&l, i, j);
-                for k in 0..j {
-                    sum -= read(&l, i, k) * read(&l, j, k);
-                }
+                let (done, rest) = row.split_at_mut_checked(j)?;
+                let element = rest.first_mut()?;
                 if i == j {
+                    let sum = *element - done.iter().fold(0.0, |sum, x| sum + x * x);
                     // Pivots that lose all but the last few bits of their diagonal are rounding noise (f32: 2^-24 each of D terms).
-                    let floor = read(&self.0, i, i) * 1e-6;
+                    let floor = *element * 1e-6;
                     if !(sum > floor && sum.is_finite()) {
                         return None;
                     }
-                    write(&mut l, i, i, 1.0 / libm::sqrtf(sum));
+                    *element = 1.0 / libm::sqrtf(sum);
                 } else {
-                    let value = sum * read(&l, j, j);
-                    write(&mut l, i, j, value);
+                    let other = above.get(at(j, 0)..=at(j, j))?;
+                    let (factors, inverse) = other.split_at_checked(j)?;
+                    let sum = *element - done.iter().zip(factors).fold(0.0, |sum, (x, y)| sum + x * y);
+                    *element = sum * inverse.first()?;
                 }
             }
         }
@@ -135,26 +180,16 @@ impl<const D: usize, const T: usize> Packed<D, T> {
 impl<const D: usize, const T: usize> Cholesky<D, T> {
     /// x with N x = rhs.
     pub fn solve(&self, rhs: &[f32; D]) -> [f32; D] {
-        let mut y = self.solve_lower(rhs);
-        for i in (0..D).rev() {
-            let mut sum = y[i];
-            for k in i + 1..D {
-                sum -= read(&self.0, k, i) * y[k];
-            }
-            y[i] = sum * read(&self.0, i, i);
-        }
-        y
+        self.solve_upper(&self.solve_lower(rhs))
     }
 
     /// y with L y = rhs.
     pub fn solve_lower(&self, rhs: &[f32; D]) -> [f32; D] {
         let mut y = *rhs;
         for i in 0..D {
-            let mut sum = y[i];
-            for k in 0..i {
-                sum -= read(&self.0, i, k) * y[k];
-            }
-            y[i] = sum * read(&self.0, i, i);
+            let row = self.0.get(at(i, 0)..=at(i, i)).unwrap_or_default();
+            let sum = row.iter().zip(&y).take(i).fold(y[i], |sum, (l, y)| sum - l * y);
+            y[i] = sum * row.last().copied().unwrap_or(0.0);
         }
         y
     }
@@ -163,11 +198,13 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
     pub fn solve_upper(&self, rhs: &[f32; D]) -> [f32; D] {
         let mut x = *rhs;
         for i in (0..D).rev() {
-            let mut sum = x[i];
-            for k in i + 1..D {
-                sum -= read(&self.0, k, i) * x[k];
+            let row = self.0.get(at(i, 0)..=at(i, i)).unwrap_or_default();
+            let value = x[i] * row.last().copied().unwrap_or(0.0);
+            // What is known is taken off the others, along the row.
+            for (x, l) in x.iter_mut().zip(row).take(i) {
+                *x -= l * value;
             }
-            x[i] = sum * read(&self.0, i, i);
+            x[i] = value;
         }
         x
     }
@@ -183,6 +220,24 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
         }
         y
     }
+}
+
+/// a + b.
+pub(crate) fn plus<const D: usize>(a: &[f32; D], b: &[f32; D]) -> [f32; D] {
+    let mut sum = *a;
+    for (x, y) in sum.iter_mut().zip(b) {
+        *x += y;
+    }
+    sum
+}
+
+/// a - b.
+pub(crate) fn minus<const D: usize>(a: &[f32; D], b: &[f32; D]) -> [f32; D] {
+    let mut difference = *a;
+    for (x, y) in difference.iter_mut().zip(b) {
+        *x -= y;
+    }
+    difference
 }
 
 pub(crate) fn dot<const D: usize>(a: &[f32; D], b: &[f32; D]) -> f32 {

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-/// The gyro's 12 error parameters: `w = P (w_raw - b)` (paper, eq 2 to 4; P = (I + S)^-1).
+/// The gyro's 12 error parameters: `w = P (w_raw - b)` (paper, eq 1 to 4; P = (I + S)^-1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GyroModel {

@@ -8,7 +8,7 @@ const MAX_P_VALUE: f32 = 0.01;
 /// of the misfit. With percent-level errors of P it is the other way round.
 const LEAST_EXPLAINED: f32 = 0.75;
 
-/// Least change of the rotation over a one-second segment that is worth a swap, rad: 0.3 deg.
+/// Least change of the rotation over a second that is worth a swap, rad: 0.3 deg.
 const LEAST_CHANGE_RAD: f32 = 5.2e-3;
 
 /// By how many of its own (jackknife) deviations that change has to stand out.
@@ -18,14 +18,29 @@ const LEAST_CHANGE_SIGMAS: f32 = 3.0;
 /// +-20 mg typical). Beyond, the accelerometer is uncalibrated: directions are off by a degree and more.
 const MAX_NORM_ERROR_M_S2: f32 = 0.2;
 
+/// By how many of the new model's own (posterior) deviations the flown one has to be off before it is refined. The error of a model
+/// that is off by d and one that is not are as (d^2 + s^2) to s^2.
+const REFINEMENT_SIGMAS: f32 = 1.0;
+
+/// Most probable chance win of what flies over a refinement that counts as worse: the usual 5 %.
+const WORSE_P_VALUE: f32 = 0.05;
+
 /// What the gate looks at.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Evidence {
     pub outcome: Outcome,
-    /// Root mean square over the moving segments of the change of rotation, rad.
+    pub promise: Promise,
+}
+
+/// Root mean squares over the moving seconds, rad.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Promise {
+    /// Of the change of rotation that a swap makes.
     pub change_rad: f32,
-    /// The same of its uncertainty.
-    pub change_sigma_rad: f32,
+    /// Of its uncertainty, by the jackknife.
+    pub jackknife_rad: f32,
+    /// Of the new model's uncertainty, by the posterior.
+    pub posterior_rad: f32,
 }
 
 /// Whether the vector sensors may judge P at all: a magnetometer, and an accelerometer whose norm at rest is gravity's. Gravity
@@ -36,7 +51,7 @@ pub(crate) fn sensors_fit_to_judge(
     rest_norm_error_m_s2: Option<f32>,
     accelerometer_on_record: bool,
 ) -> Result<(), Refusal> {
-    if gravity_rows == 0 && field_rows == 0 && rest_norm_error_m_s2.is_none() {
+    if gravity_rows + field_rows == 0 && rest_norm_error_m_s2.is_none() {
         return Err(Refusal::NotEnoughExcitation { rank: 0 });
     }
     let uncalibrated = rest_norm_error_m_s2.is_some_and(|error| error > MAX_NORM_ERROR_M_S2);
@@ -53,12 +68,53 @@ pub(crate) fn sensors_fit_to_judge(
     }
 }
 
+/// Largest squared distance between what a window says by itself and what was carried into it, of 12 parameters that have not
+/// changed: the quantile of chi-square with 12 degrees of freedom that one window in 100,000 exceeds, one in a month of drilling.
+const CONTRADICTION: f32 = 45.1;
+
+/// Whether a window agrees with the ones before it.
+pub(crate) fn consistent(contradiction: f32) -> Result<(), Refusal> {
+    // Asked for what passes, so that a NaN refuses.
+    if contradiction <= CONTRADICTION { Ok(()) } else { Err(Refusal::Contradiction { square: contradiction }) }
+}
+
+/// Most deviations by which a fit may disagree with the accelerometer more often than what flies: once in a thousand by chance.
+const MAX_DISAGREEMENT: f32 = 3.09;
+
+/// Whether the accelerometer agrees as often with the fit as with what flies on how far the body turned (eq 6). Only a comparison
+/// of the two says anything: accelerations turn specific force too, and about gravity nothing does.
+pub(crate) fn agreed(disagreement: f32) -> Result<(), Refusal> {
+    // Asked for what passes, so that a NaN refuses.
+    if disagreement <= MAX_DISAGREEMENT { Ok(()) } else { Err(Refusal::RotationDisagrees { sigmas: disagreement }) }
+}
+
 /// Whether a fit of P may fly.
 pub(crate) fn judge(evidence: &Evidence) -> Result<(), Refusal> {
-    let Evidence { outcome, change_rad, change_sigma_rad } = *evidence;
+    let Evidence { outcome, promise: Promise { change_rad, jackknife_rad, .. } } = *evidence;
     clear_win(&outcome)?;
-    let worth_it = change_rad > LEAST_CHANGE_RAD && change_rad > LEAST_CHANGE_SIGMAS * change_sigma_rad;
-    if worth_it { Ok(()) } else { Err(Refusal::ChangeTooSmall { change_rad, sigma_rad: change_sigma_rad }) }
+    let worth_it = change_rad > LEAST_CHANGE_RAD && change_rad > LEAST_CHANGE_SIGMAS * jackknife_rad;
+    if worth_it { Ok(()) } else { Err(Refusal::ChangeTooSmall { change_rad, sigma_rad: jackknife_rad }) }
+}
+
+/// Whether a fit may take the place of a P that was accepted before, without being news: this window too would have it rather
+/// than the factory's P (`justified`), on unseen test windows what flies does not win, with its bias as it is or fitted
+/// (`flown_wins`), and what flies is off by more than the new model can be.
+pub(crate) fn judge_refinement(
+    justified: &Outcome,
+    flown_wins: [Outcome; 2],
+    promise: &Promise,
+) -> Result<(), Refusal> {
+    clear_win(justified)?;
+    for outcome in flown_wins {
+        // Asked for what passes, so that a NaN refuses.
+        let as_good = outcome.p_value > WORSE_P_VALUE && outcome.explained.is_finite();
+        if !as_good {
+            return Err(Refusal::NoClearWin { p_value: 1.0 - outcome.p_value });
+        }
+    }
+    let Promise { change_rad, posterior_rad, .. } = *promise;
+    let worth_it = change_rad > REFINEMENT_SIGMAS * posterior_rad;
+    if worth_it { Ok(()) } else { Err(Refusal::ChangeTooSmall { change_rad, sigma_rad: posterior_rad }) }
 }
 
 /// The part of the gate that a fitted bias has to pass as well.
@@ -77,8 +133,8 @@ pub(crate) fn clear_win(outcome: &Outcome) -> Result<(), Refusal> {
 mod tests {
     use super::*;
 
-    const GOOD: Evidence =
-        Evidence { outcome: Outcome { p_value: 0.001, explained: 0.9 }, change_rad: 0.1, change_sigma_rad: 0.01 };
+    const GOOD: Evidence = Evidence { outcome: Outcome { p_value: 0.001, explained: 0.9 }, promise: PROMISE };
+    const PROMISE: Promise = Promise { change_rad: 0.1, jackknife_rad: 0.01, posterior_rad: 0.01 };
 
     #[test]
     fn each_rule_refuses_by_itself_and_nan_never_passes() {
@@ -90,12 +146,25 @@ mod tests {
             with(Outcome { explained: f32::NAN, ..GOOD.outcome }),
             Err(Refusal::MisfitNotExplained { .. })
         ));
-        assert!(matches!(judge(&Evidence { change_rad: 0.02, ..GOOD }), Err(Refusal::ChangeTooSmall { .. })));
-        assert!(matches!(
-            judge(&Evidence { change_rad: 0.004, change_sigma_rad: 0.0, ..GOOD }),
-            Err(Refusal::ChangeTooSmall { .. })
-        ));
-        assert!(judge(&Evidence { change_sigma_rad: f32::NAN, ..GOOD }).is_err());
+        let with = |promise: Promise| judge(&Evidence { promise, ..GOOD });
+        assert!(matches!(with(Promise { change_rad: 0.02, ..PROMISE }), Err(Refusal::ChangeTooSmall { .. })));
+        let small = Promise { change_rad: 0.004, jackknife_rad: 0.0, ..PROMISE };
+        assert!(matches!(with(small), Err(Refusal::ChangeTooSmall { .. })));
+        assert!(with(Promise { jackknife_rad: f32::NAN, ..PROMISE }).is_err());
+    }
+
+    #[test]
+    fn a_refinement_has_to_be_justified_no_worse_and_beyond_its_own_uncertainty() {
+        let justified = GOOD.outcome;
+        let even = Outcome { p_value: 0.5, explained: 0.0 };
+        assert_eq!(judge_refinement(&justified, [even; 2], &PROMISE), Ok(()));
+        assert!(judge_refinement(&even, [even; 2], &PROMISE).is_err());
+        for worse in [Outcome { p_value: 0.01, ..even }, Outcome { explained: f32::NAN, ..even }] {
+            assert!(judge_refinement(&justified, [even, worse], &PROMISE).is_err());
+            assert!(judge_refinement(&justified, [worse, even], &PROMISE).is_err());
+        }
+        let unsure = Promise { posterior_rad: 0.11, ..PROMISE };
+        assert!(matches!(judge_refinement(&justified, [even; 2], &unsure), Err(Refusal::ChangeTooSmall { .. })));
     }
 
     #[test]

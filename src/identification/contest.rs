@@ -1,6 +1,8 @@
-use super::Prior;
-use super::least_squares::{Freedom, MagnetometerErrors, RowVariances, gyro_part, misfit, solve};
-use crate::{algebra::Packed, window::Block};
+use super::least_squares::{Known, Model, solve, test_misfits};
+use crate::{
+    algebra::Packed,
+    window::{Equations, MAGNETIC, TestEquations, gyro_part},
+};
 
 /// Most groups of contiguous blocks: 2^10 sign patterns can be counted exactly.
 pub(crate) const MAX_GROUPS: usize = 10;
@@ -8,28 +10,19 @@ pub(crate) const MAX_GROUPS: usize = 10;
 /// Fewest groups: below it not even a win on every group is rarer than the limit of the p-value (2^-7 = 0.008).
 pub(crate) const MIN_GROUPS: usize = 7;
 
-/// Blocked cross-validation of three nested models, the richest first: each group of contiguous, moving blocks is predicted by
-/// fits to the others.
+/// Most models in a contest.
+const MODELS: usize = 4;
+
+/// Blocked cross-validation of models, the richest first: each group of contiguous, moving test windows is predicted by fits to
+/// the others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contest {
     /// Whitened misfit of each model on each unseen group.
-    losses: [[f32; MAX_GROUPS]; 3],
+    losses: [[f32; MAX_GROUPS]; MODELS],
     groups: usize,
     /// Sum over the groups of the richest fit without the group minus that to everything: first and second moment.
     shift: [f32; 12],
     scatter: Packed<12, 78>,
-}
-
-/// What a model may move.
-pub(crate) type Model = (Freedom, MagnetometerErrors);
-
-/// What all fits of a window share.
-#[derive(Clone, Copy)]
-pub(crate) struct Known<'a> {
-    pub variances: &'a RowVariances,
-    pub prior: &'a Prior,
-    /// The nominal model.
-    pub theta: &'a [f32; 12],
 }
 
 /// What a contest between two of the models says.
@@ -43,49 +36,60 @@ pub(crate) struct Outcome {
 
 impl Contest {
     pub const fn zero() -> Self {
-        Self { losses: [[0.0; MAX_GROUPS]; 3], groups: 0, shift: [0.0; 12], scatter: Packed::zero() }
+        Self { losses: [[0.0; MAX_GROUPS]; MODELS], groups: 0, shift: [0.0; 12], scatter: Packed::zero() }
     }
 
     pub const fn groups(&self) -> usize {
         self.groups
     }
 
-    /// Plays one group: `total` of all equations, `group` the unseen ones, `everything` the richest model's fit to all. `None`
-    /// when a fit fails.
-    pub fn play(
+    /// Plays one group: `total` of all equations, `unseen` those that do not teach; `witnesses`, the group's test windows, without those
+    /// that are beyond `disturbed` with both of the first two models; `everything`, the richest model's fit to all. `None` when a
+    /// fit fails.
+    pub fn play<'a>(
         &mut self,
-        total: &Block,
-        group: &Block,
-        models: &[Model; 3],
+        (total, unseen): (&Equations, &Equations),
+        witnesses: impl Iterator<Item = &'a TestEquations>,
+        disturbed: f32,
+        models: &[Model],
         known: &Known,
         everything: &[f32; 12],
     ) -> Option<()> {
         let mut others = *total;
-        subtract(&mut others, group);
-        for (index, (losses, (freedom, magnetometer))) in self.losses.iter_mut().zip(models).enumerate() {
-            let x = solve(&others, known.variances, known.prior, known.theta, (freedom, *magnetometer))?;
-            *losses.get_mut(self.groups)? = misfit(group, known.variances, &x);
-            if index == 0 {
-                let mut change = gyro_part(&x);
-                for ((c, e), s) in change.iter_mut().zip(everything).zip(&mut self.shift) {
-                    *c -= e;
-                    *s += *c;
-                }
-                self.scatter.add_outer(&change, 1.0);
+        others.add_scaled(unseen, -1.0);
+        let mut fits = [[0.0; MAGNETIC]; MODELS];
+        for (fit, model) in fits.iter_mut().zip(models) {
+            *fit = solve(&others, known, model)?;
+        }
+        let mut sums = [0.0; MODELS];
+        for test in witnesses {
+            let found = test_misfits(test, known, &fits);
+            let [richest, second, ..] = found;
+            if richest > disturbed && second > disturbed {
+                continue;
+            }
+            for (sum, misfit) in sums.iter_mut().zip(&found) {
+                *sum += misfit;
             }
         }
+        for (losses, sum) in self.losses.iter_mut().zip(sums) {
+            *losses.get_mut(self.groups)? = sum;
+        }
+        let [richest, ..] = fits;
+        let mut change = gyro_part(&richest);
+        for ((c, e), s) in change.iter_mut().zip(everything).zip(&mut self.shift) {
+            *c -= e;
+            *s += *c;
+        }
+        self.scatter.add_outer(&change, 1.0);
         self.groups += 1;
         Some(())
     }
 
-    pub fn first_against_second(&self) -> Outcome {
-        let [first, second, _] = &self.losses;
-        self.outcome(first, second)
-    }
-
-    pub fn second_against_third(&self) -> Outcome {
-        let [_, second, third] = &self.losses;
-        self.outcome(second, third)
+    /// Of model number `winner` against `loser`, counted from 0.
+    pub fn between(&self, winner: usize, loser: usize) -> Outcome {
+        let of = |index: usize| self.losses.get(index).copied().unwrap_or([f32::NAN; MAX_GROUPS]);
+        self.outcome(&of(winner), &of(loser))
     }
 
     fn outcome(&self, winner: &[f32; MAX_GROUPS], loser: &[f32; MAX_GROUPS]) -> Outcome {
@@ -112,17 +116,6 @@ impl Contest {
         covariance.add_scaled(&self.scatter, scale);
         covariance.add_outer(&self.shift, -scale / groups);
         covariance
-    }
-}
-
-fn subtract(total: &mut Block, group: &Block) {
-    total.gravity.normal.add_scaled(&group.gravity.normal, -1.0);
-    total.magnetic.normal.add_scaled(&group.magnetic.normal, -1.0);
-    for (t, g) in total.gravity.rhs.iter_mut().zip(&group.gravity.rhs) {
-        *t -= g;
-    }
-    for (t, g) in total.magnetic.rhs.iter_mut().zip(&group.magnetic.rhs) {
-        *t -= g;
     }
 }
 

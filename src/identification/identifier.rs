@@ -1,12 +1,12 @@
 use super::{
-    Refusal, WindowReport,
+    Decision, Refusal, WindowCost, WindowReport,
     judgement::unidentified,
-    prior::{linear, theta_of},
+    prior::theta_of,
     window_fit::{Context, Job, Step, WindowFit},
 };
 use crate::{
-    compensation::{GyroModel, VectorModel},
-    config::{Config, IdentificationConfig},
+    compensation::GyroModel,
+    config::Config,
     window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
 };
 use heapless::{Deque, Vec};
@@ -29,17 +29,18 @@ enum State {
 /// Windows of samples in, accepted models or reasoned refusals out.
 pub(crate) struct Identifier {
     pub stream: SampleStream,
-    config: IdentificationConfig,
-    seed: u64,
-    factory: GyroModel,
+    config: Config,
     flown: GyroModel,
-    accelerometer_on_record: bool,
     /// First sample and increment since the start or the last gap.
     stream_start_us: u64,
     stream_from: u32,
     next_close_us: u64,
     final_close_us: u64,
     freeze_us: u64,
+    /// Until when the samples' lessons are in what the fit carries: no later window may hold them.
+    learned_until_us: u64,
+    /// End of the latest window that the flown bias comes from; 0: none.
+    bias_known_us: u64,
     fit: WindowFit,
     state: State,
     /// The result of the job, once it is judged.
@@ -54,16 +55,15 @@ impl Identifier {
     pub const fn zero() -> Self {
         Self {
             stream: SampleStream::zero(),
-            config: IdentificationConfig::UNSET,
-            seed: 0,
-            factory: GyroModel::UNSET,
+            config: Config::UNSET,
             flown: GyroModel::UNSET,
-            accelerometer_on_record: false,
             stream_start_us: 0,
             stream_from: 0,
             next_close_us: 0,
             final_close_us: 0,
             freeze_us: 0,
+            learned_until_us: 0,
+            bias_known_us: 0,
             fit: WindowFit::zero(),
             state: State::Idle,
             result: Vec::new(),
@@ -75,11 +75,8 @@ impl Identifier {
 
     pub fn configure(&mut self, config: &Config) {
         let id = config.identification;
-        self.config = id;
-        self.seed = config.seed;
-        self.factory = config.gyro;
+        self.config = *config;
         self.flown = config.gyro;
-        self.accelerometer_on_record = config.accel != VectorModel::IDENTITY;
         self.final_close_us = config.freeze_at_us.map_or(u64::MAX, |t| t.saturating_sub(micros(id.latency_s)));
         self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
         // Ranges of the stored increments where the full scale is unknown: 4000 deg/s and 32 g, the widest of the parts in use,
@@ -95,6 +92,9 @@ impl Identifier {
                 2.0 * config.full_scale.mag_ut.unwrap_or(330.0),
             ),
         });
+        self.learned_until_us = 0;
+        self.bias_known_us = 0;
+        self.fit.forget();
         self.state = State::Idle;
         self.pending.clear();
         self.reports_lost = 0;
@@ -107,8 +107,7 @@ impl Identifier {
 
     /// Begins at the first sample of all.
     pub fn start(&mut self, t_us: u64) {
-        let (p, c) = linear(&theta_of(&self.flown));
-        self.stream.start(t_us, p, c);
+        self.stream.start(t_us, &theta_of(&self.flown));
         self.start_window(t_us);
     }
 
@@ -123,7 +122,7 @@ impl Identifier {
         };
         self.fit.job.effect_us = delayed(self.fit.job.effect_us);
         if self.next_close_us != u64::MAX {
-            let effect_us = delayed(last_us.saturating_add(micros(self.config.latency_s)));
+            let effect_us = delayed(last_us.saturating_add(micros(self.config.identification.latency_s)));
             self.close(last_us, effect_us, true);
         }
         self.stream.restart(t_us);
@@ -133,7 +132,7 @@ impl Identifier {
     fn start_window(&mut self, t_us: u64) {
         self.stream_start_us = t_us;
         self.stream_from = self.stream.increments.count();
-        self.schedule(t_us, t_us.saturating_add(micros(self.config.window_s)));
+        self.schedule(t_us, t_us.saturating_add(micros(self.config.identification.window_s)));
     }
 
     /// Sets the next close: the regular one, or the last one before the freeze where that comes first or so soon after that
@@ -141,7 +140,7 @@ impl Identifier {
     fn schedule(&mut self, now_us: u64, regular_us: u64) {
         self.next_close_us = if now_us >= self.final_close_us {
             u64::MAX
-        } else if regular_us.saturating_add(micros(self.config.latency_s)) > self.final_close_us {
+        } else if regular_us.saturating_add(micros(self.config.identification.latency_s)) > self.final_close_us {
             self.final_close_us
         } else {
             regular_us
@@ -161,16 +160,11 @@ impl Identifier {
             return false;
         };
         report.t_effect_us = Some(t_us);
-        let (old, new) = (theta_of(&self.flown), theta_of(&report.flown));
         let changed = report.flown != self.flown;
         if changed {
-            let mut shift = new;
-            for (s, old) in shift.iter_mut().zip(&old) {
-                *s -= old;
-            }
-            let (p, c) = linear(&new);
-            self.stream.change_model(p, c, &shift);
+            self.stream.change_model(&theta_of(&report.flown));
             self.flown = report.flown;
+            self.bias_known_us = report.t_end_us;
         }
         self.announce(report);
         changed
@@ -182,16 +176,19 @@ impl Identifier {
         if t_us >= self.next_close_us {
             // The last window before a freeze closes at its first sample at or after the instant that leaves it the latency: by less
             // than a sample period its result would come after the freeze.
-            let effect_us = t_us.saturating_add(micros(self.config.latency_s));
+            let effect_us = t_us.saturating_add(micros(self.config.identification.latency_s));
             self.close(t_us, if effect_us < self.freeze_us { effect_us } else { self.freeze_us }, false);
-            self.schedule(t_us, t_us.saturating_add(micros(self.config.step_s)));
+            self.schedule(t_us, t_us.saturating_add(micros(self.config.identification.step_s)));
         }
     }
 
     /// Closes the window in progress: a job, or at once a report of why there is none.
     fn close(&mut self, t_us: u64, effect_us: u64, cut_by_gap: bool) {
         let count = self.stream.increments.count();
-        let t_start_us = self.stream_start_us.max(t_us.saturating_sub(micros(self.config.window_s)));
+        let t_start_us = self
+            .stream_start_us
+            .max(t_us.saturating_sub(micros(self.config.identification.window_s)))
+            .max(self.learned_until_us);
         // A window is far shorter than the hour that 32 bits of microseconds hold.
         let length_us = (t_us - t_start_us) as u32;
         let kept = length_us.checked_div(self.stream.grid.interval_us).unwrap_or(0);
@@ -202,15 +199,16 @@ impl Identifier {
             from: self.stream_from.max(count.saturating_sub(kept)),
             to: count,
             rest: self.stream.rest_bias(t_us),
+            rest_is_news: self.stream.last_rest_us().is_some_and(|rest_us| rest_us > self.bias_known_us),
             rest_s: self.stream.rest_seconds(length_us / 1_000_000) as f32,
             rest_norm_error_m_s2: self.stream.rest_norm_error_m_s2(),
         };
         let too_short = Refusal::WindowTooShort {
             length_s: length_us as f32 * 1e-6,
-            needed_s: self.config.min_window_s,
+            needed_s: self.config.identification.min_window_s,
             cut_by_gap,
         };
-        match (u64::from(length_us) < micros(self.config.min_window_s), self.state) {
+        match (u64::from(length_us) < micros(self.config.identification.min_window_s), self.state) {
             // Too short for P, but a rest in it still gives the bias.
             (true, State::Idle) => {
                 self.fit.job = job;
@@ -219,7 +217,8 @@ impl Identifier {
             }
             (true, _) => self.announce_unapplied(&job, too_short),
             (false, State::Idle) => {
-                self.fit.start(job);
+                let (context, fit) = self.split();
+                fit.start(&context, job);
                 self.result.clear();
                 self.state = State::Fitting;
             }
@@ -263,11 +262,17 @@ impl Identifier {
         if self.state != State::Fitting {
             return 0;
         }
-        let Self { stream, config, factory, flown, accelerometer_on_record, seed, fit, .. } = self;
-        let accelerometer_on_record = *accelerometer_on_record;
-        match fit.step(&Context { stream, config, factory, flown, accelerometer_on_record, seed: *seed }) {
+        let (context, fit) = self.split();
+        match fit.step(&context) {
             Step::More(units) => units,
             Step::Done(report) => {
+                match report.decision {
+                    Decision::Accepted | Decision::Refused(Refusal::ChangeTooSmall { .. }) => self.learn(),
+                    // What was carried no longer holds, or this window is wrong: the next one stands by itself.
+                    Decision::Refused(Refusal::Contradiction { .. }) => self.fit.forget(),
+                    // A window that the gate does not believe teaches nothing.
+                    Decision::Refused(_) => {}
+                }
                 self.conclude(report);
                 JUDGE_UNITS
             }
@@ -280,15 +285,32 @@ impl Identifier {
         }
     }
 
-    fn context(&self) -> Context<'_> {
-        Context {
-            stream: &self.stream,
-            config: &self.config,
-            factory: &self.factory,
-            flown: &self.flown,
-            accelerometer_on_record: self.accelerometer_on_record,
-            seed: self.seed,
+    /// The cost of the last window whose innovations stand.
+    pub fn window_cost(&self) -> Option<WindowCost<'_>> {
+        self.fit.cost()
+    }
+
+    /// What no later window will hold is carried on.
+    fn learn(&mut self) {
+        let until_us = match self.next_close_us {
+            u64::MAX => return,
+            next_us => next_us.saturating_sub(micros(self.config.identification.window_s)),
+        };
+        if until_us > self.fit.job.t_start_us {
+            self.learned_until_us = until_us;
+            let (context, fit) = self.split();
+            fit.learn(&context, until_us);
         }
+    }
+
+    fn context(&self) -> Context<'_> {
+        Context { stream: &self.stream, config: &self.config, flown: &self.flown }
+    }
+
+    /// The fit beside what it needs to know.
+    fn split(&mut self) -> (Context<'_>, &mut WindowFit) {
+        let Self { stream, config, flown, fit, .. } = self;
+        (Context { stream, config, flown }, fit)
     }
 }
 

@@ -2,18 +2,20 @@
 
 use super::{
     Decision, Prior, Refusal, WindowReport,
-    acceptance::{self, Evidence},
+    acceptance::{self, Evidence, Promise},
     contest::MIN_GROUPS,
-    least_squares::{self, Freedom},
+    drift::Drift,
+    least_squares::{Freedom, Model},
     observability::Observability,
     prior::{model_of, prior_sigma, theta_of},
+    weak_fit::{FACTORY_P, FLOWN_P, FULL, NOTHING},
     window_fit::{Context, Job, WindowFit},
 };
 use crate::{
-    algebra::{Cholesky, Packed, dot},
+    algebra::{Cholesky, Packed, dot, minus, plus},
     compensation::GyroModel,
-    objective::turn,
     optimizer::{Cost, LeastSquaresCost},
+    window::gyro_part,
 };
 
 /// Share of test windows without a rate from which a lack of excitation is the gyro's fault.
@@ -30,14 +32,14 @@ pub(crate) fn unidentified(context: &Context, job: &Job, refusal: Refusal) -> Wi
         t_end_us: job.t_end_us,
         t_effect_us: None,
         decision: Decision::Refused(refusal),
-        optimizer: context.config.optimizer,
+        optimizer: context.config.identification.optimizer,
         evaluations: 0,
         cost_before: None,
         cost_after: None,
         fitted: flown,
         bias_only,
         flown,
-        sigma: prior_sigma(context.config),
+        sigma: prior_sigma(&context.config.identification),
         observable: [false; 12],
         rank: 0,
         rest_s: job.rest_s,
@@ -46,15 +48,19 @@ pub(crate) fn unidentified(context: &Context, job: &Job, refusal: Refusal) -> Wi
     }
 }
 
-/// The flown and the factory's P, both with the bias from rest where there is one.
+/// The flown and the factory's P, both with the bias from rest where there is one; the flown model keeps a bias that was learnt
+/// since.
 fn with_rest_bias(context: &Context, job: &Job) -> (GyroModel, GyroModel) {
-    let b_rad_s = job.rest.map_or(context.flown.b_rad_s, |rest| rest.rate.into());
-    (GyroModel { b_rad_s, ..*context.flown }, GyroModel { b_rad_s, ..*context.factory })
+    let kept = context.flown.b_rad_s;
+    let b_rad_s = job.rest.map_or(kept, |rest| rest.rate.into());
+    let flown = if job.rest_is_news { b_rad_s } else { kept };
+    (GyroModel { b_rad_s: flown, ..*context.flown }, GyroModel { b_rad_s, ..context.config.gyro })
 }
 
 /// Whether every parameter lies near enough to the factory's.
 fn is_plausible(context: &Context, model: &GyroModel) -> bool {
-    let (theta, factory, sigma) = (theta_of(model), theta_of(context.factory), prior_sigma(context.config));
+    let (theta, factory, sigma) =
+        (theta_of(model), theta_of(&context.config.gyro), prior_sigma(&context.config.identification));
     (0..12).all(|i| libm::fabsf(theta[i] - factory[i]) <= PLAUSIBLE_SIGMAS * sigma[i])
 }
 
@@ -62,7 +68,7 @@ impl WindowFit {
     /// The report of a fit that could not be carried through.
     pub(super) fn without_fit(&self, context: &Context) -> WindowReport {
         let refusal = match self.fit_to_judge(context) {
-            Ok(()) if self.total.is_empty() => self.too_little(0),
+            Ok(()) if self.weak.total.is_empty() => self.too_little(0),
             Ok(()) => Refusal::Degenerate,
             Err(refusal) => refusal,
         };
@@ -75,9 +81,9 @@ impl WindowFit {
     }
 
     fn fit_to_judge(&self, context: &Context) -> Result<(), Refusal> {
-        let (field_rows, gravity_rows) = (self.total.magnetic.rows, self.total.gravity.rows);
+        let [gravity_rows, field_rows] = self.weak.seen;
         let rest_norm_error = self.job.rest_norm_error_m_s2;
-        acceptance::sensors_fit_to_judge(field_rows, gravity_rows, rest_norm_error, context.accelerometer_on_record)
+        acceptance::sensors_fit_to_judge(field_rows, gravity_rows, rest_norm_error, context.accelerometer_on_record())
             .map_err(|refusal| match refusal {
                 Refusal::NotEnoughExcitation { rank } => self.too_little(rank),
                 other => other,
@@ -86,39 +92,62 @@ impl WindowFit {
 
     /// Why there is too little to identify from: the tool did not turn, or the gyro did not see it.
     fn too_little(&self, rank: u8) -> Refusal {
-        let share = self.total.spoilt_share();
+        let share = self.weak.spoilt_share();
         if share > SPOILT_SHARE { Refusal::GyroUnusable { share } } else { Refusal::NotEnoughExcitation { rank } }
+    }
+
+    /// Why there are too few groups to cross-validate with.
+    fn too_few(&self, groups: usize, rank: u8) -> Refusal {
+        match self.too_little(rank) {
+            Refusal::NotEnoughExcitation { rank: 12 } => Refusal::TooLittleMotion { groups: groups as u8 },
+            other => other,
+        }
     }
 
     fn judge(&self, context: &Context) -> Result<WindowReport, Refusal> {
         let objective = self.objective();
         let (delta, evaluations) = self.optimum();
-        let theta: [f32; 12] = core::array::from_fn(|i| self.theta0[i] + delta[i]);
+        let mut theta = plus(&self.innovations.theta0, &delta);
+        let drift = self.innovations.drift(context, &self.job, &delta).ok_or(Refusal::Degenerate)?;
+        for i in 0..3 {
+            theta[9 + i] += drift.change[i];
+        }
         let fitted = model_of(&theta).ok_or(Refusal::Degenerate)?;
-        let flown_theta = theta_of(context.flown);
-        let cost_before = objective.evaluate(&core::array::from_fn(|i| flown_theta[i] - self.theta0[i]));
+        let cost_before = objective.evaluate(&minus(&theta_of(context.flown), &self.innovations.theta0));
         let cost_after = objective.evaluate(&delta);
 
         let mut information = Packed::zero();
         objective.normal_equations(&delta, &mut information, &mut [0.0; 12]);
         let posterior = information.cholesky().ok_or(Refusal::Degenerate)?;
         // Against the data sheet: a rest counts as an observation of the bias.
-        let data_sheet = Prior::new(context.config, context.factory, None);
+        let data_sheet = Prior::new(&context.config.identification, &context.config.gyro, None);
         let observability = Observability::new(&data_sheet.information, &information).ok_or(Refusal::Degenerate)?;
-        let jackknife = self.contest.covariance();
+        let jackknife = self.weak.contest.covariance();
 
         let (base, mut bias_only) = with_rest_bias(context, &self.job);
         let base_theta = theta_of(&base);
-        let change = observability.observed_part(&core::array::from_fn(|i| theta[i] - base_theta[i]));
-        let candidate = model_of(&core::array::from_fn(|i| base_theta[i] + change[i]));
+        let change = observability.observed_part(&minus(&theta, &base_theta));
+        let candidate = model_of(&plus(&base_theta, &change));
 
-        let outcome = self.contest.first_against_second();
+        let contest = &self.weak.contest;
+        let outcome = contest.between(FULL, FLOWN_P);
         let verdict = self.fit_to_judge(context).and_then(|()| {
-            let (change_rad, change_sigma_rad) = self
-                .promised(&change, &jackknife)
-                .filter(|_| self.contest.groups() >= MIN_GROUPS)
-                .ok_or_else(|| self.too_little(observability.rank))?;
-            acceptance::judge(&Evidence { outcome, change_rad, change_sigma_rad })
+            acceptance::consistent(self.contradiction())?;
+            acceptance::agreed(self.innovations.motion.disagreement())?;
+            let promise =
+                self.promised(&change, &jackknife, &posterior).ok_or_else(|| self.too_little(observability.rank))?;
+            if contest.groups() < MIN_GROUPS {
+                return Err(self.too_few(contest.groups(), observability.rank));
+            }
+            let news = acceptance::judge(&Evidence { outcome, promise });
+            if news.is_ok() || context.flown.p == context.config.gyro.p {
+                return news;
+            }
+            acceptance::judge_refinement(
+                &contest.between(FULL, FACTORY_P),
+                [contest.between(FLOWN_P, FULL), contest.between(NOTHING, FULL)],
+                &promise,
+            )
         });
         let mut flown = base;
         let decision = match (verdict, candidate) {
@@ -130,17 +159,17 @@ impl WindowFit {
             (Err(refusal), _) => Decision::Refused(refusal),
         };
         if self.job.rest.is_none() {
-            self.fitted_bias(context, &mut bias_only, decision, &mut flown)?;
+            self.fitted_bias(context, &mut bias_only, decision, &mut flown);
         }
-        let sigma = sigma(&posterior, &jackknife, &fitted);
-        let prior = prior_sigma(context.config);
-        let contested = self.contest.groups() > 0;
+        let sigma = sigma(&posterior, &jackknife, &drift, &fitted);
+        let prior = prior_sigma(&context.config.identification);
+        let contested = self.weak.contest.groups() > 0;
         Ok(WindowReport {
             t_start_us: self.job.t_start_us,
             t_end_us: self.job.t_end_us,
             t_effect_us: None,
             decision,
-            optimizer: context.config.optimizer,
+            optimizer: context.config.identification.optimizer,
             evaluations,
             cost_before: finite(cost_before),
             cost_after: finite(cost_after),
@@ -156,64 +185,63 @@ impl WindowFit {
         })
     }
 
-    /// Root mean squares over the moving segments of the rotation that `change` of theta makes, and of its jackknife
-    /// deviation, rad. `None` when no segment moved.
-    fn promised(&self, change: &[f32; 12], jackknife: &Packed<12, 78>) -> Option<(f32, f32)> {
-        let (mut square, mut count) = (0.0, 0.0);
-        // The mean of the rows' variances is the sum over the elements of their mean outer product times the covariance.
-        let mut rows = Packed::zero();
-        for segment in self.segments().iter().filter(|segment| segment.moving) {
-            square += turn(segment, change).norm_squared();
-            for row in &segment.jacobian {
-                rows.add_outer(row, 1.0);
-            }
-            count += 1.0;
-        }
-        let rms = |sum: f32| libm::sqrtf(sum / count);
-        (count > 0.0).then(|| (rms(square), rms(rows.inner(jackknife))))
+    /// What a `change` of theta does to the rotation of the moving seconds. `None` when nothing moved.
+    fn promised(
+        &self,
+        change: &[f32; 12],
+        jackknife: &Packed<12, 78>,
+        posterior: &Cholesky<12, 78>,
+    ) -> Option<Promise> {
+        Some(Promise {
+            change_rad: self.innovations.motion.turned_by(change)?,
+            jackknife_rad: self.innovations.motion.deviation(jackknife),
+            posterior_rad: self.innovations.motion.deviation_of(posterior),
+        })
     }
 
     /// Without a rest the bias comes from the window, when it wins clearly: with the factory's P in `bias_only`, with the flown P
     /// in `flown` unless a new P was accepted.
-    fn fitted_bias(
-        &self,
-        context: &Context,
-        bias_only: &mut GyroModel,
-        decision: Decision,
-        flown: &mut GyroModel,
-    ) -> Result<(), Refusal> {
-        let outcome = self.contest.second_against_third();
-        if self.contest.groups() < MIN_GROUPS || acceptance::clear_win(&outcome).is_err() {
-            return Ok(());
+    fn fitted_bias(&self, context: &Context, bias_only: &mut GyroModel, decision: Decision, flown: &mut GyroModel) {
+        let outcome = self.weak.contest.between(FLOWN_P, NOTHING);
+        if self.weak.contest.groups() < MIN_GROUPS || acceptance::clear_win(&outcome).is_err() {
+            return;
         }
-        let (theta, factory) = (theta_of(context.flown), theta_of(context.factory));
+        let (theta, factory) = (theta_of(context.flown), theta_of(&context.config.gyro));
         let fit = |p_change: [f32; 9]| {
-            let model = (&Freedom::Bias(p_change), self.magnetometer);
-            let x = least_squares::solve(&self.total, &self.variances, &self.prior, &theta, model)?;
-            model_of(&core::array::from_fn(|i| theta[i] + x[i])).filter(|model| is_plausible(context, model))
+            let model = Model { freedom: Freedom::Bias(p_change), magnetometer: self.weak.magnetometer };
+            let x = self.weak.fit(&model)?;
+            model_of(&plus(&theta, &gyro_part(&x))).filter(|model| is_plausible(context, model))
         };
-        *bias_only = fit(core::array::from_fn(|i| factory[i] - theta[i])).ok_or(Refusal::Degenerate)?;
+        // A bias that is not plausible is percents of scale seen through the bias alone: it stays as it was.
+        *bias_only = fit(core::array::from_fn(|i| factory[i] - theta[i])).unwrap_or(*bias_only);
         if decision != Decision::Accepted {
-            *flown = fit([0.0; 9]).ok_or(Refusal::Degenerate)?;
+            *flown = fit([0.0; 9]).unwrap_or(*flown);
         }
-        Ok(())
     }
 }
 
-/// 1-sigma of P and b: the larger of the posterior's and the jackknife's.
-fn sigma(posterior: &Cholesky<12, 78>, jackknife: &Packed<12, 78>, fitted: &GyroModel) -> [f32; 12] {
+/// By how much the jackknife's deviation has to exceed the posterior's to be believed instead: its square has some nine degrees of
+/// freedom, so it is 3.1 times the true one once in a thousand (F distribution), and the least-squares fits that it is of have 1.7
+/// times the variance.
+const JACKKNIFE_RATIO: f32 = 2.3;
+
+/// 1-sigma of P and of b at the window's end: the posterior's, or the jackknife's where effects that no model knows make it far larger.
+fn sigma(posterior: &Cholesky<12, 78>, jackknife: &Packed<12, 78>, drift: &Drift, fitted: &GyroModel) -> [f32; 12] {
     core::array::from_fn(|i| {
         // b = P^-1 c, so with P near the identity db_i = dc_i - sum_j dP_ij b_j.
         let mut direction = [0.0; 12];
         direction[i] = 1.0;
+        let mut walked = 0.0;
         if i >= 9 {
             for j in 0..3 {
                 direction[3 * (i - 9) + j] = -fitted.b_rad_s[j];
             }
+            walked = drift.variance[(i - 9, i - 9)];
         }
-        let by_posterior = dot(&posterior.solve(&direction), &direction);
+        let by_posterior = dot(&posterior.solve(&direction), &direction) + walked;
         let by_jackknife = jackknife.quadratic(&direction);
-        libm::sqrtf(if by_jackknife > by_posterior { by_jackknife } else { by_posterior })
+        let believed = by_jackknife > JACKKNIFE_RATIO * JACKKNIFE_RATIO * by_posterior;
+        libm::sqrtf(if believed { by_jackknife } else { by_posterior })
     })
 }
 

@@ -3,7 +3,7 @@
 use super::Prior;
 use crate::{
     algebra::Packed,
-    window::{Block, MAGNETIC},
+    window::{Equations, MAGNETIC, TestEquations, gyro_part},
 };
 
 /// Prior deviation of the magnetometer's lag behind the gyro, seconds: MEMS magnetometers take up to 10 ms a conversion and
@@ -42,34 +42,42 @@ pub(crate) enum MagnetometerErrors {
     LagAndIron,
 }
 
+/// What a fit may move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Model {
+    pub freedom: Freedom,
+    pub magnetometer: MagnetometerErrors,
+}
+
+impl Model {
+    /// P and c free.
+    pub const fn full(magnetometer: MagnetometerErrors) -> Self {
+        Self { freedom: Freedom::Full, magnetometer }
+    }
+}
+
+/// What all fits of a window share.
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'a> {
+    pub variances: &'a RowVariances,
+    /// The factory's values and the bias from rest.
+    pub base: &'a Prior,
+    /// With what earlier windows taught; it counts where P is free. A P that is held where it was is held against it.
+    pub prior: &'a Prior,
+    /// The nominal model.
+    pub theta: &'a [f32; 12],
+}
+
 /// Solution of the weak form's equations with the prior: changes of P (9) and c (3), lag (s), hard iron (microtesla, 3).
 /// `None` when the normal matrix cannot be factorised.
-pub(crate) fn solve(
-    sum: &Block,
-    variances: &RowVariances,
-    prior: &Prior,
-    theta: &[f32; 12],
-    (freedom, magnetometer): (&Freedom, MagnetometerErrors),
-) -> Option<[f32; MAGNETIC]> {
-    let mut normal = Packed::<MAGNETIC, 136>::zero();
-    let mut rhs = [0.0; MAGNETIC];
-    for i in 0..12 {
-        for j in 0..=i {
-            let gravity = sum.gravity.normal.get(i, j) / variances.gravity;
-            normal.add(i, j, prior.information.get(i, j) + gravity);
-        }
-        rhs[i] = sum.gravity.rhs[i] / variances.gravity;
-    }
+pub(crate) fn solve(sum: &Equations, known: &Known, model: &Model) -> Option<[f32; MAGNETIC]> {
+    let Known { variances, base, prior, theta } = known;
+    let Model { freedom, magnetometer } = model;
+    let prior = if *freedom == Freedom::Full { prior } else { base };
+    let (mut normal, mut rhs) = normal_equations(sum, variances);
+    normal.add_leading(&prior.information, 1.0);
     for (r, d) in rhs.iter_mut().zip(&prior.descent(theta, &[0.0; 12])) {
         *r += d;
-    }
-    normal.add(12, 12, 1.0 / (LAG_SIGMA_S * LAG_SIGMA_S));
-    for i in 13..MAGNETIC {
-        normal.add(i, i, 1.0 / (IRON_SIGMA_UT * IRON_SIGMA_UT));
-    }
-    normal.add_scaled(&sum.magnetic.normal, 1.0 / variances.field);
-    for (r, h) in rhs.iter_mut().zip(&sum.magnetic.rhs) {
-        *r += h / variances.field;
     }
     for i in 0..MAGNETIC {
         let fixed = match (i, freedom, magnetometer) {
@@ -92,10 +100,29 @@ pub(crate) fn solve(
     x.iter().all(|x| x.is_finite()).then_some(x)
 }
 
+/// The equations of both classes over their variances, with the prior of the magnetometer's errors.
+fn normal_equations(sum: &Equations, variances: &RowVariances) -> (Packed<MAGNETIC, 136>, [f32; MAGNETIC]) {
+    let mut normal = Packed::<MAGNETIC, 136>::zero();
+    let mut rhs = [0.0; MAGNETIC];
+    normal.add_leading(&sum.gravity.normal, 1.0 / variances.gravity);
+    for (r, h) in rhs.iter_mut().zip(&sum.gravity.rhs) {
+        *r += h / variances.gravity;
+    }
+    normal.add(12, 12, 1.0 / (LAG_SIGMA_S * LAG_SIGMA_S));
+    for i in 13..MAGNETIC {
+        normal.add(i, i, 1.0 / (IRON_SIGMA_UT * IRON_SIGMA_UT));
+    }
+    normal.add_scaled(&sum.magnetic.normal, 1.0 / variances.field);
+    for (r, h) in rhs.iter_mut().zip(&sum.magnetic.rhs) {
+        *r += h / variances.field;
+    }
+    (normal, rhs)
+}
+
 /// The solution with the whole gyro free and the row variances that its own misfit shows, iterated to agreement. `None`
 /// without equations or when they cannot be solved.
 pub(crate) fn solve_with_variances(
-    sum: &Block,
+    sum: &Equations,
     prior: &Prior,
     theta: &[f32; 12],
     magnetometer: MagnetometerErrors,
@@ -103,33 +130,41 @@ pub(crate) fn solve_with_variances(
     if sum.is_empty() {
         return None;
     }
-    let variance = |misfit: f32, rows: u32| {
+    let variance = |misfit: f32, rows: f32| {
         // No rows: the variance divides zeros. An exact fit (synthetic data) keeps f32's own noise.
-        let v = if rows == 0 { 1.0 } else { misfit / rows as f32 };
+        let v = if rows > 0.0 { misfit / rows } else { 1.0 };
         if v > 1e-10 { v } else { 1e-10 }
     };
     let mut variances = RowVariances {
         gravity: variance(sum.gravity.square, sum.gravity.rows),
         field: variance(sum.magnetic.square, sum.magnetic.rows),
     };
-    let mut x = solve(sum, &variances, prior, theta, (&Freedom::Full, magnetometer))?;
+    let model = Model::full(magnetometer);
+    let mut x = solve(sum, &Known { variances: &variances, base: prior, prior, theta }, &model)?;
     // Converges by about a digit a round.
     for _ in 0..4 {
         variances = RowVariances {
             gravity: variance(sum.gravity.misfit(&gyro_part(&x)), sum.gravity.rows),
             field: variance(sum.magnetic.misfit(&x), sum.magnetic.rows),
         };
-        x = solve(sum, &variances, prior, theta, (&Freedom::Full, magnetometer))?;
+        x = solve(sum, &Known { variances: &variances, base: prior, prior, theta }, &model)?;
     }
     Some((x, variances))
 }
 
-/// Whitened misfit of a solution on a sum of equations: half the squared residuals over their variances.
-pub(crate) fn misfit(sum: &Block, variances: &RowVariances, x: &[f32; MAGNETIC]) -> f32 {
-    0.5 * (sum.gravity.misfit(&gyro_part(x)) / variances.gravity + sum.magnetic.misfit(x) / variances.field)
-}
-
-/// The first 12 unknowns.
-pub(crate) fn gyro_part(x: &[f32; MAGNETIC]) -> [f32; 12] {
-    core::array::from_fn(|i| x[i])
+/// Squared residuals of a test window over their variances, unweighted, at each of some solutions.
+pub(crate) fn test_misfits<const M: usize>(test: &TestEquations, known: &Known, xs: &[[f32; MAGNETIC]; M]) -> [f32; M] {
+    let Known { variances, theta, .. } = known;
+    let mut misfits = [0.0; M];
+    if test.gravity.is_some() {
+        for (misfit, square) in misfits.iter_mut().zip(test.gravity.misfits(theta, &xs.each_ref().map(gyro_part))) {
+            *misfit += square / variances.gravity;
+        }
+    }
+    if test.field.is_some() {
+        for (misfit, square) in misfits.iter_mut().zip(test.field.misfits(theta, xs)) {
+            *misfit += square / variances.field;
+        }
+    }
+    misfits
 }

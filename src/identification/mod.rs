@@ -1,17 +1,26 @@
 //! From windows of samples to an accepted gyro model, or a reasoned refusal.
 
 mod acceptance;
+mod carried;
 mod contest;
+mod drift;
+mod graduation;
 mod identifier;
+mod innovation_fit;
 mod judgement;
 mod least_squares;
+mod motion;
 mod observability;
 mod prior;
 mod report;
+mod robust_weights;
 mod search;
-mod whitening;
+mod weak_fit;
+mod window_cost;
 mod window_fit;
 
+pub(crate) use carried::{Carried, Forgetting};
 pub(crate) use identifier::Identifier;
 pub(crate) use prior::Prior;
 pub use report::{Decision, Refusal, WindowReport};
+pub use window_cost::{WhitenedCost, WindowCost};

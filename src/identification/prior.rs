@@ -1,5 +1,6 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
+use super::Carried;
 use crate::{
     algebra::{Packed, dot},
     compensation::GyroModel,
@@ -49,6 +50,22 @@ impl Prior {
             }
         }
         Self { information, mean: theta_of(&GyroModel { p: factory.p, b_rad_s: bias }) }
+    }
+
+    /// With what earlier windows have taught beside it; as it is where the two cannot be put together.
+    pub fn with(&self, carried: &Carried) -> Self {
+        let mut both = *self;
+        both.information.add_scaled(&carried.information, 1.0);
+        let offset = core::array::from_fn(|i| carried.mean[i] - self.mean[i]);
+        let Some(factor) = both.information.cholesky() else { return *self };
+        let shift = factor.solve(&carried.information.times(&offset));
+        if !shift.iter().all(|x| x.is_finite()) {
+            return *self;
+        }
+        for (mean, x) in both.mean.iter_mut().zip(&shift) {
+            *mean += x;
+        }
+        both
     }
 
     /// Half the squared distance of theta0 + delta from the mean, in the prior's metric.

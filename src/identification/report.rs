@@ -16,8 +16,8 @@ pub struct WindowReport {
     pub optimizer: OptimizerKind,
     /// Cost evaluations spent by the search.
     pub evaluations: u32,
-    /// Cost of the model flown so far, on this window: the sum of the robust losses of
-    /// its segments' vectors, in units of their noise, and of the prior; `None` when there was nothing to evaluate.
+    /// Cost of the model flown so far, on this window: the robust sum of
+    /// its vectors' squared innovations, in units of their noise, and of the prior; `None` when there was nothing to evaluate.
     pub cost_before: Option<f32>,
     /// Cost of `fitted` on this window; `None` when there was nothing to evaluate.
     pub cost_after: Option<f32>,
@@ -88,6 +88,11 @@ pub enum Refusal {
         /// Observable directions of the 12.
         rank: u8,
     },
+    /// Too little of the window moved with readings that can be used: the cross-validation has too few groups.
+    TooLittleMotion {
+        /// How many there are.
+        groups: u8,
+    },
     /// On unseen blocks of the window the fit does not win beyond chance.
     NoClearWin {
         /// Probability of so clear a win if nothing had changed.
@@ -100,13 +105,23 @@ pub enum Refusal {
     },
     /// The change of attitude that the swap promises is too small to be worth its risk.
     ChangeTooSmall {
-        /// Promised change of the rotation over one segment, radians rms.
+        /// Promised change of the rotation over one second, radians rms.
         change_rad: f32,
         /// Its own uncertainty, radians rms.
         sigma_rad: f32,
     },
     /// The normal matrix could not be factorised, or the fit is not finite or not plausible.
     Degenerate,
+    /// With the fit, gyro and accelerometer disagree more often than before on how far the body turned.
+    RotationDisagrees {
+        /// By how many standard deviations of chance more often.
+        sigmas: f32,
+    },
+    /// The window contradicts what earlier ones taught, which is forgotten; the next one stands by itself.
+    Contradiction {
+        /// Squared distance between the two in their own deviations, of 12 parameters.
+        square: f32,
+    },
     /// The gyro's readings are missing, clipped or frozen too often.
     GyroUnusable {
         /// Share of the window's one-second tests that lack a rate.

@@ -1,39 +1,15 @@
 use super::{
-    Prior, WindowReport,
-    contest::{Contest, Known, MAX_GROUPS, MIN_GROUPS, Model, Outcome},
-    least_squares::{self, Freedom, MagnetometerErrors, RowVariances},
-    prior::{linear, theta_of},
-    search::Search,
-    whitening::Whitened,
+    Carried, Forgetting, WindowCost, WindowReport, innovation_fit::InnovationFit, robust_weights::Round,
+    search::Search, weak_fit::WeakFit,
 };
 use crate::{
-    algebra::{Cholesky, Packed},
-    compensation::GyroModel,
-    config::IdentificationConfig,
-    objective::{NoiseScales, TwoVector, noise_scales},
+    algebra::{Cholesky, Packed, dot, minus, plus},
+    compensation::{GyroModel, VectorModel},
+    config::Config,
+    objective::Innovations,
     optimizer::{LeastSquaresCost, Progress},
-    window::{
-        Block, MAGNETIC, NodeVectors, RestBias, SampleStream, Segment, VectorEffects, node_vectors, preintegrate,
-    },
+    window::{RestBias, SampleStream},
 };
-use nalgebra::Vector3;
-
-/// Segments of one second in the longest window.
-const SEGMENTS: usize = 50;
-
-/// Half width of the search box in posterior deviations: the least-squares point is within a few of the optimum.
-const RADIUS: f32 = 10.0;
-
-/// Models of the magnetometer that compete before P is judged.
-const MAGNETOMETER_MODELS: [Model; 3] = [
-    (Freedom::Full, MagnetometerErrors::LagAndIron),
-    (Freedom::Full, MagnetometerErrors::Lag),
-    (Freedom::Full, MagnetometerErrors::None),
-];
-
-/// Most probable chance win from which an error of the magnetometer is kept: the usual 5 %, since keeping one too many costs
-/// little.
-const MAGNETOMETER_P_VALUE: f32 = 0.05;
 
 /// The window being identified.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +20,10 @@ pub(crate) struct Job {
     /// Increments of the window.
     pub from: u32,
     pub to: u32,
+    /// The bias from rests until the close.
     pub rest: Option<RestBias>,
+    /// Whether a rest came after what the flown bias was learnt from.
+    pub rest_is_news: bool,
     pub rest_s: f32,
     /// Largest error of the norm of specific force at a rest until the close, m/s^2.
     pub rest_norm_error_m_s2: Option<f32>,
@@ -59,6 +38,7 @@ impl Job {
             from: 0,
             to: 0,
             rest: None,
+            rest_is_news: false,
             rest_s: 0.0,
             rest_norm_error_m_s2: None,
         }
@@ -68,14 +48,18 @@ impl Job {
 /// Where the identification of a window stands; each step does a bounded piece of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// Sum the blocks and solve the weak form.
+    /// Sum the test windows' equations, slice by slice.
+    Sum(usize),
+    /// Weigh those down that a disturbance bends, slice by slice.
+    Weigh(usize),
+    /// Solve them.
     LeastSquares,
     /// Cross-validate, group by group, which errors of the magnetometer the window shows.
     Magnetometer(usize),
     /// Cross-validate P and bias.
     Gyro(usize),
-    /// Build segment by segment at the least-squares solution.
-    Segments(usize),
+    /// Make node by node at the least-squares solution.
+    Nodes(usize),
     /// Noise scales and whitening.
     Whiten,
     Search,
@@ -86,29 +70,33 @@ enum Phase {
 /// What a fit needs to know beside its window.
 pub(crate) struct Context<'a> {
     pub stream: &'a SampleStream,
-    pub config: &'a IdentificationConfig,
-    pub factory: &'a GyroModel,
+    pub config: &'a Config,
     pub flown: &'a GyroModel,
-    /// Whether the configuration holds a calibration of the accelerometer.
-    pub accelerometer_on_record: bool,
-    pub seed: u64,
 }
 
-/// The identification of one window, resumable: from blocks of weak-form equations to a report.
+impl Context<'_> {
+    /// How fast what earlier windows taught goes stale.
+    pub const fn forgetting(&self) -> Forgetting {
+        Forgetting {
+            bias_walk_rad_s_rts: self.config.attitude.gyro_bias_walk_rad_s_rts,
+            forgetting_s: self.config.identification.forgetting_s,
+        }
+    }
+
+    /// Whether the configuration holds a calibration of the accelerometer.
+    pub fn accelerometer_on_record(&self) -> bool {
+        self.config.accel != VectorModel::IDENTITY
+    }
+}
+
+/// The identification of one window, resumable: from its test windows' equations to a report.
 pub(crate) struct WindowFit {
     phase: Phase,
     pub job: Job,
-    pub(super) prior: Prior,
-    pub(super) total: Block,
-    solution: [f32; MAGNETIC],
-    pub(super) variances: RowVariances,
-    pub(super) contest: Contest,
-    pub(super) magnetometer: MagnetometerErrors,
-    pub(super) theta0: [f32; 12],
-    last_node: NodeVectors,
-    segments: [Segment; SEGMENTS],
-    segment_count: usize,
-    scales: NoiseScales,
+    pub(super) weak: WeakFit,
+    /// What the samples before this window taught.
+    carried: Carried,
+    pub(super) innovations: InnovationFit,
     whitening: Option<Cholesky<12, 78>>,
     search: Search,
 }
@@ -126,51 +114,60 @@ pub(crate) enum Step {
 
 impl WindowFit {
     pub const fn zero() -> Self {
-        const NO_SEGMENT: Segment = Segment::zero();
         Self {
-            phase: Phase::LeastSquares,
+            phase: Phase::Sum(0),
             job: Job::zero(),
-            prior: Prior::zero(),
-            total: Block::zero(),
-            solution: [0.0; MAGNETIC],
-            variances: RowVariances { gravity: 0.0, field: 0.0 },
-            contest: Contest::zero(),
-            magnetometer: MagnetometerErrors::None,
-            theta0: [0.0; 12],
-            last_node: NodeVectors { gravity: None, field: None },
-            segments: [NO_SEGMENT; SEGMENTS],
-            segment_count: 0,
-            scales: NoiseScales::zero(),
+            weak: WeakFit::zero(),
+            carried: Carried::nothing(),
+            innovations: InnovationFit::zero(),
             whitening: None,
             search: Search::None,
         }
     }
 
-    pub fn start(&mut self, job: Job) {
+    /// Forgets what earlier windows taught.
+    pub const fn forget(&mut self) {
+        self.carried = Carried::nothing();
+    }
+
+    pub fn start(&mut self, context: &Context, job: Job) {
         self.job = job;
-        self.phase = Phase::LeastSquares;
-        self.segment_count = 0;
-        self.total = Block::zero();
-        self.contest = Contest::zero();
+        self.phase = Phase::Sum(0);
+        let middle_us = job.t_start_us + (job.t_end_us - job.t_start_us) / 2;
+        self.weak.start(context, &job, &self.carried.aged(middle_us, &context.forgetting()));
     }
 
     /// One bounded piece of work.
     pub fn step(&mut self, context: &Context) -> Step {
+        let Self { weak, job, .. } = self;
         let next = match self.phase {
-            Phase::LeastSquares => self.least_squares(context).map(|()| Phase::Magnetometer(0)),
-            Phase::Magnetometer(group) => match self.play(context, group, &MAGNETOMETER_MODELS) {
-                Some(true) => Some(Phase::Magnetometer(group + 1)),
-                Some(false) => self.choose_magnetometer(context).map(|()| Phase::Gyro(0)),
+            Phase::Sum(slice) => weak.sum(context.stream, job, slice).map(|more| match more {
+                true => Phase::Sum(slice + 1),
+                false => Phase::LeastSquares,
+            }),
+            Phase::Weigh(slice) => Some(match weak.weigh(context.stream, job, slice) {
+                true => Phase::Weigh(slice + 1),
+                false => Phase::LeastSquares,
+            }),
+            Phase::LeastSquares => match weak.solve_alone(context.stream, job) {
+                Some(Round::Next) => Some(Phase::Weigh(0)),
+                Some(Round::Again) => Some(Phase::Sum(0)),
+                Some(Round::Done) => {
+                    weak.solve().and_then(|()| weak.measure_doubt(context.stream, job)).map(|()| Phase::Magnetometer(0))
+                }
                 None => None,
             },
-            Phase::Gyro(group) => {
-                let freedoms = [Freedom::Full, Freedom::Bias([0.0; 9]), Freedom::Nothing];
-                let models = freedoms.map(|freedom| (freedom, self.magnetometer));
-                let more = self.play(context, group, &models);
-                more.map(|more| if more { Phase::Gyro(group + 1) } else { Phase::Segments(0) })
-            }
-            Phase::Segments(index) => match self.build_segment(context, index) {
-                Some(true) => Some(Phase::Segments(index + 1)),
+            Phase::Magnetometer(group) => match weak.play_magnetometer(context.stream, job, group) {
+                Some(true) => Some(Phase::Magnetometer(group + 1)),
+                Some(false) => weak.choose_magnetometer().map(|()| Phase::Gyro(0)),
+                None => None,
+            },
+            Phase::Gyro(group) => weak.play_gyro(context, job, group).map(|more| match more {
+                true => Phase::Gyro(group + 1),
+                false => Phase::Nodes(0),
+            }),
+            Phase::Nodes(index) => match self.innovations.take_node(context, job, weak, index) {
+                Some(true) => Some(Phase::Nodes(index + 1)),
                 Some(false) => Some(Phase::Whiten),
                 None => return Step::Overtaken,
             },
@@ -188,148 +185,82 @@ impl WindowFit {
         }
     }
 
-    /// Size of a step of the present phase, in work units: evaluations of one segment, some 300 instructions each.
+    /// Size of a step of the present phase, in work units: some 300 instructions each.
     fn units(&self) -> u32 {
         match self.phase {
+            Phase::Sum(_) | Phase::Weigh(_) => 150,
             Phase::LeastSquares => 500,
             Phase::Magnetometer(_) | Phase::Gyro(_) => 200,
-            Phase::Segments(_) => 60,
+            Phase::Nodes(_) => 30,
             Phase::Whiten => 150,
-            Phase::Search => self.segment_count as u32 + 1,
+            Phase::Search => 40,
             Phase::Judge => 0,
         }
     }
 
-    fn least_squares(&mut self, context: &Context) -> Option<()> {
-        self.prior = Prior::new(context.config, context.factory, self.job.rest.as_ref());
-        for number in context.stream.blocks_within(self.job.from, self.job.to) {
-            self.total.add(context.stream.block(number)?);
-        }
-        self.magnetometer = MagnetometerErrors::LagAndIron;
-        self.solve(context)
+    /// The cost of the window that is being identified or was the last to be, once its innovations stand.
+    pub fn cost(&self) -> Option<WindowCost<'_>> {
+        let stands = matches!(self.phase, Phase::Search | Phase::Judge);
+        self.whitening.as_ref().filter(|_| stands).map(|factor| WindowCost { objective: self.objective(), factor })
     }
 
-    /// Solves the weak form with the chosen errors of the magnetometer; a contest about that solution begins.
-    fn solve(&mut self, context: &Context) -> Option<()> {
-        let theta = theta_of(context.flown);
-        let (solution, variances) =
-            least_squares::solve_with_variances(&self.total, &self.prior, &theta, self.magnetometer)?;
-        self.solution = solution;
-        self.variances = variances;
-        let change = least_squares::gyro_part(&solution);
-        for ((theta0, theta), change) in self.theta0.iter_mut().zip(&theta).zip(&change) {
-            *theta0 = theta + change;
-        }
-        self.contest = Contest::zero();
-        Some(())
-    }
-
-    /// Keeps those errors of the magnetometer that predict unseen blocks better, and solves again with them: an error that is
-    /// there and left out bends P; one that is not there and kept only costs precision (a hard iron looks like a
-    /// cross-coupling from the axis that turns).
-    fn choose_magnetometer(&mut self, context: &Context) -> Option<()> {
-        let shows = |outcome: Outcome| outcome.p_value <= MAGNETOMETER_P_VALUE;
-        let enough = self.contest.groups() >= MIN_GROUPS;
-        self.magnetometer = if !enough || shows(self.contest.first_against_second()) {
-            MagnetometerErrors::LagAndIron
-        } else if shows(self.contest.second_against_third()) {
-            MagnetometerErrors::Lag
-        } else {
-            MagnetometerErrors::None
-        };
-        self.solve(context)
-    }
-
-    /// Plays group `group` of the contest; `Some(false)` when there is none left.
-    fn play(&mut self, context: &Context, group: usize, models: &[Model; 3]) -> Option<bool> {
-        let stream = context.stream;
-        let numbers = stream.blocks_within(self.job.from, self.job.to);
-        let is_filled = |number: &u32| stream.block(*number).is_some_and(|block| !block.is_empty());
-        let filled = numbers.clone().filter(is_filled).count();
-        let groups = if filled < MAX_GROUPS { filled } else { MAX_GROUPS };
-        if group >= groups {
-            return Some(false);
-        }
-        // The filled blocks are dealt out evenly, contiguous ones to a group.
-        let share = |g: usize| (g * filled).checked_div(groups).unwrap_or(0);
-        let mut unseen = Block::zero();
-        let mine = share(group)..share(group + 1);
-        for number in numbers.filter(is_filled).skip(mine.start).take(mine.len()) {
-            unseen.add(stream.block(number)?);
-        }
-        let theta = theta_of(context.flown);
-        let everything = least_squares::gyro_part(&self.solution);
-        let known = Known { variances: &self.variances, prior: &self.prior, theta: &theta };
-        self.contest.play(&self.total, &unseen, models, &known, &everything)?;
-        Some(true)
-    }
-
-    /// Builds node `index` and the segment that ends there; false when the window holds no such node, `None` when its samples
-    /// have been overwritten.
-    fn build_segment(&mut self, context: &Context, index: usize) -> Option<bool> {
-        let grid = context.stream.grid;
-        let ring = &context.stream.increments;
-        let (half, length) = (grid.increments_in(0.5) as u32, grid.increments_in(1.0) as u32);
-        let node = self.job.from + half + index as u32 * length;
-        if node + half >= self.job.to {
-            return Some(false);
-        }
-        if !ring.holds(node - if index == 0 { half } else { length }) {
-            return None;
-        }
-        let (p, c) = linear(&self.theta0);
-        let [.., lag, x, y, z] = self.solution;
-        let effects = VectorEffects { mag_lag_s: lag, hard_iron_ut: Vector3::new(x, y, z) };
-        let vectors = node_vectors(ring, grid, node, (&p, &c), &effects);
-        let rotation = if index == 0 { None } else { preintegrate(ring, grid, (node - length, node), (&p, &c)) };
-        if let (Some(slot), Some(rotation)) = (self.segments.get_mut(self.segment_count), rotation) {
-            *slot = Segment::new(&rotation, &self.last_node, &vectors, context.config.max_bias_rad_s);
-            self.segment_count += 1;
-        }
-        self.last_node = vectors;
-        Some(true)
-    }
-
-    pub(super) fn segments(&self) -> &[Segment] {
-        self.segments.get(..self.segment_count).unwrap_or_default()
-    }
-
-    pub(super) fn objective(&self) -> TwoVector<'_> {
-        TwoVector { segments: self.segments(), scales: &self.scales, prior: &self.prior, theta0: &self.theta0 }
+    pub(super) fn objective(&self) -> Innovations<'_> {
+        self.innovations.objective(&self.weak.prior)
     }
 
     fn whiten(&mut self, context: &Context) -> Option<()> {
-        if self.segment_count == 0 {
-            return None;
-        }
-        self.scales = noise_scales(self.segments());
+        self.innovations.rescale()?;
         let start = [0.0; 12];
         let mut normal = Packed::zero();
         self.objective().normal_equations(&start, &mut normal, &mut [0.0; 12]);
         self.whitening = Some(normal.cholesky()?);
-        let config = context.config;
-        self.search = Search::new(config.optimizer, config.max_evaluations, context.seed ^ self.job.t_end_us);
+        let Config { seed, identification, .. } = context.config;
+        self.search = Search::new(identification.optimizer, identification.max_evaluations, seed ^ self.job.t_end_us);
         Some(())
     }
 
     fn search(&mut self) -> Progress {
         let Some(factor) = &self.whitening else { return Progress::Done };
-        let objective = TwoVector {
-            segments: self.segments.get(..self.segment_count).unwrap_or_default(),
-            scales: &self.scales,
-            prior: &self.prior,
-            theta0: &self.theta0,
-        };
-        self.search.step(&Whitened { cost: &objective, factor, radius: RADIUS })
+        let objective = self.innovations.objective(&self.weak.prior);
+        self.search.step(&WindowCost { objective, factor })
     }
 
     /// The optimum found, about theta0, and the evaluations spent.
     pub(super) fn optimum(&self) -> ([f32; 12], u32) {
-        let (x, whitened) = self.search.best();
-        let x = match &self.whitening {
-            Some(factor) if whitened => factor.solve_upper(&x.map(|y| RADIUS * y)),
-            _ => x,
-        };
-        (x, self.search.evaluations())
+        (self.cost().map_or([0.0; 12], |cost| self.search.best(&cost)), self.search.evaluations())
+    }
+
+    /// Carries on what the samples until `until_us` taught, which no later window will hold: the innovations of the stretches that
+    /// lie before, which know of none that comes after.
+    pub fn learn(&mut self, context: &Context, until_us: u64) {
+        if self.phase != Phase::Judge {
+            return;
+        }
+        let Job { t_start_us, t_end_us, .. } = self.job;
+        let learned_us = until_us.min(t_end_us).saturating_sub(t_start_us);
+        let (delta, _) = self.optimum();
+        let (normal, descent) = self.innovations.lesson(learned_us, &delta);
+        let theta = plus(&self.innovations.theta0, &delta);
+        let middle_us = t_start_us + learned_us / 2;
+        let mut carried = self.carried.aged(middle_us, &context.forgetting());
+        carried.learn(middle_us, &theta, &normal, &descent);
+        self.carried = carried;
+    }
+
+    /// Squared distance between what the window says by itself and what was carried into it, in their deviations: chi-square with 12
+    /// degrees of freedom when nothing has changed.
+    ///
+    /// At the optimum the carried information pulls with u = L (m - x), L its matrix and m its mean, and all else holds against it.
+    /// Without it the optimum would lie W^-1 u farther from m, W being the information of all else, so the two are
+    /// (W^-1 + L^-1) u apart and the distance is u' (W^-1 + L^-1) u.
+    pub(super) fn contradiction(&self) -> f32 {
+        let carried = self.weak.carried();
+        let (delta, _) = self.optimum();
+        let theta = plus(&self.innovations.theta0, &delta);
+        let (mut normal, mut descent) = (Packed::zero(), [0.0; 12]);
+        self.objective().normal_equations(&delta, &mut normal, &mut descent);
+        normal.add_scaled(&carried.information, -1.0);
+        let pull = carried.information.times(&minus(&carried.mean, &theta));
+        normal.cholesky().map_or(0.0, |alone| dot(&alone.solve(&pull), &pull)) + carried.distance(&theta)
     }
 }

@@ -1,8 +1,10 @@
 //! What a candidate set of gyro parameters is worth on a window.
 
-mod noise_scale;
+mod constraints;
+mod innovation_filter;
+mod innovations;
 mod robust_loss;
-mod two_vector;
 
-pub(crate) use noise_scale::noise_scales;
-pub(crate) use two_vector::{NoiseScales, TwoVector, turn};
+pub(crate) use constraints::{fit_for_use, rotation_disagreement};
+pub(crate) use innovation_filter::{InnovationFilter, Noise};
+pub(crate) use innovations::{Innovations, STRETCHES, Stretch, add_equations, rescale};

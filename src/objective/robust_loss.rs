@@ -1,15 +1,22 @@
-/// Huber's constant, in sigmas of one component: 95 % efficiency at the normal distribution in one dimension is 1.345; a
-/// two-dimensional residual has a norm larger by the ratio of the Rayleigh to the half-normal median, 1.75.
-const C: f32 = 1.345 * 1.75;
+/// Deviations by which a sum of squares of normal variables exceeds its mean once in a thousand.
+const ONCE_IN_A_THOUSAND: f32 = 3.09;
 
-/// Huber's loss of a squared norm in units of sigma^2: z^2 / 2 near zero, linear in z beyond C.
-pub(crate) fn huber(square: f32) -> f32 {
-    if square <= C * C { 0.5 * square } else { C * libm::sqrtf(square) - 0.5 * C * C }
+/// Sum of `count` squared standard normal variables beyond which a stretch is not believed: the mean and 3.09 deviations of
+/// chi-square, sqrt(2 count).
+fn limit(count: f32) -> f32 {
+    count + ONCE_IN_A_THOUSAND * libm::sqrtf(2.0 * count)
 }
 
-/// Weight of a residual in the re-weighted normal equations: the loss's derivative in z^2 / 2.
-pub(crate) fn huber_weight(square: f32) -> f32 {
-    if square <= C * C { 1.0 } else { C / libm::sqrtf(square) }
+/// Huber's loss of a stretch's sum of squares: half of it up to the limit, growing with its root beyond.
+pub(crate) fn huber(square: f32, count: f32) -> f32 {
+    let limit = limit(count);
+    if square <= limit { 0.5 * square } else { libm::sqrtf(limit * square) - 0.5 * limit }
+}
+
+/// Weight of a stretch in the re-weighted normal equations: the loss's derivative in half the sum.
+pub(crate) fn huber_weight(square: f32, count: f32) -> f32 {
+    let limit = limit(count);
+    if square <= limit { 1.0 } else { libm::sqrtf(limit / square) }
 }
 
 #[cfg(test)]
@@ -18,10 +25,10 @@ mod tests {
 
     #[test]
     fn the_weight_is_the_slope_of_the_loss() {
-        for square in [0.1_f32, 1.0, 4.0, 7.0, 100.0, 1e4] {
-            let step = 1e-3 * square;
-            let slope = (huber(square + step) - huber(square - step)) / step;
-            assert!((slope / huber_weight(square) - 1.0).abs() < 1e-2, "{square}");
+        for square in [0.1_f32, 10.0, 60.0, 100.0, 1e4] {
+            let step = 1e-2 * square;
+            let slope = (huber(square + step, 50.0) - huber(square - step, 50.0)) / step;
+            assert!((slope / huber_weight(square, 50.0) - 1.0).abs() < 1e-2, "{square}: {slope}");
         }
     }
 }

@@ -94,7 +94,7 @@ impl<const D: usize, const N: usize> DifferentialEvolution<D, N> {
 
 impl<const D: usize, const N: usize> Found<D> for DifferentialEvolution<D, N> {
     fn best(&self) -> (&[f32; D], f32) {
-        (self.population.member(self.population.best()), self.population.cost(self.population.best()))
+        self.population.lowest()
     }
 
     fn evaluations(&self) -> u32 {

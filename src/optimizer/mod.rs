@@ -48,7 +48,7 @@ mod search_space;
 
 pub use crate::algebra::Packed;
 pub use differential_evolution::{DifferentialEvolution, DifferentialEvolutionSettings};
-pub use imoa::{Imoa, ImoaSettings};
+pub use imoa::{Imoa, ImoaSettings, Reward};
 pub use imoa_literal::{ImoaLiteral, ImoaLiteralSettings};
 pub use levenberg_marquardt::{LeastSquaresCost, LevenbergMarquardt};
 pub use moa::{Moa, MoaSettings};

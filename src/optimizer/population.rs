@@ -46,6 +46,11 @@ impl<const D: usize, const N: usize> Population<D, N> {
         self.best
     }
 
+    /// The best member and its cost.
+    pub fn lowest(&self) -> (&[f32; D], f32) {
+        (self.member(self.best), self.cost(self.best))
+    }
+
     pub fn worst(&self) -> usize {
         (0..N).fold(0, |worst, index| if self.cost(index) > self.cost(worst) { index } else { worst })
     }

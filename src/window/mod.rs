@@ -1,21 +1,17 @@
-//! From samples to what identification works on: 20 ms increments, weak-form sums, node vectors, pre-integrated segments.
+//! From samples to what identification works on: 20 ms increments, weak-form equations, nodes.
 
-mod block;
+mod equations;
 mod increment;
 mod node;
-mod preintegration;
 mod rest;
 mod rest_bias;
-mod segment;
 mod stream;
 mod weak_form;
 
-pub(crate) use block::{Block, MAGNETIC};
+pub(crate) use equations::{Equations, MAGNETIC, TestEquations, gyro_part};
 pub(crate) use increment::{Accumulator, Grid, Increment, IncrementRing, Reading, Scales};
-pub(crate) use node::{NodeVectors, VectorEffects, node_vectors};
-pub(crate) use preintegration::{Preintegrated, preintegrate};
+pub(crate) use node::{BodyMeans, Node, NodeWalk, VectorEffects};
 pub(crate) use rest::{RestDetector, RestLimits};
 pub(crate) use rest_bias::{RestBias, RestNorm};
-pub(crate) use segment::{Segment, Sighting};
-pub(crate) use stream::{SampleStream, StreamSettings};
+pub(crate) use stream::{SampleStream, StreamSettings, TESTS};
 pub(crate) use weak_form::WeakForm;

@@ -1,6 +1,10 @@
-use super::{Grid, IncrementRing};
-use crate::rotation::{exp_quaternion, rotate, rotate_back};
-use core::f32::consts::PI;
+#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{Grid, Increment, IncrementRing};
+use crate::{
+    objective::fit_for_use,
+    rotation::{exp_quaternion, matrix, middle_to_middle, renormalised},
+};
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
 /// What is taken off the vectors before they are averaged: effects that would otherwise bend P to fit them.
@@ -12,16 +16,43 @@ pub(crate) struct VectorEffects {
     pub hard_iron_ut: Vector3<f32>,
 }
 
-/// Gravity and field of one node, unit vectors in the body frame at the node's instant; `None` where readings are missing, or a rate
-/// is suspect.
+/// A fifth of a second of a window: gravity and field, DE-ROTATED by the gyro (eq 7 the right way round, exactly) into the body frame of the window's beginning (a
+/// body-frame low-pass would smear them: the body turns 150 deg/s), and how they depend on the gyro's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct NodeVectors {
-    pub gravity: Option<Vector3<f32>>,
-    pub field: Option<Vector3<f32>>,
+pub(crate) struct Node {
+    /// Unit vectors of gravity and field, and the norms they had (m/s^2, microtesla); `None` where readings are missing, or a rate is
+    /// suspect.
+    pub vectors: [Option<(Vector3<f32>, f32)>; 2],
+    /// S (3 x 12): a change delta of theta = (P row-major, c) turns the vectors by the rotation vector S delta.
+    pub sensitivity: [[f32; 12]; 3],
+    /// Mean square of the rate, rad^2/s^2.
+    pub square_rate: f32,
+    /// What the body saw; `None` where `vectors` has no gravity.
+    pub body: Option<BodyMeans>,
+    /// A rate was missing since the node before: nothing is known of the rotation in between.
+    pub broken: bool,
 }
 
-/// Share of the Hann weight that has to be read for a mean to stand.
-const LEAST_WEIGHT: f32 = 0.9;
+impl Node {
+    /// Increments of a node. Nodes of a second lose a third of what the samples hold, of half a second a sixth.
+    pub fn length(grid: Grid) -> usize {
+        grid.increments_in(0.2)
+    }
+}
+
+/// Means over a node in the body frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BodyMeans {
+    /// Raw rate, rad/s.
+    pub raw_rad_s: Vector3<f32>,
+    /// Gravity, m/s^2.
+    pub gravity_m_s2: Vector3<f32>,
+    /// Standard error of gravity's direction by its scatter within the node, rad.
+    pub sigma_rad: f32,
+}
+
+/// Share of the increments that have to be read for a mean to stand.
+const LEAST_SHARE: f32 = 0.7;
 
 /// Specific force under a third of gravity has no usable direction of gravity (free fall), m/s^2.
 const LEAST_GRAVITY_M_S2: f32 = 3.3;
@@ -29,132 +60,260 @@ const LEAST_GRAVITY_M_S2: f32 = 3.3;
 /// A field under a tenth of the weakest on earth (22 microtesla) is no field.
 const LEAST_FIELD_UT: f32 = 2.2;
 
-/// Hann means over +-0.5 s around increment `centre`, of vectors DE-ROTATED to the middle of that increment by w = P w_raw - c.
-/// A body-frame low-pass would smear them: the body turns 150 deg/s.
-pub(crate) fn node_vectors<const N: usize>(
-    ring: &IncrementRing<N>,
-    grid: Grid,
-    centre: u32,
-    (p, c): (&Matrix3<f32>, &Vector3<f32>),
-    effects: &VectorEffects,
-) -> NodeVectors {
-    let nothing = NodeVectors { gravity: None, field: None };
-    let half = grid.increments_in(0.5);
-    let mut sums = Means::zero();
-    let here = ring.get(centre);
-    let Some(here_raw) = here.rate else { return nothing };
-    let here_rate = p * here_raw - c;
-    sums.add(&here.gravity, &here.field, &Quaternion::identity(), &here_rate, 1.0, effects);
-    for forward in [true, false] {
-        let mut q = Quaternion::identity();
-        let mut rate = here_rate;
-        for step in 1..=half {
-            let increment = ring.get(if forward { centre + step as u32 } else { centre - step as u32 });
-            let Some(raw) = increment.rate else { return nothing };
-            let next = p * raw - c;
-            let turn = (rate + next) * (0.5 * grid.interval_s());
-            // q takes a vector at this increment into the frame at the centre.
-            q *= exp_quaternion(&if forward { turn } else { -turn });
-            rate = next;
-            let weight = 0.5 + 0.5 * cosine(PI * step as f32 / (half + 1) as f32);
-            sums.add(&increment.gravity, &increment.field, &q, &rate, weight, effects);
+/// Walks through a window's increments with one gyro model and makes its nodes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NodeWalk {
+    /// Takes a vector at the last increment into the frame of the beginning.
+    attitude: Quaternion<f32>,
+    /// Of the last two increments.
+    rates: Option<[Vector3<f32>; 2]>,
+    sensitivity: [[f32; 12]; 3],
+    broken: bool,
+    /// Norm of the last node's field.
+    field_norm_ut: Option<f32>,
+}
+
+impl NodeWalk {
+    /// All zero, for a static.
+    pub const fn zero() -> Self {
+        Self { attitude: Quaternion::from_vector(nalgebra::Vector4::new(0.0, 0.0, 0.0, 0.0)), ..Self::start() }
+    }
+
+    pub const fn start() -> Self {
+        Self {
+            attitude: crate::rotation::IDENTITY,
+            rates: None,
+            sensitivity: [[0.0; 12]; 3],
+            broken: false,
+            field_norm_ut: None,
         }
     }
-    // The Hann weights sum to half + 1.
-    let least = LEAST_WEIGHT * (half + 1) as f32;
-    let unit = |sum: Vector3<f32>, weight: f32, least_norm: f32| {
-        let norm = sum.norm();
-        if weight >= least && norm > least_norm * weight { Some(sum / norm) } else { None }
-    };
-    NodeVectors {
-        gravity: unit(sums.gravity, sums.gravity_weight, LEAST_GRAVITY_M_S2),
-        field: unit(sums.field, sums.field_weight, LEAST_FIELD_UT),
-    }
-}
 
-struct Means {
-    gravity: Vector3<f32>,
-    gravity_weight: f32,
-    field: Vector3<f32>,
-    field_weight: f32,
-}
-
-impl Means {
-    fn zero() -> Self {
-        Self { gravity: Vector3::zeros(), gravity_weight: 0.0, field: Vector3::zeros(), field_weight: 0.0 }
-    }
-
-    fn add(
+    /// The node of the increments from `from` on, with w = P w_raw - c.
+    pub fn node<const N: usize>(
         &mut self,
-        gravity: &Option<Vector3<f32>>,
-        field: &Option<Vector3<f32>>,
-        q: &Quaternion<f32>,
-        rate: &Vector3<f32>,
-        weight: f32,
+        (ring, grid, from): (&IncrementRing<N>, Grid, u32),
+        (p, c): (&Matrix3<f32>, &Vector3<f32>),
         effects: &VectorEffects,
-    ) {
-        if let Some(gravity) = gravity {
-            self.gravity += rotate(q, gravity) * weight;
-            self.gravity_weight += weight;
+    ) -> Node {
+        let mut means = [Mean::zero(); 2];
+        let mut sensitivity = [[0.0; 12]; 3];
+        let mut square_rate = 0.0;
+        let (mut raw_sum, mut gravity_sum, mut square_gravity) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+        let mut suspect = false;
+        let length = Node::length(grid);
+        for position in 0..length {
+            let increment = ring.get(from + position as u32);
+            match self.advance(&increment, grid.interval_s(), (p, c)) {
+                Some((rotation, rate)) => {
+                    square_rate += rate.norm_squared();
+                    raw_sum += increment.rate.unwrap_or_default();
+                    let gravity = increment.gravity.unwrap_or_default();
+                    gravity_sum += gravity;
+                    square_gravity += gravity.norm_squared();
+                    add_vectors(&mut means, &increment, &rotation, &rate, effects);
+                }
+                None => suspect = true,
+            }
+            // The middle of the node is between two increments, or in one.
+            if position == length / 2 || position == (length - 1) / 2 {
+                let share = if length.is_multiple_of(2) { 0.5 } else { 1.0 };
+                for (middle, now) in sensitivity.as_flattened_mut().iter_mut().zip(self.sensitivity.as_flattened()) {
+                    *middle += share * now;
+                }
+            }
         }
-        if let Some(field) = field {
-            // Measured v(t - tau) + iron. The field at t is that of t - tau turned back by the body's rotation since:
-            // first order in tau w, 0.5 % of the field at 10 ms and 600 deg/s.
-            let clean = field - effects.hard_iron_ut;
-            self.field += rotate(q, &(clean - rate.cross(&clean) * effects.mag_lag_s)) * weight;
-            self.field_weight += weight;
+        let broken = self.broken;
+        self.broken = suspect;
+        let least = LEAST_SHARE * length as f32;
+        let [gravity, field] = means;
+        let mut vectors = [None; 2];
+        if !suspect {
+            let field = field.direction(least, LEAST_FIELD_UT);
+            // Eq 8 as a flag of the data: a field whose norm jumps by half is none.
+            let before = self.field_norm_ut;
+            self.field_norm_ut = field.map(|(_, norm)| norm);
+            let field = field.filter(|(_, norm)| before.is_none_or(|before| fit_for_use(before, *norm)));
+            vectors = [gravity.direction(least, LEAST_GRAVITY_M_S2), field];
         }
+        let count = length as f32;
+        let [gravity, _] = &vectors;
+        let body = gravity.map(|(_, norm)| {
+            // Of the three axes' scatter about the de-rotated mean, two thirds are across it.
+            let scatter = square_gravity / count - norm * norm;
+            let sigma_rad = libm::sqrtf(if scatter > 0.0 { scatter / (3.0 * count) } else { 0.0 }) / norm;
+            BodyMeans { raw_rad_s: raw_sum / count, gravity_m_s2: gravity_sum / count, sigma_rad }
+        });
+        Node { vectors, sensitivity, square_rate: square_rate / count, body, broken }
+    }
+
+    /// Turns to the next increment. `None` when its rate is suspect.
+    fn advance(
+        &mut self,
+        increment: &Increment,
+        dt: f32,
+        (p, c): (&Matrix3<f32>, &Vector3<f32>),
+    ) -> Option<(Matrix3<f32>, Vector3<f32>)> {
+        let Some(raw) = increment.rate else {
+            self.rates = None;
+            return None;
+        };
+        let rate = p * raw - c;
+        // After a missing rate the rotation is anyone's guess, and the node that comes is marked so.
+        let [earlier, before] = self.rates.unwrap_or([rate; 2]);
+        let turn = middle_to_middle([&earlier, &before, &rate], dt);
+        self.attitude = renormalised(&(self.attitude * exp_quaternion(&turn)));
+        self.rates = Some([before, rate]);
+        let rotation = matrix(&self.attitude);
+        let angles = raw * dt;
+        for (i, row) in self.sensitivity.iter_mut().enumerate() {
+            for j in 0..3 {
+                let r = rotation[(i, j)];
+                row[3 * j] += r * angles.x;
+                row[3 * j + 1] += r * angles.y;
+                row[3 * j + 2] += r * angles.z;
+                row[9 + j] -= r * dt;
+            }
+        }
+        Some((rotation, rate))
     }
 }
 
-/// cos x for 0 <= x <= pi, by the Taylor series to the 8th order about pi/2 after folding; error under 1e-6.
-fn cosine(x: f32) -> f32 {
-    let y = 0.5 * PI - x;
-    let y2 = y * y;
-    y * (1.0 - y2 * (1.0 / 6.0 - y2 * (1.0 / 120.0 - y2 * (1.0 / 5_040.0 - y2 / 362_880.0))))
+/// Sum of a vector.
+#[derive(Clone, Copy)]
+struct Mean {
+    sum: Vector3<f32>,
+    count: f32,
 }
 
-/// Rotates an earth-fixed vector from the body frame before a rotation into the one after it.
-pub(crate) fn carried(rotation: &Quaternion<f32>, v: &Vector3<f32>) -> Vector3<f32> {
-    rotate_back(rotation, v)
+impl Mean {
+    const fn zero() -> Self {
+        Self { sum: Vector3::new(0.0, 0.0, 0.0), count: 0.0 }
+    }
+
+    fn add(&mut self, v: Vector3<f32>) {
+        self.sum += v;
+        self.count += 1.0;
+    }
+
+    /// The mean's unit vector and norm.
+    fn direction(&self, least_count: f32, least_norm: f32) -> Option<(Vector3<f32>, f32)> {
+        let norm = self.sum.norm();
+        (self.count >= least_count && norm > least_norm * self.count).then(|| (self.sum / norm, norm / self.count))
+    }
+}
+
+fn add_vectors(
+    [gravity_mean, field_mean]: &mut [Mean; 2],
+    increment: &Increment,
+    rotation: &Matrix3<f32>,
+    rate: &Vector3<f32>,
+    effects: &VectorEffects,
+) {
+    if let Some(gravity) = increment.gravity {
+        gravity_mean.add(rotation * gravity);
+    }
+    if let Some(field) = increment.field {
+        // Measured v(t - tau) + iron. The field at t is that of t - tau turned back by the body's rotation since: first order in
+        // tau w, 0.5 % of the field at 10 ms and 600 deg/s.
+        let clean = field - effects.hard_iron_ut;
+        field_mean.add(rotation * (clean - rate.cross(&clean) * effects.mag_lag_s));
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::window::{Increment, Scales};
+    use crate::window::Scales;
 
-    #[test]
-    fn the_hann_cosine_is_within_a_millionth() {
-        for k in 0..=100 {
-            let x = PI * k as f32 / 100.0;
-            assert!((cosine(x) - libm::cosf(x)).abs() < 4e-6, "{x}");
-        }
-    }
+    const NO_EFFECTS: VectorEffects = VectorEffects { mag_lag_s: 0.0, hard_iron_ut: Vector3::new(0.0, 0.0, 0.0) };
 
-    /// A steadily spinning body: every de-rotated sample is the same vector, so the mean is the vector at the centre.
+    /// A steadily spinning body: every de-rotated sample is the same vector, so each node's is the one at the beginning.
     #[test]
-    fn the_mean_of_a_spinning_body_is_the_vector_at_the_centre() {
+    fn the_mean_of_a_spinning_body_is_the_vector_at_the_beginning() {
         let grid = Grid::new(20_000);
         let mut ring = IncrementRing::<128>::zero();
         ring.start(Scales::new(40.0, 160.0, 1000.0));
         let rate = Vector3::new(0.4, -0.2, 2.6);
-        let lag = 0.011;
-        let iron = Vector3::new(4.0, -9.0, 2.0);
+        let effects = VectorEffects { mag_lag_s: 0.011, hard_iron_ut: Vector3::new(4.0, -9.0, 2.0) };
         let body = |t: f32, v: Vector3<f32>| nalgebra::Rotation3::from_scaled_axis(-rate * t) * v;
         for k in 0..100 {
-            let t = (k - 50) as f32 * 0.02;
-            let field = body(t - lag, Vector3::new(20.0, 3.0, 44.0)) + iron;
+            let t = k as f32 * 0.02;
+            let field = body(t - effects.mag_lag_s, Vector3::new(20.0, 3.0, 44.0)) + effects.hard_iron_ut;
             ring.push(&Increment {
                 rate: Some(rate),
                 gravity: Some(body(t, Vector3::new(0.0, 9.81, 0.0))),
                 field: Some(field),
             });
         }
-        let effects = VectorEffects { mag_lag_s: lag, hard_iron_ut: iron };
-        let nodes = node_vectors(&ring, grid, 50, (&Matrix3::identity(), &Vector3::zeros()), &effects);
-        assert!((nodes.gravity.unwrap() - Vector3::y()).norm() < 2e-4);
-        // The lag is taken off to first order: (tau w)^2 / 2 = 4e-4.
-        assert!((nodes.field.unwrap() - Vector3::new(20.0, 3.0, 44.0).normalize()).norm() < 6e-4);
+        // The walk's first step turns to the first increment, by one interval.
+        let beginning = |v: Vector3<f32>| body(-0.02, v).normalize();
+        let mut walk = NodeWalk::start();
+        for number in 0..10 {
+            let model = (&Matrix3::identity(), &Vector3::zeros());
+            let node = walk.node((&ring, grid, 10 * number), model, &effects);
+            let [gravity, field] = node.vectors.map(Option::unwrap);
+            assert!((gravity.0 - beginning(Vector3::y())).norm() < 2e-4 && (gravity.1 - 9.81).abs() < 0.01);
+            // The lag is taken off to first order: (tau w)^2 / 2 = 4e-4.
+            assert!((field.0 - beginning(Vector3::new(20.0, 3.0, 44.0))).norm() < 6e-4);
+            assert!((node.square_rate - rate.norm_squared()).abs() < 0.01 && !node.broken);
+        }
+    }
+
+    fn ring() -> IncrementRing<128> {
+        let mut ring = IncrementRing::zero();
+        ring.start(Scales::new(10.0, 160.0, 1000.0));
+        for k in 0..120 {
+            let t = k as f32 * 0.02;
+            let rate = Vector3::new(libm::sinf(2.0 * t), 1.5 * libm::cosf(3.0 * t), 2.0 + libm::sinf(5.0 * t));
+            let gravity = Vector3::new(libm::cosf(t), 8.0, libm::sinf(t));
+            let field = Some(Vector3::new(0.0, 50.0, 1.0) * if k < 60 { 1.0 } else { 0.4 });
+            ring.push(&Increment { rate: Some(rate), gravity: Some(gravity), field });
+        }
+        ring
+    }
+
+    fn nodes(ring: &IncrementRing<128>, delta: &[f32; 12]) -> [Node; 12] {
+        let p = Matrix3::from_fn(|i, j| delta[3 * i + j] + if i == j { 1.0 } else { 0.0 });
+        let c = Vector3::new(delta[9], delta[10], delta[11]);
+        let mut walk = NodeWalk::start();
+        core::array::from_fn(|number| walk.node((ring, Grid::new(20_000), 10 * number as u32), (&p, &c), &NO_EFFECTS))
+    }
+
+    #[test]
+    fn the_sensitivity_turns_the_vector_as_the_changed_model_does() {
+        let ring = ring();
+        let nominal = nodes(&ring, &[0.0; 12])[11];
+        for parameter in 0..12 {
+            let mut delta = [0.0; 12];
+            delta[parameter] = 2e-3;
+            let moved = nodes(&ring, &delta)[11].vectors[0].unwrap().0;
+            let still = nominal.vectors[0].unwrap().0;
+            let turn = Vector3::from(nominal.sensitivity.map(|row| row[parameter] * 2e-3));
+            let change = (moved - still).norm();
+            // The sensitivity is that of the node's middle.
+            let missed = (moved - still - turn.cross(&still)).norm();
+            assert!(missed < 0.05 * change + 2e-5, "{parameter}: {missed} of {change}");
+        }
+    }
+
+    #[test]
+    fn a_missing_rate_leaves_no_vectors_and_breaks_the_walk() {
+        let mut ring = ring();
+        ring.push(&Increment { rate: None, gravity: None, field: None });
+        let mut walk = NodeWalk::start();
+        let mut node = |from| {
+            let model = (&Matrix3::identity(), &Vector3::zeros());
+            walk.node((&ring, Grid::new(20_000), from), model, &NO_EFFECTS)
+        };
+        assert!(!node(0).broken);
+        assert_eq!(node(115).vectors, [None; 2]);
+        assert!(node(60).broken, "the one after");
+    }
+
+    #[test]
+    fn a_field_that_loses_more_than_half_is_left_out_once() {
+        let seen = nodes(&ring(), &[0.0; 12]).map(|node| node.vectors[1].is_some());
+        assert_eq!(seen, core::array::from_fn(|number| number != 6));
     }
 }

@@ -1,28 +1,24 @@
 use super::{
-    Accumulator, Block, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, Scales,
-    WeakForm,
+    Accumulator, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, Scales,
+    TestEquations, WeakForm, equations::GYRO, weak_form::UNDER_WAY,
 };
-use nalgebra::{Matrix3, Vector3};
 
-/// Increments kept: the longest window (50 s of at least 20 ms) and the time to build its segments.
+/// Increments kept: the longest window (50 s of at least 20 ms) and the time to make its nodes.
 pub(crate) const INCREMENTS: usize = 2_600;
 
-/// Length of a block of weak-form equations, seconds: the unit of cross-validation, longer than the motion is correlated.
-const BLOCK_S: f32 = 2.5;
+/// Test windows kept: two a second of the longest window and of the time until its result is due, and a few for half lengths that
+/// are rounded to the grid.
+pub(crate) const TESTS: usize = 118;
 
-/// Blocks kept: 20 of a window, those cut at its ends, and those begun while it is being solved.
-const BLOCKS: usize = 23;
-
-/// Everything that is gathered from samples as they come: increments, blocks of weak-form equations, and rests.
+/// Everything that is gathered from samples as they come: increments, test windows' equations, and rests.
 pub(crate) struct SampleStream {
     pub grid: Grid,
     pub increments: IncrementRing<INCREMENTS>,
     accumulator: Accumulator,
     weak_form: WeakForm,
-    blocks: [Block; BLOCKS],
-    increments_per_block: u32,
-    /// Number of the block being filled, counted from the start of the stream.
-    newest_block: u32,
+    tests: [TestEquations; TESTS],
+    /// Test windows completed since the start of the stream; the ring holds the last of them.
+    tests_completed: u32,
     rest_detector: RestDetector,
     rest_limits: RestLimits,
     bias_walk_rad_s_rts: f32,
@@ -53,9 +49,8 @@ impl SampleStream {
             increments: IncrementRing::zero(),
             accumulator: Accumulator::zero(),
             weak_form: WeakForm::zero(),
-            blocks: [Block::zero(); BLOCKS],
-            increments_per_block: 0,
-            newest_block: 0,
+            tests: [TestEquations::zero(); TESTS],
+            tests_completed: 0,
             rest_detector: RestDetector::zero(),
             rest_limits: RestLimits { deviation_rad_s: 0.0, bias_rad_s: 0.0 },
             bias_walk_rad_s_rts: 0.0,
@@ -72,7 +67,6 @@ impl SampleStream {
     pub fn configure(&mut self, settings: &StreamSettings) {
         self.grid = Grid::new(settings.sample_period_us);
         self.weak_form.configure(self.grid, settings.rest_limits.bias_rad_s);
-        self.increments_per_block = self.grid.increments_in(BLOCK_S) as u32;
         self.rest_limits = settings.rest_limits;
         self.bias_walk_rad_s_rts = settings.bias_walk_rad_s_rts;
         self.gravity_m_s2 = settings.gravity_m_s2;
@@ -84,16 +78,15 @@ impl SampleStream {
     }
 
     /// Begins at the first sample's time with the nominal model w = P w_raw - c.
-    pub fn start(&mut self, t_us: u64, p: Matrix3<f32>, c: Vector3<f32>) {
+    pub fn start(&mut self, t_us: u64, theta: &[f32; GYRO]) {
         self.increments.start(self.scales);
         self.accumulator.start(t_us, self.grid, self.sample_period_us);
-        self.weak_form.start(p, c);
-        self.blocks = [Block::zero(); BLOCKS];
-        self.newest_block = 0;
+        self.weak_form.start(theta);
+        self.tests_completed = 0;
         self.rest_detector.start(self.sample_period_us);
     }
 
-    /// Begins again after a gap. An empty increment marks it, so that no segment and no test window spans it; what was gathered
+    /// Begins again after a gap. An empty increment marks it, so that no node and no test window spans it; what was gathered
     /// before stays for the window that the gap closed.
     pub fn restart(&mut self, t_us: u64) {
         self.push_increment(&Increment { rate: None, gravity: None, field: None });
@@ -119,37 +112,34 @@ impl SampleStream {
 
     fn push_increment(&mut self, increment: &Increment) {
         let increment = self.increments.push(increment);
-        // A test window that ends now has its centre half a window back.
-        let centre = self.increments.count().saturating_sub(self.weak_form.half_length());
-        let number = centre.checked_div(self.increments_per_block).unwrap_or(0);
-        let Some(block) = self.blocks.get_mut(number as usize % BLOCKS) else { return };
-        if number > self.newest_block {
-            self.newest_block = number;
-            *block = Block::zero();
+        let Some(test) = self.weak_form.push(&increment) else { return };
+        if let Some(slot) = self.tests.get_mut(self.tests_completed as usize % TESTS) {
+            *slot = test;
         }
-        self.weak_form.push(&increment, block);
+        self.tests_completed = self.tests_completed.wrapping_add(1);
     }
 
-    /// The nominal model changes by `shift` of theta, to w = P w_raw - c: kept equations move their origin.
-    pub fn change_model(&mut self, p: Matrix3<f32>, c: Vector3<f32>, shift: &[f32; 12]) {
-        for block in &mut self.blocks {
-            block.recentre(shift);
-        }
-        self.weak_form.change_model(p, c);
+    /// The nominal model changes to w = P w_raw - c, from the next test window on.
+    pub fn change_model(&mut self, theta: &[f32; GYRO]) {
+        self.weak_form.change_model(theta);
     }
 
-    /// The numbers of the blocks that lie wholly within increments `from..to`.
-    pub fn blocks_within(&self, from: u32, to: u32) -> core::ops::Range<u32> {
-        let before = |increment: u32| increment.checked_div(self.increments_per_block).unwrap_or(0);
-        let first = before(from + self.increments_per_block.saturating_sub(1));
-        let end = before(to.saturating_sub(self.weak_form.half_length()));
-        first..end
+    /// The numbers of the test windows that lie wholly within increments `from..to`. Number n begins n hops after the start.
+    pub fn tests_within(&self, from: u32, to: u32) -> core::ops::Range<u32> {
+        let hop = self.weak_form.hop() as u32;
+        let first = (from + hop.saturating_sub(1)).checked_div(hop).unwrap_or(0);
+        first..(to + hop).checked_div(hop).unwrap_or(0).saturating_sub(UNDER_WAY as u32)
     }
 
-    /// A block by number; `None` once it has been overwritten.
-    pub fn block(&self, number: u32) -> Option<&Block> {
-        let held = number <= self.newest_block && number + BLOCKS as u32 > self.newest_block;
-        self.blocks.get(number as usize % BLOCKS).filter(|_| held)
+    /// Variance of a test window's equation whose vector has a white noise of variance 1 in each increment.
+    pub fn noise_gain(&self) -> f32 {
+        self.weak_form.noise_gain()
+    }
+
+    /// A test window by number; `None` once it has been overwritten.
+    pub fn test(&self, number: u32) -> Option<&TestEquations> {
+        let held = number < self.tests_completed && number + TESTS as u32 >= self.tests_completed;
+        self.tests.get(number as usize % TESTS).filter(|_| held)
     }
 
     /// How many of the last `seconds` (at most 64) were at rest.
@@ -165,6 +155,11 @@ impl SampleStream {
     pub fn rest_bias(&self, t_us: u64) -> Option<RestBias> {
         let since_s = t_us.saturating_sub(self.rest_bias_us) as f32 * 1e-6;
         self.rest_bias.map(|bias| bias.aged(since_s, self.bias_walk_rad_s_rts))
+    }
+
+    /// When the tool was last at rest, microseconds; `None` before the first rest.
+    pub fn last_rest_us(&self) -> Option<u64> {
+        self.rest_bias.map(|_| self.rest_bias_us)
     }
 
     /// Largest error of the norm of specific force at the latest rests, m/s^2; `None` before the first.

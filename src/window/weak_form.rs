@@ -2,14 +2,21 @@
 
 use super::{
     Grid, Increment,
-    block::{Block, GYRO, MAGNETIC},
+    equations::{GYRO, MAGNETIC, Rows, TestEquations},
 };
-use crate::rotation::{exp_quaternion, matrix, renormalised};
+use crate::rotation::{exp_quaternion, matrix, middle_to_middle, renormalised};
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
+/// Test windows under way at a time: each begins a quarter of its length after the one before it, as sin^2 windows want it
+/// (equations half a length apart lose a third of what the samples hold).
+pub(super) const UNDER_WAY: usize = 4;
+
+/// From one test window to the next, seconds: two seconds are the length that measures best (1 s: 1.3 times the rate error).
+const HOP_S: f32 = 0.5;
+
 /// Longest test window in increments; a grid interval is at least 19.98 ms.
-const CAPACITY: usize = 50;
+const CAPACITY: usize = 100;
 
 /// Accumulators of one test window.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +27,8 @@ struct TestWindow {
     field_rows: [[f32; MAGNETIC]; 3],
     field_rhs: Vector3<f32>,
     square_rate: f32,
+    /// Sum of the squared second differences of the de-rotated field.
+    square_roughness: f32,
     spoilt: bool,
     gravity_missing: bool,
     field_missing: bool,
@@ -35,6 +44,7 @@ impl TestWindow {
             field_rows: [[0.0; MAGNETIC]; 3],
             field_rhs: zero,
             square_rate: 0.0,
+            square_roughness: 0.0,
             spoilt: false,
             gravity_missing: false,
             field_missing: false,
@@ -43,44 +53,50 @@ impl TestWindow {
 }
 
 impl TestWindow {
-    /// Adds the equations to `block` when nothing spoilt them and the tool moved; begins anew.
-    fn complete(&mut self, moving_rate_rad_s: f32, block: &mut Block) {
-        block.windows += 1;
-        block.spoilt += u16::from(self.spoilt);
+    /// The equations, about `theta`, none when the tool stood still or readings were missing; begins anew.
+    fn complete(&mut self, moving_rate_rad_s: f32, theta: &[f32; GYRO]) -> TestEquations {
         let limit = moving_rate_rad_s * moving_rate_rad_s * self.position as f32;
-        if !self.spoilt && self.square_rate > limit {
-            for i in 0..3 {
-                if !self.gravity_missing {
-                    block.gravity.add(&self.gravity_rows[i], self.gravity_rhs[i]);
-                }
-                if !self.field_missing {
-                    block.magnetic.add(&self.field_rows[i], self.field_rhs[i]);
-                }
-            }
+        let counts = !self.spoilt && self.square_rate > limit;
+        let mut equations = TestEquations { spoilt: self.spoilt, ..TestEquations::zero() };
+        if counts && !self.gravity_missing {
+            equations.gravity = Rows::new(&self.gravity_rows, &self.gravity_rhs.into(), theta);
+        }
+        if counts && !self.field_missing {
+            // Three components, and 1 + 4 + 1 variances in a second difference.
+            equations.field_noise_ut2 = self.square_roughness / (18.0 * self.position as f32);
+            equations.field = Rows::new(&self.field_rows, &self.field_rhs.into(), theta);
         }
         *self = Self::zero();
+        equations
     }
 }
 
 /// Streaming weak form of the vectors' kinematics.
 ///
 /// u(t) = R0(t) v(t), with the nominal gyro's rotation R0 and a vector v fixed in the earth, obeys u' = -R0 (dw x v) exactly,
-/// dw being the true minus the nominal rate: dw = dP w_raw - dc. Multiplied by phi(t) = sin^2 over 1 s (zero at both ends) and
+/// dw being the true minus the nominal rate: dw = dP w_raw - dc. Multiplied by phi(t) = sin^2 over 2 s (zero at both ends) and
 /// integrated by parts, -int phi' u dt = int phi R0 [v]x (dP w_raw - dc) dt: linear in the unknowns for any size of error. A lag
 /// tau of the magnetometer adds tau (w x v) to the measured field and a hard iron a constant, so both are linear as well:
-/// columns -int phi' R0 (w x v) dt and -int phi' R0 dt. Test windows begin every half second.
+/// columns -int phi' R0 (w x v) dt and -int phi' R0 dt. A test window begins every half second.
 pub(crate) struct WeakForm {
+    /// The nominal model: P row-major, c.
+    theta: [f32; GYRO],
     p: Matrix3<f32>,
     c: Vector3<f32>,
     attitude: Quaternion<f32>,
     /// The last good raw rate, held through increments that have none.
     raw: Vector3<f32>,
-    previous_turn: Vector3<f32>,
+    /// Of the last two increments.
+    rates: [Vector3<f32>; 2],
+    /// The de-rotated field of the last two increments.
+    previous_fields: [Vector3<f32>; 2],
+    /// The de-rotated gravity and field of the last increment, where they were read.
+    last_vectors: [Option<Vector3<f32>>; 2],
     length: usize,
     interval_s: f32,
     weight: [f32; CAPACITY],
     slope: [f32; CAPACITY],
-    windows: [TestWindow; 2],
+    windows: [TestWindow; UNDER_WAY],
     moving_rate_rad_s: f32,
 }
 
@@ -88,23 +104,26 @@ impl WeakForm {
     pub const fn zero() -> Self {
         let zero = Vector3::new(0.0, 0.0, 0.0);
         Self {
+            theta: [0.0; GYRO],
             p: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             c: zero,
             attitude: Quaternion::new(0.0, 0.0, 0.0, 0.0),
             raw: zero,
-            previous_turn: zero,
+            rates: [zero; 2],
+            previous_fields: [zero; 2],
+            last_vectors: [None; 2],
             length: 0,
             interval_s: 0.0,
             weight: [0.0; CAPACITY],
             slope: [0.0; CAPACITY],
-            windows: [TestWindow::zero(); 2],
+            windows: [TestWindow::zero(); UNDER_WAY],
             moving_rate_rad_s: 0.0,
         }
     }
 
     /// Sets the grid and the rate (rms over a test window) under which a window holds nothing about P.
     pub fn configure(&mut self, grid: Grid, moving_rate_rad_s: f32) {
-        self.length = 2 * grid.increments_in(0.5);
+        self.length = UNDER_WAY * grid.increments_in(HOP_S);
         self.interval_s = grid.interval_s();
         self.moving_rate_rad_s = moving_rate_rad_s;
         let duration = self.length as f32 * self.interval_s;
@@ -116,44 +135,71 @@ impl WeakForm {
         }
     }
 
-    /// Begins anew (after a gap too) with the nominal model w = P w_raw - c.
-    pub fn start(&mut self, p: Matrix3<f32>, c: Vector3<f32>) {
-        self.p = p;
-        self.c = c;
+    /// Begins anew with the nominal model w = P w_raw - c.
+    pub fn start(&mut self, theta: &[f32; GYRO]) {
+        self.set_model(theta);
         self.attitude = Quaternion::identity();
         self.raw = Vector3::zeros();
-        self.previous_turn = Vector3::zeros();
-        self.windows = [TestWindow::zero(); 2];
-        // The second one begins half a window later: it waits at a position before its first.
-        self.windows[1].position = usize::MAX - self.length / 2 + 1;
+        self.rates = [Vector3::zeros(); 2];
+        self.last_vectors = [None; 2];
+        self.windows = [TestWindow::zero(); UNDER_WAY];
+        let hop = self.hop();
+        for (number, window) in self.windows.iter_mut().enumerate().skip(1) {
+            // Each begins later than the one before: it waits at a position before its first.
+            window.position = usize::MAX - number * hop + 1;
+        }
     }
 
     /// Changes the nominal model between two increments: windows in progress are dropped.
-    pub fn change_model(&mut self, p: Matrix3<f32>, c: Vector3<f32>) {
-        self.p = p;
-        self.c = c;
+    pub fn change_model(&mut self, theta: &[f32; GYRO]) {
+        self.set_model(theta);
         for window in &mut self.windows {
             window.spoilt = true;
         }
     }
 
-    /// Increments from the centre of a test window to its last one.
-    pub const fn half_length(&self) -> u32 {
-        self.length as u32 / 2
+    fn set_model(&mut self, theta: &[f32; GYRO]) {
+        self.theta = *theta;
+        self.p = Matrix3::from_fn(|i, j| theta[3 * i + j]);
+        self.c = Vector3::new(theta[9], theta[10], theta[11]);
     }
 
-    /// Takes one increment; a test window that it completes and that moved adds its equations to `block`.
-    pub fn push(&mut self, increment: &Increment, block: &mut Block) {
+    /// Variance of an equation whose vector has a white noise of variance 1 in each increment.
+    pub fn noise_gain(&self) -> f32 {
+        let slopes = self.slope.get(..self.length).unwrap_or_default();
+        slopes.iter().fold(0.0, |sum, slope| sum + slope * slope) * self.interval_s * self.interval_s
+    }
+
+    /// Increments from one test window to the next.
+    pub const fn hop(&self) -> usize {
+        self.length / UNDER_WAY
+    }
+
+    /// Takes one increment; returns the equations of the test window that it completes.
+    pub fn push(&mut self, increment: &Increment) -> Option<TestEquations> {
+        let mut completed = None;
         self.raw = increment.rate.unwrap_or(self.raw);
         let raw = self.raw;
         let rate = self.p * raw - self.c;
-        let turn = rate * (0.5 * self.interval_s);
-        self.attitude = renormalised(&(self.attitude * exp_quaternion(&(self.previous_turn + turn))));
-        self.previous_turn = turn;
+        let [earlier, before] = self.rates;
+        let turn = middle_to_middle([&earlier, &before, &rate], self.interval_s);
+        self.attitude = renormalised(&(self.attitude * exp_quaternion(&turn)));
+        self.rates = [before, rate];
         let rotation = matrix(&self.attitude);
 
-        let gravity = increment.gravity.map(|v| (rotation * v, rotation * v.cross_matrix()));
-        let field = increment.field.map(|v| (rotation * v, rotation * v.cross_matrix(), rotation * rate.cross(&v)));
+        // One increment without a reading is bridged: what stands still in the earth is what it was.
+        let [last_gravity, last_field] = self.last_vectors;
+        let bridged =
+            |read: Option<Vector3<f32>>, last: Option<Vector3<f32>>| read.or_else(|| last.map(|u| rotation.tr_mul(&u)));
+        self.last_vectors = [increment.gravity, increment.field].map(|read| read.map(|v| rotation * v));
+        let gravity = bridged(increment.gravity, last_gravity).map(|v| (rotation * v, rotation * v.cross_matrix()));
+        let field = bridged(increment.field, last_field)
+            .map(|v| (rotation * v, rotation * v.cross_matrix(), rotation * rate.cross(&v)));
+        let roughness = field.as_ref().map_or(0.0, |(u, ..)| {
+            let [older, last] = self.previous_fields;
+            self.previous_fields = [last, *u];
+            (u - last * 2.0 + older).norm_squared()
+        });
         for window in &mut self.windows {
             let (Some(weight), Some(slope)) = (self.weight.get(window.position), self.slope.get(window.position))
             else {
@@ -176,6 +222,7 @@ impl WeakForm {
             match &field {
                 None => window.field_missing = true,
                 Some((u, gain, lag)) => {
+                    window.square_roughness += roughness;
                     window.field_rhs += u * slope;
                     for i in 0..3 {
                         let row = &mut window.field_rows[i];
@@ -189,9 +236,10 @@ impl WeakForm {
             }
             window.position += 1;
             if window.position == self.length {
-                window.complete(self.moving_rate_rad_s, block);
+                completed = Some(window.complete(self.moving_rate_rad_s, &self.theta));
             }
         }
+        completed
     }
 }
 
@@ -209,15 +257,17 @@ fn add_gyro_row<const D: usize>(row: &mut [f32; D], gain: &Matrix3<f32>, i: usiz
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rotation::rotate_back;
+    use crate::{rotation::rotate_back, window::Equations};
 
-    /// The equations of 50 s of a body that tumbles smoothly, without noise, solved; and the block itself.
-    fn solved(p: Matrix3<f32>, bias: Vector3<f32>, lag: f32, iron: Vector3<f32>) -> ([f32; MAGNETIC], Block) {
+    const IDENTITY: [f32; GYRO] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+
+    /// The field equations about the identity of 50 s of a body that tumbles smoothly, without noise, solved.
+    fn solved(p: Matrix3<f32>, bias: Vector3<f32>, lag: f32, iron: Vector3<f32>) -> [f32; MAGNETIC] {
         let grid = Grid::new(20_000);
         let mut weak = WeakForm::zero();
         weak.configure(grid, 0.05);
-        weak.start(Matrix3::identity(), Vector3::zeros());
-        let mut block = Block::zero();
+        weak.start(&IDENTITY);
+        let mut sum = Equations::zero();
         let fine = 200;
         let mut q = Quaternion::<f64>::identity();
         let rate_at = |t: f64| {
@@ -244,11 +294,12 @@ mod tests {
             let raw = inverse * mean(rate_sum) + bias;
             let increment =
                 Increment { rate: Some(raw), gravity: Some(mean(gravity_sum)), field: Some(mean(field_sum)) };
-            weak.push(&increment, &mut block);
+            if let Some(test) = weak.push(&increment) {
+                sum.add(&test, &IDENTITY, [1.0; 2]);
+            }
         }
-        assert!(block.gravity.rows > 280 && block.magnetic.rows == block.gravity.rows);
-        let x = block.magnetic.normal.cholesky().unwrap().solve(&block.magnetic.rhs);
-        (x, block)
+        assert!(sum.gravity.rows > 280.0 && sum.magnetic.rows == sum.gravity.rows);
+        sum.magnetic.normal.cholesky().unwrap().solve(&sum.magnetic.rhs)
     }
 
     #[test]
@@ -264,7 +315,7 @@ mod tests {
     fn a_gyro_error_of_any_size_is_found_exactly() {
         let p = Matrix3::new(1.12, -0.05, 0.03, 0.04, 0.91, 0.06, -0.02, 0.05, 1.08);
         let bias = Vector3::new(0.03, -0.02, 0.01);
-        let (x, mut block) = solved(p, bias, 0.0, Vector3::zeros());
+        let x = solved(p, bias, 0.0, Vector3::zeros());
         let c = p * bias;
         for i in 0..3 {
             for j in 0..3 {
@@ -273,30 +324,19 @@ mod tests {
             }
             assert!((x[9 + i] - c[i]).abs() < 1e-3, "c{i} {} {}", x[9 + i], c[i]);
         }
-
-        // Moving the origin to the solution leaves nothing to solve.
-        let mut shift = [0.0; GYRO];
-        shift.copy_from_slice(&x[..GYRO]);
-        let before = block.magnetic.misfit(&x);
-        let scale = block.magnetic.square;
-        block.recentre(&shift);
-        let mut rest = [0.0; MAGNETIC];
-        rest[GYRO..].copy_from_slice(&x[GYRO..]);
-        let after = block.magnetic.misfit(&rest);
-        assert!((after - before).abs() < 1e-5 * scale, "{before} {after} of {scale}");
     }
 
     #[test]
     fn a_lag_and_a_hard_iron_are_told_from_the_gyro() {
         let iron = Vector3::new(3.0, -5.0, 8.0);
-        let (x, _) = solved(Matrix3::identity(), Vector3::zeros(), 0.008, iron);
+        let x = solved(Matrix3::identity(), Vector3::zeros(), 0.008, iron);
         for i in 0..3 {
             assert!((x[13 + i] - iron[i]).abs() < 0.1, "iron {i} {}", x[13 + i]);
         }
         assert!(x[..9].iter().all(|p| p.abs() < 1e-3), "{x:?}");
         // The lag's column is made of the measured field, so the iron (a fifth of the field here) mixes in at second order.
         assert!((x[12] / 0.008 - 1.0).abs() < 0.1, "lag {}", x[12]);
-        let (x, _) = solved(Matrix3::identity(), Vector3::zeros(), 0.008, Vector3::zeros());
+        let x = solved(Matrix3::identity(), Vector3::zeros(), 0.008, Vector3::zeros());
         assert!((x[12] / 0.008 - 1.0).abs() < 0.01, "lag {}", x[12]);
     }
 }

@@ -50,7 +50,7 @@ impl<'a> Drilling<'a> {
 
     /// The tool at `t_s`, which must not go back from call to call: the toolface is integrated (trapezoids) in between.
     pub(super) fn advance(&mut self, t_s: f64) -> Motion {
-        let (drilling, onset) = self.drilling(t_s);
+        let (drilling, onset) = self.scenario.drilling_at(t_s);
         let toolface_rate = drilling * self.stick_slip.rate_rad_s(t_s);
         let toolface_rad = match self.last {
             None => self.scenario.rotation.toolface_deg.to_radians(),
@@ -85,16 +85,19 @@ impl<'a> Drilling<'a> {
             drilling,
         }
     }
+}
 
-    /// How much of the drilling is on, 0 to 1, and its slope: a smooth ramp (3 x^2 - 2 x^3) after the rest.
-    fn drilling(&self, t_s: f64) -> (f64, f64) {
-        let x = (t_s - self.scenario.rest_s) / self.scenario.ramp_s;
+impl Scenario {
+    /// How much of the drilling is on at `t_s`, 0 to 1, and its slope, 1/s: a smooth ramp (3 x^2 - 2 x^3) after the rest.
+    #[must_use]
+    pub fn drilling_at(&self, t_s: f64) -> (f64, f64) {
+        let x = (t_s - self.rest_s) / self.ramp_s;
         if x <= 0.0 {
             (0.0, 0.0)
         } else if x >= 1.0 {
             (1.0, 0.0)
         } else {
-            (x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) / self.scenario.ramp_s)
+            (x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) / self.ramp_s)
         }
     }
 }

@@ -3,13 +3,15 @@
 //! Every reading is the mean of the truth over the sample interval centred on its time: an ideal anti-alias filter without delay.
 //! The same scenario and seed give the same trace, to the bit.
 
+mod contamination;
 mod drilling;
+mod effects;
 mod multisine;
 pub(crate) mod random;
 mod scenario;
-mod sensors;
+pub(crate) mod sensors;
 mod validation;
-mod vibration;
+pub(crate) mod vibration;
 
 use std::path::PathBuf;
 
@@ -20,8 +22,11 @@ use crate::{
     cli::SimulateArgs,
     trace::{BodyFrame, EarthFrame, Keys, Trace},
 };
+pub use contamination::{Contamination, Hits, contaminate};
 use drilling::{Drilling, Motion};
-use random::Random;
+use effects::Disturber;
+pub use effects::{Dropouts, Effects, MagneticBursts};
+pub(crate) use random::Random;
 pub use scenario::{
     Accelerometer, EarthSettings, Gyro, Hole, Magnetometer, Rotation, Scenario, ScenarioError, ShockSettings,
     Vibration, Wobble,
@@ -39,6 +44,16 @@ pub struct Truth {
     pub gyro: GyroModel,
     /// The shocks of the run, in order of time.
     pub shocks: Vec<Shock>,
+    /// The gyro's true bias in each reading, rad/s.
+    pub bias_rad_s: Vec<[f32; 3]>,
+}
+
+impl Truth {
+    /// The gyro's true model at a sample; the one at the start where there is no such sample.
+    #[must_use]
+    pub fn gyro_at(&self, sample: usize) -> GyroModel {
+        GyroModel { b_rad_s: self.bias_rad_s.get(sample).copied().unwrap_or(self.gyro.b_rad_s), ..self.gyro }
+    }
 }
 
 /// Simulates a scenario, which must be valid ([`Scenario::validate`]).
@@ -49,19 +64,22 @@ pub struct Truth {
 pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     let mut streams = Random::new(seed);
     // One stream for each thing that is drawn, so that a changed setting of one leaves the others as they were.
-    let [mut gyro, noise, mut motion, mut vibration, mut shock] = std::array::from_fn(|_| streams.split());
+    let [mut gyro, noise, mut motion, mut vibration, mut shock, mut effect] = std::array::from_fn(|_| streams.split());
     let mut sensors = Sensors::new(scenario, &mut gyro, noise);
     let mut drilling = Drilling::new(scenario, &mut motion);
     let mut broadband = vibration::Broadband::new(scenario);
     let chatter = vibration::Chatter::new(scenario, &mut vibration);
     let shocks = vibration::draw_shocks(&scenario.shocks, scenario.rest_s, scenario.duration_s, &mut shock);
-    let truth = Truth { gyro: sensors.truth(), shocks };
+    let mut truth = Truth { gyro: sensors.truth(), shocks, bias_rad_s: Vec::new() };
     let earth = EarthVectors::new(scenario);
+    let mut step_s =
+        Some(bias_step_at_s(scenario, &truth.shocks)).filter(|_| scenario.effects.bias_step_deg_s != [0.0; 3]);
     let lever_arm_m = Vector3::from(scenario.accel.lever_arm_m);
 
     let period_us = u64::from(scenario.sample_period_us);
     let period_s = period_us as f64 * 1e-6;
     let count = (scenario.duration_s / period_s + 1e-9) as u64;
+    let mut disturber = Disturber::new(&scenario.effects, period_s, scenario.duration_s, &mut effect);
     let mut trace = Trace { keys: keys(scenario, seed, &truth), ..Trace::default() };
     let mut true_rate = Vec::new();
     let longest_shock_s = (scenario.shocks.length_ms[1] + scenario.shocks.rebound_ms) * 1e-3;
@@ -91,14 +109,28 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
         let overlapping = truth.shocks.iter().skip(next_shock).take_while(|s| s.start_s < to_s);
         ideal.specific_force_m_s2 += overlapping.map(|s| s.mean_m_s2(from_s, to_s)).sum::<Vector3<f64>>();
 
-        trace.samples.push(sensors.read(index * period_us, &ideal));
         let q = interval.middle.attitude;
+        ideal.field_ut += q.inverse_transform_vector(&disturber.burst_ut(t_s));
+        let (sensed, gyro_offset_rad_s) = disturber.sensed(&ideal);
+        if step_s.take_if(|step_s| *step_s <= t_s).is_some() {
+            sensors.step_bias(&scenario.effects.bias_step_rad_s());
+        }
+        truth.bias_rad_s.push(sensors.bias_rad_s().map(|x| x as f32).into());
+        let mut sample = sensors.read(index * period_us, &sensed, &gyro_offset_rad_s);
+        disturber.drop_out(&mut sample);
+        trace.samples.push(sample);
         trace.reference.push(Some([q.w, q.i, q.j, q.k]));
         true_rate.push(interval.rate_rad_s.into());
         start = interval.end;
     }
     trace.true_rate = Some(true_rate);
     (trace, truth)
+}
+
+/// When the bias steps, seconds.
+fn bias_step_at_s(scenario: &Scenario, shocks: &[Shock]) -> f64 {
+    let after_s = scenario.effects.bias_step_after_s;
+    shocks.iter().map(|shock| shock.start_s).find(|start_s| *start_s >= after_s).unwrap_or(after_s)
 }
 
 /// Reads a scenario, simulates it and writes the trace: `cargo mwd simulate`.
@@ -131,18 +163,23 @@ impl EarthVectors {
     fn new(scenario: &Scenario) -> Self {
         let earth = &scenario.earth;
         let (down, north) = libm::sincos(earth.dip_deg.to_radians());
-        let rate_rad_s = earth.latitude_deg.map_or_else(Vector3::zeros, |latitude| {
-            let (sine, cosine) = libm::sincos(latitude.to_radians());
-            // True north lies at minus the declination from magnetic north.
-            let (east, north) = libm::sincos(-earth.magnetic_declination_deg.unwrap_or(0.0).to_radians());
-            Vector3::new(cosine * north, cosine * east, -sine) * EARTH_RATE_RAD_S
-        });
         Self {
             gravity_m_s2: Vector3::new(0.0, 0.0, earth.gravity_m_s2),
             field_ut: Vector3::new(north, 0.0, down) * earth.magnetic_field_ut,
-            rate_rad_s,
+            rate_rad_s: earth_rate_rad_s(scenario),
         }
     }
+}
+
+/// Rotation of the earth that the gyro senses, in NED with magnetic north; zero where the scenario gives no latitude.
+pub(crate) fn earth_rate_rad_s(scenario: &Scenario) -> Vector3<f64> {
+    let earth = &scenario.earth;
+    earth.latitude_deg.map_or_else(Vector3::zeros, |latitude| {
+        let (sine, cosine) = libm::sincos(latitude.to_radians());
+        // True north lies at minus the declination from magnetic north.
+        let (east, north) = libm::sincos(-earth.magnetic_declination_deg.unwrap_or(0.0).to_radians());
+        Vector3::new(cosine * north, cosine * east, -sine) * EARTH_RATE_RAD_S
+    })
 }
 
 /// Means over one sample interval, and the tool at its middle and end.

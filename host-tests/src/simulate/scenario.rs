@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::effects::Effects;
+
 /// A drilling run. Every field has a default, so an empty file is a scenario: 45 deg of inclination, 30 rpm with stick-slip.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -36,6 +38,8 @@ pub struct Scenario {
     pub accel: Accelerometer,
     /// The magnetometer.
     pub mag: Magnetometer,
+    /// What real sensors have beside all that. Default: nothing.
+    pub effects: Effects,
 }
 
 /// Direction of the hole and how it changes. Azimuths count from magnetic north.
@@ -195,6 +199,7 @@ impl Default for Scenario {
             gyro: Gyro::default(),
             accel: Accelerometer::default(),
             mag: Magnetometer::default(),
+            effects: Effects::default(),
         }
     }
 }

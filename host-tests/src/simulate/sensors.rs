@@ -16,6 +16,33 @@ pub(super) struct Ideal {
     pub(super) field_ut: Vector3<f64>,
 }
 
+/// Standard deviations of what the sensors add by chance, sample by sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SensorNoise {
+    /// White noise of a gyro reading, rad/s.
+    pub(crate) gyro_rad_s: f64,
+    /// Step of the bias from one sample to the next, rad/s.
+    pub(crate) bias_step_rad_s: f64,
+    /// White noise of an accelerometer reading, m/s^2.
+    pub(crate) accel_m_s2: f64,
+    /// White noise of a magnetometer reading, microtesla.
+    pub(crate) mag_ut: f64,
+}
+
+impl SensorNoise {
+    /// White noise of density n has the standard deviation n times the root of the sample rate, so that its integral walks n times
+    /// the root of the time.
+    pub(crate) fn of(scenario: &Scenario) -> Self {
+        let root_period = libm::sqrt(f64::from(scenario.sample_period_us) * 1e-6);
+        Self {
+            gyro_rad_s: scenario.gyro.noise_deg_s_rthz.to_radians() / root_period,
+            bias_step_rad_s: scenario.gyro.bias_walk_deg_s_rts.to_radians() * root_period,
+            accel_m_s2: scenario.accel.noise_ug_rthz * 1e-6 * STANDARD_GRAVITY_M_S2 / root_period,
+            mag_ut: scenario.mag.noise_ut,
+        }
+    }
+}
+
 /// The three sensors of a run.
 pub(super) struct Sensors {
     model: GyroModel,
@@ -30,13 +57,9 @@ pub(super) struct Sensors {
 
 impl Sensors {
     /// Draws the gyro's errors with `truth` and takes its noise from `random`.
-    ///
-    /// White noise of density n has the standard deviation n times the root of the sample rate, so that its integral walks n times
-    /// the root of the time.
     pub(super) fn new(scenario: &Scenario, truth: &mut Random, random: Random) -> Self {
         let gyro = &scenario.gyro;
-        let period_s = f64::from(scenario.sample_period_us) * 1e-6;
-        let per_root_hertz = 1.0 / libm::sqrt(period_s);
+        let noise = SensorNoise::of(scenario);
         let drawn_p: [[f64; 3]; 3] = std::array::from_fn(|row| {
             std::array::from_fn(|column| {
                 if row == column {
@@ -52,27 +75,26 @@ impl Sensors {
             p: gyro.p.unwrap_or(drawn_p).map(|row| row.map(|x| x as f32)),
             b_rad_s: gyro.bias_deg_s.unwrap_or(drawn_bias).map(|x| x.to_radians() as f32),
         };
-        let accel_noise = scenario.accel.noise_ug_rthz * 1e-6 * STANDARD_GRAVITY_M_S2;
         Self {
             model,
             // Scenarios are checked for it, and draws of a few percent cannot fail; the identity would be an honest sensor.
             p_inverse: model.p_matrix().map(f64::from).try_inverse().unwrap_or_else(Matrix3::identity),
             bias_rad_s: Vector3::from(model.b_rad_s.map(f64::from)),
-            bias_step_rad_s: gyro.bias_walk_deg_s_rts.to_radians() * libm::sqrt(period_s),
+            bias_step_rad_s: noise.bias_step_rad_s,
             gyro: Output {
-                noise: gyro.noise_deg_s_rthz.to_radians() * per_root_hertz,
+                noise: noise.gyro_rad_s,
                 resolution: gyro.resolution_deg_s.map(f64::to_radians),
                 full_scale: full_scales(scenario).gyro_rad_s,
                 clipped: SampleFlags::GYRO_CLIPPED,
             },
             accel: Output {
-                noise: accel_noise * per_root_hertz,
+                noise: noise.accel_m_s2,
                 resolution: scenario.accel.resolution_m_s2,
                 full_scale: full_scales(scenario).accel_m_s2,
                 clipped: SampleFlags::ACCEL_CLIPPED,
             },
             mag: Output {
-                noise: scenario.mag.noise_ut,
+                noise: noise.mag_ut,
                 resolution: scenario.mag.resolution_ut,
                 full_scale: full_scales(scenario).mag_ut,
                 clipped: SampleFlags::MAG_CLIPPED,
@@ -86,10 +108,20 @@ impl Sensors {
         self.model
     }
 
-    /// The reading at `t_us`; called once for each sample, in order.
-    pub(super) fn read(&mut self, t_us: u64, ideal: &Ideal) -> Sample {
+    /// The bias in the next reading, rad/s.
+    pub(super) fn bias_rad_s(&self) -> Vector3<f64> {
+        self.bias_rad_s
+    }
+
+    /// Moves the bias at once.
+    pub(super) fn step_bias(&mut self, step_rad_s: &Vector3<f64>) {
+        self.bias_rad_s += step_rad_s;
+    }
+
+    /// The reading at `t_us`, in which the gyro has an offset of the moment beside its bias; called once for each sample, in order.
+    pub(super) fn read(&mut self, t_us: u64, ideal: &Ideal, gyro_offset_rad_s: &Vector3<f64>) -> Sample {
         let mut sample = Sample { t_us, flags: SampleFlags::TEMPERATURE_MISSING, ..Sample::default() };
-        let raw = self.p_inverse * ideal.rate_rad_s + self.bias_rad_s;
+        let raw = self.p_inverse * ideal.rate_rad_s + self.bias_rad_s + gyro_offset_rad_s;
         self.bias_rad_s += self.random.normal3() * self.bias_step_rad_s;
         sample.gyro_rad_s = self.gyro.read(&raw, &mut self.random, &mut sample.flags);
         sample.accel_m_s2 = self.accel.read(&ideal.specific_force_m_s2, &mut self.random, &mut sample.flags);

@@ -76,6 +76,6 @@ impl Scenario {
         check(within(self.mag.noise_ut, 0.0, 1e3), "mag.noise_ut", "0 to 1000")?;
         check(optional(self.mag.resolution_ut, 1e-9, 100.0), "mag.resolution_ut", "positive, at most 100")?;
         check(optional(self.mag.full_scale_ut, 0.1, 1e6), "mag.full_scale_ut", "0.1 to 1000000")?;
-        Ok(())
+        self.effects.validate()
     }
 }

@@ -13,28 +13,43 @@ use super::{
 /// Standard gravity, m/s^2, the unit in which shocks and full scales are given.
 pub(super) const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
-/// Broadband noise above a corner frequency, sample by sample: white noise less its own first-order low-pass.
-pub(super) struct Broadband {
-    rms_m_s2: Vector3<f64>,
-    smoothing: f64,
-    low: Vector3<f64>,
+/// Broadband noise above a corner frequency, sample by sample: white noise x of deviation 1 less its own first-order low-pass,
+/// `y = scale (x - low)`, `low += smoothing (x - low)` with the same x in both.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HighPassed {
+    /// m/s^2, tool axes.
+    pub(crate) scale_m_s2: Vector3<f64>,
+    /// Part of the way to x that the low-pass goes in a sample.
+    pub(crate) smoothing: f64,
 }
 
-impl Broadband {
-    pub(super) fn new(scenario: &Scenario) -> Self {
+impl HighPassed {
+    pub(crate) fn of(scenario: &Scenario) -> Self {
         let vibration = &scenario.vibration;
         let period_s = f64::from(scenario.sample_period_us) * 1e-6;
         let smoothing = 1.0 - libm::exp(-TAU * vibration.lowest_hz * period_s);
         // y = (1 - s)(x - low), and low has s / (2 - s) of x's variance: so y has 2 (1 - s)^2 / (2 - s) of it.
         let kept = (1.0 - smoothing) * libm::sqrt(2.0 / (2.0 - smoothing));
         let rms = Vector3::new(vibration.lateral_m_s2, vibration.lateral_m_s2, vibration.axial_m_s2);
-        Self { rms_m_s2: rms / kept, smoothing, low: Vector3::zeros() }
+        Self { scale_m_s2: rms / kept, smoothing }
+    }
+}
+
+/// The broadband vibration of a run.
+pub(super) struct Broadband {
+    shape: HighPassed,
+    low: Vector3<f64>,
+}
+
+impl Broadband {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        Self { shape: HighPassed::of(scenario), low: Vector3::zeros() }
     }
 
     pub(super) fn next(&mut self, random: &mut Random) -> Vector3<f64> {
         let white = random.normal3();
-        self.low += (white - self.low) * self.smoothing;
-        (white - self.low).component_mul(&self.rms_m_s2)
+        self.low += (white - self.low) * self.shape.smoothing;
+        (white - self.low).component_mul(&self.shape.scale_m_s2)
     }
 }
 

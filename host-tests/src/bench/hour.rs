@@ -1,0 +1,85 @@
+//! An hour of drilling: does the flown model get better with every window?
+
+use anyhow::Context;
+use meerkat_mwd::{compensation::GyroModel, config::Config};
+
+use super::{
+    Effort,
+    one_window::{WINDOW_S, scenario},
+    seeds::each_seed,
+    table::{Cell, Table, median_and_worst, rms},
+};
+use crate::{
+    configuration::of_trace,
+    flight::fly,
+    score::systematic_rate_error_rad_s,
+    simulate::{Truth, simulate},
+    trace::Trace,
+};
+
+/// Where the model is looked at, minutes of the run; the first window's result comes before all of them.
+const MINUTES: [u32; 7] = [1, 2, 5, 10, 20, 40, 60];
+
+/// A model is scored on the motion of so long after the instant at which it is looked at, seconds.
+const AHEAD_S: f64 = 60.0;
+
+/// Errors of one seed, deg/s: after the first window, then at each of [`MINUTES`].
+type Trial = Vec<f64>;
+
+pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+    let seeds = effort.repetitions(20);
+    let mut table = Table::new(
+        format!(
+            "Systematic rate error of what flies during an hour of drilling at 100 Hz, against the true model of the instant, deg/s, \
+             median [worst] of {seeds} seeds; bias walk 0.001 deg/s per root second"
+        ),
+        &["minutes", "vertical", "45 deg"],
+    );
+    let vertical = trials("drilling_vertical", seeds)?;
+    let inclined = trials("drilling_45deg", seeds)?;
+    let both = [&vertical, &inclined];
+    let column = |trials: &Vec<Trial>, index: usize| -> Vec<f64> {
+        trials.iter().filter_map(|trial| trial.get(index).copied()).collect()
+    };
+    let names = std::iter::once("first window".to_owned()).chain(MINUTES.iter().map(ToString::to_string));
+    for (index, name) in names.enumerate() {
+        let cells = both.map(|trials| median_and_worst(&column(trials, index), 4));
+        table.row([Cell::from(name)].into_iter().chain(cells));
+    }
+    let ratios = both.map(|trials| Cell::number(rms(&column(trials, MINUTES.len())) / rms(&column(trials, 0)), 3));
+    table.row(
+        [Cell::from("rms after the hour over rms after the first window (target: at most 0.3)")]
+            .into_iter()
+            .chain(ratios),
+    );
+    Ok(vec![table])
+}
+
+fn trials(name: &str, seeds: u64) -> anyhow::Result<Vec<Trial>> {
+    let mut scenario = scenario(name)?;
+    scenario.duration_s = 60.0 * f64::from(MINUTES[MINUTES.len() - 1]) + AHEAD_S + 1.0;
+    each_seed(0..seeds, |seed| {
+        let (trace, truth) = simulate(&scenario, seed);
+        let config = of_trace(&trace);
+        let reports = fly(&config, &trace.samples, |_| {})?.reports;
+        let first_s = WINDOW_S + f64::from(config.identification.latency_s);
+        let instants = std::iter::once(first_s).chain(MINUTES.iter().map(|&minutes| 60.0 * f64::from(minutes)));
+        instants
+            .map(|t_s| {
+                let t_us = trace.first_us() + (t_s * 1e6) as u64;
+                let landed = reports.iter().rfind(|report| report.t_effect_us.is_some_and(|effect| effect <= t_us));
+                error_deg_s(&config, &trace, &truth, t_us, &landed.map_or(config.gyro, |report| report.flown))
+            })
+            .collect()
+    })
+}
+
+/// Error of a model against the true one of the instant, over the motion of the minute that follows.
+fn error_deg_s(config: &Config, trace: &Trace, truth: &Truth, t_us: u64, model: &GyroModel) -> anyhow::Result<f64> {
+    let from = trace.samples.partition_point(|sample| sample.t_us < t_us);
+    let to = from + (AHEAD_S * 1e6) as usize / config.sample_period_us as usize;
+    let rates = trace.true_rate.as_deref().and_then(|rates| rates.get(from..to)).context("the run is too short")?;
+    systematic_rate_error_rad_s(&truth.gyro_at(from), model, rates)
+        .map(f64::to_degrees)
+        .context("no rate to score over")
+}

@@ -1,0 +1,123 @@
+//! A simulated run of which one window identifies and the rest is scored.
+
+use std::path::Path;
+
+use anyhow::Context;
+use meerkat_mwd::{Config, compensation::GyroModel, config::OptimizerKind, identification::WindowReport};
+
+use super::cramer_rao::Bound;
+use crate::{
+    configuration::of_trace,
+    flight::fly,
+    score::systematic_rate_error_rad_s,
+    simulate::{Scenario, Truth, simulate},
+    trace::Trace,
+};
+
+/// Length of the window, seconds.
+pub const WINDOW_S: f64 = 50.0;
+
+/// The scenario of a file in `host-tests/scenarios`.
+///
+/// # Errors
+/// It cannot be read.
+pub fn scenario(name: &str) -> anyhow::Result<Scenario> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    Ok(Scenario::read(&folder.join(name).with_extension("toml"))?)
+}
+
+/// A simulated run.
+pub struct Run {
+    /// What was drilled.
+    pub scenario: Scenario,
+    /// What the sensors read.
+    pub trace: Trace,
+    /// What they should have read.
+    pub truth: Truth,
+    /// How it is identified: frozen as soon as the result of the first window has taken effect.
+    pub config: Config,
+    /// The sample at which the window closes.
+    pub close: usize,
+    /// The first sample to which its result applies.
+    pub effect: usize,
+}
+
+impl Run {
+    /// Simulates a scenario whose first [`WINDOW_S`] are the window.
+    ///
+    /// # Errors
+    /// The run is too short for the window and the latency of its result.
+    pub fn simulate(scenario: &Scenario, seed: u64) -> anyhow::Result<Self> {
+        let (trace, truth) = simulate(scenario, seed);
+        Self::of(scenario.clone(), trace, truth)
+    }
+
+    /// A run that has been simulated.
+    ///
+    /// # Errors
+    /// It is too short for the window and the latency of its result.
+    pub fn of(scenario: Scenario, trace: Trace, truth: Truth) -> anyhow::Result<Self> {
+        let mut config = of_trace(&trace);
+        let close_us = trace.first_us() + (WINDOW_S * 1e6) as u64;
+        let freeze_us = close_us + (f64::from(config.identification.latency_s) * 1e6) as u64;
+        config.freeze_at_us = Some(freeze_us);
+        let at = |t_us: u64| trace.samples.partition_point(|s| s.t_us < t_us);
+        let (close, effect) = (at(close_us), at(freeze_us));
+        anyhow::ensure!(effect + 1 < trace.samples.len(), "the run ends before the result of its window takes effect");
+        Ok(Self { scenario, trace, truth, config, close, effect })
+    }
+
+    /// The report of the window when `optimizer` searches.
+    ///
+    /// # Errors
+    /// The configuration cannot be used, or no window was closed.
+    pub fn identify(&self, optimizer: OptimizerKind) -> anyhow::Result<WindowReport> {
+        let mut config = self.config;
+        config.identification.optimizer = optimizer;
+        self.identify_as(&config)
+    }
+
+    /// The report of the window with a configuration of its own.
+    ///
+    /// # Errors
+    /// The configuration cannot be used, or no window was closed.
+    pub fn identify_as(&self, config: &Config) -> anyhow::Result<WindowReport> {
+        // One window: what comes after its result need not be flown.
+        let needed = self.trace.samples.get(..=self.effect + 1).unwrap_or(&self.trace.samples);
+        fly(config, needed, |_| {})?.reports.first().copied().context("no window was closed")
+    }
+
+    /// The true model when the window closes; the bias walks on from there.
+    #[must_use]
+    pub fn true_model(&self) -> GyroModel {
+        self.truth.gyro_at(self.close)
+    }
+
+    /// True rates from the instant on at which the window's result applies, rad/s.
+    #[must_use]
+    pub fn rates_ahead(&self) -> &[[f64; 3]] {
+        self.trace.true_rate.as_deref().and_then(|rates| rates.get(self.effect..)).unwrap_or_default()
+    }
+
+    /// Systematic rate error of a model over what follows the window, deg/s, against the true model when it closed.
+    ///
+    /// # Errors
+    /// There is no rate to score over, which no valid scenario gives.
+    pub fn rate_error_deg_s(&self, model: &GyroModel) -> anyhow::Result<f64> {
+        systematic_rate_error_rad_s(&self.true_model(), model, self.rates_ahead())
+            .map(f64::to_degrees)
+            .context("no rate to score over")
+    }
+
+    /// The Cramer-Rao bound of the window.
+    #[must_use]
+    pub fn bound(&self) -> Bound {
+        Bound::of_window(&self.scenario, &self.trace, &self.truth, self.close, &self.config.identification)
+    }
+
+    /// The bound of [`Self::rate_error_deg_s`], root mean square.
+    #[must_use]
+    pub fn bound_deg_s(&self) -> f64 {
+        self.bound().rate_error_rad_s(&self.true_model(), self.rates_ahead()).to_degrees()
+    }
+}

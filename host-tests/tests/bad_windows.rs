@@ -1,0 +1,280 @@
+//! One window of simulated drilling with a sensor, the clock or the configuration wrong for all of it: refused for the reason that is
+//! there, or accepted and better than doing nothing.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+#[allow(dead_code)]
+#[path = "troubled_flight/rig.rs"]
+mod rig;
+
+use meerkat_mwd::{
+    Config, Sample, SampleFlags,
+    compensation::GyroModel,
+    identification::{Decision, Refusal, WindowReport},
+};
+use rig::{Dice, Run, accepted, flown, refusal, run, saturated};
+
+const SEEDS: core::ops::RangeInclusive<u64> = 1..=5;
+
+/// 10 s at rest and 50 of drilling: one window, whose result flies for the last five.
+fn runs() -> impl Iterator<Item = Run> {
+    SEEDS.map(|seed| run(60.0, seed))
+}
+
+/// The report of the only window, after checking what holds of every report.
+fn window(run: &Run, config: &Config, samples: &[Sample]) -> WindowReport {
+    let flight = flown(config, samples);
+    assert_eq!(flight.reports.len(), 1, "{:?}", flight.reports);
+    let report = flight.reports[0];
+    sound(run, &report);
+    report
+}
+
+/// No NaN in a refusal's reason either (the rest is the rig's), and nothing that flies is more than a tenth worse than bias only.
+fn sound(run: &Run, report: &WindowReport) {
+    let reason = match report.decision {
+        Decision::Refused(Refusal::Contradiction { square }) => square,
+        Decision::Refused(Refusal::RotationDisagrees { sigmas }) => sigmas,
+        Decision::Refused(Refusal::GyroUnusable { share }) => share,
+        _ => 0.0,
+    };
+    assert!(reason.is_finite(), "{report:?}");
+    assert!(report.sigma.iter().all(|sigma| sigma.is_finite() && *sigma > 0.0), "{report:?}");
+    let [bias_only, _, flown] = run.rate_errors_deg_s(report);
+    assert!(bias_only.is_finite() && flown <= 1.1 * bias_only, "{flown} against {bias_only} deg/s: {report:?}");
+    if !accepted(report) {
+        assert_eq!(report.flown.p, run.config.gyro.p, "{report:?}");
+    }
+}
+
+/// Root mean square of what a model makes of these very samples against the true rates, deg/s.
+fn error_as_read(run: &Run, samples: &[Sample], model: &GyroModel) -> f64 {
+    let rates = run.trace.true_rate.as_ref().unwrap();
+    let square = |(sample, rate): (&Sample, &[f64; 3])| {
+        let read = <[f32; 3]>::from(model.compensate(sample.gyro_rad_s));
+        read.iter().zip(rate).map(|(read, truth)| (f64::from(*read) - truth).powi(2)).sum::<f64>()
+    };
+    let sum: f64 = samples.iter().zip(rates).map(square).sum();
+    (sum / (3.0 * rates.len() as f64)).sqrt().to_degrees()
+}
+
+/// Refused for this reason, whatever the seed.
+fn refused(spoil: impl Fn(&Run) -> Vec<Sample>, expected: impl Fn(&Refusal) -> bool) {
+    for run in runs() {
+        let report = window(&run, &run.config, &spoil(&run));
+        assert!(refusal(&report).as_ref().is_some_and(&expected), "{report:?}");
+    }
+}
+
+/// A share of the run's samples beyond this full scale.
+fn full_scale_that_clips(run: &Run, share: f64) -> f32 {
+    let largest = |s: &Sample| s.gyro_rad_s.iter().map(|x| x.abs()).max_by(f32::total_cmp).unwrap();
+    let mut sorted: Vec<f32> = run.trace.samples.iter().map(largest).collect();
+    sorted.sort_by(f32::total_cmp);
+    sorted[((1.0 - share) * sorted.len() as f64) as usize]
+}
+
+/// Stick-slip clips every fast phase, so hardly a test window is without a clipped rate.
+#[test]
+fn a_gyro_that_clips_three_tenths_of_the_time_is_unusable() {
+    for mut run in runs() {
+        let limit = full_scale_that_clips(&run, 0.3);
+        run.config.full_scale.gyro_rad_s = Some(limit);
+        let samples = run.with(|_, s| s.gyro_rad_s = saturated(s.gyro_rad_s, limit));
+        let report = window(&run, &run.config, &samples);
+        match refusal(&report) {
+            Some(Refusal::GyroUnusable { share }) => assert!(share > 0.5 && share < 0.9),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_gyro_that_reads_one_rate_is_unusable() {
+    for kept in [0, 3_000] {
+        refused(
+            |run| run.with(|_, s| s.gyro_rad_s = run.trace.samples[kept].gyro_rad_s),
+            |why| matches!(why, Refusal::GyroUnusable { share } if *share == 1.0),
+        );
+    }
+}
+
+/// A dead gyro with noise is not frozen: it reads that the tool stands still.
+#[test]
+fn a_gyro_of_noise_alone_shows_no_motion() {
+    refused(
+        |run| {
+            let mut dice = Dice::new(1);
+            run.with(|_, s| s.gyro_rad_s = [0.0; 3].map(|_: f32| 0.01 * dice.roll() as f32))
+        },
+        |why| matches!(why, Refusal::NotEnoughExcitation { rank: 0 }),
+    );
+}
+
+/// The axis along the tool turns 180 deg/s on the mean: without it no P explains what gravity and field do.
+#[test]
+fn without_the_axis_along_the_tool_no_p_is_taken() {
+    for frozen_at in [None, Some(0), Some(3_000)] {
+        refused(
+            |run| {
+                let kept = frozen_at.map_or(0.0, |at: usize| run.trace.samples[at].gyro_rad_s[2]);
+                run.with(|_, s| s.gyro_rad_s[2] = kept)
+            },
+            |why| {
+                matches!(
+                    why,
+                    Refusal::Degenerate
+                        | Refusal::MisfitNotExplained { .. }
+                        | Refusal::NoClearWin { .. }
+                        | Refusal::RotationDisagrees { .. }
+                        // Far from zero it is taken for a gyro at its rail.
+                        | Refusal::GyroUnusable { .. }
+                )
+            },
+        );
+    }
+}
+
+/// A lateral axis turns little: what is taken is right for what the gyro reads now.
+#[test]
+fn a_frozen_lateral_axis_is_refused_or_the_fit_suits_what_is_read() {
+    for run in runs() {
+        for axis in [0, 1] {
+            for kept in [0.0, run.trace.samples[0].gyro_rad_s[axis], run.trace.samples[3_000].gyro_rad_s[axis]] {
+                let samples = run.with(|_, s| s.gyro_rad_s[axis] = kept);
+                let report = window(&run, &run.config, &samples);
+                let [bias_only, flown] =
+                    [report.bias_only, report.flown].map(|model| error_as_read(&run, &samples, &model));
+                println!("axis {axis} at {kept:.3}: {bias_only:.2} -> {flown:.2} deg/s {:?}", report.decision);
+                assert!(flown <= 1.1 * bias_only);
+                assert!(!accepted(&report) || flown < 0.5 * bias_only, "{report:?}");
+            }
+        }
+    }
+}
+
+/// Zeros, a constant as a bus that hangs gives it, and no readings.
+#[test]
+fn a_magnetometer_without_a_field_is_none() {
+    let none = |why: &Refusal| *why == Refusal::NoMagnetometer { accel_norm_error_m_s2: None };
+    refused(|run| run.with(|_, s| s.mag_ut = [0.0; 3]), none);
+    refused(|run| run.with(|_, s| s.mag_ut = [20.0, -3.0, 45.0]), none);
+    refused(|run| run.with(|_, s| s.mag_ut = run.trace.samples[3_000].mag_ut), none);
+    refused(|run| run.with(|_, s| s.flags |= SampleFlags::MAG_MISSING), none);
+    refused(|run| run.with(|_, s| s.mag_ut = [f32::NAN; 3]), none);
+}
+
+/// Clamped by a magnet it reads a hard iron and noise: no vector of the earth, so P comes from gravity or not at all.
+#[test]
+fn a_magnetometer_of_one_reading_and_noise_harms_nothing() {
+    for run in runs() {
+        let mut dice = Dice::new(2);
+        let samples = run.with(|_, s| s.mag_ut = [20.0, 10.0, 40.0].map(|x: f32| x + dice.roll() as f32));
+        let report = window(&run, &run.config, &samples);
+        let [bias_only, _, flown] = run.rate_errors_deg_s(&report);
+        println!("{bias_only:.3} -> {flown:.3} deg/s {:?}", report.decision);
+        assert!(!accepted(&report) || flown < 0.5 * bias_only, "{report:?}");
+    }
+}
+
+#[test]
+fn an_accelerometer_without_gravity_is_none() {
+    let none = |why: &Refusal| *why == Refusal::NoAccelerometer;
+    refused(|run| run.with(|_, s| s.accel_m_s2 = [0.0; 3]), none);
+    for kept in [0, 3_000] {
+        refused(|run| run.with(|_, s| s.accel_m_s2 = run.trace.samples[kept].accel_m_s2), none);
+    }
+    refused(|run| run.with(|_, s| s.flags |= SampleFlags::ACCEL_MISSING), none);
+}
+
+#[test]
+fn when_every_channel_is_constant_the_gyro_is_to_blame() {
+    for kept in [0, 3_000] {
+        refused(
+            |run| run.with(|_, s| *s = Sample { t_us: s.t_us, ..run.trace.samples[kept] }),
+            |why| matches!(why, Refusal::GyroUnusable { share } if *share == 1.0),
+        );
+    }
+}
+
+/// Gaps of 70 ms, from four in ten seconds to one in the minute: windows that they leave too short say so, and the others
+/// hold to what holds of all.
+#[test]
+fn gaps_cut_windows_and_bend_none() {
+    for run in runs() {
+        for every_s in [2.5, 10.0, 25.0, 30.0] {
+            let is_lost = |s: &Sample| s.t_us > 1_000_000 && (s.t_us as f64 * 1e-6) % every_s < 0.059;
+            let kept: Vec<Sample> = run.trace.samples.iter().filter(|s| !is_lost(s)).copied().collect();
+            let flight = flown(&run.config, &kept);
+            assert_eq!(f64::from(flight.counters.gaps), (59.9 / every_s).floor());
+            for report in &flight.reports {
+                let short = report.t_end_us - report.t_start_us < 20_000_000;
+                let said = matches!(refusal(report), Some(Refusal::WindowTooShort { cut_by_gap: true, .. }));
+                assert_eq!(short, said, "{report:?}");
+            }
+            // A window that was overtaken by the next gap has no result to compare.
+            flight.reports.iter().filter(|report| report.t_effect_us.is_some()).for_each(|report| sound(&run, report));
+        }
+    }
+}
+
+/// A prior that knows P to be the factory's holds it there; one that knows nothing leaves it to the window; sigmas whose squares an
+/// f32 cannot invert are no prior.
+#[test]
+fn prior_sigmas_of_any_size_are_believed_or_refused() {
+    for run in runs() {
+        for sigma in [1e-30, 1e-20, 1e-15, 1e-10, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e15, 1e20, 1e30_f32] {
+            let mut config = run.config;
+            config.identification.prior_sigma_diagonal = sigma;
+            config.identification.prior_sigma_off_diagonal = sigma;
+            config.identification.prior_sigma_bias_rad_s = sigma;
+            let report = window(&run, &config, &run.trace.samples);
+            let [.., flown] = run.rate_errors_deg_s(&report);
+            match sigma {
+                1.0..=1e6 => assert!(accepted(&report) && flown < 0.05, "{sigma}: {flown} {report:?}"),
+                _ => assert!(!accepted(&report), "{sigma}: {report:?}"),
+            }
+            if !(1e-18..=1e18).contains(&sigma) {
+                assert_eq!(refusal(&report), Some(Refusal::Degenerate), "{sigma}");
+            }
+        }
+    }
+}
+
+/// A bias whose sigma forbids it is not plausible; couplings that are forbidden bend the scale factors, and do not fly where that is
+/// worse.
+#[test]
+fn one_prior_sigma_that_is_far_too_small_is_no_harm() {
+    for run in runs() {
+        for sigma in [1e-10, 1e-6, 1e-3] {
+            let mut bias = run.config;
+            bias.identification.prior_sigma_bias_rad_s = sigma;
+            let report = window(&run, &bias, &run.trace.samples);
+            assert_eq!(refusal(&report), Some(Refusal::Degenerate), "{sigma}");
+            let mut coupling = run.config;
+            coupling.identification.prior_sigma_off_diagonal = sigma;
+            let report = window(&run, &coupling, &run.trace.samples);
+            let couplings = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)].map(|(i, j)| report.flown.p[i][j].abs());
+            assert!(couplings.iter().all(|p| *p <= 5.0 * sigma), "{sigma}: {report:?}");
+        }
+    }
+}
+
+/// The gyro's noise and how it walks, from nothing to far beyond any gyro's.
+#[test]
+fn any_noise_of_the_gyro_that_is_configured_leaves_a_sound_report() {
+    for run in runs() {
+        for value in [1e-30, 1e-12, 1e-10, 1e-6, 1e-3, 1.0_f32] {
+            let mut noise = run.config;
+            noise.attitude.gyro_noise_rad_s_rthz = value;
+            let mut walk = run.config;
+            walk.attitude.gyro_bias_walk_rad_s_rts = value;
+            let mut forgetting = run.config;
+            forgetting.identification.forgetting_s = value;
+            for config in [noise, walk, forgetting] {
+                let report = window(&run, &config, &run.trace.samples);
+                let [.., flown] = run.rate_errors_deg_s(&report);
+                assert!(accepted(&report) && flown < 0.15, "{value}: {flown} {report:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,32 @@
+/// The value below which `share` (0 to 1) of the values lie; the upper of two, 0 of none. Sorts them, by insertion: they are a hundred or so, and there
+/// is no way to panic.
+pub(crate) fn quantile(values: &mut [f32], share: f32) -> f32 {
+    for sorted in 1..values.len() {
+        let mut place = values.get_mut(..=sorted).unwrap_or_default();
+        while let [.., before, last] = place {
+            if *before > *last {
+                core::mem::swap(before, last);
+            } else {
+                break;
+            }
+            let shorter = place.len() - 1;
+            place = place.get_mut(..shorter).unwrap_or_default();
+        }
+    }
+    let index = (values.len() as f32 * share) as usize;
+    values.get(index).or(values.last()).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_of_known_numbers() {
+        assert_eq!(quantile(&mut [3.0, 1.0, 2.0], 0.5), 2.0);
+        assert_eq!(quantile(&mut [4.0, 1.0, 3.0, 2.0], 0.5), 3.0);
+        assert_eq!(quantile(&mut [4.0, 1.0, 3.0, 2.0], 0.25), 2.0);
+        assert_eq!(quantile(&mut [4.0, 1.0, 3.0, 2.0], 1.0), 4.0);
+        assert_eq!(quantile(&mut [], 0.5), 0.0);
+    }
+}

@@ -1,0 +1,276 @@
+use super::{
+    Carried, Prior,
+    contest::{Contest, MAX_GROUPS, MIN_GROUPS, Outcome},
+    least_squares::{self, Freedom, Known, MagnetometerErrors, Model, RowVariances},
+    prior::theta_of,
+    robust_weights::{RobustWeights, Round},
+    window_fit::{Context, Job},
+};
+use crate::{
+    algebra::{minus, quantile},
+    window::{Equations, MAGNETIC, SampleStream, TESTS, gyro_part},
+};
+
+/// Test windows that are gone through in one piece of work.
+const SLICE: usize = 16;
+
+/// Fewest test windows in a group: 2.5 s, longer than the motion is correlated.
+const TESTS_PER_GROUP: usize = 5;
+
+/// Test windows after one that begin before it ends.
+const OVERLAPPING: usize = 3;
+
+/// Models of the magnetometer that compete before P is judged.
+const MAGNETOMETER_MODELS: [Model; 3] = [
+    Model::full(MagnetometerErrors::LagAndIron),
+    Model::full(MagnetometerErrors::Lag),
+    Model::full(MagnetometerErrors::None),
+];
+
+/// The gyro's models, as the contest about it counts them: P and bias; the bias with the flown P; nothing; the bias with the factory's
+/// P.
+pub(crate) const FULL: usize = 0;
+pub(crate) const FLOWN_P: usize = 1;
+pub(crate) const NOTHING: usize = 2;
+pub(crate) const FACTORY_P: usize = 3;
+
+/// What a test window of six normal components exceeds once in a thousand, over what it exceeds every other time (chi-square with 6
+/// degrees of freedom).
+const ONCE_IN_A_THOUSAND: f32 = 22.46 / 5.35;
+
+/// Most probable chance win from which an error of the magnetometer is kept. At 5 % a hard iron that is not there is kept in one window of
+/// twenty, and makes the rate error up to five times larger, because it looks like a cross-coupling from the axis that turns.
+const MAGNETOMETER_P_VALUE: f32 = 0.01;
+
+/// The weak form of one window: its normal equations, what is known beforehand, the solution, and the contests between models of
+/// it.
+pub(crate) struct WeakFit {
+    /// What the equations are about: the model flown when the window closed.
+    pub theta: [f32; 12],
+    /// Factory and rest.
+    base: Prior,
+    /// What earlier windows taught, aged.
+    carried: Carried,
+    /// Both.
+    pub prior: Prior,
+    pub total: Equations,
+    /// A test window in which neither P and bias nor the bias alone comes nearer than this is disturbed beyond doubt and no witness
+    /// in the contests; a weighted sum of squares.
+    disturbed: f32,
+    weights: RobustWeights,
+    /// Whether the weights have been begun with.
+    measured: bool,
+    /// Test windows of the fit, how many of them lacked a rate, and how many hold gravity and the field.
+    tests: u32,
+    spoilt: u32,
+    pub seen: [u32; 2],
+    pub solution: [f32; MAGNETIC],
+    pub variances: RowVariances,
+    pub magnetometer: MagnetometerErrors,
+    pub contest: Contest,
+}
+
+impl WeakFit {
+    pub const fn zero() -> Self {
+        Self {
+            theta: [0.0; 12],
+            base: Prior::zero(),
+            carried: Carried::nothing(),
+            prior: Prior::zero(),
+            total: Equations::zero(),
+            disturbed: 0.0,
+            weights: RobustWeights::zero(),
+            measured: false,
+            tests: 0,
+            spoilt: 0,
+            seen: [0; 2],
+            solution: [0.0; MAGNETIC],
+            variances: RowVariances { gravity: 0.0, field: 0.0 },
+            magnetometer: MagnetometerErrors::None,
+            contest: Contest::zero(),
+        }
+    }
+
+    /// Begins with what earlier windows taught, `carried`, aged to the middle of the window.
+    pub fn start(&mut self, context: &Context, job: &Job, carried: &Carried) {
+        self.theta = theta_of(context.flown);
+        self.base = Prior::new(&context.config.identification, &context.config.gyro, job.rest.as_ref());
+        self.carried = *carried;
+        self.prior = self.base.with(carried);
+        self.weights.start();
+        self.measured = false;
+        self.magnetometer = MagnetometerErrors::LagAndIron;
+        self.contest = Contest::zero();
+    }
+
+    /// Share of the test windows that lacked a rate; 0 of none.
+    pub fn spoilt_share(&self) -> f32 {
+        if self.tests == 0 { 0.0 } else { self.spoilt as f32 / self.tests as f32 }
+    }
+
+    /// Adds slice `slice` of the test windows; `Some(false)` when there is none left.
+    pub fn sum(&mut self, stream: &SampleStream, job: &Job, slice: usize) -> Option<bool> {
+        if slice == 0 {
+            self.total = Equations::zero();
+            (self.tests, self.spoilt, self.seen) = (0, 0, [0; 2]);
+        }
+        let mut numbers = slice_of(stream, job, slice).peekable();
+        if numbers.peek().is_none() {
+            return Some(false);
+        }
+        for number in numbers {
+            let test = stream.test(number)?;
+            self.total.add(test, &self.theta, self.weights.of(number));
+            self.tests += 1;
+            self.spoilt += u32::from(test.spoilt);
+            let [gravity, field] = &mut self.seen;
+            *gravity += u32::from(test.gravity.is_some());
+            *field += u32::from(test.field.is_some());
+        }
+        Some(true)
+    }
+
+    /// Solves the window by itself, and says what is next for its weights.
+    pub fn solve_alone(&mut self, stream: &SampleStream, job: &Job) -> Option<Round> {
+        let alone = least_squares::solve_with_variances(&self.total, &self.base, &self.theta, self.magnetometer);
+        if alone.is_none() && self.weights.is_running() {
+            // So little weight is left that nothing can be solved.
+            self.weights.start();
+            return Some(Round::Again);
+        }
+        (self.solution, self.variances) = alone?;
+        if self.measured {
+            let running = self.weights.is_running();
+            return Some(if running { self.weights.advance(stream, tests_of(stream, job)) } else { Round::Done });
+        }
+        self.measured = true;
+        self.weights.measure(stream, tests_of(stream, job), &self.theta, &self.solution);
+        Some(if self.weights.is_running() { Round::Next } else { Round::Done })
+    }
+
+    /// Weighs slice `slice` of the test windows by their residuals; false when there is none left.
+    pub fn weigh(&mut self, stream: &SampleStream, job: &Job, slice: usize) -> bool {
+        let mut numbers = slice_of(stream, job, slice).peekable();
+        if numbers.peek().is_none() {
+            return false;
+        }
+        self.weights.weigh(stream, numbers, &self.theta, &self.solution, &mut self.total);
+        true
+    }
+
+    /// Solves the window by itself for its variances; then with what earlier windows taught.
+    pub fn solve(&mut self) -> Option<()> {
+        let alone = least_squares::solve_with_variances(&self.total, &self.base, &self.theta, self.magnetometer)?;
+        (self.solution, self.variances) = alone;
+        self.contest = Contest::zero();
+        if !self.carried.is_empty() {
+            self.solution = self.fit(&Model::full(self.magnetometer))?;
+        }
+        Some(())
+    }
+
+    /// The fit of a model to the whole window.
+    pub fn fit(&self, model: &Model) -> Option<[f32; MAGNETIC]> {
+        least_squares::solve(&self.total, &self.known(), model)
+    }
+
+    /// What earlier windows taught, aged to the middle of the window.
+    pub const fn carried(&self) -> &Carried {
+        &self.carried
+    }
+
+    fn known(&self) -> Known<'_> {
+        Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta }
+    }
+
+    /// Plays group `group` of the contest about the magnetometer; `Some(false)` when there is none left.
+    pub fn play_magnetometer(&mut self, stream: &SampleStream, job: &Job, group: usize) -> Option<bool> {
+        self.play(stream, job, group, &MAGNETOMETER_MODELS)
+    }
+
+    /// Keeps those errors of the magnetometer that predict unseen test windows better, and solves again with them: an error that
+    /// is there and left out bends P; one that is not there and kept only costs precision (a hard iron looks like a
+    /// cross-coupling from the axis that turns).
+    pub fn choose_magnetometer(&mut self) -> Option<()> {
+        let shows = |outcome: Outcome| outcome.p_value <= MAGNETOMETER_P_VALUE;
+        let enough = self.contest.groups() >= MIN_GROUPS;
+        self.magnetometer = if !enough || shows(self.contest.between(0, 1)) {
+            MagnetometerErrors::LagAndIron
+        } else if shows(self.contest.between(1, 2)) {
+            MagnetometerErrors::Lag
+        } else {
+            MagnetometerErrors::None
+        };
+        self.solve()
+    }
+
+    /// Plays group `group` of the contest about the gyro; `Some(false)` when there is none left.
+    pub fn play_gyro(&mut self, context: &Context, job: &Job, group: usize) -> Option<bool> {
+        let factory = theta_of(&context.config.gyro);
+        let models = [
+            Freedom::Full,
+            Freedom::Bias([0.0; 9]),
+            Freedom::Nothing,
+            Freedom::Bias(p_part(&minus(&factory, &self.theta))),
+        ]
+        .map(|freedom| Model { freedom, magnetometer: self.magnetometer });
+        self.play(context.stream, job, group, &models)
+    }
+
+    fn play(&mut self, stream: &SampleStream, job: &Job, group: usize, models: &[Model]) -> Option<bool> {
+        let numbers = tests_of(stream, job);
+        let is_filled = |number: &u32| stream.test(*number).is_some_and(|test| !test.is_empty());
+        let filled = numbers.clone().filter(is_filled).count();
+        let groups = (filled / TESTS_PER_GROUP).min(MAX_GROUPS);
+        if group >= groups {
+            return Some(false);
+        }
+        // Dealt out evenly, contiguous ones to a group.
+        let share = |g: usize| (g * filled).checked_div(groups).unwrap_or(0);
+        let mine = share(group)..share(group + 1);
+        let of = |from: usize, count: usize| numbers.clone().filter(is_filled).skip(from).take(count);
+        // Neighbours that share samples with the group do not teach.
+        let mut unseen = Equations::zero();
+        let from = mine.start.saturating_sub(OVERLAPPING);
+        for number in of(from, mine.end + OVERLAPPING - from) {
+            unseen.add(stream.test(number)?, &self.theta, self.weights.of(number));
+        }
+        let everything = gyro_part(&self.solution);
+        // Not `known()`: the contest is borrowed beside it.
+        let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
+        let witnesses = of(mine.start, mine.len()).filter_map(|number| stream.test(number));
+        self.contest.play((&self.total, &unseen), witnesses, self.disturbed, models, &known, &everything)?;
+        Some(true)
+    }
+
+    /// From how much the bias alone leaves in each test window: what is beyond doubt.
+    pub fn measure_doubt(&mut self, stream: &SampleStream, job: &Job) -> Option<()> {
+        let x = self.fit(&Model { freedom: Freedom::Bias([0.0; 9]), magnetometer: self.magnetometer })?;
+        let mut misfits = [0.0; TESTS];
+        let mut count = 0;
+        for test in tests_of(stream, job).filter_map(|number| stream.test(number)).filter(|test| !test.is_empty()) {
+            if let Some(slot) = misfits.get_mut(count) {
+                [*slot] = least_squares::test_misfits(test, &self.known(), &[x]);
+                count += 1;
+            }
+        }
+        self.disturbed = ONCE_IN_A_THOUSAND * quantile(misfits.get_mut(..count).unwrap_or_default(), 0.5);
+        Some(())
+    }
+}
+
+/// The test windows of a job.
+fn tests_of(stream: &SampleStream, job: &Job) -> core::ops::Range<u32> {
+    stream.tests_within(job.from, job.to)
+}
+
+/// Some of them, to be gone through in one piece of work.
+fn slice_of(stream: &SampleStream, job: &Job, slice: usize) -> impl Iterator<Item = u32> + use<> {
+    tests_of(stream, job).skip(slice * SLICE).take(SLICE)
+}
+
+/// The part of P of a theta.
+fn p_part(theta: &[f32; 12]) -> [f32; 9] {
+    let [p @ .., _, _, _] = theta;
+    *p
+}

@@ -1,0 +1,73 @@
+use crate::optimizer::{SearchSpace, population::Population};
+
+/// The step may shrink and grow by so much against the first population's deviation. Below, f32's rounding of a window's cost
+/// drowns the parabola; above, one far member would stretch the step over the box.
+const LEAST: f32 = 0.5;
+const MOST: f32 = 2.0;
+
+/// Eq 15 to 18 in our reading: step = (1 + a_h) r, in half widths of the box.
+///
+/// r is the distance of the worst from the best member (eq 17) as a root mean square over the variables. As printed the step is
+/// a_h r, and a_h, the relative error of a norm, is a few thousandths in clean data: the search would stand still just where its
+/// cost can be trusted. So clean data (a_h = 0) leave the step at r, and disturbed ones lengthen it.
+pub(super) fn step_length<const D: usize, const N: usize>(
+    space: &SearchSpace<D>,
+    population: &Population<D, N>,
+    disturbance: f32,
+) -> f32 {
+    let (best, worst) = (population.member(population.best()), population.member(population.worst()));
+    let spread = relative_distance(space, best, worst) * (1.0 + if disturbance < 1.0 { disturbance } else { 1.0 });
+    let (least, most) = (held(LEAST * space.deviation()), held(MOST * space.deviation()));
+    if spread > most {
+        most
+    } else if spread >= least {
+        spread
+    } else {
+        least
+    }
+}
+
+/// At most half a half width, so that two trials fit into the box on either side of any point.
+pub(super) const fn held(step: f32) -> f32 {
+    if step > 0.5 { 0.5 } else { step }
+}
+
+/// Root mean square of the distance over the variables, each in half widths of the box, so that different units can be summed.
+pub(super) fn relative_distance<const D: usize>(space: &SearchSpace<D>, a: &[f32; D], b: &[f32; D]) -> f32 {
+    let mut square = 0.0;
+    for ((a, b), half) in a.iter().zip(b).zip(space.half_widths()) {
+        square += (a - b) / half * ((a - b) / half);
+    }
+    libm::sqrtf(square / D as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_core::SeedableRng;
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn the_step_is_the_spread_lengthened_by_disturbance_and_held_to_the_first_populations() {
+        // Half widths 1 and 100: units do not matter.
+        let space = SearchSpace::about([0.0; 2], 0.1, [-1.0, -100.0], [1.0, 100.0]).unwrap();
+        let mut population = Population::<2, 2>::new(&space, 1, &mut Xoshiro128PlusPlus::seed_from_u64(1)).unwrap();
+        population.replace(0, [0.0, 0.0], 1.0);
+        let step = |population: &Population<2, 2>, disturbance| step_length(&space, population, disturbance);
+        // sqrt((0.06^2 + 0.08^2) / 2)
+        population.replace(1, [0.06, 8.0], 2.0);
+        let spread = 0.070_711;
+        for (disturbance, times) in [(0.0, 1.0), (0.25, 1.25), (1.0, 2.0), (1e30, 2.0)] {
+            assert!((step(&population, disturbance) - times * spread).abs() < 1e-5, "{disturbance}");
+        }
+        population.replace(1, [0.9, -90.0], 2.0);
+        assert_eq!(step(&population, 0.0), 0.2);
+        population.replace(1, [0.001, 0.0], 2.0);
+        assert_eq!(step(&population, 1.0), 0.05);
+        population.replace(1, [0.0, 0.0], 1.0);
+        assert_eq!(step(&population, 1.0), 0.05);
+        let wide = SearchSpace::within([-1.0; 2], [1.0; 2]).unwrap();
+        population.replace(1, [1.0, -1.0], 2.0);
+        assert_eq!(step_length(&wide, &population, 0.0), 0.5);
+    }
+}
