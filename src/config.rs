@@ -29,6 +29,8 @@ pub struct Config {
     pub attitude: AttitudeConfig,
     /// The identification window and its search.
     pub identification: IdentificationConfig,
+    /// Whether physical effects that the model lacks are looked for and taken out. Default true.
+    pub effects: bool,
 }
 
 /// Full scales of the sensors; `None`: unknown, so clipping of that sensor cannot be known.
@@ -172,6 +174,7 @@ impl Default for Config {
             earth: Earth::default(),
             attitude: AttitudeConfig::default(),
             identification: IdentificationConfig::default(),
+            effects: true,
         }
     }
 }
@@ -283,6 +286,7 @@ impl Config {
         earth: Earth::UNSET,
         attitude: AttitudeConfig::UNSET,
         identification: IdentificationConfig::UNSET,
+        effects: false,
     };
 
     /// Checks every field.

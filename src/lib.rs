@@ -9,6 +9,7 @@ pub mod attitude; // propagation, fusion, inclination, azimuth, toolface
 mod window; // increments, weak-form equations, nodes, rests
 mod objective; // what a candidate is worth on a window
 pub mod optimizer; // IMOA and others, over any cost
+pub mod diagnosis; // residual -> evidence -> missing effect
 pub mod identification; // least squares -> search -> observability -> acceptance
 pub mod probe; // all of it behind `push` and `poll`
 #[cfg(feature = "serde")]

@@ -5,8 +5,9 @@ mod staleness;
 
 use crate::{
     attitude::{Attitude, AttitudeFilter, AttitudeFlags},
-    compensation::GyroModel,
+    compensation::{ActiveEffects, Effect, GyroModel, Moment, effect::REFERENCE_TEMPERATURE_C, effects::LIBRARY},
     config::{Config, ConfigError},
+    diagnosis::DiagnosisReport,
     identification::{Identifier, WindowCost, WindowReport},
     sample::{Sample, SampleFlags},
     window::Reading,
@@ -26,6 +27,9 @@ pub const GAP_PERIODS: u32 = 3;
 /// Share of full scale from which a reading counts as clipped: data sheets name full scales in round figures, and a saturated 16-bit
 /// word can stand for as little as 99.9 % of them (2,000 deg/s at 16.4 LSB per deg/s saturate at 1,998.0: MPU-9250 PS section 3.1).
 pub const CLIPPED_SHARE: f32 = 0.998;
+
+/// Over how long the shaking is averaged, seconds; as the diagnosis does.
+const SHAKING_S: f32 = 0.2;
 
 /// Part of a second after which a gyro or an accelerometer that reads the same on all axes is not used: a live one has noise, and
 /// what is read until a dead one is found out is wrong and believed. A gyro that reads no rotation, and read none before, gets the
@@ -83,6 +87,9 @@ pub struct Probe {
     gyro_rails: [Rail; 3],
     filter: AttitudeFilter,
     identifier: Identifier,
+    /// Compensated rate of the sample before, for the angular acceleration.
+    last_rate_rad_s: Option<Vector3<f32>>,
+    square_force_m2_s4: f32,
 }
 
 impl Probe {
@@ -109,6 +116,8 @@ impl Probe {
             gyro_rails: [Rail::zero(); 3],
             filter: AttitudeFilter::new(),
             identifier: Identifier::zero(),
+            last_rate_rad_s: None,
+            square_force_m2_s4: 0.0,
         }
     }
 
@@ -127,6 +136,11 @@ impl Probe {
         self.gyro_rails = [Rail::zero(); 3];
         self.filter.start(&config.attitude, &config.earth);
         self.identifier.configure(config);
+        self.last_rate_rad_s = None;
+        self.square_force_m2_s4 = config.earth.gravity_m_s2 * config.earth.gravity_m_s2;
+        if self.identifier.library().is_empty() {
+            self.identifier.set_library(&LIBRARY);
+        }
         self.configured = true;
         Ok(())
     }
@@ -163,7 +177,11 @@ impl Probe {
             self.last_raw_rad_s = sample.gyro_rad_s;
         }
         let raw = Vector3::from(self.last_raw_rad_s) - self.filter.earth_rate_rad_s();
-        let rate = self.identifier.flown().compensate(raw.into());
+        let compensated = self.identifier.flown().compensate(raw.into());
+        let accel = self.vector(1, &sample);
+        let mag = self.vector(2, &sample);
+        let moment = self.corrected(&sample, &compensated, [accel, mag], step_us as f32 * 1e-6);
+        let rate = moment.rate_rad_s;
         let gyro = if missing {
             Reading::Missing
         } else if sample.flags.contains(SampleFlags::GYRO_CLIPPED) || self.is_stale(0, STALE_INERTIAL_PART) {
@@ -186,15 +204,16 @@ impl Probe {
             self.unread_s += step_s;
             self.filter.unread(step_s, self.unread_s);
         }
-        let accel = self.vector(1, &sample);
-        let mag = self.vector(2, &sample);
-        let good = |reading: &Reading| if let Reading::Good(v) = reading { Some(*v) } else { None };
-        self.filter.observe(good(&accel).as_ref(), good(&mag).as_ref());
+        let if_good = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Good(_)).then_some(v);
+        self.filter.observe(if_good(&accel, moment.force_m_s2).as_ref(), if_good(&mag, moment.field_ut).as_ref());
         // Gravity is what specific force at rest points away from.
         let gravity = if let Reading::Good(force) = accel { Reading::Good(-force) } else { accel };
-        self.identifier.push(sample.t_us, gyro, gravity, mag);
+        let temperature = sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+        self.identifier.push(sample.t_us, [gyro, gravity, mag], (!temperature).then_some(sample.temperature_c));
 
-        Some(Output { t_us: sample.t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
+        let delay_us = self.effects().gyro_delay_s(self.library()) * 1e6;
+        let t_us = sample.t_us.saturating_add_signed(-(delay_us as i64));
+        Some(Output { t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
     }
 
     /// Does about `budget` units of identification work (a unit is some 300 instructions; the last piece may overshoot by
@@ -212,6 +231,55 @@ impl Probe {
             spent += units;
         }
         self.identifier.take_report()
+    }
+
+    /// The sample's readings without the effects that have been found.
+    fn corrected(&mut self, sample: &Sample, rate: &Vector3<f32>, [accel, mag]: [Reading; 2], step_s: f32) -> Moment {
+        let reading = |reading: Reading| if let Reading::Good(v) = reading { v } else { Vector3::zeros() };
+        let (force, field) = (reading(accel), reading(mag));
+        let acceleration = match self.last_rate_rad_s {
+            Some(last) if step_s > 0.0 => (rate - last) / step_s,
+            _ => Vector3::zeros(),
+        };
+        self.last_rate_rad_s = Some(*rate);
+        if let Reading::Good(force) = accel {
+            let share = step_s / SHAKING_S;
+            self.square_force_m2_s4 +=
+                (force.norm_squared() - self.square_force_m2_s4) * if share < 1.0 { share } else { 1.0 };
+        }
+        let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+        let mut moment = Moment {
+            rate_rad_s: *rate,
+            acceleration_rad_s2: acceleration,
+            force_m_s2: force,
+            square_force_m2_s4: self.square_force_m2_s4,
+            field_ut: field,
+            warming_k: if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { 0.0 },
+        };
+        self.effects().correct(self.library(), &mut moment);
+        moment
+    }
+
+    /// Sets the effects that are looked for, and starts afresh with them; without a call they are those of [`LIBRARY`].
+    pub const fn set_library(&mut self, library: &'static [&'static dyn Effect]) {
+        self.identifier.set_library(library);
+    }
+
+    /// The effects that are looked for.
+    #[must_use]
+    pub fn library(&self) -> &'static [&'static dyn Effect] {
+        self.identifier.library()
+    }
+
+    /// The effects that are taken out.
+    #[must_use]
+    pub const fn effects(&self) -> &ActiveEffects {
+        self.identifier.effects()
+    }
+
+    /// The oldest diagnosis that nobody has taken, since it took effect.
+    pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
+        self.identifier.take_diagnosis()
     }
 
     /// What has been counted since the start.

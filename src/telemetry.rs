@@ -1,6 +1,7 @@
 //! What the firmware sends: one [`Record`] after another, self-delimiting in postcard's encoding.
 
 use crate::{
+    diagnosis::DiagnosisReport,
     identification::WindowReport,
     probe::{Counters, Output},
 };
@@ -20,6 +21,8 @@ pub enum Record {
         /// Instructions spent in `Probe::poll` since the previous report, or since the start.
         poll_instructions: u64,
     },
+    /// What one diagnosis found, right after the output of the sample at which it took effect.
+    Diagnosis(DiagnosisReport),
     /// The trace is over; the last record.
     End(Summary),
 }

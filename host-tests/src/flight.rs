@@ -3,6 +3,7 @@
 use meerkat_mwd::{
     Config, Probe, Sample,
     config::ConfigError,
+    diagnosis::DiagnosisReport,
     identification::WindowReport,
     probe::{Counters, Output, POLL_BUDGET},
 };
@@ -14,6 +15,8 @@ pub struct Flight {
     pub outputs: Vec<Output>,
     /// One per window, in order of closing.
     pub reports: Vec<WindowReport>,
+    /// One per diagnosis, in order.
+    pub diagnoses: Vec<DiagnosisReport>,
     /// Events counted on the way.
     pub counters: Counters,
 }
@@ -30,10 +33,12 @@ pub fn fly(config: &Config, samples: &[Sample], mut progress: impl FnMut(usize))
     for (flown, sample) in samples.iter().enumerate() {
         flight.outputs.extend(probe.push(sample));
         flight.reports.extend(probe.poll(POLL_BUDGET));
+        flight.diagnoses.extend(probe.take_diagnosis());
         progress(flown + 1);
     }
     // Reports that came faster than one a sample.
     flight.reports.extend(std::iter::from_fn(|| probe.poll(0)));
+    flight.diagnoses.extend(std::iter::from_fn(|| probe.take_diagnosis()));
     flight.counters = probe.counters();
     Ok(flight)
 }

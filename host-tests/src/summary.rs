@@ -33,6 +33,7 @@ pub fn print_summary(
 ) -> io::Result<()> {
     print_trace(out, trace, config, flight)?;
     print_windows(out, trace, config, flight)?;
+    print_diagnoses(out, flight)?;
     print_parameters(out, &Parameters::at_the_end(config, flight))?;
     match reference {
         Some(reference) => print_scores(out, config, reference),
@@ -170,4 +171,24 @@ fn print_scores(out: &mut impl Write, config: &Config, reference: &Reference) ->
 
 fn figure(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))
+}
+
+/// One line a diagnosis, and one an effect.
+fn print_diagnoses(out: &mut impl Write, flight: &Flight) -> io::Result<()> {
+    for report in &flight.diagnoses {
+        writeln!(out, "DIAG {:.1}..{:.1} {:?} nis {:?} residual deg {:?} -> {:?}", report.t_start_us as f64*1e-6, report.t_end_us as f64*1e-6, report.verdict, report.nis, report.residual_before_rad.map(f32::to_degrees), report.residual_after_rad.map(f32::to_degrees))?;
+        for e in report.effects.iter().take(report.count.into()) {
+            let effect = meerkat_mwd::compensation::effects::LIBRARY[usize::from(e.found.index)];
+            write!(out, "   {} ev {:.0} p {:.4} size {:.2} deg res {:.3}->{:.3} {}:", effect.name(), e.evidence, e.p_value, e.size_rad.to_degrees(), e.residual_rad[0].to_degrees(), e.residual_rad[1].to_degrees(), e.believed)?;
+            for (k, p) in effect.parameters().iter().enumerate() {
+                write!(out, " {} {:.3}({:.3})", p.name, e.found.parameters[k]*p.in_unit, e.found.sigma[k]*p.in_unit)?;
+            }
+            writeln!(out)?;
+        }
+        for (i, t) in report.tried.iter().enumerate().take(report.candidates.into()) {
+            write!(out, " {}:{:.0}/{:.4}{}", meerkat_mwd::compensation::effects::LIBRARY[i].name(), t.evidence, t.p_value, if t.too_small {"s"} else {""})?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
 }

@@ -1,7 +1,14 @@
-//! What turns raw readings into compensated ones: the gyro's 12 parameters, and the factory models of the vector sensors.
+//! What turns raw readings into compensated ones: the gyro's 12 parameters, the factory models of the vector sensors, and the physical
+//! effects that have been found.
 
+pub mod effect;
+pub mod effects;
+mod correction;
 mod gyro_model;
 mod vector_model;
 
+pub(crate) use correction::contribution;
+pub use correction::{ActiveEffects, FoundEffect, MAX_ACTIVE};
+pub use effect::{Effect, Moment, Parameter, Sensor};
 pub use gyro_model::GyroModel;
 pub use vector_model::VectorModel;

@@ -5,14 +5,25 @@ use super::{
     window_fit::{Context, Job, Step, WindowFit},
 };
 use crate::{
-    compensation::GyroModel,
+    compensation::{ActiveEffects, Effect, GyroModel},
     config::Config,
+    diagnosis::{Diagnosis, DiagnosisJob, DiagnosisReport, Subject},
     window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
 };
 use heapless::{Deque, Vec};
 
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
+
+/// Latest samples that a diagnosis looks at, seconds: fewer than are kept, so that it has time to go through them again and again before
+/// they are overwritten.
+const DIAGNOSIS_S: f32 = 40.0;
+
+/// What a diagnosis finds takes effect this long after it began, seconds.
+const DIAGNOSIS_LATENCY_S: f32 = 10.0;
+
+/// Increments whose test windows are made anew in one piece of work.
+const REBUILT_IN_A_STEP: u32 = 16;
 
 /// Work units of judging a fit.
 const JUDGE_UNITS: u32 = 500;
@@ -21,6 +32,8 @@ const JUDGE_UNITS: u32 = 500;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Idle,
+    /// The test windows are made anew, without the effects that have been found since they were.
+    Rebuilding,
     Fitting,
     /// The result waits for its instant.
     Ready,
@@ -43,6 +56,15 @@ pub(crate) struct Identifier {
     bias_known_us: u64,
     fit: WindowFit,
     state: State,
+    diagnosis: Diagnosis,
+    next_diagnosis_us: u64,
+    final_diagnosis_us: u64,
+    diagnosis_effect_us: u64,
+    /// The report of a diagnosis that waits for its instant.
+    found: Vec<DiagnosisReport, 1>,
+    diagnoses: Deque<DiagnosisReport, PENDING>,
+    /// Whether the test windows that are kept were made with other effects.
+    stale_tests: bool,
     /// The result of the job, once it is judged.
     result: Vec<WindowReport, 1>,
     pending: Deque<WindowReport, PENDING>,
@@ -66,6 +88,13 @@ impl Identifier {
             bias_known_us: 0,
             fit: WindowFit::zero(),
             state: State::Idle,
+            diagnosis: Diagnosis::zero(),
+            next_diagnosis_us: 0,
+            final_diagnosis_us: 0,
+            diagnosis_effect_us: 0,
+            found: Vec::new(),
+            diagnoses: Deque::new(),
+            stale_tests: false,
             result: Vec::new(),
             pending: Deque::new(),
             reports_lost: 0,
@@ -79,6 +108,12 @@ impl Identifier {
         self.flown = config.gyro;
         self.final_close_us = config.freeze_at_us.map_or(u64::MAX, |t| t.saturating_sub(micros(id.latency_s)));
         self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
+        // What the last diagnosis finds is there when the last window is fitted.
+        let diagnosis_s = DIAGNOSIS_LATENCY_S;
+        self.final_diagnosis_us = self.final_close_us.saturating_sub(micros(diagnosis_s));
+        self.found.clear();
+        self.diagnoses.clear();
+        self.stale_tests = false;
         // Ranges of the stored increments where the full scale is unknown: 4000 deg/s and 32 g, the widest of the parts in use,
         // and ten times the strongest field on earth.
         self.stream.configure(&StreamSettings {
@@ -109,6 +144,7 @@ impl Identifier {
     pub fn start(&mut self, t_us: u64) {
         self.stream.start(t_us, &theta_of(&self.flown));
         self.start_window(t_us);
+        self.schedule_diagnosis(t_us);
     }
 
     /// A gap: the window in progress ends with the last sample before it, and another begins after it. Nobody works during a
@@ -147,8 +183,65 @@ impl Identifier {
         };
     }
 
+    /// Sets when the next diagnosis begins; the last one before a freeze begins early enough for what it finds.
+    fn schedule_diagnosis(&mut self, now_us: u64) {
+        let regular_us = now_us.saturating_add(micros(self.config.identification.step_s));
+        let latency_us = micros(DIAGNOSIS_LATENCY_S);
+        self.next_diagnosis_us = if now_us >= self.final_diagnosis_us {
+            u64::MAX
+        } else if regular_us.saturating_add(latency_us) > self.final_diagnosis_us {
+            self.final_diagnosis_us
+        } else {
+            regular_us
+        };
+    }
+
+    /// Begins a diagnosis of the latest samples.
+    fn start_diagnosis(&mut self, t_us: u64) {
+        let count = self.stream.increments.count();
+        let most = self.stream.grid.increments_in(DIAGNOSIS_S) as u32;
+        let from = self.stream_from.max(count.saturating_sub(most));
+        let length_us = u64::from(count - from) * u64::from(self.stream.grid.interval_us);
+        let job = DiagnosisJob { t_start_us: t_us.saturating_sub(length_us), t_end_us: t_us, from, to: count };
+        self.diagnosis_effect_us = t_us.saturating_add(micros(DIAGNOSIS_LATENCY_S));
+        self.found.clear();
+        let Self { diagnosis, stream, config, flown, .. } = self;
+        diagnosis.start(&Subject { stream, config, flown, library: stream.library() }, job);
+    }
+
+    /// A diagnosis that is due takes effect, or was not done in time.
+    fn conclude_diagnosis(&mut self, t_us: u64) -> bool {
+        if self.diagnosis_effect_us == 0 || t_us < self.diagnosis_effect_us {
+            return false;
+        }
+        self.diagnosis_effect_us = 0;
+        let Some(report) = self.found.pop() else {
+            self.overruns = self.overruns.saturating_add(1);
+            return false;
+        };
+        let mut effects = ActiveEffects::none();
+        for effect in report.effects.iter().take(usize::from(report.count)).filter(|effect| effect.believed) {
+            effects.add(effect.found);
+        }
+        if self.diagnoses.push_back(report).is_err() {
+            self.reports_lost = self.reports_lost.saturating_add(1);
+        }
+        let changed = effects != *self.stream.effects() && report.is_conclusive();
+        if changed {
+            self.stream.set_effects(&effects);
+            self.stale_tests = true;
+        }
+        changed
+    }
+
+    /// The oldest diagnosis that nobody has taken.
+    pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
+        self.diagnoses.pop_front()
+    }
+
     /// Before a sample is compensated: a result that is due takes effect. Returns whether the model changed.
     pub fn take_effect(&mut self, t_us: u64) -> bool {
+        self.conclude_diagnosis(t_us);
         if self.state == State::Idle || t_us < self.fit.job.effect_us {
             return false;
         }
@@ -171,8 +264,14 @@ impl Identifier {
     }
 
     /// Takes one sample (raw rate, calibrated vectors).
-    pub fn push(&mut self, t_us: u64, rate: Reading, gravity: Reading, field: Reading) {
-        self.stream.push(t_us, rate, gravity, field);
+    pub fn push(&mut self, t_us: u64, [rate, gravity, field]: [Reading; 3], temperature_c: Option<f32>) {
+        self.stream.push(t_us, rate, gravity, field, temperature_c);
+        if t_us >= self.next_diagnosis_us {
+            if self.config.effects {
+                self.start_diagnosis(t_us);
+            }
+            self.schedule_diagnosis(t_us);
+        }
         if t_us >= self.next_close_us {
             // The last window before a freeze closes at its first sample at or after the instant that leaves it the latency: by less
             // than a sample period its result would come after the freeze.
@@ -221,6 +320,11 @@ impl Identifier {
                 fit.start(&context, job);
                 self.result.clear();
                 self.state = State::Fitting;
+                if self.stale_tests {
+                    self.stale_tests = false;
+                    self.stream.start_rebuild(job.from);
+                    self.state = State::Rebuilding;
+                }
             }
             (false, _) => self.announce_overrun(&job),
         }
@@ -259,8 +363,15 @@ impl Identifier {
 
     /// One bounded piece of work; returns its size in units, 0 when there is nothing to do.
     pub fn step(&mut self) -> u32 {
-        if self.state != State::Fitting {
-            return 0;
+        match self.state {
+            State::Rebuilding => {
+                if !self.stream.rebuild(self.fit.job.to, REBUILT_IN_A_STEP) {
+                    self.state = State::Fitting;
+                }
+                return REBUILT_IN_A_STEP * 12;
+            }
+            State::Fitting => {}
+            State::Idle | State::Ready => return self.diagnose(),
         }
         let (context, fit) = self.split();
         match fit.step(&context) {
@@ -283,6 +394,33 @@ impl Identifier {
                 JUDGE_UNITS
             }
         }
+    }
+
+    /// A piece of the diagnosis, for which there is time when no window is being fitted.
+    fn diagnose(&mut self) -> u32 {
+        let Self { diagnosis, stream, config, flown, .. } = self;
+        let units = diagnosis.step(&Subject { stream, config, flown, library: stream.library() });
+        if let Some(report) = diagnosis.take_report() {
+            self.found.clear();
+            // Just emptied, so there is room.
+            let _ = self.found.push(report);
+        }
+        units
+    }
+
+    /// The effects that are looked for.
+    pub fn library(&self) -> &'static [&'static dyn Effect] {
+        self.stream.library()
+    }
+
+    /// The effects that are taken out.
+    pub const fn effects(&self) -> &ActiveEffects {
+        self.stream.effects()
+    }
+
+    /// Sets the effects that are looked for.
+    pub const fn set_library(&mut self, library: &'static [&'static dyn Effect]) {
+        self.stream.set_library(library);
     }
 
     /// The cost of the last window whose innovations stand.

@@ -61,7 +61,7 @@ impl InnovationFit {
         let (p, c) = linear(&self.theta0);
         let [.., lag, x, y, z] = weak.solution;
         let effects = VectorEffects { mag_lag_s: lag, hard_iron_ut: Vector3::new(x, y, z) };
-        let node = self.walk.node((&stream.increments, grid, from), (&p, &c), &effects);
+        let node = self.walk.node((|index| stream.increment(index), grid, from), (&p, &c), &effects);
         let stretch = (index * length as usize).checked_div(grid.increments_in(STRETCH_S)).unwrap_or(0);
         let [gravity_filter, field_filter] = &mut self.filters;
         let [gravity, field] = &mut self.stretches;

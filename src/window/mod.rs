@@ -6,6 +6,7 @@ mod node;
 mod rest;
 mod rest_bias;
 mod stream;
+mod surroundings;
 mod weak_form;
 
 pub(crate) use equations::{Equations, MAGNETIC, TestEquations, gyro_part};
@@ -14,4 +15,5 @@ pub(crate) use node::{BodyMeans, Node, NodeWalk, VectorEffects};
 pub(crate) use rest::{RestDetector, RestLimits};
 pub(crate) use rest_bias::{RestBias, RestNorm};
 pub(crate) use stream::{SampleStream, StreamSettings, TESTS};
-pub(crate) use weak_form::WeakForm;
+pub(crate) use surroundings::SurroundingsRing;
+pub(crate) use weak_form::{UNDER_WAY, WeakForm};

@@ -1,6 +1,6 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::{Grid, Increment, IncrementRing};
+use super::{Grid, Increment};
 use crate::{
     objective::fit_for_use,
     rotation::{exp_quaternion, matrix, middle_to_middle, renormalised},
@@ -90,9 +90,9 @@ impl NodeWalk {
     }
 
     /// The node of the increments from `from` on, with w = P w_raw - c.
-    pub fn node<const N: usize>(
+    pub fn node(
         &mut self,
-        (ring, grid, from): (&IncrementRing<N>, Grid, u32),
+        (increments, grid, from): (impl Fn(u32) -> Increment, Grid, u32),
         (p, c): (&Matrix3<f32>, &Vector3<f32>),
         effects: &VectorEffects,
     ) -> Node {
@@ -103,7 +103,7 @@ impl NodeWalk {
         let mut suspect = false;
         let length = Node::length(grid);
         for position in 0..length {
-            let increment = ring.get(from + position as u32);
+            let increment = increments(from + position as u32);
             match self.advance(&increment, grid.interval_s(), (p, c)) {
                 Some((rotation, rate)) => {
                     square_rate += rate.norm_squared();
@@ -224,7 +224,7 @@ fn add_vectors(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::window::Scales;
+    use crate::window::{IncrementRing, Scales};
 
     const NO_EFFECTS: VectorEffects = VectorEffects { mag_lag_s: 0.0, hard_iron_ut: Vector3::new(0.0, 0.0, 0.0) };
 
@@ -251,7 +251,7 @@ mod tests {
         let mut walk = NodeWalk::start();
         for number in 0..10 {
             let model = (&Matrix3::identity(), &Vector3::zeros());
-            let node = walk.node((&ring, grid, 10 * number), model, &effects);
+            let node = walk.node((|index| ring.get(index), grid, 10 * number), model, &effects);
             let [gravity, field] = node.vectors.map(Option::unwrap);
             assert!((gravity.0 - beginning(Vector3::y())).norm() < 2e-4 && (gravity.1 - 9.81).abs() < 0.01);
             // The lag is taken off to first order: (tau w)^2 / 2 = 4e-4.
@@ -277,7 +277,7 @@ mod tests {
         let p = Matrix3::from_fn(|i, j| delta[3 * i + j] + if i == j { 1.0 } else { 0.0 });
         let c = Vector3::new(delta[9], delta[10], delta[11]);
         let mut walk = NodeWalk::start();
-        core::array::from_fn(|number| walk.node((ring, Grid::new(20_000), 10 * number as u32), (&p, &c), &NO_EFFECTS))
+        core::array::from_fn(|number| walk.node((|index| ring.get(index), Grid::new(20_000), 10 * number as u32), (&p, &c), &NO_EFFECTS))
     }
 
     #[test]
@@ -304,7 +304,7 @@ mod tests {
         let mut walk = NodeWalk::start();
         let mut node = |from| {
             let model = (&Matrix3::identity(), &Vector3::zeros());
-            walk.node((&ring, Grid::new(20_000), from), model, &NO_EFFECTS)
+            walk.node((|index| ring.get(index), Grid::new(20_000), from), model, &NO_EFFECTS)
         };
         assert!(!node(0).broken);
         assert_eq!(node(115).vectors, [None; 2]);

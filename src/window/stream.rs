@@ -1,7 +1,9 @@
+use crate::compensation::{ActiveEffects, Effect, Moment, effect::REFERENCE_TEMPERATURE_C};
 use super::{
     Accumulator, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, Scales,
-    TestEquations, WeakForm, equations::GYRO, weak_form::UNDER_WAY,
+    SurroundingsRing, TestEquations, WeakForm, equations::GYRO, weak_form::UNDER_WAY,
 };
+use nalgebra::{Matrix3, Vector3};
 
 /// Increments kept: the longest window (50 s of at least 20 ms) and the time to make its nodes.
 pub(crate) const INCREMENTS: usize = 2_600;
@@ -14,8 +16,16 @@ pub(crate) const TESTS: usize = 118;
 pub(crate) struct SampleStream {
     pub grid: Grid,
     pub increments: IncrementRing<INCREMENTS>,
+    pub surroundings: SurroundingsRing,
     accumulator: Accumulator,
-    weak_form: WeakForm,
+    pub weak_form: WeakForm,
+    /// Goes again over increments whose test windows were made with other effects.
+    rebuilt: WeakForm,
+    rebuilt_next: u32,
+    rebuilt_test: u32,
+    theta: [f32; GYRO],
+    effects: ActiveEffects,
+    library: Option<&'static [&'static dyn Effect]>,
     tests: [TestEquations; TESTS],
     /// Test windows completed since the start of the stream; the ring holds the last of them.
     tests_completed: u32,
@@ -47,8 +57,15 @@ impl SampleStream {
         Self {
             grid: Grid::zero(),
             increments: IncrementRing::zero(),
+            surroundings: SurroundingsRing::zero(),
             accumulator: Accumulator::zero(),
             weak_form: WeakForm::zero(),
+            rebuilt: WeakForm::zero(),
+            rebuilt_next: 0,
+            rebuilt_test: 0,
+            theta: [0.0; GYRO],
+            effects: ActiveEffects::none(),
+            library: None,
             tests: [TestEquations::zero(); TESTS],
             tests_completed: 0,
             rest_detector: RestDetector::zero(),
@@ -67,6 +84,8 @@ impl SampleStream {
     pub fn configure(&mut self, settings: &StreamSettings) {
         self.grid = Grid::new(settings.sample_period_us);
         self.weak_form.configure(self.grid, settings.rest_limits.bias_rad_s);
+        self.rebuilt.configure(self.grid, settings.rest_limits.bias_rad_s);
+        self.effects = ActiveEffects::none();
         self.rest_limits = settings.rest_limits;
         self.bias_walk_rad_s_rts = settings.bias_walk_rad_s_rts;
         self.gravity_m_s2 = settings.gravity_m_s2;
@@ -80,8 +99,10 @@ impl SampleStream {
     /// Begins at the first sample's time with the nominal model w = P w_raw - c.
     pub fn start(&mut self, t_us: u64, theta: &[f32; GYRO]) {
         self.increments.start(self.scales);
+        self.surroundings.start();
         self.accumulator.start(t_us, self.grid, self.sample_period_us);
         self.weak_form.start(theta);
+        self.theta = *theta;
         self.tests_completed = 0;
         self.rest_detector.start(self.sample_period_us);
     }
@@ -95,11 +116,13 @@ impl SampleStream {
     }
 
     /// Takes one sample.
-    pub fn push(&mut self, t_us: u64, rate: Reading, gravity: Reading, field: Reading) {
+    pub fn push(&mut self, t_us: u64, rate: Reading, gravity: Reading, field: Reading, temperature_c: Option<f32>) {
         while let Some(increment) = self.accumulator.close_before(t_us, self.grid) {
             self.push_increment(&increment);
         }
         self.accumulator.add(rate, gravity, field);
+        let square_force = if let Reading::Good(gravity) = gravity { Some(gravity.norm_squared()) } else { None };
+        self.surroundings.add(square_force, temperature_c);
         let Some(second) = self.rest_detector.push(rate, gravity, field, &self.rest_limits) else { return };
         self.rest_history = self.rest_history << 1 | u64::from(second.is_some());
         let Some(rest) = second else { return };
@@ -111,16 +134,107 @@ impl SampleStream {
     }
 
     fn push_increment(&mut self, increment: &Increment) {
-        let increment = self.increments.push(increment);
-        let Some(test) = self.weak_form.push(&increment) else { return };
+        let kept = self.increments.push(increment);
+        let last = self.increments.count().wrapping_sub(1);
+        self.surroundings.complete(last);
+        let kept = if self.effects.is_empty() { kept } else { self.increment(last) };
+        let Some(test) = self.weak_form.push(&kept) else { return };
         if let Some(slot) = self.tests.get_mut(self.tests_completed as usize % TESTS) {
             *slot = test;
         }
         self.tests_completed = self.tests_completed.wrapping_add(1);
     }
 
+    /// Sets the effects that are looked for, all of which may come to be taken out.
+    pub const fn set_library(&mut self, library: &'static [&'static dyn Effect]) {
+        self.library = Some(library);
+    }
+
+    /// The effects that are looked for.
+    pub fn library(&self) -> &'static [&'static dyn Effect] {
+        self.library.unwrap_or(&[])
+    }
+
+    /// The effects that are taken out.
+    pub const fn effects(&self) -> &ActiveEffects {
+        &self.effects
+    }
+
+    /// From here on these effects are taken out of the increments, those that are kept already included.
+    pub fn set_effects(&mut self, effects: &ActiveEffects) {
+        self.effects = *effects;
+        self.weak_form.change_model(&self.theta.clone());
+    }
+
+    /// Increment `index` without the active effects.
+    pub fn increment(&self, index: u32) -> Increment {
+        let read = self.increments.get(index);
+        if self.effects.is_empty() {
+            return read;
+        }
+        let Some(raw) = read.rate else { return read };
+        let nominal = |raw: Vector3<f32>| {
+            let [p00, p01, p02, p10, p11, p12, p20, p21, p22, c0, c1, c2] = self.theta;
+            Matrix3::new(p00, p01, p02, p10, p11, p12, p20, p21, p22) * raw - Vector3::new(c0, c1, c2)
+        };
+        let rate = nominal(raw);
+        let before = self.increments.get(index.wrapping_sub(1)).rate.map_or(rate, nominal);
+        let after = self.increments.get(index.wrapping_add(1)).rate;
+        let acceleration = match after.map(nominal) {
+            Some(after) => (after - before) / (2.0 * self.grid.interval_s()),
+            None => (rate - before) / self.grid.interval_s(),
+        };
+        let surroundings = self.surroundings.get(index);
+        let mut moment = Moment {
+            rate_rad_s: rate,
+            acceleration_rad_s2: acceleration,
+            // Specific force is minus gravity's reading.
+            force_m_s2: -read.gravity.unwrap_or_default(),
+            square_force_m2_s4: surroundings.square_force_m2_s4,
+            field_ut: read.field.unwrap_or_default(),
+            warming_k: surroundings.temperature_c.map_or(0.0, |t| t - REFERENCE_TEMPERATURE_C),
+        };
+        self.effects.correct(self.library(), &mut moment);
+        Increment {
+            // P is the identity to some per cent, and the change is small already.
+            rate: Some(raw + (moment.rate_rad_s - rate)),
+            gravity: read.gravity.map(|_| -moment.force_m_s2),
+            field: read.field.map(|_| moment.field_ut),
+        }
+    }
+
+    /// Begins to make the test windows from increment `from` on anew, without the effects that are active now.
+    pub fn start_rebuild(&mut self, from: u32) {
+        let hop = self.rebuilt.hop() as u32;
+        let kept = self.increments.count().saturating_sub(INCREMENTS as u32 - 2 * hop);
+        let from = if from > kept { from } else { kept };
+        self.rebuilt_test = from.div_ceil(hop);
+        self.rebuilt_next = self.rebuilt_test * hop;
+        self.rebuilt.start(&self.theta.clone());
+    }
+
+    /// Makes some of them; false when there is none left before increment `to`.
+    pub fn rebuild(&mut self, to: u32, increments: u32) -> bool {
+        for _ in 0..increments {
+            if self.rebuilt_next >= to {
+                return false;
+            }
+            let increment = self.increment(self.rebuilt_next);
+            self.rebuilt_next += 1;
+            let Some(test) = self.rebuilt.push(&increment) else { continue };
+            let held = self.rebuilt_test < self.tests_completed;
+            let is_kept = self.rebuilt_test + TESTS as u32 >= self.tests_completed;
+            if let Some(slot) = self.tests.get_mut(self.rebuilt_test as usize % TESTS).filter(|_| held && is_kept) {
+                *slot = test;
+            }
+            self.rebuilt_test += 1;
+        }
+        true
+    }
+
     /// The nominal model changes to w = P w_raw - c, from the next test window on.
     pub fn change_model(&mut self, theta: &[f32; GYRO]) {
+        self.theta = *theta;
         self.weak_form.change_model(theta);
     }
 

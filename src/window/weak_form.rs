@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Quaternion, Vector3};
 
 /// Test windows under way at a time: each begins a quarter of its length after the one before it, as sin^2 windows want it
 /// (equations half a length apart lose a third of what the samples hold).
-pub(super) const UNDER_WAY: usize = 4;
+pub(crate) const UNDER_WAY: usize = 4;
 
 /// From one test window to the next, seconds: two seconds are the length that measures best (1 s: 1.3 times the rate error).
 const HOP_S: f32 = 0.5;
@@ -168,6 +168,15 @@ impl WeakForm {
     pub fn noise_gain(&self) -> f32 {
         let slopes = self.slope.get(..self.length).unwrap_or_default();
         slopes.iter().fold(0.0, |sum, slope| sum + slope * slope) * self.interval_s * self.interval_s
+    }
+
+    /// Weight and slope of the test function at an increment of a test window, times the interval; `None` beyond its end.
+    pub fn test_function(&self, position: usize) -> Option<(f32, f32)> {
+        if position >= self.length {
+            return None;
+        }
+        let (weight, slope) = (self.weight.get(position)?, self.slope.get(position)?);
+        Some((weight * self.interval_s, -slope * self.interval_s))
     }
 
     /// Increments from one test window to the next.

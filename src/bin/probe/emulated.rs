@@ -66,10 +66,17 @@ fn fly(
             poll_before_window = poll;
             flight.write(&Record::Window { report, poll_instructions })?;
         }
+        if let Some(report) = probe.take_diagnosis() {
+            flight.write(&Record::Diagnosis(report))?;
+        }
     }
     // Reports that came faster than one a sample.
     while let Some(report) = probe.poll(0) {
         flight.write(&Record::Window { report, poll_instructions: 0 })?;
+    }
+
+    while let Some(report) = probe.take_diagnosis() {
+        flight.write(&Record::Diagnosis(report))?;
     }
 
     let stack = stack::high_water_mark()?;

@@ -1,0 +1,91 @@
+//! What an effect is: a term, linear in its parameters, that a sensor reads beside the truth.
+
+use nalgebra::Vector3;
+
+/// Most parameters of one effect.
+pub const MAX_PARAMETERS: usize = 9;
+
+/// Whose reading an effect changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sensor {
+    /// The compensated rate, rad/s (after P and b).
+    Gyro,
+    /// The calibrated specific force, m/s^2.
+    Accelerometer,
+    /// The calibrated field, microtesla.
+    Magnetometer,
+}
+
+/// What the sensors read around one instant, body frame, compensated and calibrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Angular rate, rad/s.
+    pub rate_rad_s: Vector3<f32>,
+    /// Its derivative, rad/s^2.
+    pub acceleration_rad_s2: Vector3<f32>,
+    /// Specific force, m/s^2.
+    pub force_m_s2: Vector3<f32>,
+    /// Mean square of the specific force over the last fifth of a second or so, m^2/s^4: gravity's and the vibration's.
+    pub square_force_m2_s4: f32,
+    /// Field, microtesla.
+    pub field_ut: Vector3<f32>,
+    /// Temperature over [`REFERENCE_TEMPERATURE_C`], kelvin; 0 where there is none.
+    pub warming_k: f32,
+}
+
+/// Where a bias that goes with temperature is what b says, degrees Celsius: room temperature, at which gyros are calibrated.
+pub const REFERENCE_TEMPERATURE_C: f32 = 25.0;
+
+/// One parameter of an effect, in SI units but for the field (microtesla).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name with its unit, as results print it.
+    pub name: &'static str,
+    /// What a value is multiplied by to be in that unit.
+    pub in_unit: f32,
+    /// How large it usually is: the deviation of its prior.
+    pub usual: f32,
+    /// The largest that is believed, of either sign where `signed`: beyond it something else looks like this effect.
+    pub largest: f32,
+    /// Whether it may be negative.
+    pub signed: bool,
+}
+
+impl Parameter {
+    /// Whether a value can be this effect's.
+    #[must_use]
+    pub fn believes(&self, value: f32) -> bool {
+        libm::fabsf(value) <= self.largest && (self.signed || value >= 0.0)
+    }
+}
+
+/// A physical effect: `reading = truth + sum of x_k term_k`, x_k its parameters.
+///
+/// The term is all that a candidate needs: what a residual shows of it, and how it is taken out again, follow from it.
+pub trait Effect: Sync {
+    /// Its name in results.
+    fn name(&self) -> &'static str;
+    /// Whose reading it changes.
+    fn sensor(&self) -> Sensor;
+    /// Its parameters, at most [`MAX_PARAMETERS`].
+    fn parameters(&self) -> &'static [Parameter];
+    /// What one unit of parameter `k` adds to the sensor's reading, in the reading's unit.
+    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32>;
+    /// Of a delay of the whole gyro, seconds: it is not taken out of the rate, whose noise its derivative would raise, but the vectors are
+    /// brought back to the time that the rate is valid at. 0 for any other effect.
+    fn gyro_delay_s(&self, _parameters: &[f32; MAX_PARAMETERS]) -> f32 {
+        0.0
+    }
+    /// What else looks like it with these sensors.
+    fn aliases(&self) -> &'static [&'static str];
+}
+
+/// An axis of the body by number; zero beyond the third.
+pub(super) fn axis(k: usize) -> Vector3<f32> {
+    Vector3::from_fn(|row, _| if row == k { 1.0 } else { 0.0 })
+}
+
+/// Component `k` of a vector; 0 beyond the third.
+pub(super) fn component(v: &Vector3<f32>, k: usize) -> f32 {
+    v.get(k).copied().unwrap_or(0.0)
+}

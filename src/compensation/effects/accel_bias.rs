@@ -1,0 +1,39 @@
+use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use nalgebra::Vector3;
+
+/// A constant offset of the accelerometer: once per revolution in the earth frame.
+///
+/// Zero-g offsets of MEMS parts are 20 to 80 mg before and a few mg after calibration (LSM6DSO: 20 mg).
+pub struct AccelBias;
+
+const fn parameter(name: &'static str) -> Parameter {
+    Parameter { name, in_unit: 1.0, usual: 0.2, largest: 1.0, signed: true }
+}
+
+const PARAMETERS: [Parameter; 3] = [
+    parameter("x_m_s2"),
+    parameter("y_m_s2"),
+    parameter("z_m_s2"),
+];
+
+impl Effect for AccelBias {
+    fn name(&self) -> &'static str {
+        "accel_bias"
+    }
+
+    fn sensor(&self) -> Sensor {
+        Sensor::Accelerometer
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn term(&self, k: usize, _: &Moment) -> Vector3<f32> {
+        axis(k)
+    }
+
+    fn aliases(&self) -> &'static [&'static str] {
+        &["a slow horizontal acceleration"]
+    }
+}

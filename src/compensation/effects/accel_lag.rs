@@ -1,0 +1,30 @@
+use super::super::effect::{Effect, Moment, Parameter, Sensor};
+use nalgebra::Vector3;
+
+/// Delay of the accelerometer behind the gyro: it reads a(t - tau). Gravity turns in the body by -w x a, so to first order the reading is
+/// a + tau w x a.
+pub struct AccelLag;
+
+const PARAMETERS: [Parameter; 1] = [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: true }];
+
+impl Effect for AccelLag {
+    fn name(&self) -> &'static str {
+        "accel_lag"
+    }
+
+    fn sensor(&self) -> Sensor {
+        Sensor::Accelerometer
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn term(&self, _: usize, moment: &Moment) -> Vector3<f32> {
+        moment.rate_rad_s.cross(&moment.force_m_s2)
+    }
+
+    fn aliases(&self) -> &'static [&'static str] {
+        &["gyro_lag"]
+    }
+}

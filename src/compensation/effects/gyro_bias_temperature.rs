@@ -1,0 +1,39 @@
+use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use nalgebra::Vector3;
+
+const DEGREES: f32 = 180.0 / core::f32::consts::PI;
+
+/// The bias goes with temperature: c (T - 25 degC) on each axis. 0.005 to 0.05 deg/s per kelvin in data sheets.
+pub struct GyroBiasTemperature;
+
+const fn parameter(name: &'static str) -> Parameter {
+    Parameter { name, in_unit: DEGREES, usual: 8.7e-4, largest: 1.75e-2, signed: true }
+}
+
+const PARAMETERS: [Parameter; 3] = [
+    parameter("x_deg_s_k"),
+    parameter("y_deg_s_k"),
+    parameter("z_deg_s_k"),
+];
+
+impl Effect for GyroBiasTemperature {
+    fn name(&self) -> &'static str {
+        "gyro_bias_temperature"
+    }
+
+    fn sensor(&self) -> Sensor {
+        Sensor::Gyro
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
+        axis(k) * moment.warming_k
+    }
+
+    fn aliases(&self) -> &'static [&'static str] {
+        &["a bias that drifts with time"]
+    }
+}

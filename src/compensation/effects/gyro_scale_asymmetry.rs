@@ -1,0 +1,37 @@
+use super::super::effect::{Effect, Moment, Parameter, Sensor, axis, component};
+use nalgebra::Vector3;
+
+/// The scale factor differs between the two directions: the gyro reads k |w| more on each axis. It needs rotation both ways.
+pub struct GyroScaleAsymmetry;
+
+const fn parameter(name: &'static str) -> Parameter {
+    Parameter { name, in_unit: 1e2, usual: 5e-3, largest: 5e-2, signed: true }
+}
+
+const PARAMETERS: [Parameter; 3] = [
+    parameter("x_percent"),
+    parameter("y_percent"),
+    parameter("z_percent"),
+];
+
+impl Effect for GyroScaleAsymmetry {
+    fn name(&self) -> &'static str {
+        "gyro_scale_asymmetry"
+    }
+
+    fn sensor(&self) -> Sensor {
+        Sensor::Gyro
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
+        axis(k) * libm::fabsf(component(&moment.rate_rad_s, k))
+    }
+
+    fn aliases(&self) -> &'static [&'static str] {
+        &["scale factor where the rotation never reverses"]
+    }
+}

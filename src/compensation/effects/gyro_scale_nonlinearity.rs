@@ -1,0 +1,40 @@
+use super::super::effect::{Effect, Moment, Parameter, Sensor, axis, component};
+use nalgebra::Vector3;
+
+/// The scale factor changes with the rate: the gyro reads k w^3 more on each axis.
+///
+/// 0.1 to 0.5 % of full scale in data sheets; it needs rates that change, as in stick-slip.
+pub struct GyroScaleNonlinearity;
+
+const fn parameter(name: &'static str) -> Parameter {
+    Parameter { name, in_unit: 1.0, usual: 1e-3, largest: 1e-2, signed: true }
+}
+
+const PARAMETERS: [Parameter; 3] = [
+    parameter("x_s2_rad2"),
+    parameter("y_s2_rad2"),
+    parameter("z_s2_rad2"),
+];
+
+impl Effect for GyroScaleNonlinearity {
+    fn name(&self) -> &'static str {
+        "gyro_scale_nonlinearity"
+    }
+
+    fn sensor(&self) -> Sensor {
+        Sensor::Gyro
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
+        let rate = component(&moment.rate_rad_s, k);
+        axis(k) * (rate * rate * rate)
+    }
+
+    fn aliases(&self) -> &'static [&'static str] {
+        &["scale factor at one rate"]
+    }
+}

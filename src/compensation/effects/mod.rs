@@ -1,0 +1,51 @@
+//! The library of effects, one file each.
+
+mod accel_bias;
+mod accel_lag;
+mod axial_interference;
+mod eddy_lag;
+mod g_sensitivity;
+mod gyro_bias_temperature;
+mod gyro_lag;
+mod gyro_scale_asymmetry;
+mod gyro_scale_nonlinearity;
+mod hard_iron;
+mod lever_arm;
+mod mag_lag;
+mod soft_iron;
+mod vibration_rectification;
+
+pub use accel_bias::AccelBias;
+pub use accel_lag::AccelLag;
+pub use axial_interference::AxialInterference;
+pub use eddy_lag::EddyLag;
+pub use g_sensitivity::GSensitivity;
+pub use gyro_bias_temperature::GyroBiasTemperature;
+pub use gyro_lag::GyroLag;
+pub use gyro_scale_asymmetry::GyroScaleAsymmetry;
+pub use gyro_scale_nonlinearity::GyroScaleNonlinearity;
+pub use hard_iron::HardIron;
+pub use lever_arm::LeverArm;
+pub use mag_lag::MagLag;
+pub use soft_iron::SoftIron;
+pub use vibration_rectification::VibrationRectification;
+
+use super::effect::Effect;
+
+/// Every effect that is looked for unless a user says otherwise.
+pub static LIBRARY: [&dyn Effect; 14] = [
+    &GyroLag,
+    &AccelLag,
+    &MagLag,
+    &EddyLag,
+    &HardIron,
+    &AxialInterference,
+    &SoftIron,
+    &AccelBias,
+    &LeverArm,
+    &GyroBiasTemperature,
+    &GSensitivity,
+    &VibrationRectification,
+    &GyroScaleNonlinearity,
+    &GyroScaleAsymmetry,
+];

@@ -1,0 +1,58 @@
+use super::super::effect::{Effect, Moment, Parameter, Sensor};
+use nalgebra::Vector3;
+
+/// Soft iron, and magnetometer axes that are not the gyro's: the field reads M m more, M without a trace (its trace is the unit of the
+/// field, and wins falsely). Twice per revolution in the norm.
+///
+/// The parameters are xx - yy halved, (xx + yy - 2 zz) / 2 sqrt 3, and the six elements off the diagonal.
+pub struct SoftIron;
+
+const fn parameter(name: &'static str) -> Parameter {
+    Parameter { name, in_unit: 100.0, usual: 0.03, largest: 0.2, signed: true }
+}
+
+const PARAMETERS: [Parameter; 8] = [
+    parameter("across_percent"),
+    parameter("along_percent"),
+    parameter("xy_percent"),
+    parameter("xz_percent"),
+    parameter("yx_percent"),
+    parameter("yz_percent"),
+    parameter("zx_percent"),
+    parameter("zy_percent"),
+];
+
+/// 1 / sqrt 3.
+const ROOT: f32 = 0.577_350_26;
+
+impl Effect for SoftIron {
+    fn name(&self) -> &'static str {
+        "soft_iron"
+    }
+
+    fn sensor(&self) -> Sensor {
+        Sensor::Magnetometer
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
+        let m = &moment.field_ut;
+        match k {
+            0 => Vector3::new(m.x, -m.y, 0.0),
+            1 => Vector3::new(m.x, m.y, -2.0 * m.z) * ROOT,
+            2 => Vector3::new(m.y, 0.0, 0.0),
+            3 => Vector3::new(m.z, 0.0, 0.0),
+            4 => Vector3::new(0.0, m.x, 0.0),
+            5 => Vector3::new(0.0, m.z, 0.0),
+            6 => Vector3::new(0.0, 0.0, m.x),
+            _ => Vector3::new(0.0, 0.0, m.y),
+        }
+    }
+
+    fn aliases(&self) -> &'static [&'static str] {
+        &["misalignment of the magnetometer", "P, for its antisymmetric part"]
+    }
+}

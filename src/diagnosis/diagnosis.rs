@@ -1,0 +1,660 @@
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{
+    normal::{Factor, MAX_COLUMNS, Model, Normal},
+    report::{DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
+    sign_flip::{GROUPS, Scores, sign_flip},
+    walk::Walk,
+    weak_columns::{COLUMNS, GYRO, GyroScales, TestRows, WeakColumns},
+};
+use crate::{
+    algebra::quantile,
+    compensation::{Effect, FoundEffect, GyroModel, MAX_ACTIVE, Moment, Sensor, effect::MAX_PARAMETERS},
+    config::Config,
+    window::SampleStream,
+};
+use nalgebra::{Matrix3, Vector3};
+
+/// Increments that are walked in one piece of work.
+const SLICE: u32 = 8;
+
+/// Most test windows of one diagnosis.
+const MAX_TESTS: usize = 104;
+
+/// Fewest test windows in a group: two seconds.
+const LEAST_PER_GROUP: u32 = 4;
+
+/// Rate of false alarms of a whole diagnosis of a model that lacks nothing; shared out among the candidates (Bonferroni).
+const FALSE_ALARMS: f32 = 0.01;
+
+/// Huber's constant, in deviations of a vector residual's component.
+const HUBER: f32 = 3.0;
+
+/// Squared residual of a vector that every other one is under: the median of chi-square with 3 degrees of freedom.
+const MEDIAN_SQUARE: f32 = 2.366;
+
+/// Deviation of specific force that is sensor noise, m/s^2: 2 mg in 50 Hz, the noise of common parts (0.2 mg/rtHz) and their cross-axis
+/// terms.
+const FORCE_NOISE_M_S2: f32 = 0.02;
+
+/// A vector that is turned by less does not matter: 0.3 deg.
+const LEAST_TURN_RAD: f32 = 0.005_2;
+
+/// Rotation over a second that grows to those 0.3 deg over the 25 s from one window to the next, even if it adds up like noise.
+const LEAST_DRIFT_RAD: f32 = LEAST_TURN_RAD / 5.0;
+
+/// Passes before candidates are tried: the first has neither scales nor a solution, the second no scales of the solution.
+const FIRST_TRIED: u8 = 2;
+
+/// What is to be diagnosed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct DiagnosisJob {
+    pub t_start_us: u64,
+    pub t_end_us: u64,
+    /// Increments.
+    pub from: u32,
+    pub to: u32,
+}
+
+/// What the diagnosis looks at and with.
+pub(crate) struct Subject<'a> {
+    pub stream: &'a SampleStream,
+    pub config: &'a Config,
+    pub flown: &'a GyroModel,
+    pub library: &'a [&'static dyn Effect],
+}
+
+/// An effect in the model.
+#[derive(Clone, Copy)]
+struct Chosen {
+    index: u8,
+    evidence: f32,
+    p_value: f32,
+    /// Sum of squares of what it turns, and of how many.
+    turned: [f32; 2],
+    residual_before_rad: f32,
+    residual_after_rad: f32,
+    /// Sandwich deviations of its scaled parameters.
+    sigma: [f32; MAX_PARAMETERS],
+}
+
+impl Chosen {
+    const NONE: Self = Self {
+        index: 0,
+        evidence: 0.0,
+        p_value: 0.0,
+        turned: [0.0; 2],
+        residual_before_rad: 0.0,
+        residual_after_rad: 0.0,
+        sigma: [0.0; MAX_PARAMETERS],
+    };
+}
+
+/// One diagnosis, resumable: each step is a bounded piece of it.
+pub(crate) struct Diagnosis {
+    running: bool,
+    job: DiagnosisJob,
+    p: Matrix3<f32>,
+    c: Vector3<f32>,
+    pass: u8,
+    next: u32,
+    test: u32,
+    usable: u32,
+    usable_before: u32,
+    walk: Walk,
+    columns: WeakColumns,
+    normal: Normal,
+    scores: [[f32; COLUMNS]; GROUPS],
+    factor: Factor,
+    /// Squared residuals of each test window in units of their prior variance, at the solution of the pass before; negative: none.
+    squares: [[f32; 2]; MAX_TESTS],
+    /// Variance of the rows, over what they were thought to have.
+    scales: [f32; 2],
+    /// Solution so far, in units of the usual sizes.
+    x: [f32; COLUMNS],
+    chosen: [Chosen; MAX_ACTIVE],
+    count: u8,
+    /// Candidates that are too small to matter, or did not fit: one bit each.
+    banned: u32,
+    tried: [Tried; MAX_CANDIDATES],
+    residual: [f32; 2],
+    residual_sums: [[f32; 2]; 2],
+    residual_before_rad: Option<[f32; 2]>,
+    nis_sums: [f32; 2],
+    nis: f32,
+    nis_before: f32,
+    report: heapless::Vec<DiagnosisReport, 1>,
+}
+
+impl Diagnosis {
+    pub const fn zero() -> Self {
+        Self {
+            running: false,
+            job: DiagnosisJob { t_start_us: 0, t_end_us: 0, from: 0, to: 0 },
+            p: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            c: Vector3::new(0.0, 0.0, 0.0),
+            pass: 0,
+            next: 0,
+            test: 0,
+            usable: 0,
+            usable_before: 0,
+            walk: Walk::zero(),
+            columns: WeakColumns::zero(),
+            normal: Normal::zero(),
+            scores: [[0.0; COLUMNS]; GROUPS],
+            factor: Factor::zero(),
+            squares: [[0.0; 2]; MAX_TESTS],
+            scales: [0.0; 2],
+            x: [0.0; COLUMNS],
+            chosen: [Chosen::NONE; MAX_ACTIVE],
+            count: 0,
+            banned: 0,
+            tried: [Tried { evidence: 0.0, p_value: 0.0, too_small: false }; MAX_CANDIDATES],
+            residual: [0.0; 2],
+            residual_sums: [[0.0; 2]; 2],
+            residual_before_rad: None,
+            nis_sums: [0.0; 2],
+            nis: 0.0,
+            nis_before: 0.0,
+            report: heapless::Vec::new(),
+        }
+    }
+
+    /// Begins a diagnosis; what another has not finished is dropped.
+    pub fn start(&mut self, subject: &Subject, job: DiagnosisJob) {
+        self.running = true;
+        self.job = job;
+        self.p = subject.flown.p_matrix();
+        self.c = self.p * Vector3::from(subject.flown.b_rad_s);
+        self.pass = 0;
+        self.usable = 0;
+        self.scales = [1.0; 2];
+        self.squares = [[0.0; 2]; MAX_TESTS];
+        self.x = [0.0; COLUMNS];
+        self.count = 0;
+        self.banned = 0;
+        self.tried = [Tried { p_value: 1.0, ..Tried::default() }; MAX_CANDIDATES];
+        self.residual_before_rad = None;
+        self.nis_before = 0.0;
+        self.report.clear();
+        self.start_pass(subject);
+    }
+
+    fn start_pass(&mut self, subject: &Subject) {
+        self.next = self.job.from;
+        self.test = 0;
+        self.usable_before = self.usable;
+        self.usable = 0;
+        self.walk.start(subject.stream, self.job.from, (&self.p, &self.c));
+        self.columns.start(subject.stream.weak_form.hop());
+        self.normal.clear();
+        self.scores = [[0.0; COLUMNS]; GROUPS];
+        self.residual_sums = [[0.0; 2]; 2];
+        self.nis_sums = [0.0; 2];
+        for chosen in &mut self.chosen {
+            chosen.turned = [0.0; 2];
+        }
+    }
+
+    /// The report of a diagnosis that is done.
+    pub fn take_report(&mut self) -> Option<DiagnosisReport> {
+        self.report.pop()
+    }
+
+    /// One bounded piece of work; returns its size in work units, 0 when there is nothing to do.
+    pub fn step(&mut self, subject: &Subject) -> u32 {
+        if !self.running {
+            return 0;
+        }
+        if !subject.stream.increments.holds(self.job.from) {
+            // Overtaken by the samples: what was begun is lost, and the next window has its own.
+            self.running = false;
+            return 1;
+        }
+        if self.next < self.job.to {
+            let end = if self.job.to - self.next < SLICE { self.job.to } else { self.next + SLICE };
+            for index in self.next..end {
+                self.take(subject, index);
+            }
+            self.next = end;
+            return 25 * SLICE;
+        }
+        let more = self.end_pass(subject);
+        if more {
+            self.start_pass(subject);
+        } else {
+            self.finish(subject);
+        }
+        3_000
+    }
+
+    /// Columns in use.
+    fn width(subject: &Subject) -> usize {
+        let all = subject.library.iter().fold(GYRO, |sum, effect| sum + effect.parameters().len());
+        if all < COLUMNS { all } else { COLUMNS }
+    }
+
+    /// The columns of a candidate; empty where there is no room for it.
+    fn columns_of(subject: &Subject, index: usize) -> core::ops::Range<usize> {
+        let before = subject.library.iter().take(index);
+        let from = before.fold(GYRO, |sum, effect| sum + effect.parameters().len());
+        let count = subject.library.get(index).map_or(0, |effect| effect.parameters().len());
+        if from + count > COLUMNS { from..from } else { from..from + count }
+    }
+
+    fn take(&mut self, subject: &Subject, index: u32) {
+        let id = &subject.config.identification;
+        let scales = GyroScales {
+            diagonal: id.prior_sigma_diagonal,
+            off_diagonal: id.prior_sigma_off_diagonal,
+            c_rad_s: id.prior_sigma_bias_rad_s,
+        };
+        let instant = self.walk.advance(subject.stream, index, (&self.p, &self.c));
+        self.measure_turns(subject, &instant.moment);
+        let weak_form = &subject.stream.weak_form;
+        let moving = id.max_bias_rad_s;
+        if let Some(test) = self.columns.push(&instant, weak_form, subject.library, &scales, moving) {
+            self.take_test(subject, &test, weak_form.noise_gain());
+        }
+    }
+
+    /// How much the chosen vector effects turn their vectors.
+    fn measure_turns(&mut self, subject: &Subject, moment: &Moment) {
+        if moment.rate_rad_s.norm_squared() < square(subject.config.identification.max_bias_rad_s) {
+            return;
+        }
+        for slot in 0..usize::from(self.count) {
+            let index = usize::from(self.chosen[slot].index);
+            let Some(effect) = subject.library.get(index) else { continue };
+            let vector = match effect.sensor() {
+                Sensor::Gyro => continue,
+                Sensor::Accelerometer => moment.force_m_s2,
+                Sensor::Magnetometer => moment.field_ut,
+            };
+            let parameters = self.parameters(subject, index);
+            let part = crate::compensation::contribution(*effect, &parameters, moment);
+            let norm = vector.norm_squared();
+            if norm > 0.0 {
+                self.chosen[slot].turned[0] += part.norm_squared() / norm;
+                self.chosen[slot].turned[1] += 1.0;
+            }
+        }
+    }
+
+    /// Parameters of a candidate in the solution so far, in SI units.
+    fn parameters(&self, subject: &Subject, index: usize) -> [f32; MAX_PARAMETERS] {
+        let mut parameters = [0.0; MAX_PARAMETERS];
+        let Some(effect) = subject.library.get(index) else { return parameters };
+        let columns = Self::columns_of(subject, index);
+        for ((value, column), parameter) in parameters.iter_mut().zip(columns).zip(effect.parameters()) {
+            *value = self.x[column] * parameter.usual;
+        }
+        parameters
+    }
+
+    fn take_test(&mut self, subject: &Subject, test: &TestRows, noise_gain: f32) {
+        let number = self.test as usize;
+        self.test += 1;
+        if !(test.counts[0] || test.counts[1]) || number >= MAX_TESTS {
+            return;
+        }
+        let ordinal = self.usable;
+        self.usable += 1;
+        let width = Self::width(subject);
+        let group = (ordinal * GROUPS as u32).checked_div(self.usable_before).unwrap_or(0) as usize;
+        let thought = [noise_gain * (test.force_scatter + square(FORCE_NOISE_M_S2)), noise_gain];
+        for v in 0..2 {
+            if !test.counts[v] {
+                self.squares[number][v] = -1.0;
+                continue;
+            }
+            let residual = |i: usize| -> f32 {
+                test.rows[v][i].iter().zip(&self.x).take(width).fold(test.rhs[v][i], |r, (a, x)| r - a * x)
+            };
+            let r = [residual(0), residual(1), residual(2)];
+            let norm = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+            let z = norm / (thought[v] * self.scales[v]);
+            self.squares[number][v] = norm / thought[v];
+            // Huber: beyond three deviations a residual pulls no harder.
+            let limit = HUBER * HUBER * 3.0;
+            let huber = if z > limit { libm::sqrtf(limit / z) } else { 1.0 };
+            let weight = huber / (thought[v] * self.scales[v]);
+            self.normal.add(&test.rows[v], width, weight);
+            if let Some(scores) = self.scores.get_mut(group) {
+                for (row, r) in test.rows[v].iter().zip(&r) {
+                    scores.iter_mut().zip(row).take(width).for_each(|(sum, a)| *sum += weight * a * r);
+                }
+            }
+            if test.norms[v] > 0.0 {
+                self.residual_sums[v][0] += norm / square(test.norms[v]);
+                self.residual_sums[v][1] += 1.0;
+            }
+            if v == 1 && test.field_noise_ut2 > 0.0 {
+                self.nis_sums[0] += norm / (3.0 * noise_gain * test.field_noise_ut2);
+                self.nis_sums[1] += 1.0;
+            }
+        }
+        self.measure_drifts(subject, test);
+    }
+
+    /// How much the chosen gyro effects turn the body over a test window, whose weights add up to a second.
+    fn measure_drifts(&mut self, subject: &Subject, test: &TestRows) {
+        for slot in 0..usize::from(self.count) {
+            let index = usize::from(self.chosen[slot].index);
+            if subject.library.get(index).is_none_or(|effect| effect.sensor() != Sensor::Gyro) {
+                continue;
+            }
+            let columns = Self::columns_of(subject, index);
+            let mut largest = 0.0;
+            for v in 0..2 {
+                if !(test.counts[v] && test.norms[v] > 0.0) {
+                    continue;
+                }
+                let sum = test.rows[v].iter().fold(0.0, |sum, row| {
+                    let turned = columns.clone().fold(0.0, |turned, column| turned + row[column] * self.x[column]);
+                    sum + turned * turned
+                });
+                let turned = sum / square(test.norms[v]);
+                largest = if turned > largest { turned } else { largest };
+            }
+            self.chosen[slot].turned[0] += largest;
+            self.chosen[slot].turned[1] += 1.0;
+        }
+    }
+
+    /// The model so far, or all of it but one effect.
+    fn model(&self, subject: &Subject, without: Option<usize>) -> Model {
+        let mut model = Model::new();
+        let chosen = self.chosen.iter().take(usize::from(self.count)).map(|chosen| usize::from(chosen.index));
+        let effects = chosen.filter(|index| Some(*index) != without);
+        let columns = (0..GYRO).chain(effects.flat_map(|index| Self::columns_of(subject, index)));
+        // No room is no column.
+        model.extend(columns.take(MAX_COLUMNS).map(|column| column as u8));
+        model
+    }
+
+    /// Moves the solution to the optimum of the model.
+    fn solve(&mut self, model: &Model) -> Option<()> {
+        self.factor.of(&self.normal, model)?;
+        let mut rhs = [0.0; MAX_COLUMNS];
+        for (sum, &column) in rhs.iter_mut().zip(model) {
+            let column = usize::from(column);
+            // The prior of deviation 1 about zero pulls with the value itself.
+            *sum = self.scores.iter().fold(-self.x[column], |sum, scores| sum + scores[column]);
+        }
+        self.factor.solve(&mut rhs);
+        for (change, &column) in rhs.iter().zip(model) {
+            self.x[usize::from(column)] += change;
+        }
+        Some(())
+    }
+
+    /// A candidate's scores, group by group, cleared of what the model explains and whitened; and the sandwich deviations of its
+    /// estimate. `None` where it shows nothing or is one with the model.
+    fn effective_scores(&mut self, subject: &Subject, index: usize, model: &Model) -> Option<(Scores, [f32; MAX_PARAMETERS])> {
+        let columns = Self::columns_of(subject, index);
+        let dimension = columns.len();
+        if dimension == 0 || model.len() + dimension > MAX_COLUMNS {
+            return None;
+        }
+        self.factor.of(&self.normal, model)?;
+        // B = N00^-1 N0c, column by column.
+        let mut gains = [[0.0_f32; MAX_COLUMNS]; MAX_PARAMETERS];
+        for (gain, column) in gains.iter_mut().zip(columns.clone()) {
+            for (value, &row) in gain.iter_mut().zip(model) {
+                *value = self.normal.get(usize::from(row), column);
+            }
+            self.factor.solve(gain);
+        }
+        // S = Ncc - Nc0 B.
+        let mut information = [[0.0_f32; MAX_PARAMETERS]; MAX_PARAMETERS];
+        for (i, column) in columns.clone().enumerate() {
+            for (j, other) in columns.clone().enumerate() {
+                let explained = model.iter().zip(&gains[j]).fold(0.0, |sum, (&row, gain)| {
+                    sum + self.normal.get(usize::from(row), column) * gain
+                });
+                information[i][j] = self.normal.get(column, other) - explained;
+            }
+        }
+        let lower = cholesky(&information, dimension, |i| {
+            // What is left beside the model has to tell the usual size from nothing, and has to be more than rounding.
+            let own = 1e-4 * self.normal.get(columns.start + i, columns.start + i);
+            if own > 1.0 { own } else { 1.0 }
+        })?;
+        // A candidate that is in the solution has taken its part out of the residual: put back, evenly, L^T x of it.
+        let own: [f32; MAX_PARAMETERS] = core::array::from_fn(|i| {
+            let column = columns.clone().zip(&lower).skip(i);
+            column.fold(0.0, |sum, (column, row)| sum + row[i] * self.x[column]) / GROUPS as f32
+        });
+        let mut scores = [[0.0; MAX_PARAMETERS]; GROUPS];
+        for (score, group) in scores.iter_mut().zip(&self.scores) {
+            for (i, column) in columns.clone().enumerate() {
+                let explained = model.iter().zip(&gains[i]).fold(0.0, |sum, (&row, gain)| sum + group[usize::from(row)] * gain);
+                score[i] = group[column] - explained;
+            }
+            for i in 0..dimension {
+                let done = (0..i).fold(score[i], |sum, k| sum - lower[i][k] * score[k]);
+                score[i] = done / lower[i][i];
+            }
+            score.iter_mut().zip(&own).for_each(|(z, own)| *z += own);
+        }
+        // Sandwich: the estimate is L^-T sum z, so its scatter is L^-T (sum z z^T) L^-1.
+        let mut sigma = [0.0; MAX_PARAMETERS];
+        let mean: [f32; MAX_PARAMETERS] =
+            core::array::from_fn(|i| scores.iter().fold(0.0, |sum, z| sum + z[i]) / GROUPS as f32);
+        for z in &scores {
+            let mut part: [f32; MAX_PARAMETERS] = core::array::from_fn(|i| z[i] - mean[i]);
+            for i in (0..dimension).rev() {
+                let done = (i + 1..dimension).fold(part[i], |sum, k| sum - lower[k][i] * part[k]);
+                part[i] = done / lower[i][i];
+            }
+            sigma.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part * part);
+        }
+        let unbiased = GROUPS as f32 / (GROUPS as f32 - 1.0);
+        Some((scores, sigma.map(|square| libm::sqrtf(square * unbiased))))
+    }
+
+    /// Ends a pass; whether another is needed.
+    fn end_pass(&mut self, subject: &Subject) -> bool {
+        if self.usable < LEAST_PER_GROUP * GROUPS as u32 {
+            return false;
+        }
+        self.rescale();
+        let rms = self.residual_sums.map(|[sum, count]| libm::sqrtf(if count > 0.0 { sum / count } else { 0.0 }));
+        self.residual = rms;
+        let [sum, count] = self.nis_sums;
+        self.nis = if count > 0.0 { sum / count } else { 0.0 };
+        let model = self.model(subject, None);
+        self.pass += 1;
+        if self.pass <= FIRST_TRIED {
+            return self.solve(&model).is_some();
+        }
+        if self.residual_before_rad.is_none() {
+            self.residual_before_rad = Some(rms);
+            self.nis_before = self.nis;
+        }
+        if let Some(last) = usize::from(self.count).checked_sub(1) {
+            let after = Self::shown_in(subject, self.chosen[last].index, rms);
+            self.chosen[last].residual_after_rad = after;
+        }
+        if self.drop_one(subject) {
+            let model = self.model(subject, None);
+            return self.solve(&model).is_some();
+        }
+        if self.pass > FIRST_TRIED + 10 || usize::from(self.count) >= MAX_ACTIVE {
+            return false;
+        }
+        let Some((index, evidence, p_value)) = self.best_candidate(subject, &model) else { return false };
+        let slot = usize::from(self.count);
+        self.chosen[slot] = Chosen {
+            index: index as u8,
+            evidence,
+            p_value,
+            residual_before_rad: Self::shown_in(subject, index as u8, rms),
+            ..Chosen::NONE
+        };
+        self.count += 1;
+        let model = self.model(subject, None);
+        if self.solve(&model).is_some() {
+            return true;
+        }
+        self.count -= 1;
+        false
+    }
+
+    /// The residual of the vector that shows an effect.
+    fn shown_in(subject: &Subject, index: u8, [gravity, field]: [f32; 2]) -> f32 {
+        match subject.library.get(usize::from(index)).map(|effect| effect.sensor()) {
+            Some(Sensor::Accelerometer) => gravity,
+            _ => field,
+        }
+    }
+
+    /// Scales of the rows' variances from the median residual: what every other test window is under.
+    fn rescale(&mut self) {
+        for v in 0..2 {
+            let mut values = [0.0; MAX_TESTS];
+            let mut count = 0;
+            for squares in self.squares.iter().take(self.test as usize).filter(|squares| squares[v] > 0.0) {
+                values[count] = squares[v];
+                count += 1;
+            }
+            let median = quantile(&mut values[..count], 0.5) / MEDIAN_SQUARE;
+            if median > 0.0 && median.is_finite() {
+                self.scales[v] = median;
+            }
+        }
+    }
+
+    /// Drops a chosen effect that is too small to matter or, with the others there, no longer shows.
+    fn drop_one(&mut self, subject: &Subject) -> bool {
+        for slot in 0..usize::from(self.count) {
+            let Chosen { index, turned: [sum, count], .. } = self.chosen[slot];
+            let size = libm::sqrtf(if count > 0.0 { sum / count } else { 0.0 });
+            let index = usize::from(index);
+            let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
+            let too_small = size < if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
+            let model = self.model(subject, Some(index));
+            let shows = self.effective_scores(subject, index, &model).is_some_and(|(scores, sigma)| {
+                self.chosen[slot].sigma = sigma;
+                sign_flip(&scores).1 <= FALSE_ALARMS
+            });
+            if too_small || !shows {
+                if let Some(tried) = self.tried.get_mut(index) {
+                    tried.too_small = too_small;
+                }
+                self.banned |= 1 << index;
+                for column in Self::columns_of(subject, index) {
+                    self.x[column] = 0.0;
+                }
+                self.chosen.copy_within(slot + 1.., slot);
+                self.count -= 1;
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The candidate that shows most, of those that show beyond chance.
+    fn best_candidate(&mut self, subject: &Subject, model: &Model) -> Option<(usize, f32, f32)> {
+        let candidates = subject.library.len().min(MAX_CANDIDATES);
+        let limit = FALSE_ALARMS / candidates as f32;
+        let mut best: Option<(usize, f32, f32)> = None;
+        for index in 0..candidates {
+            let chosen = self.chosen.iter().take(usize::from(self.count)).any(|c| usize::from(c.index) == index);
+            if chosen || self.banned & (1 << index) != 0 {
+                continue;
+            }
+            let Some((scores, _)) = self.effective_scores(subject, index, model) else { continue };
+            let (twice_the_gain, p_value) = sign_flip(&scores);
+            let evidence = 0.5 * twice_the_gain;
+            self.tried[index] = Tried { evidence, p_value, too_small: false };
+            if p_value <= limit && best.is_none_or(|(_, most, _)| evidence > most) {
+                best = Some((index, evidence, p_value));
+            }
+        }
+        best
+    }
+
+    fn finish(&mut self, subject: &Subject) {
+        self.running = false;
+        let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.pass > FIRST_TRIED;
+        let mut effects = [EffectReport::default(); MAX_ACTIVE];
+        for (report, chosen) in effects.iter_mut().zip(&self.chosen).take(usize::from(self.count)) {
+            let index = usize::from(chosen.index);
+            let Some(effect) = subject.library.get(index) else { continue };
+            let parameters = self.parameters(subject, index);
+            let mut sigma = [0.0; MAX_PARAMETERS];
+            for ((sigma, scaled), parameter) in sigma.iter_mut().zip(&chosen.sigma).zip(effect.parameters()) {
+                *sigma = scaled * parameter.usual;
+            }
+            let [sum, count] = chosen.turned;
+            *report = EffectReport {
+                found: FoundEffect { index: chosen.index, parameters, sigma },
+                evidence: chosen.evidence,
+                p_value: chosen.p_value,
+                size_rad: libm::sqrtf(if count > 0.0 { sum / count } else { 0.0 }),
+                residual_rad: [chosen.residual_before_rad, chosen.residual_after_rad],
+                believed: effect.parameters().iter().zip(&parameters).all(|(parameter, x)| parameter.believes(*x)),
+            };
+        }
+        let verdict = if !enough {
+            Verdict::NotEnoughExcitation
+        } else if self.is_unexplained() {
+            Verdict::UnexplainedResidual
+        } else if self.count > 0 {
+            Verdict::EffectsFound
+        } else {
+            Verdict::ModelSufficient
+        };
+        self.report.clear();
+        // Just emptied, so there is room.
+        let _ = self.report.push(DiagnosisReport {
+            t_start_us: self.job.t_start_us,
+            t_end_us: self.job.t_end_us,
+            verdict,
+            effects,
+            count: if enough { self.count } else { 0 },
+            tried: self.tried,
+            candidates: subject.library.len().min(MAX_CANDIDATES) as u8,
+            residual_before_rad: self.residual_before_rad.unwrap_or(self.residual),
+            residual_after_rad: self.residual,
+            nis: [self.nis_before, self.nis],
+        });
+    }
+
+    /// Whether more is left of the field's residual than its noise, and more than matters little.
+    fn is_unexplained(&self) -> bool {
+        // Degrees of freedom: three components, and every other test window, as they overlap.
+        let freedom = 1.5 * self.usable as f32;
+        let band = 1.0 + 1.96 * libm::sqrtf(2.0 / freedom);
+        self.nis > band && self.residual[1] > LEAST_DRIFT_RAD
+    }
+}
+
+/// Lower Cholesky factor; `None` when a pivot falls under its floor.
+fn cholesky(
+    matrix: &[[f32; MAX_PARAMETERS]; MAX_PARAMETERS],
+    dimension: usize,
+    floor: impl Fn(usize) -> f32,
+) -> Option<[[f32; MAX_PARAMETERS]; MAX_PARAMETERS]> {
+    let mut lower = [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS];
+    for i in 0..dimension {
+        for j in 0..=i {
+            let sum = (0..j).fold(matrix[i][j], |sum, k| sum - lower[i][k] * lower[j][k]);
+            if i == j {
+                if !(sum > floor(i) && sum.is_finite()) {
+                    return None;
+                }
+                lower[i][i] = libm::sqrtf(sum);
+            } else {
+                lower[i][j] = sum / lower[j][j];
+            }
+        }
+    }
+    Some(lower)
+}
+
+fn square(x: f32) -> f32 {
+    x * x
+}

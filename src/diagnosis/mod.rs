@@ -1,0 +1,17 @@
+//! Which physical effect the model lacks: candidates are tried on the residual of a window, by the weak form that identification uses,
+//! and those that show beyond chance are taken out of the readings from then on.
+//!
+//! A window's increments are walked through several times. Each pass sums the normal equations of the gyro's 12 parameters and of all
+//! candidates at once, and the candidates' scores group by group at the solution so far; a candidate's significance is that of a
+//! sign-flip score test (Hemerik, Goeman and Finos, Journal of the Royal Statistical Society B 82 (2020) 841), which holds whatever
+//! the noise of a group is.
+
+mod diagnosis;
+mod normal;
+mod report;
+mod sign_flip;
+mod walk;
+mod weak_columns;
+
+pub(crate) use diagnosis::{Diagnosis, DiagnosisJob, Subject};
+pub use report::{DiagnosisReport, EffectReport, Tried, Verdict};

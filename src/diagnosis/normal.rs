@@ -1,0 +1,101 @@
+#![allow(clippy::indexing_slicing)] // Indices come from lists that are no longer than the arrays.
+
+use super::weak_columns::COLUMNS;
+
+/// Most columns of one model: the gyro's 12 and those of a few effects.
+pub(super) const MAX_COLUMNS: usize = 40;
+
+/// Elements of its triangle.
+const TRIANGLE: usize = MAX_COLUMNS * (MAX_COLUMNS + 1) / 2;
+
+/// Symmetric matrix of all columns, lower triangle row by row.
+pub(super) struct Normal([f32; COLUMNS * (COLUMNS + 1) / 2]);
+
+impl Normal {
+    pub const fn zero() -> Self {
+        Self([0.0; COLUMNS * (COLUMNS + 1) / 2])
+    }
+
+    pub fn clear(&mut self) {
+        self.0.fill(0.0);
+    }
+
+    pub fn get(&self, i: usize, j: usize) -> f32 {
+        let (i, j) = if j <= i { (i, j) } else { (j, i) };
+        self.0.get(i * (i + 1) / 2 + j).copied().unwrap_or(0.0)
+    }
+
+    /// Adds the weighted outer products of three rows, of the first `columns` columns.
+    pub fn add(&mut self, rows: &[[f32; COLUMNS]; 3], columns: usize, weight: f32) {
+        let [a, b, c] = rows;
+        let mut rest = self.0.as_mut_slice();
+        for i in 0..columns.min(COLUMNS) {
+            let Some((sums, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
+            let (wa, wb, wc) = (weight * a[i], weight * b[i], weight * c[i]);
+            for (((sum, x), y), z) in sums.iter_mut().zip(a).zip(b).zip(c) {
+                *sum += wa * x + wb * y + wc * z;
+            }
+            rest = next;
+        }
+    }
+}
+
+/// The columns of a model, by number.
+pub(super) type Model = heapless::Vec<u8, MAX_COLUMNS>;
+
+/// Cholesky factor of a model's part of the normal matrix, with the unit prior of every column added.
+pub(super) struct Factor {
+    elements: [f32; TRIANGLE],
+    size: usize,
+}
+
+impl Factor {
+    pub const fn zero() -> Self {
+        Self { elements: [0.0; TRIANGLE], size: 0 }
+    }
+
+    fn at(i: usize, j: usize) -> usize {
+        i * (i + 1) / 2 + j
+    }
+
+    /// Factorises; `None` when it is not positive definite, or not finite.
+    pub fn of(&mut self, normal: &Normal, model: &Model) -> Option<()> {
+        self.size = model.len();
+        for (i, &row) in model.iter().enumerate() {
+            for (j, &column) in model.iter().enumerate().take(i + 1) {
+                let mut sum = normal.get(usize::from(row), usize::from(column)) + if i == j { 1.0 } else { 0.0 };
+                let diagonal = sum;
+                for k in 0..j {
+                    sum -= self.elements[Self::at(i, k)] * self.elements[Self::at(j, k)];
+                }
+                self.elements[Self::at(i, j)] = if i == j {
+                    // A pivot that loses all but the last few bits of its diagonal is rounding noise.
+                    if !(sum > 1e-6 * diagonal && sum.is_finite()) {
+                        return None;
+                    }
+                    libm::sqrtf(sum)
+                } else {
+                    sum / self.elements[Self::at(j, j)]
+                };
+            }
+        }
+        Some(())
+    }
+
+    /// y with L y = rhs.
+    pub fn solve_lower(&self, rhs: &mut [f32; MAX_COLUMNS]) {
+        for i in 0..self.size {
+            let done = (0..i).fold(rhs[i], |sum, k| sum - self.elements[Self::at(i, k)] * rhs[k]);
+            rhs[i] = done / self.elements[Self::at(i, i)];
+        }
+    }
+
+    /// x with L L^T x = rhs.
+    pub fn solve(&self, rhs: &mut [f32; MAX_COLUMNS]) {
+        self.solve_lower(rhs);
+        for i in (0..self.size).rev() {
+            let done = (i + 1..self.size).fold(rhs[i], |sum, k| sum - self.elements[Self::at(k, i)] * rhs[k]);
+            rhs[i] = done / self.elements[Self::at(i, i)];
+        }
+    }
+}

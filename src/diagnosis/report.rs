@@ -1,0 +1,83 @@
+use crate::compensation::{FoundEffect, MAX_ACTIVE};
+
+/// Most candidates of a library.
+pub const MAX_CANDIDATES: usize = 24;
+
+/// What came of one diagnosis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct DiagnosisReport {
+    /// Beginning of the samples looked at, microseconds.
+    pub t_start_us: u64,
+    /// Their end.
+    pub t_end_us: u64,
+    /// What is to be thought of the model.
+    pub verdict: Verdict,
+    /// The effects found.
+    pub effects: [EffectReport; MAX_ACTIVE],
+    /// How many there are.
+    pub count: u8,
+    /// Every candidate as it stood when the last was chosen.
+    pub tried: [Tried; MAX_CANDIDATES],
+    /// How many there are.
+    pub candidates: u8,
+    /// Residual of gravity's and of the field's rows with the gyro's parameters alone: angle, radians rms.
+    pub residual_before_rad: [f32; 2],
+    /// The same with the effects.
+    pub residual_after_rad: [f32; 2],
+    /// Mean square of the field's residual in units of its white noise, before and after (normalised innovation squared).
+    pub nis: [f32; 2],
+}
+
+impl DiagnosisReport {
+    /// Whether it says anything about the effects: with too little motion those that are known stay.
+    #[must_use]
+    pub fn is_conclusive(&self) -> bool {
+        self.verdict != Verdict::NotEnoughExcitation
+    }
+}
+
+/// An effect that was found.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct EffectReport {
+    /// Which, and how large.
+    pub found: FoundEffect,
+    /// Gain in log-likelihood when it was chosen.
+    pub evidence: f32,
+    /// Chance of as clear a show without it.
+    pub p_value: f32,
+    /// How much it turns its sensor's vector, or the gyro's rotation over a second: radians rms.
+    pub size_rad: f32,
+    /// Residual of the vector that shows it most, radians rms, before it was chosen and after.
+    pub residual_rad: [f32; 2],
+    /// Whether its parameters are in the range that is believed: else it is named, and not taken out.
+    pub believed: bool,
+}
+
+/// How a candidate that was not chosen stood.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Tried {
+    /// Gain in log-likelihood that it would have given.
+    pub evidence: f32,
+    /// Chance of as clear a show without it; 1 where it could not be tried.
+    pub p_value: f32,
+    /// Whether it was dropped for being too small to matter.
+    pub too_small: bool,
+}
+
+/// What is to be thought of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Verdict {
+    /// The tool moved too little, or too little could be read, to tell. The first, so that its tag is zero in a static.
+    NotEnoughExcitation,
+    /// No effect shows, and what is left is noise.
+    ModelSufficient,
+    /// Effects were found, and what is left is small.
+    EffectsFound,
+    /// More is left than noise and than matters little.
+    UnexplainedResidual,
+}

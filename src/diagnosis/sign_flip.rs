@@ -1,0 +1,74 @@
+#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+
+/// Groups of contiguous test windows; 2^11 patterns of signs, as the sign of all together does not count.
+pub(super) const GROUPS: usize = 12;
+
+/// Most components of a score.
+use crate::compensation::effect::MAX_PARAMETERS;
+
+/// Whitened scores of one candidate, group by group.
+pub(super) type Scores = [[f32; MAX_PARAMETERS]; GROUPS];
+
+/// Twice the gain in log-likelihood of a candidate, |sum of z|^2, and the share of the patterns of signs that would give as much: the
+/// probability of it where the candidate is not there. Under that hypothesis the groups' scores are independent and as likely
+/// of one sign as of the other, however unlike their noises are.
+pub(super) fn sign_flip(scores: &Scores) -> (f32, f32) {
+    let mut sum = [0.0_f32; MAX_PARAMETERS];
+    for score in scores {
+        sum.iter_mut().zip(score).for_each(|(s, z)| *s += z);
+    }
+    let square = |v: &[f32; MAX_PARAMETERS]| v.iter().fold(0.0, |total, x| total + x * x);
+    let observed = square(&sum);
+    // Rounding must not make a pattern as large as itself smaller.
+    let limit = observed * (1.0 - 1e-5);
+    let mut signs = [1.0_f32; GROUPS];
+    let mut as_large = 1_u32;
+    const PATTERNS: u32 = 1 << (GROUPS - 1);
+    for pattern in 1..PATTERNS {
+        // Gray code: one group's sign changes from one pattern to the next.
+        let group = pattern.trailing_zeros() as usize;
+        signs[group] = -signs[group];
+        let change = 2.0 * signs[group];
+        sum.iter_mut().zip(&scores[group]).for_each(|(s, z)| *s += change * z);
+        as_large += u32::from(square(&sum) >= limit);
+    }
+    (observed, as_large as f32 / PATTERNS as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn groups_that_agree_are_as_rare_as_can_be_and_one_group_alone_says_nothing() {
+        let mut scores = [[0.0; MAX_PARAMETERS]; GROUPS];
+        scores.iter_mut().for_each(|score| score[2] = 0.5);
+        assert_eq!(sign_flip(&scores), (36.0, 1.0 / 2048.0));
+        scores.iter_mut().for_each(|score| *score = [0.0; MAX_PARAMETERS]);
+        scores[3] = [7.0; MAX_PARAMETERS];
+        assert_eq!(sign_flip(&scores).1, 1.0);
+    }
+
+    #[test]
+    fn without_an_effect_the_p_value_is_uniform_whatever_the_groups_noises() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(7);
+        let mut deviate = || generator.next_u32() as f32 / (u32::MAX / 2) as f32 - 1.0;
+        let runs = 2_000;
+        let mut below = [0; 2];
+        for _ in 0..runs {
+            let mut scores = [[0.0; MAX_PARAMETERS]; GROUPS];
+            for (group, score) in scores.iter_mut().enumerate() {
+                // Noises from 1 to 12.
+                score.iter_mut().take(3).for_each(|z| *z = (group + 1) as f32 * deviate());
+            }
+            let (_, p) = sign_flip(&scores);
+            for (count, level) in below.iter_mut().zip([0.05, 0.5]) {
+                *count += i32::from(p <= level);
+            }
+        }
+        // 100 +- 9.7 and 1000 +- 22.
+        assert!((60..140).contains(&below[0]) && (910..1_090).contains(&below[1]), "{below:?}");
+    }
+}

@@ -1,0 +1,194 @@
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::walk::Instant;
+use crate::{
+    compensation::{Effect, Sensor},
+    window::{UNDER_WAY, WeakForm},
+};
+use nalgebra::Vector3;
+
+/// Unknowns of the gyro: P (row-major, 9) and c (3).
+pub(super) const GYRO: usize = 12;
+
+/// Columns that there is room for: the gyro's and those of the candidates.
+pub(super) const COLUMNS: usize = 56;
+
+/// Usual sizes of P's and c's errors: the columns are multiplied by them, so that the prior of every unknown has deviation 1.
+#[derive(Clone, Copy)]
+pub(super) struct GyroScales {
+    pub diagonal: f32,
+    pub off_diagonal: f32,
+    pub c_rad_s: f32,
+}
+
+/// The equations of one test window: rows of force and field about the nominal model.
+#[derive(Clone, Copy)]
+pub(super) struct TestRows {
+    /// Gravity's, then the field's.
+    pub rows: [[[f32; COLUMNS]; 3]; 2],
+    pub rhs: [Vector3<f32>; 2],
+    /// Scatter of the norm of specific force, m^2/s^4: what of the accelerometer's reading is no gravity.
+    pub force_scatter: f32,
+    /// Variance of the white part of the field's noise in an increment, one axis, microtesla^2.
+    pub field_noise_ut2: f32,
+    /// Mean norms, m/s^2 and microtesla.
+    pub norms: [f32; 2],
+    /// Whether gravity's and the field's rows count.
+    pub counts: [bool; 2],
+}
+
+/// Sums of one test window under way.
+#[derive(Clone, Copy)]
+struct Sums {
+    test: TestRows,
+    position: usize,
+    norm_sums: [f32; 2],
+    square_force: f32,
+    square_rate: f32,
+    roughness: f32,
+    missing: [bool; 3],
+}
+
+impl Sums {
+    const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self {
+            test: TestRows {
+                rows: [[[0.0; COLUMNS]; 3]; 2],
+                rhs: [zero; 2],
+                force_scatter: 0.0,
+                field_noise_ut2: 0.0,
+                norms: [0.0; 2],
+                counts: [false; 2],
+            },
+            position: 0,
+            norm_sums: [0.0; 2],
+            square_force: 0.0,
+            square_rate: 0.0,
+            roughness: 0.0,
+            missing: [false; 3],
+        }
+    }
+
+    /// The equations, and the position back at the beginning.
+    fn complete(&mut self, moving_rate_rad_s: f32) -> TestRows {
+        let count = self.position as f32;
+        let mean = self.norm_sums.map(|sum| sum / count);
+        let scatter = self.square_force / count - mean[0] * mean[0];
+        let [no_rate, no_force, no_field] = self.missing;
+        let counts = !no_rate && self.square_rate > moving_rate_rad_s * moving_rate_rad_s * count;
+        let test = TestRows {
+            norms: mean,
+            force_scatter: if scatter > 0.0 { scatter } else { 0.0 },
+            // Three components, and 1 + 4 + 1 variances in a second difference.
+            field_noise_ut2: self.roughness / (18.0 * count),
+            counts: [counts && !no_force, counts && !no_field],
+            ..self.test
+        };
+        *self = Self::zero();
+        test
+    }
+}
+
+/// The weak form of [`WeakForm`] with a column for every parameter of every candidate.
+///
+/// An effect x f on the gyro's reading changes the true rate by -x f: columns -int phi R0 (v x -f) of both vectors. One on a vector's
+/// reading: columns -int phi' R0 f of that vector.
+pub(super) struct WeakColumns {
+    under_way: [Sums; UNDER_WAY],
+    previous_fields: [Vector3<f32>; 2],
+}
+
+impl WeakColumns {
+    pub const fn zero() -> Self {
+        Self { under_way: [Sums::zero(); UNDER_WAY], previous_fields: [Vector3::new(0.0, 0.0, 0.0); 2] }
+    }
+
+    pub fn start(&mut self, hop: usize) {
+        *self = Self::zero();
+        for (number, sums) in self.under_way.iter_mut().enumerate().skip(1) {
+            // Each begins later than the one before: it waits at a position before its first.
+            sums.position = usize::MAX - number * hop + 1;
+        }
+    }
+
+    /// Takes one instant; the equations of the test window that it completes.
+    pub fn push(
+        &mut self,
+        instant: &Instant,
+        weak_form: &WeakForm,
+        candidates: &[&dyn Effect],
+        scales: &GyroScales,
+        moving_rate_rad_s: f32,
+    ) -> Option<TestRows> {
+        let Instant { rotation, raw_rad_s, moment, read } = instant;
+        let vectors = [moment.force_m_s2, moment.field_ut];
+        let turned = vectors.map(|v| rotation * v);
+        let gains = vectors.map(|v| rotation * v.cross_matrix());
+        // Column by column: what it adds to gravity's and to the field's rows, times the weight (gyro) or the slope (vectors).
+        let mut columns = [[Vector3::<f32>::zeros(); COLUMNS]; 2];
+        for (column, gain) in columns.iter_mut().zip(&gains) {
+            for i in 0..3 {
+                for j in 0..3 {
+                    let scale = if i == j { scales.diagonal } else { scales.off_diagonal };
+                    column[3 * i + j] = gain.column(i) * (raw_rad_s[j] * scale);
+                }
+                column[9 + i] = gain.column(i) * -scales.c_rad_s;
+            }
+        }
+        let mut at = GYRO;
+        let mut is_slope = [false; COLUMNS];
+        for effect in candidates {
+            let sensor = effect.sensor();
+            for (k, parameter) in effect.parameters().iter().enumerate() {
+                if at >= COLUMNS {
+                    break;
+                }
+                let term = effect.term(k, moment) * parameter.usual;
+                match sensor {
+                    Sensor::Gyro => {
+                        columns[0][at] = gains[0] * -term;
+                        columns[1][at] = gains[1] * -term;
+                    }
+                    Sensor::Accelerometer => columns[0][at] = rotation * term,
+                    Sensor::Magnetometer => columns[1][at] = rotation * term,
+                }
+                is_slope[at] = sensor != Sensor::Gyro;
+                at += 1;
+            }
+        }
+        let roughness = {
+            let [older, last] = self.previous_fields;
+            self.previous_fields = [last, turned[1]];
+            (turned[1] - last * 2.0 + older).norm_squared()
+        };
+        let force_norm = libm::sqrtf(moment.force_m_s2.norm_squared());
+        let field_norm = libm::sqrtf(moment.field_ut.norm_squared());
+        let mut completed = None;
+        for sums in &mut self.under_way {
+            let Some((weight, slope)) = weak_form.test_function(sums.position) else {
+                sums.position = sums.position.wrapping_add(1);
+                continue;
+            };
+            for v in 0..2 {
+                sums.test.rhs[v] += turned[v] * slope;
+                for (i, row) in sums.test.rows[v].iter_mut().enumerate() {
+                    for ((sum, column), is_slope) in row.iter_mut().zip(&columns[v]).zip(&is_slope).take(at) {
+                        *sum += column[i] * if *is_slope { slope } else { weight };
+                    }
+                }
+            }
+            sums.missing.iter_mut().zip(read).for_each(|(missing, read)| *missing |= !read);
+            sums.square_rate += moment.rate_rad_s.norm_squared();
+            sums.norm_sums[0] += force_norm;
+            sums.norm_sums[1] += field_norm;
+            sums.square_force += force_norm * force_norm;
+            sums.roughness += roughness;
+            sums.position += 1;
+            if weak_form.test_function(sums.position).is_none() {
+                completed = Some(sums.complete(moving_rate_rad_s));
+            }
+        }
+        completed
+    }
+}
