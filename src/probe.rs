@@ -90,6 +90,8 @@ pub struct Probe {
     /// Compensated rate of the sample before, for the angular acceleration.
     last_rate_rad_s: Option<Vector3<f32>>,
     square_force_m2_s4: f32,
+    /// What is taken out of the readings for the attitude.
+    attitude_effects: ActiveEffects,
 }
 
 impl Probe {
@@ -118,6 +120,7 @@ impl Probe {
             identifier: Identifier::zero(),
             last_rate_rad_s: None,
             square_force_m2_s4: 0.0,
+            attitude_effects: ActiveEffects::none(),
         }
     }
 
@@ -137,6 +140,7 @@ impl Probe {
         self.filter.start(&config.attitude, &config.earth);
         self.identifier.configure(config);
         self.last_rate_rad_s = None;
+        self.attitude_effects = ActiveEffects::none();
         self.square_force_m2_s4 = config.earth.gravity_m_s2 * config.earth.gravity_m_s2;
         if self.identifier.library().is_empty() {
             self.identifier.set_library(&LIBRARY);
@@ -170,6 +174,9 @@ impl Probe {
 
         if self.identifier.take_effect(sample.t_us) {
             self.filter.model_changed();
+        }
+        if self.identifier.take_diagnosed(sample.t_us) {
+            self.attitude_effects = self.effects().of_attitude(self.library());
         }
         let mut flags = self.flags(&sample);
         let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
@@ -256,7 +263,7 @@ impl Probe {
             field_ut: field,
             warming_k: if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { 0.0 },
         };
-        self.effects().correct(self.library(), &mut moment);
+        self.attitude_effects.correct(self.library(), &mut moment);
         moment
     }
 

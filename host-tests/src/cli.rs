@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use meerkat_mwd::config::OptimizerKind;
 
 use crate::{
-    bench, emulate,
+    bench, diagnose, emulate,
     failure::{Failure, exit_status},
     main_job, replay, simulate,
 };
@@ -73,6 +73,23 @@ pub struct ReplayArgs {
 }
 
 impl ReplayArgs {
+    /// The replay that a diagnosis looks at.
+    #[must_use]
+    pub fn of_diagnose(args: &DiagnoseArgs) -> Self {
+        Self {
+            trace: args.trace.clone(),
+            attitude: None,
+            rates: None,
+            json: args.json.clone(),
+            html: None,
+            hold_out: args.hold_out,
+            config: args.config.clone(),
+            optimizer: None,
+            seed: None,
+            no_effects: false,
+        }
+    }
+
     /// # Errors
     /// The first option that is named and not built yet.
     pub const fn check_built(&self) -> Result<(), Failure> {
@@ -91,6 +108,9 @@ pub struct DiagnoseArgs {
     /// Score the last fraction F of the trace
     #[arg(long, value_name = "F", value_parser = hold_out)]
     pub hold_out: Option<f64>,
+    /// Configuration on top of what the trace says
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
     /// Write the result
     #[arg(long, value_name = "OUT.json")]
     pub json: Option<PathBuf>,
@@ -218,7 +238,7 @@ fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
         Some(Command::Replay(args)) => replay::run(&args),
         Some(Command::Emulate(args)) => emulate::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
-        Some(Command::Diagnose(_)) => Err(Failure::NotBuilt("diagnose").into()),
+        Some(Command::Diagnose(args)) => diagnose::run(&args),
         Some(Command::Calibrate(_)) => Err(Failure::NotBuilt("calibrate").into()),
         Some(Command::Bench(args)) => bench::run(&args),
     }

@@ -2,6 +2,7 @@
 
 use meerkat_mwd::{
     Config, Probe, Sample,
+    compensation::{Effect, effects::LIBRARY},
     config::ConfigError,
     diagnosis::DiagnosisReport,
     identification::WindowReport,
@@ -26,8 +27,22 @@ pub struct Flight {
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.
-pub fn fly(config: &Config, samples: &[Sample], mut progress: impl FnMut(usize)) -> Result<Flight, ConfigError> {
+pub fn fly(config: &Config, samples: &[Sample], progress: impl FnMut(usize)) -> Result<Flight, ConfigError> {
+    fly_with(&LIBRARY, config, samples, progress)
+}
+
+/// The same with another library of effects.
+///
+/// # Errors
+/// The field of the configuration that cannot be used.
+pub fn fly_with(
+    library: &'static [&'static dyn Effect],
+    config: &Config,
+    samples: &[Sample],
+    mut progress: impl FnMut(usize),
+) -> Result<Flight, ConfigError> {
     let mut probe = Box::new(Probe::new());
+    probe.set_library(library);
     probe.configure(config)?;
     let mut flight = Flight { outputs: Vec::with_capacity(samples.len()), ..Flight::default() };
     for (flown, sample) in samples.iter().enumerate() {

@@ -5,6 +5,7 @@ pub mod bench;
 pub mod cli;
 pub mod configuration;
 pub mod deadline;
+pub mod diagnose;
 pub mod emulate;
 pub mod failure;
 pub mod flight;

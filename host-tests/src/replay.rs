@@ -12,6 +12,7 @@ use crate::{
     attitude_csv::write_attitude_csv,
     cli::ReplayArgs,
     configuration::configuration,
+    diagnose::diagnosed,
     failure::Failure,
     flight::Flight,
     flight::fly,
@@ -86,13 +87,8 @@ pub fn deliver(
     flight: &Flight,
     place: &str,
 ) -> anyhow::Result<Option<Reference>> {
-    let settings = score::Settings {
-        from_us: config.freeze_at_us.unwrap_or(trace.first_us()),
-        accel: config.accel,
-        factory: config.gyro,
-        declination_deg: config.earth.declination_rad.map(|x| f64::from(x).to_degrees()),
-    };
-    let reference = score::score(trace, flight, &settings);
+    let reference = score::score(trace, flight, &settings(trace, config));
+    let diagnosed = diagnosed(trace, config, flight);
     if let Some(path) = &args.attitude {
         write_attitude_csv(&flight.outputs, path)?;
     }
@@ -100,12 +96,23 @@ pub fn deliver(
         write_rates_csv(&flight.outputs, path)?;
     }
     if let Some(path) = &args.json {
-        result_json(trace, config, flight, reference).write(path)?;
+        result_json(trace, config, flight, &diagnosed, reference).write(path)?;
     }
     let mut out = io::stdout().lock();
     writeln!(out, "flown {place}")?;
-    print_summary(&mut out, trace, config, flight, reference.as_ref())?;
+    print_summary(&mut out, trace, config, flight, &diagnosed, reference.as_ref())?;
     Ok(reference)
+}
+
+/// What the scorer has to know of a flight over `trace`.
+#[must_use]
+pub fn settings(trace: &Trace, config: &Config) -> score::Settings {
+    score::Settings {
+        from_us: config.freeze_at_us.unwrap_or(trace.first_us()),
+        accel: config.accel,
+        factory: config.gyro,
+        declination_deg: config.earth.declination_rad.map(|x| f64::from(x).to_degrees()),
+    }
 }
 
 /// A bar on a terminal, nothing in a pipe.

@@ -2,6 +2,7 @@
 //! serde_json writes NaN and infinities so.
 
 use std::{
+    collections::BTreeMap,
     fs::File,
     io::{BufWriter, Write},
     path::Path,
@@ -16,6 +17,7 @@ use meerkat_mwd::{
 use serde::Serialize;
 
 use crate::{
+    diagnose::{Diagnosed, Found, VectorResidual, verdict_name},
     failure::Failure,
     flight::Flight,
     refusal_text::refusal_text,
@@ -98,25 +100,52 @@ pub struct Parameters {
     pub rank: u8,
 }
 
-/// Not built yet: the fields stand as the schema has them, without figures.
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Serialize)]
 struct Diagnosis {
+    /// `null`: nothing was looked for.
     verdict: Option<&'static str>,
-    effects: [(); 0],
-    residual: Residual,
+    effects: Vec<EffectJson>,
+    residual: VectorResidual,
 }
 
-#[derive(Debug, Default, Serialize)]
-struct Residual {
-    gravity_deg: BeforeAfter,
-    magnetic_deg: BeforeAfter,
-    nis: BeforeAfter,
+#[derive(Debug, Serialize)]
+struct EffectJson {
+    name: &'static str,
+    aliases: Vec<&'static str>,
+    parameters: BTreeMap<&'static str, f32>,
+    sigma: BTreeMap<&'static str, f32>,
+    active_s: Vec<[f64; 2]>,
+    evidence: f32,
+    p_value: f32,
+    /// Whether it is taken out of the readings: not where it is larger than this effect can be.
+    taken_out: bool,
+    residual_before: f32,
+    residual_after: f32,
+    residual_unit: &'static str,
 }
 
-#[derive(Debug, Default, Serialize)]
-struct BeforeAfter {
-    before: Option<f64>,
-    after: Option<f64>,
+impl EffectJson {
+    fn new(found: &Found) -> Self {
+        let report = &found.report;
+        let by_name = |values: &[f32]| {
+            let parameters = found.effect.parameters().iter().zip(values);
+            parameters.map(|(parameter, value)| (parameter.name, value * parameter.in_unit)).collect()
+        };
+        let [before, after] = report.residual_rad.map(f32::to_degrees);
+        Self {
+            name: found.effect.name(),
+            aliases: found.effect.aliases().to_vec(),
+            parameters: by_name(&report.found.parameters),
+            sigma: by_name(&report.found.sigma),
+            active_s: vec![found.active_s],
+            evidence: report.evidence,
+            p_value: report.p_value,
+            taken_out: report.believed,
+            residual_before: before,
+            residual_after: after,
+            residual_unit: "deg",
+        }
+    }
 }
 
 impl Parameters {
@@ -178,7 +207,13 @@ fn in_seconds(t_us: u64) -> f64 {
 
 /// The result of a flight over `trace`.
 #[must_use]
-pub fn result_json(trace: &Trace, config: &Config, flight: &Flight, reference: Option<Reference>) -> ResultJson {
+pub fn result_json(
+    trace: &Trace,
+    config: &Config,
+    flight: &Flight,
+    diagnosed: &Diagnosed,
+    reference: Option<Reference>,
+) -> ResultJson {
     let known = clipping_is_known(&config.full_scale);
     let period_us = trace.nominal_period_us();
     ResultJson {
@@ -204,7 +239,11 @@ pub fn result_json(trace: &Trace, config: &Config, flight: &Flight, reference: O
             hold_out_from_s: config.freeze_at_us.map(in_seconds),
             last: Parameters::at_the_end(config, flight),
         },
-        diagnosis: Diagnosis::default(),
+        diagnosis: Diagnosis {
+            verdict: config.effects.then(|| verdict_name(diagnosed.verdict)),
+            effects: diagnosed.effects.iter().map(EffectJson::new).collect(),
+            residual: diagnosed.residual,
+        },
         reference,
     }
 }

@@ -9,6 +9,7 @@ use meerkat_mwd::{
 };
 
 use crate::{
+    diagnose::{Diagnosed, sentence, verdict_name},
     flight::Flight,
     refusal_text::refusal_text,
     result_json::Parameters,
@@ -29,11 +30,12 @@ pub fn print_summary(
     trace: &Trace,
     config: &Config,
     flight: &Flight,
+    diagnosed: &Diagnosed,
     reference: Option<&Reference>,
 ) -> io::Result<()> {
     print_trace(out, trace, config, flight)?;
     print_windows(out, trace, config, flight)?;
-    print_diagnoses(out, flight)?;
+    print_diagnosed(out, config, diagnosed)?;
     print_parameters(out, &Parameters::at_the_end(config, flight))?;
     match reference {
         Some(reference) => print_scores(out, config, reference),
@@ -173,22 +175,16 @@ fn figure(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))
 }
 
-/// One line a diagnosis, and one an effect.
-fn print_diagnoses(out: &mut impl Write, flight: &Flight) -> io::Result<()> {
-    for report in &flight.diagnoses {
-        writeln!(out, "DIAG {:.1}..{:.1} {:?} nis {:?} residual deg {:?} -> {:?}", report.t_start_us as f64*1e-6, report.t_end_us as f64*1e-6, report.verdict, report.nis, report.residual_before_rad.map(f32::to_degrees), report.residual_after_rad.map(f32::to_degrees))?;
-        for e in report.effects.iter().take(report.count.into()) {
-            let effect = meerkat_mwd::compensation::effects::LIBRARY[usize::from(e.found.index)];
-            write!(out, "   {} ev {:.0} p {:.4} size {:.2} deg res {:.3}->{:.3} {}:", effect.name(), e.evidence, e.p_value, e.size_rad.to_degrees(), e.residual_rad[0].to_degrees(), e.residual_rad[1].to_degrees(), e.believed)?;
-            for (k, p) in effect.parameters().iter().enumerate() {
-                write!(out, " {} {:.3}({:.3})", p.name, e.found.parameters[k]*p.in_unit, e.found.sigma[k]*p.in_unit)?;
-            }
-            writeln!(out)?;
-        }
-        for (i, t) in report.tried.iter().enumerate().take(report.candidates.into()) {
-            write!(out, " {}:{:.0}/{:.4}{}", meerkat_mwd::compensation::effects::LIBRARY[i].name(), t.evidence, t.p_value, if t.too_small {"s"} else {""})?;
-        }
-        writeln!(out)?;
+/// The verdict at the end, and the effects that it holds.
+fn print_diagnosed(out: &mut impl Write, config: &Config, diagnosed: &Diagnosed) -> io::Result<()> {
+    if !config.effects {
+        return writeln!(out, "effects  not looked for");
     }
-    Ok(())
+    let residual = &diagnosed.residual.magnetic_deg;
+    write!(out, "effects  {}", verdict_name(diagnosed.verdict))?;
+    match (residual.before, residual.after) {
+        (Some(before), Some(after)) => writeln!(out, "; residual of the field over a second {before:.2} -> {after:.2} deg")?,
+        _ => writeln!(out)?,
+    }
+    diagnosed.effects.iter().try_for_each(|found| writeln!(out, "         {}", sentence(found)))
 }

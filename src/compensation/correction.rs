@@ -41,6 +41,21 @@ impl ActiveEffects {
         true
     }
 
+    /// The same without what only turns a sensor's axes: what attitude is corrected by.
+    #[must_use]
+    pub fn of_attitude(&self, library: &[&dyn Effect]) -> Self {
+        let mut rest = *self;
+        for found in &mut rest.found {
+            let Some(effect) = library.get(usize::from(found.index)) else { continue };
+            for (value, parameter) in found.parameters.iter_mut().zip(effect.parameters()) {
+                if parameter.turns_axes {
+                    *value = 0.0;
+                }
+            }
+        }
+        rest
+    }
+
     /// Those that there are.
     pub fn iter(&self) -> impl Iterator<Item = &FoundEffect> {
         self.found.iter().take(usize::from(self.count))
@@ -57,25 +72,39 @@ impl ActiveEffects {
         if self.is_empty() {
             return;
         }
+        moment.rate_rad_s -= self.sum(library, Sensor::Gyro, moment);
+        self.correct_vectors(library, moment);
         let delay_s = self.gyro_delay_s(library);
-        for sensor in [Sensor::Gyro, Sensor::Accelerometer, Sensor::Magnetometer] {
-            let mut sum = Vector3::zeros();
-            for found in self.iter() {
-                let effect = library.get(usize::from(found.index)).filter(|effect| effect.sensor() == sensor);
-                let Some(effect) = effect.filter(|effect| effect.gyro_delay_s(&found.parameters) == 0.0) else { continue };
-                sum += contribution(*effect, &found.parameters, moment);
-            }
-            match sensor {
-                Sensor::Gyro => moment.rate_rad_s -= sum,
-                Sensor::Accelerometer => moment.force_m_s2 -= sum,
-                Sensor::Magnetometer => moment.field_ut -= sum,
-            }
-        }
         if delay_s != 0.0 {
             let turn = moment.rate_rad_s * delay_s;
             moment.force_m_s2 += turn.cross(&moment.force_m_s2);
             moment.field_ut += turn.cross(&moment.field_ut);
         }
+    }
+
+    /// Takes those of accelerometer and magnetometer out. The terms are those halfway between what is read and the truth, so that a
+    /// lag is taken out to second order: exactly to 1e-4 at 15 ms and 300 deg/s.
+    pub(crate) fn correct_vectors(&self, library: &[&dyn Effect], moment: &mut Moment) {
+        if self.is_empty() {
+            return;
+        }
+        let (force, field) = (moment.force_m_s2, moment.field_ut);
+        moment.force_m_s2 -= self.sum(library, Sensor::Accelerometer, moment) * 0.5;
+        moment.field_ut -= self.sum(library, Sensor::Magnetometer, moment) * 0.5;
+        let halfway = *moment;
+        moment.force_m_s2 = force - self.sum(library, Sensor::Accelerometer, &halfway);
+        moment.field_ut = field - self.sum(library, Sensor::Magnetometer, &halfway);
+    }
+
+    /// What the effects of one sensor add to its reading; a delay of the whole gyro adds nothing.
+    fn sum(&self, library: &[&dyn Effect], sensor: Sensor, moment: &Moment) -> Vector3<f32> {
+        self.iter().fold(Vector3::zeros(), |sum, found| {
+            let effect = library.get(usize::from(found.index)).filter(|effect| effect.sensor() == sensor);
+            match effect.filter(|effect| effect.gyro_delay_s(&found.parameters) == 0.0) {
+                Some(effect) => sum + contribution(*effect, &found.parameters, moment),
+                None => sum,
+            }
+        })
     }
 
     /// How late the gyro's reading is, and with it all that is valid when the rate is, seconds.

@@ -49,6 +49,9 @@ pub struct Parameter {
     pub largest: f32,
     /// Whether it may be negative.
     pub signed: bool,
+    /// Whether it only turns the sensor's axes. What the heading counts from are the magnetometer's axes as they were calibrated, and
+    /// which of two sensors' axes have turned cannot be told: so it is taken out where P is identified, and not from the attitude.
+    pub turns_axes: bool,
 }
 
 impl Parameter {

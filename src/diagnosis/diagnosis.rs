@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     algebra::quantile,
-    compensation::{Effect, FoundEffect, GyroModel, MAX_ACTIVE, Moment, Sensor, effect::MAX_PARAMETERS},
+    compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE, Moment, Sensor, effect::MAX_PARAMETERS},
     config::Config,
     window::SampleStream,
 };
@@ -27,6 +27,13 @@ const LEAST_PER_GROUP: u32 = 4;
 /// Rate of false alarms of a whole diagnosis of a model that lacks nothing; shared out among the candidates (Bonferroni).
 const FALSE_ALARMS: f32 = 0.01;
 
+/// Least evidence of a candidate over the cost of its parameters: odds of 20 to 1.
+const LEAST_WORTH: f32 = 3.0;
+
+/// By how much a candidate has to show more than one that stands before it in the library, where the likelier of two that look alike
+/// come first: odds of 7 to 1.
+const LEAST_LEAD: f32 = 2.0;
+
 /// Huber's constant, in deviations of a vector residual's component.
 const HUBER: f32 = 3.0;
 
@@ -37,14 +44,20 @@ const MEDIAN_SQUARE: f32 = 2.366;
 /// terms.
 const FORCE_NOISE_M_S2: f32 = 0.02;
 
+/// Deviation of the field that is sensor noise at least, microtesla: the resolution of common parts (AK8963: 0.15).
+const FIELD_NOISE_UT: f32 = 0.05;
+
 /// A vector that is turned by less does not matter: 0.3 deg.
 const LEAST_TURN_RAD: f32 = 0.005_2;
 
 /// Rotation over a second that grows to those 0.3 deg over the 25 s from one window to the next, even if it adds up like noise.
 const LEAST_DRIFT_RAD: f32 = LEAST_TURN_RAD / 5.0;
 
-/// Passes before candidates are tried: the first has neither scales nor a solution, the second no scales of the solution.
-const FIRST_TRIED: u8 = 2;
+/// Most passes of one diagnosis.
+const MOST_PASSES: u8 = 20;
+
+/// The solution has settled when the scales of the residuals change by less than this from one pass to the next.
+const SETTLED: f32 = 1.3;
 
 /// What is to be diagnosed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,6 +110,8 @@ pub(crate) struct Diagnosis {
     p: Matrix3<f32>,
     c: Vector3<f32>,
     pass: u8,
+    /// Whether the model has been solved to where its residual stays.
+    settled: bool,
     next: u32,
     test: u32,
     usable: u32,
@@ -112,6 +127,9 @@ pub(crate) struct Diagnosis {
     scales: [f32; 2],
     /// Solution so far, in units of the usual sizes.
     x: [f32; COLUMNS],
+    /// The part of it that is taken out of the readings before the equations are made, so that they are about the solution: a lag
+    /// of 15 ms at 180 deg/s is seen a thousandth wrong to first order.
+    taken_out: ActiveEffects,
     chosen: [Chosen; MAX_ACTIVE],
     count: u8,
     /// Candidates that are too small to matter, or did not fit: one bit each.
@@ -134,6 +152,7 @@ impl Diagnosis {
             p: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             c: Vector3::new(0.0, 0.0, 0.0),
             pass: 0,
+            settled: false,
             next: 0,
             test: 0,
             usable: 0,
@@ -146,6 +165,7 @@ impl Diagnosis {
             squares: [[0.0; 2]; MAX_TESTS],
             scales: [0.0; 2],
             x: [0.0; COLUMNS],
+            taken_out: ActiveEffects::none(),
             chosen: [Chosen::NONE; MAX_ACTIVE],
             count: 0,
             banned: 0,
@@ -164,9 +184,8 @@ impl Diagnosis {
     pub fn start(&mut self, subject: &Subject, job: DiagnosisJob) {
         self.running = true;
         self.job = job;
-        self.p = subject.flown.p_matrix();
-        self.c = self.p * Vector3::from(subject.flown.b_rad_s);
         self.pass = 0;
+        self.settled = false;
         self.usable = 0;
         self.scales = [1.0; 2];
         self.squares = [[0.0; 2]; MAX_TESTS];
@@ -185,10 +204,21 @@ impl Diagnosis {
         self.test = 0;
         self.usable_before = self.usable;
         self.usable = 0;
+        let scales = gyro_scales(subject);
+        let flown_p = subject.flown.p_matrix();
+        let flown_c = flown_p * Vector3::from(subject.flown.b_rad_s);
+        self.p = Matrix3::from_fn(|i, j| flown_p[(i, j)] + scales.of_p(i, j) * self.x[3 * i + j]);
+        self.c = Vector3::from_fn(|i, _| flown_c[i] + scales.c_rad_s * self.x[9 + i]);
         self.walk.start(subject.stream, self.job.from, (&self.p, &self.c));
         self.columns.start(subject.stream.weak_form.hop());
         self.normal.clear();
         self.scores = [[0.0; COLUMNS]; GROUPS];
+        self.taken_out = ActiveEffects::none();
+        for slot in 0..usize::from(self.count) {
+            let index = self.chosen[slot].index;
+            let parameters = self.parameters(subject, usize::from(index));
+            self.taken_out.add(FoundEffect { index, parameters, ..FoundEffect::default() });
+        }
         self.residual_sums = [[0.0; 2]; 2];
         self.nis_sums = [0.0; 2];
         for chosen in &mut self.chosen {
@@ -243,16 +273,13 @@ impl Diagnosis {
     }
 
     fn take(&mut self, subject: &Subject, index: u32) {
-        let id = &subject.config.identification;
-        let scales = GyroScales {
-            diagonal: id.prior_sigma_diagonal,
-            off_diagonal: id.prior_sigma_off_diagonal,
-            c_rad_s: id.prior_sigma_bias_rad_s,
-        };
-        let instant = self.walk.advance(subject.stream, index, (&self.p, &self.c));
-        self.measure_turns(subject, &instant.moment);
+        let scales = gyro_scales(subject);
+        let mut instant = self.walk.advance(subject.stream, index, (&self.p, &self.c));
+        let read = instant.moment;
+        self.taken_out.correct_vectors(subject.library, &mut instant.moment);
+        self.measure_turns(subject, &read);
         let weak_form = &subject.stream.weak_form;
-        let moving = id.max_bias_rad_s;
+        let moving = subject.config.identification.max_bias_rad_s;
         if let Some(test) = self.columns.push(&instant, weak_form, subject.library, &scales, moving) {
             self.take_test(subject, &test, weak_form.noise_gain());
         }
@@ -302,14 +329,18 @@ impl Diagnosis {
         self.usable += 1;
         let width = Self::width(subject);
         let group = (ordinal * GROUPS as u32).checked_div(self.usable_before).unwrap_or(0) as usize;
-        let thought = [noise_gain * (test.force_scatter + square(FORCE_NOISE_M_S2)), noise_gain];
+        let is_taken_out = self.taken_out_columns(subject);
+        let force = test.force_scatter + square(FORCE_NOISE_M_S2);
+        let field = test.field_noise_ut2 + square(FIELD_NOISE_UT);
+        let thought = [noise_gain * force, noise_gain * field];
         for v in 0..2 {
             if !test.counts[v] {
                 self.squares[number][v] = -1.0;
                 continue;
             }
             let residual = |i: usize| -> f32 {
-                test.rows[v][i].iter().zip(&self.x).take(width).fold(test.rhs[v][i], |r, (a, x)| r - a * x)
+                let row = test.rows[v][i].iter().zip(&self.x).zip(&is_taken_out).take(width);
+                row.fold(test.rhs[v][i], |r, ((a, x), taken_out)| if *taken_out { r } else { r - a * x })
             };
             let r = [residual(0), residual(1), residual(2)];
             let norm = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
@@ -335,6 +366,18 @@ impl Diagnosis {
             }
         }
         self.measure_drifts(subject, test);
+    }
+
+    /// Columns of what the equations are about already: the gyro's parameters, and the effects whose part is out of the readings.
+    fn taken_out_columns(&self, subject: &Subject) -> [bool; COLUMNS] {
+        let mut is_taken_out: [bool; COLUMNS] = core::array::from_fn(|column| column < GYRO);
+        for found in self.taken_out.iter() {
+            let index = usize::from(found.index);
+            if subject.library.get(index).is_some_and(|effect| effect.sensor() != Sensor::Gyro) {
+                Self::columns_of(subject, index).for_each(|column| is_taken_out[column] = true);
+            }
+        }
+        is_taken_out
     }
 
     /// How much the chosen gyro effects turn the body over a test window, whose weights add up to a second.
@@ -416,11 +459,14 @@ impl Diagnosis {
                 information[i][j] = self.normal.get(column, other) - explained;
             }
         }
-        let lower = cholesky(&information, dimension, |i| {
+        let (lower, seen) = cholesky(&information, dimension, |i| {
             // What is left beside the model has to tell the usual size from nothing, and has to be more than rounding.
             let own = 1e-4 * self.normal.get(columns.start + i, columns.start + i);
             if own > 1.0 { own } else { 1.0 }
-        })?;
+        });
+        if !seen.contains(&true) {
+            return None;
+        }
         // A candidate that is in the solution has taken its part out of the residual: put back, evenly, L^T x of it.
         let own: [f32; MAX_PARAMETERS] = core::array::from_fn(|i| {
             let column = columns.clone().zip(&lower).skip(i);
@@ -434,7 +480,7 @@ impl Diagnosis {
             }
             for i in 0..dimension {
                 let done = (0..i).fold(score[i], |sum, k| sum - lower[i][k] * score[k]);
-                score[i] = done / lower[i][i];
+                score[i] = if seen[i] { done / lower[i][i] } else { 0.0 };
             }
             score.iter_mut().zip(&own).for_each(|(z, own)| *z += own);
         }
@@ -451,7 +497,9 @@ impl Diagnosis {
             sigma.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part * part);
         }
         let unbiased = GROUPS as f32 / (GROUPS as f32 - 1.0);
-        Some((scores, sigma.map(|square| libm::sqrtf(square * unbiased))))
+        // What is not seen stays as uncertain as it usually is.
+        let sigma = core::array::from_fn(|i| if seen[i] { libm::sqrtf(sigma[i] * unbiased) } else { 1.0 });
+        Some((scores, sigma))
     }
 
     /// Ends a pass; whether another is needed.
@@ -459,16 +507,18 @@ impl Diagnosis {
         if self.usable < LEAST_PER_GROUP * GROUPS as u32 {
             return false;
         }
-        self.rescale();
+        // The first residuals are those of the errors that are looked for.
+        let has_settled = self.pass > 0 && self.rescale();
         let rms = self.residual_sums.map(|[sum, count]| libm::sqrtf(if count > 0.0 { sum / count } else { 0.0 }));
         self.residual = rms;
         let [sum, count] = self.nis_sums;
         self.nis = if count > 0.0 { sum / count } else { 0.0 };
         let model = self.model(subject, None);
         self.pass += 1;
-        if self.pass <= FIRST_TRIED {
+        if !has_settled && self.pass < MOST_PASSES {
             return self.solve(&model).is_some();
         }
+        self.settled = true;
         if self.residual_before_rad.is_none() {
             self.residual_before_rad = Some(rms);
             self.nis_before = self.nis;
@@ -481,7 +531,7 @@ impl Diagnosis {
             let model = self.model(subject, None);
             return self.solve(&model).is_some();
         }
-        if self.pass > FIRST_TRIED + 10 || usize::from(self.count) >= MAX_ACTIVE {
+        if self.pass >= MOST_PASSES || usize::from(self.count) >= MAX_ACTIVE {
             return false;
         }
         let Some((index, evidence, p_value)) = self.best_candidate(subject, &model) else { return false };
@@ -510,8 +560,10 @@ impl Diagnosis {
         }
     }
 
-    /// Scales of the rows' variances from the median residual: what every other test window is under.
-    fn rescale(&mut self) {
+    /// Scales of the rows' variances from the median residual: what every other test window is under. Whether they are much the same
+    /// as before.
+    fn rescale(&mut self) -> bool {
+        let mut has_settled = true;
         for v in 0..2 {
             let mut values = [0.0; MAX_TESTS];
             let mut count = 0;
@@ -521,9 +573,11 @@ impl Diagnosis {
             }
             let median = quantile(&mut values[..count], 0.5) / MEDIAN_SQUARE;
             if median > 0.0 && median.is_finite() {
+                has_settled &= median < SETTLED * self.scales[v] && self.scales[v] < SETTLED * median;
                 self.scales[v] = median;
             }
         }
+        has_settled
     }
 
     /// Drops a chosen effect that is too small to matter or, with the others there, no longer shows.
@@ -559,7 +613,7 @@ impl Diagnosis {
     fn best_candidate(&mut self, subject: &Subject, model: &Model) -> Option<(usize, f32, f32)> {
         let candidates = subject.library.len().min(MAX_CANDIDATES);
         let limit = FALSE_ALARMS / candidates as f32;
-        let mut best: Option<(usize, f32, f32)> = None;
+        let mut best: Option<(usize, f32, f32, f32)> = None;
         for index in 0..candidates {
             let chosen = self.chosen.iter().take(usize::from(self.count)).any(|c| usize::from(c.index) == index);
             if chosen || self.banned & (1 << index) != 0 {
@@ -569,16 +623,22 @@ impl Diagnosis {
             let (twice_the_gain, p_value) = sign_flip(&scores);
             let evidence = 0.5 * twice_the_gain;
             self.tried[index] = Tried { evidence, p_value, too_small: false };
-            if p_value <= limit && best.is_none_or(|(_, most, _)| evidence > most) {
-                best = Some((index, evidence, p_value));
+            if p_value <= limit && self.worth(subject, index, evidence) > best.map_or(LEAST_WORTH, |(.., most)| most + LEAST_LEAD) {
+                best = Some((index, evidence, p_value, self.worth(subject, index, evidence)));
             }
         }
-        best
+        best.map(|(index, evidence, p_value, _)| (index, evidence, p_value))
+    }
+
+    /// Evidence of a candidate less what its parameters cost (Schwarz, Annals of Statistics 6 (1978) 461).
+    fn worth(&self, subject: &Subject, index: usize, evidence: f32) -> f32 {
+        let parameters = Self::columns_of(subject, index).len() as f32;
+        evidence - 0.5 * parameters * libm::logf(self.usable as f32)
     }
 
     fn finish(&mut self, subject: &Subject) {
         self.running = false;
-        let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.pass > FIRST_TRIED;
+        let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.settled;
         let mut effects = [EffectReport::default(); MAX_ACTIVE];
         for (report, chosen) in effects.iter_mut().zip(&self.chosen).take(usize::from(self.count)) {
             let index = usize::from(chosen.index);
@@ -612,6 +672,7 @@ impl Diagnosis {
         let _ = self.report.push(DiagnosisReport {
             t_start_us: self.job.t_start_us,
             t_end_us: self.job.t_end_us,
+            t_effect_us: 0,
             verdict,
             effects,
             count: if enough { self.count } else { 0 },
@@ -625,34 +686,43 @@ impl Diagnosis {
 
     /// Whether more is left of the field's residual than its noise, and more than matters little.
     fn is_unexplained(&self) -> bool {
-        // Degrees of freedom: three components, and every other test window, as they overlap.
-        let freedom = 1.5 * self.usable as f32;
+        // Degrees of freedom: three components of every fourth test window, as they overlap.
+        let freedom = 0.75 * self.usable as f32;
         let band = 1.0 + 1.96 * libm::sqrtf(2.0 / freedom);
         self.nis > band && self.residual[1] > LEAST_DRIFT_RAD
     }
 }
 
-/// Lower Cholesky factor; `None` when a pivot falls under its floor.
+fn gyro_scales(subject: &Subject) -> GyroScales {
+    let id = &subject.config.identification;
+    GyroScales {
+        diagonal: id.prior_sigma_diagonal,
+        off_diagonal: id.prior_sigma_off_diagonal,
+        c_rad_s: id.prior_sigma_bias_rad_s,
+    }
+}
+
+/// Lower Cholesky factor, and which of the rows have a pivot over their floor; the others are those of the identity.
 fn cholesky(
     matrix: &[[f32; MAX_PARAMETERS]; MAX_PARAMETERS],
     dimension: usize,
     floor: impl Fn(usize) -> f32,
-) -> Option<[[f32; MAX_PARAMETERS]; MAX_PARAMETERS]> {
+) -> ([[f32; MAX_PARAMETERS]; MAX_PARAMETERS], [bool; MAX_PARAMETERS]) {
     let mut lower = [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS];
+    let mut seen = [false; MAX_PARAMETERS];
     for i in 0..dimension {
-        for j in 0..=i {
+        for j in 0..i {
             let sum = (0..j).fold(matrix[i][j], |sum, k| sum - lower[i][k] * lower[j][k]);
-            if i == j {
-                if !(sum > floor(i) && sum.is_finite()) {
-                    return None;
-                }
-                lower[i][i] = libm::sqrtf(sum);
-            } else {
-                lower[i][j] = sum / lower[j][j];
-            }
+            lower[i][j] = if seen[j] { sum / lower[j][j] } else { 0.0 };
+        }
+        let pivot = (0..i).fold(matrix[i][i], |sum, k| sum - lower[i][k] * lower[i][k]);
+        seen[i] = pivot > floor(i) && pivot.is_finite();
+        lower[i][i] = if seen[i] { libm::sqrtf(pivot) } else { 1.0 };
+        if !seen[i] {
+            lower[i].iter_mut().take(i).for_each(|x| *x = 0.0);
         }
     }
-    Some(lower)
+    (lower, seen)
 }
 
 fn square(x: f32) -> f32 {

@@ -1,4 +1,4 @@
-use crate::compensation::{FoundEffect, MAX_ACTIVE};
+use crate::compensation::{ActiveEffects, FoundEffect, MAX_ACTIVE};
 
 /// Most candidates of a library.
 pub const MAX_CANDIDATES: usize = 24;
@@ -11,6 +11,8 @@ pub struct DiagnosisReport {
     pub t_start_us: u64,
     /// Their end.
     pub t_end_us: u64,
+    /// First sample from which the effects are taken out, microseconds.
+    pub t_effect_us: u64,
     /// What is to be thought of the model.
     pub verdict: Verdict,
     /// The effects found.
@@ -34,6 +36,21 @@ impl DiagnosisReport {
     #[must_use]
     pub fn is_conclusive(&self) -> bool {
         self.verdict != Verdict::NotEnoughExcitation
+    }
+
+    /// The effects found.
+    pub fn found(&self) -> impl Iterator<Item = &EffectReport> {
+        self.effects.iter().take(usize::from(self.count))
+    }
+
+    /// Those of them that are taken out.
+    #[must_use]
+    pub fn active(&self) -> ActiveEffects {
+        let mut active = ActiveEffects::none();
+        for effect in self.found().filter(|effect| effect.believed) {
+            active.add(effect.found);
+        }
+        active
     }
 }
 

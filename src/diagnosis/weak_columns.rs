@@ -21,6 +21,13 @@ pub(super) struct GyroScales {
     pub c_rad_s: f32,
 }
 
+impl GyroScales {
+    /// That of an element of P.
+    pub const fn of_p(&self, row: usize, column: usize) -> f32 {
+        if row == column { self.diagonal } else { self.off_diagonal }
+    }
+}
+
 /// The equations of one test window: rows of force and field about the nominal model.
 #[derive(Clone, Copy)]
 pub(super) struct TestRows {
@@ -130,8 +137,7 @@ impl WeakColumns {
         for (column, gain) in columns.iter_mut().zip(&gains) {
             for i in 0..3 {
                 for j in 0..3 {
-                    let scale = if i == j { scales.diagonal } else { scales.off_diagonal };
-                    column[3 * i + j] = gain.column(i) * (raw_rad_s[j] * scale);
+                    column[3 * i + j] = gain.column(i) * (raw_rad_s[j] * scales.of_p(i, j));
                 }
                 column[9 + i] = gain.column(i) * -scales.c_rad_s;
             }

@@ -209,20 +209,19 @@ impl Identifier {
         diagnosis.start(&Subject { stream, config, flown, library: stream.library() }, job);
     }
 
-    /// A diagnosis that is due takes effect, or was not done in time.
-    fn conclude_diagnosis(&mut self, t_us: u64) -> bool {
+    /// Before a sample is compensated: a diagnosis that is due takes effect, or was not done in time. Returns whether the effects
+    /// changed.
+    pub fn take_diagnosed(&mut self, t_us: u64) -> bool {
         if self.diagnosis_effect_us == 0 || t_us < self.diagnosis_effect_us {
             return false;
         }
         self.diagnosis_effect_us = 0;
-        let Some(report) = self.found.pop() else {
+        let Some(mut report) = self.found.pop() else {
             self.overruns = self.overruns.saturating_add(1);
             return false;
         };
-        let mut effects = ActiveEffects::none();
-        for effect in report.effects.iter().take(usize::from(report.count)).filter(|effect| effect.believed) {
-            effects.add(effect.found);
-        }
+        report.t_effect_us = t_us;
+        let effects = report.active();
         if self.diagnoses.push_back(report).is_err() {
             self.reports_lost = self.reports_lost.saturating_add(1);
         }
@@ -241,7 +240,6 @@ impl Identifier {
 
     /// Before a sample is compensated: a result that is due takes effect. Returns whether the model changed.
     pub fn take_effect(&mut self, t_us: u64) -> bool {
-        self.conclude_diagnosis(t_us);
         if self.state == State::Idle || t_us < self.fit.job.effect_us {
             return false;
         }

@@ -4,6 +4,8 @@ mod contaminated;
 pub mod contenders;
 mod coverage;
 pub mod cramer_rao;
+mod effect_cases;
+mod effects;
 mod evaluations;
 pub mod faults;
 mod hour;
@@ -86,6 +88,7 @@ const SECTIONS: &[Section] = &[
     Section::on_host("turntable", turntable::run),
     Section::on_host("hour", hour::run),
     Section::on_host("swaps", swaps::run),
+    Section::on_host("effects", effects::run),
     Section { name: "target", place: Place::Target, run: target::run },
 ];
 

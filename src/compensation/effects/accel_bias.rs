@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 pub struct AccelBias;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 1.0, usual: 0.2, largest: 1.0, signed: true }
+    Parameter { name, in_unit: 1.0, usual: 0.2, largest: 1.0, signed: true, turns_axes: false }
 }
 
 const PARAMETERS: [Parameter; 3] = [

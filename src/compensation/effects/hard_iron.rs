@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 pub struct HardIron;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 1.0, usual: 20.0, largest: 200.0, signed: true }
+    Parameter { name, in_unit: 1.0, usual: 20.0, largest: 200.0, signed: true, turns_axes: false }
 }
 
 const PARAMETERS: [Parameter; 3] = [

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 pub struct LeverArm;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 1e3, usual: 0.03, largest: 0.1, signed: true }
+    Parameter { name, in_unit: 1e3, usual: 0.03, largest: 0.1, signed: true, turns_axes: false }
 }
 
 const PARAMETERS: [Parameter; 3] = [

@@ -32,14 +32,14 @@ pub use vibration_rectification::VibrationRectification;
 
 use super::effect::Effect;
 
-/// Every effect that is looked for unless a user says otherwise.
+/// Every effect that is looked for unless a user says otherwise; of those that look alike the likelier comes first.
 pub static LIBRARY: [&dyn Effect; 14] = [
-    &GyroLag,
-    &AccelLag,
     &MagLag,
+    &AccelLag,
+    &GyroLag,
     &EddyLag,
-    &HardIron,
     &AxialInterference,
+    &HardIron,
     &SoftIron,
     &AccelBias,
     &LeverArm,

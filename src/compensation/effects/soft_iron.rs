@@ -4,22 +4,27 @@ use nalgebra::Vector3;
 /// Soft iron, and magnetometer axes that are not the gyro's: the field reads M m more, M without a trace (its trace is the unit of the
 /// field, and wins falsely). Twice per revolution in the norm.
 ///
-/// The parameters are xx - yy halved, (xx + yy - 2 zz) / 2 sqrt 3, and the six elements off the diagonal.
+/// The parameters are the five of M's symmetric part, (xx - yy) / 2, (xx + yy - 2 zz) / 2 sqrt 3, xy, xz, yz, and the rotation vector of
+/// the axes.
 pub struct SoftIron;
 
-const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 100.0, usual: 0.03, largest: 0.2, signed: true }
+const fn iron(name: &'static str) -> Parameter {
+    Parameter { name, in_unit: 100.0, usual: 0.03, largest: 0.2, signed: true, turns_axes: false }
+}
+
+const fn turn(name: &'static str) -> Parameter {
+    Parameter { name, in_unit: 180.0 / core::f32::consts::PI, usual: 0.03, largest: 0.2, signed: true, turns_axes: true }
 }
 
 const PARAMETERS: [Parameter; 8] = [
-    parameter("across_percent"),
-    parameter("along_percent"),
-    parameter("xy_percent"),
-    parameter("xz_percent"),
-    parameter("yx_percent"),
-    parameter("yz_percent"),
-    parameter("zx_percent"),
-    parameter("zy_percent"),
+    iron("across_percent"),
+    iron("along_percent"),
+    iron("xy_percent"),
+    iron("xz_percent"),
+    iron("yz_percent"),
+    turn("turn_x_deg"),
+    turn("turn_y_deg"),
+    turn("turn_z_deg"),
 ];
 
 /// 1 / sqrt 3.
@@ -43,12 +48,12 @@ impl Effect for SoftIron {
         match k {
             0 => Vector3::new(m.x, -m.y, 0.0),
             1 => Vector3::new(m.x, m.y, -2.0 * m.z) * ROOT,
-            2 => Vector3::new(m.y, 0.0, 0.0),
-            3 => Vector3::new(m.z, 0.0, 0.0),
-            4 => Vector3::new(0.0, m.x, 0.0),
-            5 => Vector3::new(0.0, m.z, 0.0),
-            6 => Vector3::new(0.0, 0.0, m.x),
-            _ => Vector3::new(0.0, 0.0, m.y),
+            2 => Vector3::new(m.y, m.x, 0.0),
+            3 => Vector3::new(m.z, 0.0, m.x),
+            4 => Vector3::new(0.0, m.z, m.y),
+            5 => Vector3::new(0.0, -m.z, m.y),
+            6 => Vector3::new(m.z, 0.0, -m.x),
+            _ => Vector3::new(-m.y, m.x, 0.0),
         }
     }
 

@@ -1,0 +1,52 @@
+//! `mwd diagnose`: the loop on one trace, told as an account: residual, candidates, what was added and why, what was refused and why,
+//! error before and after, what remains.
+
+mod account;
+mod bench_mode;
+mod outcome;
+mod vector_residual;
+
+use std::io;
+
+pub use account::{print_account, sentence, verdict_name};
+pub use outcome::{Diagnosed, Found, diagnosed};
+pub use vector_residual::{BeforeAfter, VectorResidual};
+
+use crate::{
+    cli::{DiagnoseArgs, ReplayArgs},
+    failure::Failure,
+    flight::fly,
+    replay::{prepare, progress_bar, settings},
+    result_json::result_json,
+    score,
+};
+
+/// Diagnoses a trace and prints the account.
+///
+/// # Errors
+/// Bad input or usage; see [`crate::failure::exit_status`].
+pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
+    if args.html.is_some() {
+        return Err(Failure::NotBuilt("--html").into());
+    }
+    let (trace, config) = prepare(&ReplayArgs::of_diagnose(args))?;
+    let (flight, diagnosed) = if args.against_reference {
+        bench_mode::diagnose(&trace, &config)?
+    } else {
+        let bar = progress_bar(trace.samples.len());
+        let flight = fly(&config, &trace.samples, |flown| {
+            if flown % 1_000 == 0 {
+                bar.set_position(flown as u64);
+            }
+        })?;
+        bar.finish_and_clear();
+        let diagnosed = diagnosed(&trace, &config, &flight);
+        (flight, diagnosed)
+    };
+    let reference = score::score(&trace, &flight, &settings(&trace, &config));
+    if let Some(path) = &args.json {
+        result_json(&trace, &config, &flight, &diagnosed, reference).write(path)?;
+    }
+    print_account(&mut io::stdout().lock(), &trace, &config, &diagnosed, reference.as_ref())?;
+    Ok(())
+}

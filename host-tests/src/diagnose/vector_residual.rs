@@ -1,0 +1,157 @@
+//! Residual of gravity and field over a second: predicted from a second before by the gyro, minus measured.
+
+use std::collections::VecDeque;
+
+use meerkat_mwd::{
+    Config, Sample, SampleFlags,
+    compensation::{ActiveEffects, Effect, GyroModel, Moment, effect::REFERENCE_TEMPERATURE_C},
+};
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::Serialize;
+
+use crate::{flight::Flight, trace::Trace};
+
+/// From one vector to the one that is predicted from it, seconds.
+const SEGMENT_S: f64 = 1.0;
+
+/// Length of the mean that stands for a vector, seconds; de-rotated to its middle.
+const MEAN_S: f64 = 0.1;
+
+/// A rate under which a segment tells nothing about rotation, rad/s rms: 3 deg/s.
+const MOVING_RAD_S: f64 = 0.052;
+
+/// Share of the residuals, the smallest, that count, as in the scores.
+const KEPT: f64 = 0.98;
+
+/// A figure before and after.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BeforeAfter {
+    /// With the factory's P, the bias alone and no effect.
+    pub before: Option<f64>,
+    /// With all that flew.
+    pub after: Option<f64>,
+}
+
+/// Residuals of the vectors, held out where the flight was frozen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct VectorResidual {
+    /// Angle of gravity's residual, degrees rms.
+    pub gravity_deg: BeforeAfter,
+    /// Angle of the field's, degrees rms.
+    pub magnetic_deg: BeforeAfter,
+    /// Mean square of the field's residual in units of its noise in the diagnosis' own window.
+    pub nis: BeforeAfter,
+}
+
+/// One way to read the sensors.
+struct Reading {
+    t_s: Vec<f64>,
+    rotation: Vec<UnitQuaternion<f64>>,
+    rate: Vec<f64>,
+    /// Specific force and field in the frame of the beginning.
+    vectors: [Vec<Option<Vector3<f64>>>; 2],
+}
+
+/// The residuals of a flight with a library of effects.
+pub(super) fn vector_residual(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight) -> VectorResidual {
+    let from_s = config.freeze_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
+    let figures = |corrected: bool| residuals(&read(library, trace, config, flight, corrected), from_s);
+    let ([gravity_before, field_before], [gravity_after, field_after]) = (figures(false), figures(true));
+    let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
+    VectorResidual {
+        gravity_deg: BeforeAfter { before: gravity_before, after: gravity_after },
+        magnetic_deg: BeforeAfter { before: field_before, after: field_after },
+        nis: BeforeAfter {
+            before: last.map(|report| f64::from(report.nis[0])),
+            after: last.map(|report| f64::from(report.nis[1])),
+        },
+    }
+}
+
+/// The readings as they flew, or with the bias alone.
+fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight, corrected: bool) -> Reading {
+    let mut models: VecDeque<_> = flight.reports.iter().filter_map(|r| Some((r.t_effect_us?, r))).collect();
+    models.make_contiguous().sort_by_key(|&(t_us, _)| t_us);
+    let mut diagnoses: VecDeque<_> = flight.diagnoses.iter().filter(|r| r.is_conclusive()).collect();
+    let (mut model, mut effects): (GyroModel, ActiveEffects) = (config.gyro, ActiveEffects::none());
+    let mut reading = Reading { t_s: vec![], rotation: vec![], rate: vec![], vectors: [vec![], vec![]] };
+    let mut last: Option<(f64, Vector3<f64>, UnitQuaternion<f64>)> = None;
+    for sample in &trace.samples {
+        while let Some((_, report)) = models.front().filter(|(t_us, _)| *t_us <= sample.t_us) {
+            model = if corrected { report.flown } else { report.bias_only };
+            models.pop_front();
+        }
+        while let Some(report) = diagnoses.front().filter(|report| report.t_effect_us <= sample.t_us) {
+            effects = report.active();
+            diagnoses.pop_front();
+        }
+        if sample.flags.contains(SampleFlags::GYRO_MISSING) {
+            last = None;
+            continue;
+        }
+        let t_s = sample.t_us as f64 * 1e-6;
+        let mut moment = moment(sample, config, &model, last.map(|(t, w, _)| (t_s - t, w)));
+        if corrected {
+            effects.correct(library, &mut moment);
+        }
+        let rate: Vector3<f64> = moment.rate_rad_s.cast();
+        let rotation = last.map_or_else(UnitQuaternion::identity, |(before_s, before, q)| {
+            q * UnitQuaternion::from_scaled_axis((before + rate) * (0.5 * (t_s - before_s)))
+        });
+        last = Some((t_s, rate, rotation));
+        reading.t_s.push(t_s);
+        reading.rotation.push(rotation);
+        reading.rate.push(rate.norm());
+        let flags = [SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
+        for ((vectors, v), missing) in
+            reading.vectors.iter_mut().zip([moment.force_m_s2, moment.field_ut]).zip(flags)
+        {
+            vectors.push((!sample.flags.contains(missing)).then(|| rotation * v.cast::<f64>()));
+        }
+    }
+    reading
+}
+
+fn moment(sample: &Sample, config: &Config, model: &GyroModel, last: Option<(f64, Vector3<f64>)>) -> Moment {
+    let rate = model.compensate(sample.gyro_rad_s);
+    let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+    Moment {
+        rate_rad_s: rate,
+        acceleration_rad_s2: last.map_or_else(Vector3::zeros, |(dt, before)| (rate - before.cast::<f32>()) / dt as f32),
+        force_m_s2: config.accel.calibrate(sample.accel_m_s2),
+        square_force_m2_s4: config.accel.calibrate(sample.accel_m_s2).norm_squared(),
+        field_ut: config.mag.calibrate(sample.mag_ut),
+        warming_k: if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { 0.0 },
+    }
+}
+
+/// Angles of the residuals of gravity and field over the moving segments from `from_s` on, degrees rms.
+fn residuals(reading: &Reading, from_s: f64) -> [Option<f64>; 2] {
+    let at = |t_s: f64| reading.t_s.partition_point(|&t| t < t_s);
+    let mut angles: [Vec<f64>; 2] = [vec![], vec![]];
+    let (mut start_s, end_s) = (from_s, reading.t_s.last().copied().unwrap_or(0.0));
+    while start_s + SEGMENT_S + MEAN_S <= end_s {
+        let (first, second) = (at(start_s)..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
+        let rates = reading.rate.get(first.start..second.end).unwrap_or_default();
+        let square = rates.iter().map(|w| w * w).sum::<f64>() / rates.len().max(1) as f64;
+        if square > MOVING_RAD_S * MOVING_RAD_S {
+            for (angles, vectors) in angles.iter_mut().zip(&reading.vectors) {
+                let mean = |range: &std::ops::Range<usize>| -> Option<Vector3<f64>> {
+                    let all = vectors.get(range.clone()).unwrap_or_default();
+                    let read: Vec<_> = all.iter().flatten().collect();
+                    (!read.is_empty()).then(|| read.iter().copied().sum::<Vector3<f64>>() / read.len() as f64)
+                };
+                if let (Some(a), Some(b)) = (mean(&first), mean(&second)) {
+                    angles.push(a.angle(&b).to_degrees());
+                }
+            }
+        }
+        start_s += SEGMENT_S;
+    }
+    angles.map(|mut angles| {
+        angles.sort_by(f64::total_cmp);
+        let kept = (angles.len() as f64 * KEPT) as usize;
+        let sum: f64 = angles.iter().take(kept).map(|a| a * a).sum();
+        (kept > 0).then(|| (sum / kept as f64).sqrt())
+    })
+}
