@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::{multisine::Multisine, random::Random, scenario::Scenario};
+use super::{multisine::Multisine, ramp::smooth_ramp, random::Random, scenario::Scenario};
 
 /// The tool at one instant.
 #[derive(Clone, Copy, Debug)]
@@ -91,14 +91,8 @@ impl Scenario {
     /// How much of the drilling is on at `t_s`, 0 to 1, and its slope, 1/s: a smooth ramp (3 x^2 - 2 x^3) after the rest.
     #[must_use]
     pub fn drilling_at(&self, t_s: f64) -> (f64, f64) {
-        let x = (t_s - self.rest_s) / self.ramp_s;
-        if x <= 0.0 {
-            (0.0, 0.0)
-        } else if x >= 1.0 {
-            (1.0, 0.0)
-        } else {
-            (x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) / self.ramp_s)
-        }
+        let (on, slope) = smooth_ramp((t_s - self.rest_s) / self.ramp_s);
+        (on, slope / self.ramp_s)
     }
 }
 

@@ -6,16 +6,19 @@
 mod contamination;
 mod drilling;
 mod effects;
+mod interval;
 mod multisine;
+mod ramp;
 pub(crate) mod random;
 mod scenario;
 pub(crate) mod sensors;
+mod temperature;
 mod validation;
 pub(crate) mod vibration;
 
 use std::path::PathBuf;
 
-use meerkat_mwd::compensation::GyroModel;
+use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use nalgebra::Vector3;
 
 use crate::{
@@ -23,15 +26,17 @@ use crate::{
     trace::{BodyFrame, EarthFrame, Keys, Trace},
 };
 pub use contamination::{Contamination, Hits, contaminate};
-use drilling::{Drilling, Motion};
-use effects::Disturber;
-pub use effects::{Dropouts, Effects, MagneticBursts};
+use drilling::Drilling;
+use effects::{Disturber, bias_step};
+pub use effects::{Dropouts, Effects, HardIronInterval, MagneticBursts, MountRotation};
+use interval::Interval;
 pub(crate) use random::Random;
 pub use scenario::{
     Accelerometer, EarthSettings, Gyro, Hole, Magnetometer, Rotation, Scenario, ScenarioError, ShockSettings,
     Vibration, Wobble,
 };
 use sensors::{Ideal, Sensors};
+pub use temperature::Temperature;
 pub use vibration::Shock;
 
 /// Rotation of the earth against the stars, rad/s (WGS 84).
@@ -44,15 +49,25 @@ pub struct Truth {
     pub gyro: GyroModel,
     /// The shocks of the run, in order of time.
     pub shocks: Vec<Shock>,
-    /// The gyro's true bias in each reading, rad/s.
+    /// The gyro's true bias in each reading, rad/s: as it walks, steps and changes with temperature and time, but without what
+    /// specific force adds.
     pub bias_rad_s: Vec<[f32; 3]>,
+    mount_rotation: Option<MountRotation>,
+    sample_period_s: f64,
 }
 
 impl Truth {
-    /// The gyro's true model at a sample; the one at the start where there is no such sample.
+    /// The gyro's true model at a sample, turned with its mount; the one at the start where there is no such sample.
     #[must_use]
     pub fn gyro_at(&self, sample: usize) -> GyroModel {
-        GyroModel { b_rad_s: self.bias_rad_s.get(sample).copied().unwrap_or(self.gyro.b_rad_s), ..self.gyro }
+        let Some(&b_rad_s) = self.bias_rad_s.get(sample) else { return self.gyro };
+        // An untouched P stays the same to the bit.
+        let p = self.mount_rotation.as_ref().map_or(self.gyro.p, |mount| {
+            let turn = mount.turn_at(sample as f64 * self.sample_period_s).to_rotation_matrix();
+            let turned = turn.matrix() * self.gyro.p_matrix().map(f64::from);
+            std::array::from_fn(|row| std::array::from_fn(|column| turned[(row, column)] as f32))
+        });
+        GyroModel { p, b_rad_s }
     }
 }
 
@@ -70,14 +85,19 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     let mut broadband = vibration::Broadband::new(scenario);
     let chatter = vibration::Chatter::new(scenario, &mut vibration);
     let shocks = vibration::draw_shocks(&scenario.shocks, scenario.rest_s, scenario.duration_s, &mut shock);
-    let mut truth = Truth { gyro: sensors.truth(), shocks, bias_rad_s: Vec::new() };
-    let earth = EarthVectors::new(scenario);
-    let mut step_s =
-        Some(bias_step_at_s(scenario, &truth.shocks)).filter(|_| scenario.effects.bias_step_deg_s != [0.0; 3]);
-    let lever_arm_m = Vector3::from(scenario.accel.lever_arm_m);
-
     let period_us = u64::from(scenario.sample_period_us);
     let period_s = period_us as f64 * 1e-6;
+    let mut truth = Truth {
+        gyro: sensors.truth(),
+        shocks,
+        bias_rad_s: Vec::new(),
+        mount_rotation: scenario.effects.mount_rotation.clone(),
+        sample_period_s: period_s,
+    };
+    let earth = EarthVectors::new(scenario);
+    let mut step = bias_step(&scenario.effects, &truth.shocks);
+    let lever_arm_m = Vector3::from(scenario.accel.lever_arm_m) + Vector3::from(scenario.effects.lever_arm_mm) * 1e-3;
+
     let count = (scenario.duration_s / period_s + 1e-9) as u64;
     let mut disturber = Disturber::new(&scenario.effects, period_s, scenario.duration_s, &mut effect);
     let mut trace = Trace { keys: keys(scenario, seed, &truth), ..Trace::default() };
@@ -91,10 +111,11 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
         let interval = Interval::mean(&mut drilling, start, t_s, period_s, scenario.oversampling, |motion| {
             let rate = motion.rate_rad_s;
             let to_body = |v: &Vector3<f64>| motion.attitude.inverse_transform_vector(v);
+            let gravity_m_s2 = to_body(&earth.gravity_m_s2);
             Ideal {
                 rate_rad_s: rate + to_body(&earth.rate_rad_s),
-                specific_force_m_s2: chatter.at(motion) - to_body(&earth.gravity_m_s2)
-                    + rate.cross(&rate.cross(&lever_arm_m)),
+                specific_force_m_s2: chatter.at(motion) - gravity_m_s2 + rate.cross(&rate.cross(&lever_arm_m)),
+                gravity_m_s2,
                 field_ut: to_body(&earth.field_ut),
             }
         });
@@ -111,12 +132,21 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
 
         let q = interval.middle.attitude;
         ideal.field_ut += q.inverse_transform_vector(&disturber.burst_ut(t_s));
-        let (sensed, gyro_offset_rad_s) = disturber.sensed(&ideal);
-        if step_s.take_if(|step_s| *step_s <= t_s).is_some() {
-            sensors.step_bias(&scenario.effects.bias_step_rad_s());
+        let sensed = disturber.sensed(t_s, &ideal);
+        if let Some((_, step_rad_s)) = step.take_if(|(at_s, _)| *at_s <= t_s) {
+            sensors.step_bias(&step_rad_s);
         }
-        truth.bias_rad_s.push(sensors.bias_rad_s().map(|x| x as f32).into());
-        let mut sample = sensors.read(index * period_us, &sensed, &gyro_offset_rad_s);
+        let temperature_c = scenario.temperature.as_ref().map(|it| it.at(t_s, scenario.duration_s));
+        let warmer_c = scenario.temperature.as_ref().zip(temperature_c).map_or(0.0, |(it, now_c)| now_c - it.start_c);
+        let bias_change_rad_s = disturber.bias_change_rad_s(t_s, warmer_c);
+        truth.bias_rad_s.push((sensors.bias_rad_s() + bias_change_rad_s).map(|x| x as f32).into());
+        let additions_rad_s =
+            disturber.gyro_additions_rad_s(t_s, &ideal, &sensors.scaled_rate(&sensed.rate_rad_s)) + bias_change_rad_s;
+        let mut sample = sensors.read(index * period_us, &sensed, &additions_rad_s);
+        if let Some(temperature_c) = temperature_c {
+            sample.temperature_c = temperature_c as f32;
+            sample.flags.remove(SampleFlags::TEMPERATURE_MISSING);
+        }
         disturber.drop_out(&mut sample);
         trace.samples.push(sample);
         trace.reference.push(Some([q.w, q.i, q.j, q.k]));
@@ -125,12 +155,6 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     }
     trace.true_rate = Some(true_rate);
     (trace, truth)
-}
-
-/// When the bias steps, seconds.
-fn bias_step_at_s(scenario: &Scenario, shocks: &[Shock]) -> f64 {
-    let after_s = scenario.effects.bias_step_after_s;
-    shocks.iter().map(|shock| shock.start_s).find(|start_s| *start_s >= after_s).unwrap_or(after_s)
 }
 
 /// Reads a scenario, simulates it and writes the trace: `cargo mwd simulate`.
@@ -180,49 +204,6 @@ pub(crate) fn earth_rate_rad_s(scenario: &Scenario) -> Vector3<f64> {
         let (east, north) = libm::sincos(-earth.magnetic_declination_deg.unwrap_or(0.0).to_radians());
         Vector3::new(cosine * north, cosine * east, -sine) * EARTH_RATE_RAD_S
     })
-}
-
-/// Means over one sample interval, and the tool at its middle and end.
-struct Interval {
-    ideal: Ideal,
-    /// Mean rate relative to the earth.
-    rate_rad_s: Vector3<f64>,
-    middle: Motion,
-    end: Motion,
-}
-
-impl Interval {
-    /// Trapezoid means over the interval that is centred on `t_s` and begins at `start`.
-    fn mean(
-        drilling: &mut Drilling<'_>,
-        start: Motion,
-        t_s: f64,
-        period_s: f64,
-        steps: u32,
-        ideal: impl Fn(&Motion) -> Ideal,
-    ) -> Self {
-        let zero = Vector3::zeros();
-        let sum = Ideal { rate_rad_s: zero, specific_force_m_s2: zero, field_ut: zero };
-        let mut interval = Self { ideal: sum, rate_rad_s: zero, middle: start, end: start };
-        interval.add(&start, &ideal(&start), 0.5 / f64::from(steps));
-        for step in 1..=steps {
-            let motion = drilling.advance(t_s + period_s * (f64::from(step) / f64::from(steps) - 0.5));
-            let weight = if step == steps { 0.5 } else { 1.0 };
-            interval.add(&motion, &ideal(&motion), weight / f64::from(steps));
-            if 2 * step == steps {
-                interval.middle = motion;
-            }
-            interval.end = motion;
-        }
-        interval
-    }
-
-    fn add(&mut self, motion: &Motion, ideal: &Ideal, weight: f64) {
-        self.ideal.rate_rad_s += ideal.rate_rad_s * weight;
-        self.ideal.specific_force_m_s2 += ideal.specific_force_m_s2 * weight;
-        self.ideal.field_ut += ideal.field_ut * weight;
-        self.rate_rad_s += motion.rate_rad_s * weight;
-    }
 }
 
 fn keys(scenario: &Scenario, seed: u64, truth: &Truth) -> Keys {

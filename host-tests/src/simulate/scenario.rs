@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::effects::Effects;
+use super::{effects::Effects, temperature::Temperature};
 
 /// A drilling run. Every field has a default, so an empty file is a scenario: 45 deg of inclination, 30 rpm with stick-slip.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -38,6 +38,8 @@ pub struct Scenario {
     pub accel: Accelerometer,
     /// The magnetometer.
     pub mag: Magnetometer,
+    /// Temperature of the inertial sensor. Default: not given, and none in the trace.
+    pub temperature: Option<Temperature>,
     /// What real sensors have beside all that. Default: nothing.
     pub effects: Effects,
 }
@@ -199,6 +201,7 @@ impl Default for Scenario {
             gyro: Gyro::default(),
             accel: Accelerometer::default(),
             mag: Magnetometer::default(),
+            temperature: None,
             effects: Effects::default(),
         }
     }

@@ -12,6 +12,8 @@ pub(super) struct Ideal {
     pub(super) rate_rad_s: Vector3<f64>,
     /// Specific force, m/s^2.
     pub(super) specific_force_m_s2: Vector3<f64>,
+    /// Gravity, m/s^2: what specific force has beside it is acceleration.
+    pub(super) gravity_m_s2: Vector3<f64>,
     /// Magnetic flux density, microtesla.
     pub(super) field_ut: Vector3<f64>,
 }
@@ -118,10 +120,15 @@ impl Sensors {
         self.bias_rad_s += step_rad_s;
     }
 
+    /// What the gyro makes of a rate but for bias, offsets and noise, rad/s along its own axes.
+    pub(super) fn scaled_rate(&self, rate_rad_s: &Vector3<f64>) -> Vector3<f64> {
+        self.p_inverse * rate_rad_s
+    }
+
     /// The reading at `t_us`, in which the gyro has an offset of the moment beside its bias; called once for each sample, in order.
     pub(super) fn read(&mut self, t_us: u64, ideal: &Ideal, gyro_offset_rad_s: &Vector3<f64>) -> Sample {
         let mut sample = Sample { t_us, flags: SampleFlags::TEMPERATURE_MISSING, ..Sample::default() };
-        let raw = self.p_inverse * ideal.rate_rad_s + self.bias_rad_s + gyro_offset_rad_s;
+        let raw = self.scaled_rate(&ideal.rate_rad_s) + self.bias_rad_s + gyro_offset_rad_s;
         self.bias_rad_s += self.random.normal3() * self.bias_step_rad_s;
         sample.gyro_rad_s = self.gyro.read(&raw, &mut self.random, &mut sample.flags);
         sample.accel_m_s2 = self.accel.read(&ideal.specific_force_m_s2, &mut self.random, &mut sample.flags);

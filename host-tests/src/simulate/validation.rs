@@ -3,6 +3,7 @@
 use super::{
     scenario::{Scenario, ScenarioError},
     sensors::matrix,
+    temperature::Temperature,
 };
 
 impl Scenario {
@@ -11,8 +12,6 @@ impl Scenario {
     /// # Errors
     /// The first field that cannot be used.
     pub fn validate(&self) -> Result<(), ScenarioError> {
-        let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ScenarioError::Field { field, must_be }) };
-        let within = |x: f64, low: f64, high: f64| (low..=high).contains(&x);
         let optional = |x: Option<f64>, low: f64, high: f64| x.is_none_or(|x| within(x, low, high));
         let band = |[low, high]: [f64; 2], highest: f64| low > 0.0 && low <= high && high <= highest;
         let nyquist_hz = 0.5e6 / f64::from(self.sample_period_us.max(1));
@@ -76,6 +75,25 @@ impl Scenario {
         check(within(self.mag.noise_ut, 0.0, 1e3), "mag.noise_ut", "0 to 1000")?;
         check(optional(self.mag.resolution_ut, 1e-9, 100.0), "mag.resolution_ut", "positive, at most 100")?;
         check(optional(self.mag.full_scale_ut, 0.1, 1e6), "mag.full_scale_ut", "0.1 to 1000000")?;
+        self.temperature.as_ref().map_or(Ok(()), Temperature::validate)?;
+        let steady = self.effects.gyro_bias_temperature_deg_s_c == [0.0; 3];
+        let field = "effects.gyro_bias_temperature_deg_s_c";
+        check(steady || self.temperature.is_some(), field, "zero where the scenario has no [temperature]")?;
         self.effects.validate()
     }
+}
+
+/// The error of a field whose value is not `ok`.
+pub(super) fn check(ok: bool, field: &'static str, must_be: &'static str) -> Result<(), ScenarioError> {
+    if ok { Ok(()) } else { Err(ScenarioError::Field { field, must_be }) }
+}
+
+/// Whether a value is between two others or one of them; not a number is not.
+pub(super) fn within(x: f64, low: f64, high: f64) -> bool {
+    (low..=high).contains(&x)
+}
+
+/// Whether every value is between plus and minus `limit`.
+pub(super) fn all_within(values: &[f64], limit: f64) -> bool {
+    values.iter().all(|&x| within(x, -limit, limit))
 }
