@@ -16,10 +16,10 @@ use nalgebra::Vector3;
 use rail::Rail;
 use staleness::Staleness;
 
-/// Units of work that every host and firmware loop gives [`Probe::poll`] after each sample: a window takes some 16,000, one that is
-/// disturbed some 35,000, so that at 20 Hz it is ready in the five seconds that it has. The dearest slice, with a piece that is not cut
-/// up, is some 700,000 instructions (4 ms at 168 MHz).
-pub const POLL_BUDGET: u32 = 400;
+/// Units of work in a second (a unit is some 300 instructions): 29 % of a Cortex-M4F at 168 MHz while there is work. A window takes
+/// some 16,000, one that is disturbed some 35,000; a diagnosis some 80,000 a pass. The dearest slice, with a piece that is not cut up, is
+/// some 700,000 instructions (4 ms).
+const WORK_UNITS_PER_SECOND: u32 = 160_000;
 
 /// A step of time over this many nominal periods is a gap.
 pub const GAP_PERIODS: u32 = 3;
@@ -223,7 +223,7 @@ impl Probe {
         Some(Output { t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
     }
 
-    /// Does about `budget` units of identification work (a unit is some 300 instructions; the last piece may overshoot by
+    /// Does about `budget` units of identification and diagnosis work (a unit is some 300 instructions; the last piece may overshoot by
     /// 500) and hands out the report of a window whose result has taken
     /// effect, or of one that has none. Results do not depend on how the work is sliced, only on whether it is done in time:
     /// begun within 1.9 s of the window's close, before its samples are overwritten, and done when the result is due. Else the
@@ -287,6 +287,15 @@ impl Probe {
     /// The oldest diagnosis that nobody has taken, since it took effect.
     pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
         self.identifier.take_diagnosis()
+    }
+
+    /// The budget that every host and firmware loop gives [`Probe::poll`] after each sample, so that every result is ready when it is due.
+    #[must_use]
+    pub const fn poll_budget(&self) -> u32 {
+        match WORK_UNITS_PER_SECOND.checked_div(self.samples_per_second) {
+            Some(units) => units,
+            None => 0,
+        }
     }
 
     /// What has been counted since the start.

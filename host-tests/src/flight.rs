@@ -6,7 +6,7 @@ use meerkat_mwd::{
     config::ConfigError,
     diagnosis::DiagnosisReport,
     identification::WindowReport,
-    probe::{Counters, Output, POLL_BUDGET},
+    probe::{Counters, Output},
 };
 
 /// What one run of the pipeline over a trace gave, on the host or on the emulated chip.
@@ -22,7 +22,7 @@ pub struct Flight {
     pub counters: Counters,
 }
 
-/// Flies on the host: every sample is pushed, then [`POLL_BUDGET`] units of identification are done, as the firmware does.
+/// Flies on the host: every sample is pushed, then [`Probe::poll_budget`] units of work are done, as the firmware does.
 /// `progress` is told the number of samples flown so far.
 ///
 /// # Errors
@@ -47,7 +47,7 @@ pub fn fly_with(
     let mut flight = Flight { outputs: Vec::with_capacity(samples.len()), ..Flight::default() };
     for (flown, sample) in samples.iter().enumerate() {
         flight.outputs.extend(probe.push(sample));
-        flight.reports.extend(probe.poll(POLL_BUDGET));
+        flight.reports.extend(probe.poll(probe.poll_budget()));
         flight.diagnoses.extend(probe.take_diagnosis());
         progress(flown + 1);
     }

@@ -5,7 +5,7 @@ use super::{
     report::{DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
     sign_flip::{GROUPS, Scores, sign_flip},
     walk::Walk,
-    weak_columns::{COLUMNS, GYRO, GyroScales, TestRows, WeakColumns},
+    weak_columns::{COLUMNS, GYRO, GyroScales, Layout, TestRows, WeakColumns},
 };
 use crate::{
     algebra::quantile,
@@ -117,6 +117,7 @@ pub(crate) struct Diagnosis {
     usable: u32,
     usable_before: u32,
     walk: Walk,
+    layout: Layout,
     columns: WeakColumns,
     normal: Normal,
     scores: [[f32; COLUMNS]; GROUPS],
@@ -141,10 +142,12 @@ pub(crate) struct Diagnosis {
     nis_sums: [f32; 2],
     nis: f32,
     nis_before: f32,
-    report: heapless::Vec<DiagnosisReport, 1>,
+    /// Whether the report is to be taken.
+    done: bool,
 }
 
 impl Diagnosis {
+    #[inline(always)]
     pub const fn zero() -> Self {
         Self {
             running: false,
@@ -158,6 +161,7 @@ impl Diagnosis {
             usable: 0,
             usable_before: 0,
             walk: Walk::zero(),
+            layout: Layout::zero(),
             columns: WeakColumns::zero(),
             normal: Normal::zero(),
             scores: [[0.0; COLUMNS]; GROUPS],
@@ -176,7 +180,7 @@ impl Diagnosis {
             nis_sums: [0.0; 2],
             nis: 0.0,
             nis_before: 0.0,
-            report: heapless::Vec::new(),
+            done: false,
         }
     }
 
@@ -184,6 +188,7 @@ impl Diagnosis {
     pub fn start(&mut self, subject: &Subject, job: DiagnosisJob) {
         self.running = true;
         self.job = job;
+        self.layout = Layout::new(subject.library);
         self.pass = 0;
         self.settled = false;
         self.usable = 0;
@@ -195,7 +200,7 @@ impl Diagnosis {
         self.tried = [Tried { p_value: 1.0, ..Tried::default() }; MAX_CANDIDATES];
         self.residual_before_rad = None;
         self.nis_before = 0.0;
-        self.report.clear();
+        self.done = false;
         self.start_pass(subject);
     }
 
@@ -227,11 +232,13 @@ impl Diagnosis {
     }
 
     /// The report of a diagnosis that is done.
-    pub fn take_report(&mut self) -> Option<DiagnosisReport> {
-        self.report.pop()
+    pub fn take_report(&mut self, subject: &Subject) -> Option<DiagnosisReport> {
+        let done = core::mem::take(&mut self.done);
+        done.then(|| self.report(subject))
     }
 
     /// One bounded piece of work; returns its size in work units, 0 when there is nothing to do.
+    #[inline(never)]
     pub fn step(&mut self, subject: &Subject) -> u32 {
         if !self.running {
             return 0;
@@ -247,31 +254,24 @@ impl Diagnosis {
                 self.take(subject, index);
             }
             self.next = end;
-            return 25 * SLICE;
+            return 40 * SLICE;
         }
         let more = self.end_pass(subject);
         if more {
             self.start_pass(subject);
         } else {
-            self.finish(subject);
+            self.running = false;
+            self.done = true;
         }
         3_000
     }
 
-    /// Columns in use.
-    fn width(subject: &Subject) -> usize {
-        let all = subject.library.iter().fold(GYRO, |sum, effect| sum + effect.parameters().len());
-        if all < COLUMNS { all } else { COLUMNS }
-    }
-
     /// The columns of a candidate; empty where there is no room for it.
-    fn columns_of(subject: &Subject, index: usize) -> core::ops::Range<usize> {
-        let before = subject.library.iter().take(index);
-        let from = before.fold(GYRO, |sum, effect| sum + effect.parameters().len());
-        let count = subject.library.get(index).map_or(0, |effect| effect.parameters().len());
-        if from + count > COLUMNS { from..from } else { from..from + count }
+    fn columns_of(&self, subject: &Subject, index: usize) -> core::ops::Range<usize> {
+        self.layout.columns_of(subject.library, index)
     }
 
+    #[inline(never)]
     fn take(&mut self, subject: &Subject, index: u32) {
         let scales = gyro_scales(subject);
         let mut instant = self.walk.advance(subject.stream, index, (&self.p, &self.c));
@@ -280,7 +280,7 @@ impl Diagnosis {
         self.measure_turns(subject, &read);
         let weak_form = &subject.stream.weak_form;
         let moving = subject.config.identification.max_bias_rad_s;
-        if let Some(test) = self.columns.push(&instant, weak_form, subject.library, &scales, moving) {
+        if let Some(test) = self.columns.push(&instant, weak_form, (subject.library, &self.layout), &scales, moving) {
             self.take_test(subject, &test, weak_form.noise_gain());
         }
     }
@@ -312,13 +312,14 @@ impl Diagnosis {
     fn parameters(&self, subject: &Subject, index: usize) -> [f32; MAX_PARAMETERS] {
         let mut parameters = [0.0; MAX_PARAMETERS];
         let Some(effect) = subject.library.get(index) else { return parameters };
-        let columns = Self::columns_of(subject, index);
+        let columns = self.columns_of(subject, index);
         for ((value, column), parameter) in parameters.iter_mut().zip(columns).zip(effect.parameters()) {
             *value = self.x[column] * parameter.usual;
         }
         parameters
     }
 
+    #[inline(never)]
     fn take_test(&mut self, subject: &Subject, test: &TestRows, noise_gain: f32) {
         let number = self.test as usize;
         self.test += 1;
@@ -327,7 +328,7 @@ impl Diagnosis {
         }
         let ordinal = self.usable;
         self.usable += 1;
-        let width = Self::width(subject);
+        let width = self.layout.width();
         let group = (ordinal * GROUPS as u32).checked_div(self.usable_before).unwrap_or(0) as usize;
         let is_taken_out = self.taken_out_columns(subject);
         let force = test.force_scatter + square(FORCE_NOISE_M_S2);
@@ -374,7 +375,7 @@ impl Diagnosis {
         for found in self.taken_out.iter() {
             let index = usize::from(found.index);
             if subject.library.get(index).is_some_and(|effect| effect.sensor() != Sensor::Gyro) {
-                Self::columns_of(subject, index).for_each(|column| is_taken_out[column] = true);
+                self.columns_of(subject, index).for_each(|column| is_taken_out[column] = true);
             }
         }
         is_taken_out
@@ -387,7 +388,7 @@ impl Diagnosis {
             if subject.library.get(index).is_none_or(|effect| effect.sensor() != Sensor::Gyro) {
                 continue;
             }
-            let columns = Self::columns_of(subject, index);
+            let columns = self.columns_of(subject, index);
             let mut largest = 0.0;
             for v in 0..2 {
                 if !(test.counts[v] && test.norms[v] > 0.0) {
@@ -410,7 +411,7 @@ impl Diagnosis {
         let mut model = Model::new();
         let chosen = self.chosen.iter().take(usize::from(self.count)).map(|chosen| usize::from(chosen.index));
         let effects = chosen.filter(|index| Some(*index) != without);
-        let columns = (0..GYRO).chain(effects.flat_map(|index| Self::columns_of(subject, index)));
+        let columns = (0..GYRO).chain(effects.flat_map(|index| self.columns_of(subject, index)));
         // No room is no column.
         model.extend(columns.take(MAX_COLUMNS).map(|column| column as u8));
         model
@@ -435,7 +436,7 @@ impl Diagnosis {
     /// A candidate's scores, group by group, cleared of what the model explains and whitened; and the sandwich deviations of its
     /// estimate. `None` where it shows nothing or is one with the model.
     fn effective_scores(&mut self, subject: &Subject, index: usize, model: &Model) -> Option<(Scores, [f32; MAX_PARAMETERS])> {
-        let columns = Self::columns_of(subject, index);
+        let columns = self.columns_of(subject, index);
         let dimension = columns.len();
         if dimension == 0 || model.len() + dimension > MAX_COLUMNS {
             return None;
@@ -503,6 +504,7 @@ impl Diagnosis {
     }
 
     /// Ends a pass; whether another is needed.
+    #[inline(never)]
     fn end_pass(&mut self, subject: &Subject) -> bool {
         if self.usable < LEAST_PER_GROUP * GROUPS as u32 {
             return false;
@@ -598,7 +600,7 @@ impl Diagnosis {
                     tried.too_small = too_small;
                 }
                 self.banned |= 1 << index;
-                for column in Self::columns_of(subject, index) {
+                for column in self.columns_of(subject, index) {
                     self.x[column] = 0.0;
                 }
                 self.chosen.copy_within(slot + 1.., slot);
@@ -632,12 +634,11 @@ impl Diagnosis {
 
     /// Evidence of a candidate less what its parameters cost (Schwarz, Annals of Statistics 6 (1978) 461).
     fn worth(&self, subject: &Subject, index: usize, evidence: f32) -> f32 {
-        let parameters = Self::columns_of(subject, index).len() as f32;
+        let parameters = self.columns_of(subject, index).len() as f32;
         evidence - 0.5 * parameters * libm::logf(self.usable as f32)
     }
 
-    fn finish(&mut self, subject: &Subject) {
-        self.running = false;
+    fn report(&self, subject: &Subject) -> DiagnosisReport {
         let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.settled;
         let mut effects = [EffectReport::default(); MAX_ACTIVE];
         for (report, chosen) in effects.iter_mut().zip(&self.chosen).take(usize::from(self.count)) {
@@ -667,9 +668,7 @@ impl Diagnosis {
         } else {
             Verdict::ModelSufficient
         };
-        self.report.clear();
-        // Just emptied, so there is room.
-        let _ = self.report.push(DiagnosisReport {
+        DiagnosisReport {
             t_start_us: self.job.t_start_us,
             t_end_us: self.job.t_end_us,
             t_effect_us: 0,
@@ -681,7 +680,7 @@ impl Diagnosis {
             residual_before_rad: self.residual_before_rad.unwrap_or(self.residual),
             residual_after_rad: self.residual,
             nis: [self.nis_before, self.nis],
-        });
+        }
     }
 
     /// Whether more is left of the field's residual than its noise, and more than matters little.

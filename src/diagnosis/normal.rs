@@ -3,7 +3,7 @@
 use super::weak_columns::COLUMNS;
 
 /// Most columns of one model: the gyro's 12 and those of a few effects.
-pub(super) const MAX_COLUMNS: usize = 40;
+pub(super) const MAX_COLUMNS: usize = 36;
 
 /// Elements of its triangle.
 const TRIANGLE: usize = MAX_COLUMNS * (MAX_COLUMNS + 1) / 2;
@@ -12,6 +12,7 @@ const TRIANGLE: usize = MAX_COLUMNS * (MAX_COLUMNS + 1) / 2;
 pub(super) struct Normal([f32; COLUMNS * (COLUMNS + 1) / 2]);
 
 impl Normal {
+    #[inline(always)]
     pub const fn zero() -> Self {
         Self([0.0; COLUMNS * (COLUMNS + 1) / 2])
     }
@@ -50,6 +51,7 @@ pub(super) struct Factor {
 }
 
 impl Factor {
+    #[inline(always)]
     pub const fn zero() -> Self {
         Self { elements: [0.0; TRIANGLE], size: 0 }
     }

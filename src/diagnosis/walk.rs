@@ -29,6 +29,7 @@ pub(super) struct Walk {
 }
 
 impl Walk {
+    #[inline(always)]
     pub const fn zero() -> Self {
         let zero = Vector3::new(0.0, 0.0, 0.0);
         Self {

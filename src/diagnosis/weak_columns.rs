@@ -1,10 +1,11 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::walk::Instant;
+use super::{report::MAX_CANDIDATES, walk::Instant};
 use crate::{
     compensation::{Effect, Sensor},
     window::{UNDER_WAY, WeakForm},
 };
+use core::ops::Range;
 use nalgebra::Vector3;
 
 /// Unknowns of the gyro: P (row-major, 9) and c (3).
@@ -12,6 +13,56 @@ pub(super) const GYRO: usize = 12;
 
 /// Columns that there is room for: the gyro's and those of the candidates.
 pub(super) const COLUMNS: usize = 56;
+
+/// Where the columns of the candidates stand: the gyro's effects first, then the accelerometer's, then the magnetometer's, so that each
+/// row has its columns in two runs.
+#[derive(Clone, Copy)]
+pub(super) struct Layout {
+    /// First column of each candidate; equal to [`COLUMNS`] where there is no room.
+    first: [u8; MAX_CANDIDATES],
+    /// Ends of the gyro's, the accelerometer's and the magnetometer's columns.
+    ends: [usize; 3],
+}
+
+impl Layout {
+    #[inline(always)]
+    pub const fn zero() -> Self {
+        Self { first: [0; MAX_CANDIDATES], ends: [0; 3] }
+    }
+
+    pub fn new(library: &[&dyn Effect]) -> Self {
+        let mut layout = Self { first: [COLUMNS as u8; MAX_CANDIDATES], ends: [GYRO; 3] };
+        let mut next = GYRO;
+        for (end, sensor) in [Sensor::Gyro, Sensor::Accelerometer, Sensor::Magnetometer].into_iter().enumerate() {
+            for (first, effect) in layout.first.iter_mut().zip(library) {
+                let count = effect.parameters().len();
+                if effect.sensor() == sensor && next + count <= COLUMNS {
+                    *first = next as u8;
+                    next += count;
+                }
+            }
+            layout.ends[end] = next;
+        }
+        layout
+    }
+
+    /// All columns in use.
+    pub const fn width(&self) -> usize {
+        self.ends[2]
+    }
+
+    /// The columns of a candidate; empty where there is no room for it.
+    pub fn columns_of(&self, library: &[&dyn Effect], index: usize) -> Range<usize> {
+        let first = self.first.get(index).map_or(COLUMNS, |first| usize::from(*first));
+        let count = library.get(index).map_or(0, |effect| effect.parameters().len());
+        if first + count > COLUMNS { first..first } else { first..first + count }
+    }
+
+    /// The columns of gravity's or the field's rows that vectors' effects fill.
+    fn of_vector(&self, vector: usize) -> Range<usize> {
+        self.ends[vector]..self.ends[vector + 1]
+    }
+}
 
 /// Usual sizes of P's and c's errors: the columns are multiplied by them, so that the prior of every unknown has deviation 1.
 #[derive(Clone, Copy)]
@@ -57,6 +108,7 @@ struct Sums {
 }
 
 impl Sums {
+    #[inline(always)]
     const fn zero() -> Self {
         let zero = Vector3::new(0.0, 0.0, 0.0);
         Self {
@@ -107,6 +159,7 @@ pub(super) struct WeakColumns {
 }
 
 impl WeakColumns {
+    #[inline(always)]
     pub const fn zero() -> Self {
         Self { under_way: [Sums::zero(); UNDER_WAY], previous_fields: [Vector3::new(0.0, 0.0, 0.0); 2] }
     }
@@ -124,7 +177,7 @@ impl WeakColumns {
         &mut self,
         instant: &Instant,
         weak_form: &WeakForm,
-        candidates: &[&dyn Effect],
+        (library, layout): (&[&dyn Effect], &Layout),
         scales: &GyroScales,
         moving_rate_rad_s: f32,
     ) -> Option<TestRows> {
@@ -142,14 +195,10 @@ impl WeakColumns {
                 column[9 + i] = gain.column(i) * -scales.c_rad_s;
             }
         }
-        let mut at = GYRO;
-        let mut is_slope = [false; COLUMNS];
-        for effect in candidates {
+        for (index, effect) in library.iter().enumerate() {
             let sensor = effect.sensor();
-            for (k, parameter) in effect.parameters().iter().enumerate() {
-                if at >= COLUMNS {
-                    break;
-                }
+            for (k, at) in layout.columns_of(library, index).enumerate() {
+                let Some(parameter) = effect.parameters().get(k) else { break };
                 let term = effect.term(k, moment) * parameter.usual;
                 match sensor {
                     Sensor::Gyro => {
@@ -159,8 +208,6 @@ impl WeakColumns {
                     Sensor::Accelerometer => columns[0][at] = rotation * term,
                     Sensor::Magnetometer => columns[1][at] = rotation * term,
                 }
-                is_slope[at] = sensor != Sensor::Gyro;
-                at += 1;
             }
         }
         let roughness = {
@@ -178,10 +225,10 @@ impl WeakColumns {
             };
             for v in 0..2 {
                 sums.test.rhs[v] += turned[v] * slope;
+                let (gyro, vector) = (0..layout.ends[0], layout.of_vector(v));
                 for (i, row) in sums.test.rows[v].iter_mut().enumerate() {
-                    for ((sum, column), is_slope) in row.iter_mut().zip(&columns[v]).zip(&is_slope).take(at) {
-                        *sum += column[i] * if *is_slope { slope } else { weight };
-                    }
+                    row[gyro.clone()].iter_mut().zip(&columns[v][gyro.clone()]).for_each(|(sum, c)| *sum += c[i] * weight);
+                    row[vector.clone()].iter_mut().zip(&columns[v][vector.clone()]).for_each(|(sum, c)| *sum += c[i] * slope);
                 }
             }
             sums.missing.iter_mut().zip(read).for_each(|(missing, read)| *missing |= !read);

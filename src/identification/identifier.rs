@@ -1,5 +1,5 @@
 use super::{
-    Decision, Refusal, WindowCost, WindowReport,
+    Carried, Decision, Refusal, WindowCost, WindowReport,
     judgement::unidentified,
     prior::theta_of,
     window_fit::{Context, Job, Step, WindowFit},
@@ -10,6 +10,7 @@ use crate::{
     diagnosis::{Diagnosis, DiagnosisJob, DiagnosisReport, Subject},
     window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
 };
+use core::mem::ManuallyDrop;
 use heapless::{Deque, Vec};
 
 /// Reports waiting to be polled.
@@ -39,6 +40,36 @@ enum State {
     Ready,
 }
 
+/// The memory of a fit and that of a diagnosis, which never run at the same time, in one place.
+///
+/// With a tag of its own, so that nothing to do is all zeros.
+#[expect(clippy::large_enum_variant, reason = "the variants share static memory")]
+#[repr(u8)]
+enum Work {
+    Nothing,
+    // Nothing in either has to be dropped; with drop glue an assignment goes by way of the stack.
+    Fit(ManuallyDrop<WindowFit>),
+    Diagnosis(ManuallyDrop<Diagnosis>),
+}
+
+impl Work {
+    // Functions of their own, so that the all-zero values are written where they belong and never stand on the stack.
+
+    #[inline(never)]
+    fn begin_fit(&mut self) {
+        if !matches!(self, Self::Fit(_)) {
+            *self = Self::Fit(ManuallyDrop::new(WindowFit::zero()));
+        }
+    }
+
+    #[inline(never)]
+    fn begin_diagnosis(&mut self) {
+        if !matches!(self, Self::Diagnosis(_)) {
+            *self = Self::Diagnosis(ManuallyDrop::new(Diagnosis::zero()));
+        }
+    }
+}
+
 /// Windows of samples in, accepted models or reasoned refusals out.
 pub(crate) struct Identifier {
     pub stream: SampleStream,
@@ -54,15 +85,21 @@ pub(crate) struct Identifier {
     learned_until_us: u64,
     /// End of the latest window that the flown bias comes from; 0: none.
     bias_known_us: u64,
-    fit: WindowFit,
+    /// The window that is fitted, or was the last to be.
+    job: Job,
+    /// What the samples before it taught.
+    carried: Carried,
     state: State,
-    diagnosis: Diagnosis,
+    work: Work,
+    /// The diagnosis that is to begin as soon as no window is fitted.
+    to_diagnose: Option<DiagnosisJob>,
     next_diagnosis_us: u64,
     final_diagnosis_us: u64,
     diagnosis_effect_us: u64,
     /// The report of a diagnosis that waits for its instant.
-    found: Vec<DiagnosisReport, 1>,
-    diagnoses: Deque<DiagnosisReport, PENDING>,
+    waiting: Vec<DiagnosisReport, 1>,
+    /// The latest diagnosis that has taken effect, until somebody takes it.
+    diagnosed: Vec<DiagnosisReport, 1>,
     /// Whether the test windows that are kept were made with other effects.
     stale_tests: bool,
     /// The result of the job, once it is judged.
@@ -86,14 +123,16 @@ impl Identifier {
             freeze_us: 0,
             learned_until_us: 0,
             bias_known_us: 0,
-            fit: WindowFit::zero(),
+            job: Job::zero(),
+            carried: Carried::nothing(),
             state: State::Idle,
-            diagnosis: Diagnosis::zero(),
+            work: Work::Nothing,
+            to_diagnose: None,
             next_diagnosis_us: 0,
             final_diagnosis_us: 0,
             diagnosis_effect_us: 0,
-            found: Vec::new(),
-            diagnoses: Deque::new(),
+            waiting: Vec::new(),
+            diagnosed: Vec::new(),
             stale_tests: false,
             result: Vec::new(),
             pending: Deque::new(),
@@ -111,8 +150,7 @@ impl Identifier {
         // What the last diagnosis finds is there when the last window is fitted.
         let diagnosis_s = DIAGNOSIS_LATENCY_S;
         self.final_diagnosis_us = self.final_close_us.saturating_sub(micros(diagnosis_s));
-        self.found.clear();
-        self.diagnoses.clear();
+        self.diagnosed.clear();
         self.stale_tests = false;
         // Ranges of the stored increments where the full scale is unknown: 4000 deg/s and 32 g, the widest of the parts in use,
         // and ten times the strongest field on earth.
@@ -129,7 +167,10 @@ impl Identifier {
         });
         self.learned_until_us = 0;
         self.bias_known_us = 0;
-        self.fit.forget();
+        self.carried = Carried::nothing();
+        self.work = Work::Nothing;
+        self.to_diagnose = None;
+        self.waiting.clear();
         self.state = State::Idle;
         self.pending.clear();
         self.reports_lost = 0;
@@ -156,7 +197,7 @@ impl Identifier {
             let effect_us = effect_us.saturating_add(t_us - last_us);
             if effect_us > latest_us { latest_us } else { effect_us }
         };
-        self.fit.job.effect_us = delayed(self.fit.job.effect_us);
+        self.job.effect_us = delayed(self.job.effect_us);
         if self.next_close_us != u64::MAX {
             let effect_us = delayed(last_us.saturating_add(micros(self.config.identification.latency_s)));
             self.close(last_us, effect_us, true);
@@ -204,9 +245,7 @@ impl Identifier {
         let length_us = u64::from(count - from) * u64::from(self.stream.grid.interval_us);
         let job = DiagnosisJob { t_start_us: t_us.saturating_sub(length_us), t_end_us: t_us, from, to: count };
         self.diagnosis_effect_us = t_us.saturating_add(micros(DIAGNOSIS_LATENCY_S));
-        self.found.clear();
-        let Self { diagnosis, stream, config, flown, .. } = self;
-        diagnosis.start(&Subject { stream, config, flown, library: stream.library() }, job);
+        self.to_diagnose = Some(job);
     }
 
     /// Before a sample is compensated: a diagnosis that is due takes effect, or was not done in time. Returns whether the effects
@@ -216,15 +255,17 @@ impl Identifier {
             return false;
         }
         self.diagnosis_effect_us = 0;
-        let Some(mut report) = self.found.pop() else {
+        let Some(mut report) = self.waiting.pop() else {
             self.overruns = self.overruns.saturating_add(1);
             return false;
         };
         report.t_effect_us = t_us;
         let effects = report.active();
-        if self.diagnoses.push_back(report).is_err() {
+        if self.diagnosed.pop().is_some() {
             self.reports_lost = self.reports_lost.saturating_add(1);
         }
+        // Just emptied, so there is room.
+        let _ = self.diagnosed.push(report);
         let changed = effects != *self.stream.effects() && report.is_conclusive();
         if changed {
             self.stream.set_effects(&effects);
@@ -235,18 +276,18 @@ impl Identifier {
 
     /// The oldest diagnosis that nobody has taken.
     pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
-        self.diagnoses.pop_front()
+        self.diagnosed.pop()
     }
 
     /// Before a sample is compensated: a result that is due takes effect. Returns whether the model changed.
     pub fn take_effect(&mut self, t_us: u64) -> bool {
-        if self.state == State::Idle || t_us < self.fit.job.effect_us {
+        if self.state == State::Idle || t_us < self.job.effect_us {
             return false;
         }
         let ready = self.state == State::Ready;
         self.state = State::Idle;
         let Some(mut report) = self.result.pop().filter(|_| ready) else {
-            let job = self.fit.job;
+            let job = self.job;
             self.announce_overrun(&job);
             return false;
         };
@@ -308,14 +349,19 @@ impl Identifier {
         match (u64::from(length_us) < micros(self.config.identification.min_window_s), self.state) {
             // Too short for P, but a rest in it still gives the bias.
             (true, State::Idle) => {
-                self.fit.job = job;
+                self.job = job;
                 let report = unidentified(&self.context(), &job, too_short);
                 self.conclude(report);
             }
             (true, _) => self.announce_unapplied(&job, too_short),
             (false, State::Idle) => {
-                let (context, fit) = self.split();
-                fit.start(&context, job);
+                self.job = job;
+                // A diagnosis that is not done by now has had its time: when it is due it is counted as an overrun.
+                self.work.begin_fit();
+                let carried = self.carried;
+                if let Some((context, fit)) = self.split() {
+                    fit.start(&context, job, &carried);
+                }
                 self.result.clear();
                 self.state = State::Fitting;
                 if self.stale_tests {
@@ -363,7 +409,7 @@ impl Identifier {
     pub fn step(&mut self) -> u32 {
         match self.state {
             State::Rebuilding => {
-                if !self.stream.rebuild(self.fit.job.to, REBUILT_IN_A_STEP) {
+                if !self.stream.rebuild(self.job.to, REBUILT_IN_A_STEP) {
                     self.state = State::Fitting;
                 }
                 return REBUILT_IN_A_STEP * 12;
@@ -371,14 +417,14 @@ impl Identifier {
             State::Fitting => {}
             State::Idle | State::Ready => return self.diagnose(),
         }
-        let (context, fit) = self.split();
+        let Some((context, fit)) = self.split() else { return 0 };
         match fit.step(&context) {
             Step::More(units) => units,
             Step::Done(report) => {
                 match report.decision {
                     Decision::Accepted | Decision::Refused(Refusal::ChangeTooSmall { .. }) => self.learn(),
                     // What was carried no longer holds, or this window is wrong: the next one stands by itself.
-                    Decision::Refused(Refusal::Contradiction { .. }) => self.fit.forget(),
+                    Decision::Refused(Refusal::Contradiction { .. }) => self.carried = Carried::nothing(),
                     // A window that the gate does not believe teaches nothing.
                     Decision::Refused(_) => {}
                 }
@@ -396,12 +442,21 @@ impl Identifier {
 
     /// A piece of the diagnosis, for which there is time when no window is being fitted.
     fn diagnose(&mut self) -> u32 {
-        let Self { diagnosis, stream, config, flown, .. } = self;
-        let units = diagnosis.step(&Subject { stream, config, flown, library: stream.library() });
-        if let Some(report) = diagnosis.take_report() {
-            self.found.clear();
-            // Just emptied, so there is room.
-            let _ = self.found.push(report);
+        let begun = self.to_diagnose.take();
+        if begun.is_some() {
+            self.waiting.clear();
+            self.work.begin_diagnosis();
+        }
+        let Self { work, stream, config, flown, waiting, .. } = self;
+        let Work::Diagnosis(diagnosis) = work else { return 0 };
+        let subject = Subject { stream, config, flown, library: stream.library() };
+        if let Some(job) = begun {
+            diagnosis.start(&subject, job);
+        }
+        let units = diagnosis.step(&subject);
+        if let Some(report) = diagnosis.take_report(&subject) {
+            // Emptied when the diagnosis was begun, so there is room.
+            let _ = waiting.push(report);
         }
         units
     }
@@ -423,7 +478,7 @@ impl Identifier {
 
     /// The cost of the last window whose innovations stand.
     pub fn window_cost(&self) -> Option<WindowCost<'_>> {
-        self.fit.cost()
+        if let Work::Fit(fit) = &self.work { fit.cost() } else { None }
     }
 
     /// What no later window will hold is carried on.
@@ -432,10 +487,13 @@ impl Identifier {
             u64::MAX => return,
             next_us => next_us.saturating_sub(micros(self.config.identification.window_s)),
         };
-        if until_us > self.fit.job.t_start_us {
+        if until_us > self.job.t_start_us {
             self.learned_until_us = until_us;
-            let (context, fit) = self.split();
-            fit.learn(&context, until_us);
+            let mut carried = self.carried;
+            if let Some((context, fit)) = self.split() {
+                fit.learn(&context, until_us, &mut carried);
+            }
+            self.carried = carried;
         }
     }
 
@@ -444,9 +502,10 @@ impl Identifier {
     }
 
     /// The fit beside what it needs to know.
-    fn split(&mut self) -> (Context<'_>, &mut WindowFit) {
-        let Self { stream, config, flown, fit, .. } = self;
-        (Context { stream, config, flown }, fit)
+    fn split(&mut self) -> Option<(Context<'_>, &mut WindowFit)> {
+        let Self { stream, config, flown, work, .. } = self;
+        let Work::Fit(fit) = work else { return None };
+        Some((Context { stream, config, flown }, fit))
     }
 }
 

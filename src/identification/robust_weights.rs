@@ -219,7 +219,7 @@ mod tests {
             }
             disturb(k as u32, &mut means);
             let [rate, gravity, field] = means.map(Reading::Good);
-            stream.push(20_000 * k, rate, gravity, field);
+            stream.push(20_000 * k, rate, gravity, field, None);
         }
         stream
     }

@@ -30,7 +30,7 @@ pub(crate) struct Job {
 }
 
 impl Job {
-    const fn zero() -> Self {
+    pub const fn zero() -> Self {
         Self {
             t_start_us: 0,
             t_end_us: 0,
@@ -94,8 +94,6 @@ pub(crate) struct WindowFit {
     phase: Phase,
     pub job: Job,
     pub(super) weak: WeakFit,
-    /// What the samples before this window taught.
-    carried: Carried,
     pub(super) innovations: InnovationFit,
     whitening: Option<Cholesky<12, 78>>,
     search: Search,
@@ -118,23 +116,18 @@ impl WindowFit {
             phase: Phase::Sum(0),
             job: Job::zero(),
             weak: WeakFit::zero(),
-            carried: Carried::nothing(),
             innovations: InnovationFit::zero(),
             whitening: None,
             search: Search::None,
         }
     }
 
-    /// Forgets what earlier windows taught.
-    pub const fn forget(&mut self) {
-        self.carried = Carried::nothing();
-    }
-
-    pub fn start(&mut self, context: &Context, job: Job) {
+    /// Begins with what earlier windows taught.
+    pub fn start(&mut self, context: &Context, job: Job, carried: &Carried) {
         self.job = job;
         self.phase = Phase::Sum(0);
         let middle_us = job.t_start_us + (job.t_end_us - job.t_start_us) / 2;
-        self.weak.start(context, &job, &self.carried.aged(middle_us, &context.forgetting()));
+        self.weak.start(context, &job, &carried.aged(middle_us, &context.forgetting()));
     }
 
     /// One bounded piece of work.
@@ -232,7 +225,7 @@ impl WindowFit {
 
     /// Carries on what the samples until `until_us` taught, which no later window will hold: the innovations of the stretches that
     /// lie before, which know of none that comes after.
-    pub fn learn(&mut self, context: &Context, until_us: u64) {
+    pub fn learn(&self, context: &Context, until_us: u64, carried: &mut Carried) {
         if self.phase != Phase::Judge {
             return;
         }
@@ -242,9 +235,8 @@ impl WindowFit {
         let (normal, descent) = self.innovations.lesson(learned_us, &delta);
         let theta = plus(&self.innovations.theta0, &delta);
         let middle_us = t_start_us + learned_us / 2;
-        let mut carried = self.carried.aged(middle_us, &context.forgetting());
+        *carried = carried.aged(middle_us, &context.forgetting());
         carried.learn(middle_us, &theta, &normal, &descent);
-        self.carried = carried;
     }
 
     /// Squared distance between what the window says by itself and what was carried into it, in their deviations: chi-square with 12

@@ -13,13 +13,14 @@ pub(crate) struct Surroundings {
     pub temperature_c: Option<f32>,
 }
 
-impl Surroundings {
-    const NOTHING: Self = Self { square_force_m2_s4: 0.0, temperature_c: None };
-}
+/// No temperature: the zero of a static. A temperature of exactly 0 degC is stored as a hundredth more.
+const NONE: i16 = 0;
 
 /// The latest surroundings, in step with the increments.
 pub(crate) struct SurroundingsRing {
-    entries: [Surroundings; ENTRIES],
+    square_forces: [f32; ENTRIES],
+    /// In hundredths of a degree.
+    temperatures_c: [i16; ENTRIES],
     square_sum: f32,
     squares: u16,
     temperature_sum: f32,
@@ -29,7 +30,8 @@ pub(crate) struct SurroundingsRing {
 impl SurroundingsRing {
     pub const fn zero() -> Self {
         Self {
-            entries: [Surroundings { square_force_m2_s4: 0.0, temperature_c: None }; ENTRIES],
+            square_forces: [0.0; ENTRIES],
+            temperatures_c: [NONE; ENTRIES],
             square_sum: 0.0,
             squares: 0,
             temperature_sum: 0.0,
@@ -59,19 +61,26 @@ impl SurroundingsRing {
             return;
         }
         let mean = |sum: f32, count: u16| (count > 0).then(|| sum / f32::from(count));
-        let entry = Surroundings {
-            square_force_m2_s4: mean(self.square_sum, self.squares).unwrap_or(0.0),
-            temperature_c: mean(self.temperature_sum, self.temperatures),
-        };
-        if let Some(slot) = self.entries.get_mut((index / SHARED) as usize % ENTRIES) {
-            *slot = entry;
+        let place = (index / SHARED) as usize % ENTRIES;
+        if let Some(slot) = self.square_forces.get_mut(place) {
+            *slot = mean(self.square_sum, self.squares).unwrap_or(0.0);
+        }
+        if let Some(slot) = self.temperatures_c.get_mut(place) {
+            let hundredths = mean(self.temperature_sum, self.temperatures).map(|c| libm::roundf(c * 100.0));
+            let stored = hundredths.filter(|c| libm::fabsf(*c) <= f32::from(i16::MAX) && *c != 0.0);
+            *slot = stored.map_or(if hundredths.is_some() { 1 } else { NONE }, |c| c as i16);
         }
         (self.square_sum, self.squares, self.temperature_sum, self.temperatures) = (0.0, 0, 0.0, 0);
     }
 
     /// Those of increment `index`, which must be one that is kept.
     pub fn get(&self, index: u32) -> Surroundings {
-        self.entries.get((index / SHARED) as usize % ENTRIES).copied().unwrap_or(Surroundings::NOTHING)
+        let place = (index / SHARED) as usize % ENTRIES;
+        let temperature = self.temperatures_c.get(place).copied().filter(|c| *c != NONE);
+        Surroundings {
+            square_force_m2_s4: self.square_forces.get(place).copied().unwrap_or(0.0),
+            temperature_c: temperature.map(|c| f32::from(c) * 0.01),
+        }
     }
 }
 
@@ -91,7 +100,10 @@ mod tests {
         for index in 400..3_000 {
             let entry = (index / SHARED) as f32;
             let expected = Surroundings { square_force_m2_s4: entry, temperature_c: Some(20.0 + entry) };
-            assert_eq!(ring.get(index), expected, "{index}");
+            let found = ring.get(index);
+            assert_eq!(found.square_force_m2_s4, expected.square_force_m2_s4, "{index}");
+            let [found, expected] = [found, expected].map(|s| s.temperature_c.unwrap());
+            assert!((found - expected).abs() < 0.006, "{index}: {found} {expected}");
         }
     }
 
@@ -99,6 +111,6 @@ mod tests {
     fn what_was_not_read_is_none() {
         let mut ring = SurroundingsRing::zero();
         (0..10).for_each(|index| ring.complete(index));
-        assert_eq!(ring.get(3), Surroundings::NOTHING);
+        assert_eq!(ring.get(3), Surroundings { square_force_m2_s4: 0.0, temperature_c: None });
     }
 }

@@ -1,6 +1,6 @@
 //! A main loop that polls too little, too much, or never.
 
-use meerkat_mwd::{Probe, identification::Refusal, probe::POLL_BUDGET};
+use meerkat_mwd::{Probe, identification::Refusal};
 use mwd::flight::Flight;
 
 use crate::rig::{Run, refusal, run, sound};

@@ -1,6 +1,6 @@
 //! Times that jump, end, stand still or go back.
 
-use meerkat_mwd::{Probe, Sample, attitude::AttitudeFlags, identification::Refusal, probe::POLL_BUDGET};
+use meerkat_mwd::{Probe, Sample, attitude::AttitudeFlags, identification::Refusal};
 
 use crate::rig::{accepted, flagged, flown, refusal, run, sound, within};
 use mwd::flight::Flight;
@@ -114,7 +114,7 @@ fn a_probe_that_is_configured_again_forgets_everything() {
         for (index, sample) in shifted(&run.trace.samples, late_us).iter().enumerate() {
             flight.outputs.extend(probe.push(sample));
             if late_us == 0 || index < 4_000 {
-                flight.reports.extend(probe.poll(POLL_BUDGET));
+                flight.reports.extend(probe.poll(probe.poll_budget()));
             }
         }
         flight.counters = probe.counters();

@@ -7,7 +7,7 @@ use meerkat_mwd::{
     Config, Probe, Sample,
     config::ConfigError,
     identification::WindowReport,
-    probe::{Output, POLL_BUDGET},
+    probe::Output,
 };
 
 #[entry]
@@ -33,7 +33,7 @@ fn push_sample(probe: &mut Probe, sample: &Sample) -> Option<Output> {
 
 #[inline(never)]
 fn poll_probe(probe: &mut Probe) -> Option<WindowReport> {
-    probe.poll(black_box(POLL_BUDGET))
+    probe.poll(black_box(probe.poll_budget()))
 }
 
 #[panic_handler]

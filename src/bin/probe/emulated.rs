@@ -14,7 +14,7 @@ use instruction_counter::{InstructionCounter, Tally};
 use meerkat_mwd::{
     Config, Probe, Sample,
     identification::WindowReport,
-    probe::{Output, POLL_BUDGET},
+    probe::Output,
     telemetry::{Record, Summary},
 };
 use record_writer::RecordWriter;
@@ -100,7 +100,7 @@ fn push_sample(probe: &mut Probe, sample: &Sample) -> Option<Output> {
 
 #[inline(never)]
 fn poll_probe(probe: &mut Probe) -> Option<WindowReport> {
-    probe.poll(POLL_BUDGET)
+    probe.poll(probe.poll_budget())
 }
 
 // SAFETY: it only reports and ends the program; it returns to no faulted code.

@@ -4,7 +4,6 @@ use meerkat_mwd::{
     config::OptimizerKind,
     identification::WindowCost,
     optimizer::{Cost, Found, LevenbergMarquardt, Optimizer},
-    probe::POLL_BUDGET,
 };
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
@@ -40,7 +39,7 @@ impl Window {
         probe.configure(&config)?;
         for sample in &trace.samples {
             probe.push(sample);
-            probe.poll(POLL_BUDGET);
+            probe.poll(probe.poll_budget());
         }
         let mut window = Self { probe, optimum: [0.0; 12], lowest: 0.0 };
         let cost = window.cost().with_context(|| format!("seed {seed} has no window"))?;
