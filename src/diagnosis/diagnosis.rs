@@ -56,6 +56,9 @@ const LEAST_DRIFT_RAD: f32 = LEAST_TURN_RAD / 5.0;
 /// Most passes of one diagnosis.
 const MOST_PASSES: u8 = 20;
 
+/// Passes after which candidates are tried though the solution has not settled: a model that lacks a large effect may never do so.
+const PATIENCE: u8 = 4;
+
 /// The solution has settled when the scales of the residuals change by less than this from one pass to the next.
 const SETTLED: f32 = 1.3;
 
@@ -110,8 +113,12 @@ pub(crate) struct Diagnosis {
     p: Matrix3<f32>,
     c: Vector3<f32>,
     pass: u8,
-    /// Whether the model has been solved to where its residual stays.
-    settled: bool,
+    /// Whether the scales stayed in the pass before.
+    was_stable: bool,
+    /// Passes since the model was changed.
+    since_change: u8,
+    /// Whether candidates have been tried.
+    tested: bool,
     next: u32,
     test: u32,
     usable: u32,
@@ -155,7 +162,9 @@ impl Diagnosis {
             p: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             c: Vector3::new(0.0, 0.0, 0.0),
             pass: 0,
-            settled: false,
+            was_stable: false,
+            since_change: 0,
+            tested: false,
             next: 0,
             test: 0,
             usable: 0,
@@ -190,7 +199,9 @@ impl Diagnosis {
         self.job = job;
         self.layout = Layout::new(subject.library);
         self.pass = 0;
-        self.settled = false;
+        self.was_stable = false;
+        self.since_change = 0;
+        self.tested = false;
         self.usable = 0;
         self.scales = [1.0; 2];
         self.squares = [[0.0; 2]; MAX_TESTS];
@@ -510,17 +521,22 @@ impl Diagnosis {
             return false;
         }
         // The first residuals are those of the errors that are looked for.
-        let has_settled = self.pass > 0 && self.rescale();
+        let is_stable = self.pass > 0 && self.rescale();
+        // The solution that made these residuals comes from the pass before: it has settled when the scales had by then.
+        let has_settled = is_stable && self.was_stable;
+        self.was_stable = is_stable;
         let rms = self.residual_sums.map(|[sum, count]| libm::sqrtf(if count > 0.0 { sum / count } else { 0.0 }));
         self.residual = rms;
         let [sum, count] = self.nis_sums;
         self.nis = if count > 0.0 { sum / count } else { 0.0 };
         let model = self.model(subject, None);
         self.pass += 1;
-        if !has_settled && self.pass < MOST_PASSES {
+        self.since_change += 1;
+        let may_go_on = self.pass < MOST_PASSES;
+        if !has_settled && self.since_change < PATIENCE && may_go_on {
             return self.solve(&model).is_some();
         }
-        self.settled = true;
+        self.tested = true;
         if self.residual_before_rad.is_none() {
             self.residual_before_rad = Some(rms);
             self.nis_before = self.nis;
@@ -529,29 +545,31 @@ impl Diagnosis {
             let after = Self::shown_in(subject, self.chosen[last].index, rms);
             self.chosen[last].residual_after_rad = after;
         }
-        if self.drop_one(subject) {
-            let model = self.model(subject, None);
-            return self.solve(&model).is_some();
+        if has_settled && self.drop_one(subject) {
+            return self.changed(subject);
         }
-        if self.pass >= MOST_PASSES || usize::from(self.count) >= MAX_ACTIVE {
-            return false;
+        if may_go_on
+            && usize::from(self.count) < MAX_ACTIVE
+            && let Some((index, evidence, p_value)) = self.best_candidate(subject, &model)
+        {
+            self.chosen[usize::from(self.count)] = Chosen {
+                index: index as u8,
+                evidence,
+                p_value,
+                residual_before_rad: Self::shown_in(subject, index as u8, rms),
+                ..Chosen::NONE
+            };
+            self.count += 1;
+            return self.changed(subject);
         }
-        let Some((index, evidence, p_value)) = self.best_candidate(subject, &model) else { return false };
-        let slot = usize::from(self.count);
-        self.chosen[slot] = Chosen {
-            index: index as u8,
-            evidence,
-            p_value,
-            residual_before_rad: Self::shown_in(subject, index as u8, rms),
-            ..Chosen::NONE
-        };
-        self.count += 1;
+        !has_settled && may_go_on && self.solve(&model).is_some()
+    }
+
+    /// The model has been changed: whether it can be solved.
+    fn changed(&mut self, subject: &Subject) -> bool {
+        self.since_change = 0;
         let model = self.model(subject, None);
-        if self.solve(&model).is_some() {
-            return true;
-        }
-        self.count -= 1;
-        false
+        self.solve(&model).is_some()
     }
 
     /// The residual of the vector that shows an effect.
@@ -639,7 +657,7 @@ impl Diagnosis {
     }
 
     fn report(&self, subject: &Subject) -> DiagnosisReport {
-        let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.settled;
+        let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.tested;
         let mut effects = [EffectReport::default(); MAX_ACTIVE];
         for (report, chosen) in effects.iter_mut().zip(&self.chosen).take(usize::from(self.count)) {
             let index = usize::from(chosen.index);
