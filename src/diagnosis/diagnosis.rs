@@ -3,9 +3,11 @@
 use super::{
     normal::{Factor, MAX_COLUMNS, Model, Normal},
     report::{DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
+    history::History,
     sign_flip::{GROUPS, Scores, sign_flip},
     walk::Walk,
     weak_columns::{COLUMNS, GYRO, GyroScales, Layout, TestRows, WeakColumns},
+    whitening::Whitening,
 };
 use crate::{
     algebra::quantile,
@@ -92,6 +94,8 @@ struct Chosen {
     residual_after_rad: f32,
     /// Sandwich deviations of its scaled parameters.
     sigma: [f32; MAX_PARAMETERS],
+    /// Whether this window alone would not have shown it.
+    by_history: bool,
 }
 
 impl Chosen {
@@ -103,7 +107,14 @@ impl Chosen {
         residual_before_rad: 0.0,
         residual_after_rad: 0.0,
         sigma: [0.0; MAX_PARAMETERS],
+        by_history: false,
     };
+}
+
+/// What a candidate shows beside the model.
+struct Effective {
+    scores: Scores,
+    whitening: Whitening,
 }
 
 /// One diagnosis, resumable: each step is a bounded piece of it.
@@ -117,6 +128,8 @@ pub(crate) struct Diagnosis {
     was_stable: bool,
     /// Passes since the model was changed.
     since_change: u8,
+    /// Whether the windows before have been asked.
+    history_asked: bool,
     /// Whether candidates have been tried.
     tested: bool,
     next: u32,
@@ -164,6 +177,7 @@ impl Diagnosis {
             pass: 0,
             was_stable: false,
             since_change: 0,
+            history_asked: false,
             tested: false,
             next: 0,
             test: 0,
@@ -201,6 +215,7 @@ impl Diagnosis {
         self.pass = 0;
         self.was_stable = false;
         self.since_change = 0;
+        self.history_asked = false;
         self.tested = false;
         self.usable = 0;
         self.scales = [1.0; 2];
@@ -250,7 +265,7 @@ impl Diagnosis {
 
     /// One bounded piece of work; returns its size in work units, 0 when there is nothing to do.
     #[inline(never)]
-    pub fn step(&mut self, subject: &Subject) -> u32 {
+    pub fn step(&mut self, subject: &Subject, history: &mut History) -> u32 {
         if !self.running {
             return 0;
         }
@@ -267,7 +282,7 @@ impl Diagnosis {
             self.next = end;
             return 40 * SLICE;
         }
-        let more = self.end_pass(subject);
+        let more = self.end_pass(subject, history);
         if more {
             self.start_pass(subject);
         } else {
@@ -444,9 +459,9 @@ impl Diagnosis {
         Some(())
     }
 
-    /// A candidate's scores, group by group, cleared of what the model explains and whitened; and the sandwich deviations of its
-    /// estimate. `None` where it shows nothing or is one with the model.
-    fn effective_scores(&mut self, subject: &Subject, index: usize, model: &Model) -> Option<(Scores, [f32; MAX_PARAMETERS])> {
+    /// A candidate's scores, group by group, cleared of what the model explains, and the information that it has beside the model. `None`
+    /// where it shows nothing or is one with the model.
+    fn effective_scores(&mut self, subject: &Subject, index: usize, model: &Model) -> Option<Effective> {
         let columns = self.columns_of(subject, index);
         let dimension = columns.len();
         if dimension == 0 || model.len() + dimension > MAX_COLUMNS {
@@ -465,58 +480,36 @@ impl Diagnosis {
         let mut information = [[0.0_f32; MAX_PARAMETERS]; MAX_PARAMETERS];
         for (i, column) in columns.clone().enumerate() {
             for (j, other) in columns.clone().enumerate() {
-                let explained = model.iter().zip(&gains[j]).fold(0.0, |sum, (&row, gain)| {
-                    sum + self.normal.get(usize::from(row), column) * gain
-                });
+                let rows = model.iter().zip(&gains[j]);
+                let explained =
+                    rows.fold(0.0, |sum, (&row, gain)| sum + self.normal.get(usize::from(row), column) * gain);
                 information[i][j] = self.normal.get(column, other) - explained;
             }
         }
-        let (lower, seen) = cholesky(&information, dimension, |i| {
+        let whitening = Whitening::new(&information, dimension, |i| {
             // What is left beside the model has to tell the usual size from nothing, and has to be more than rounding.
             let own = 1e-4 * self.normal.get(columns.start + i, columns.start + i);
             if own > 1.0 { own } else { 1.0 }
-        });
-        if !seen.contains(&true) {
-            return None;
-        }
-        // A candidate that is in the solution has taken its part out of the residual: put back, evenly, L^T x of it.
+        })?;
+        // A candidate that is in the solution has taken its part out of the residual: put back, evenly, S x of it.
         let own: [f32; MAX_PARAMETERS] = core::array::from_fn(|i| {
-            let column = columns.clone().zip(&lower).skip(i);
-            column.fold(0.0, |sum, (column, row)| sum + row[i] * self.x[column]) / GROUPS as f32
+            let x = columns.clone().zip(&information[i]);
+            x.fold(0.0, |sum, (column, s)| sum + s * self.x[column]) / GROUPS as f32
         });
         let mut scores = [[0.0; MAX_PARAMETERS]; GROUPS];
         for (score, group) in scores.iter_mut().zip(&self.scores) {
             for (i, column) in columns.clone().enumerate() {
-                let explained = model.iter().zip(&gains[i]).fold(0.0, |sum, (&row, gain)| sum + group[usize::from(row)] * gain);
-                score[i] = group[column] - explained;
+                let rows = model.iter().zip(&gains[i]);
+                let explained = rows.fold(0.0, |sum, (&row, gain)| sum + group[usize::from(row)] * gain);
+                score[i] = group[column] - explained + own[i];
             }
-            for i in 0..dimension {
-                let done = (0..i).fold(score[i], |sum, k| sum - lower[i][k] * score[k]);
-                score[i] = if seen[i] { done / lower[i][i] } else { 0.0 };
-            }
-            score.iter_mut().zip(&own).for_each(|(z, own)| *z += own);
         }
-        // Sandwich: the estimate is L^-T sum z, so its scatter is L^-T (sum z z^T) L^-1.
-        let mut sigma = [0.0; MAX_PARAMETERS];
-        let mean: [f32; MAX_PARAMETERS] =
-            core::array::from_fn(|i| scores.iter().fold(0.0, |sum, z| sum + z[i]) / GROUPS as f32);
-        for z in &scores {
-            let mut part: [f32; MAX_PARAMETERS] = core::array::from_fn(|i| z[i] - mean[i]);
-            for i in (0..dimension).rev() {
-                let done = (i + 1..dimension).fold(part[i], |sum, k| sum - lower[k][i] * part[k]);
-                part[i] = done / lower[i][i];
-            }
-            sigma.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part * part);
-        }
-        let unbiased = GROUPS as f32 / (GROUPS as f32 - 1.0);
-        // What is not seen stays as uncertain as it usually is.
-        let sigma = core::array::from_fn(|i| if seen[i] { libm::sqrtf(sigma[i] * unbiased) } else { 1.0 });
-        Some((scores, sigma))
+        Some(Effective { scores, whitening })
     }
 
     /// Ends a pass; whether another is needed.
     #[inline(never)]
-    fn end_pass(&mut self, subject: &Subject) -> bool {
+    fn end_pass(&mut self, subject: &Subject, history: &mut History) -> bool {
         if self.usable < LEAST_PER_GROUP * GROUPS as u32 {
             return false;
         }
@@ -533,7 +526,7 @@ impl Diagnosis {
         self.pass += 1;
         self.since_change += 1;
         let may_go_on = self.pass < MOST_PASSES;
-        if !has_settled && self.since_change < PATIENCE && may_go_on {
+        if !has_settled && self.since_change < PATIENCE && may_go_on && !self.history_asked {
             return self.solve(&model).is_some();
         }
         self.tested = true;
@@ -545,10 +538,12 @@ impl Diagnosis {
             let after = Self::shown_in(subject, self.chosen[last].index, rms);
             self.chosen[last].residual_after_rad = after;
         }
-        if has_settled && self.drop_one(subject) {
-            return self.changed(subject);
+        if (has_settled || self.history_asked) && self.drop_one(subject) {
+            // What history added was not solved for, and the rest stands as it was.
+            return !self.history_asked && self.changed(subject);
         }
         if may_go_on
+            && !self.history_asked
             && usize::from(self.count) < MAX_ACTIVE
             && let Some((index, evidence, p_value)) = self.best_candidate(subject, &model)
         {
@@ -562,7 +557,57 @@ impl Diagnosis {
             self.count += 1;
             return self.changed(subject);
         }
-        !has_settled && may_go_on && self.solve(&model).is_some()
+        if has_settled && !self.history_asked && may_go_on {
+            self.history_asked = true;
+            if self.add_by_history(subject, &model, history) {
+                // One more pass, to see what it is worth; its parameters are those of all the windows.
+                self.since_change = 0;
+                return true;
+            }
+        }
+        !has_settled && may_go_on && !self.history_asked && self.solve(&model).is_some()
+    }
+
+    /// Adds this window's scores to those of the windows before, and the candidate that shows most in all of them together to the model.
+    fn add_by_history(&mut self, subject: &Subject, model: &Model, history: &mut History) -> bool {
+        let chosen = self.chosen.iter().take(usize::from(self.count));
+        history.begin(chosen.fold(self.banned, |mask, chosen| mask | 1 << chosen.index));
+        let candidates = subject.library.len().min(MAX_CANDIDATES);
+        let limit = FALSE_ALARMS / candidates as f32;
+        let mut best: Option<(Chosen, [f32; MAX_PARAMETERS], f32)> = None;
+        for index in 0..candidates {
+            let taken = self.chosen.iter().take(usize::from(self.count)).any(|c| usize::from(c.index) == index);
+            if taken || self.banned & (1 << index) != 0 {
+                continue;
+            }
+            let Some(Effective { scores, whitening }) = self.effective_scores(subject, index, model) else { continue };
+            let columns = self.columns_of(subject, index);
+            let Some(together) = history.with(&columns, &scores) else { continue };
+            let whitened = whitening.whitened(&together);
+            let windows = f32::from(history.windows());
+            let (twice_the_gain, p_value) = sign_flip(&whitened);
+            let evidence = 0.5 * twice_the_gain / windows;
+            let worth = self.worth(subject, index, evidence);
+            if let Some(tried) = self.tried.get_mut(index).filter(|tried| tried.p_value > p_value) {
+                (tried.evidence, tried.p_value) = (evidence, p_value);
+            }
+            if p_value <= limit && worth > best.map_or(LEAST_WORTH, |(.., most)| most + LEAST_LEAD) {
+                let estimate = whitening.estimate(&whitened).map(|x| x / windows);
+                let sigma = whitening.sandwich(&whitened).map(|x| x / windows);
+                let found =
+                    Chosen { index: index as u8, evidence, p_value, sigma, by_history: true, ..Chosen::NONE };
+                best = Some((found, estimate, worth));
+            }
+        }
+        history.end();
+        let Some((found, estimate, _)) = best.filter(|_| usize::from(self.count) < MAX_ACTIVE) else { return false };
+        for (column, x) in self.columns_of(subject, usize::from(found.index)).zip(estimate) {
+            self.x[column] = x;
+        }
+        let residual_before_rad = Self::shown_in(subject, found.index, self.residual);
+        self.chosen[usize::from(self.count)] = Chosen { residual_before_rad, ..found };
+        self.count += 1;
+        true
     }
 
     /// The model has been changed: whether it can be solved.
@@ -609,9 +654,13 @@ impl Diagnosis {
             let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
             let too_small = size < if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
             let model = self.model(subject, Some(index));
-            let shows = self.effective_scores(subject, index, &model).is_some_and(|(scores, sigma)| {
-                self.chosen[slot].sigma = sigma;
-                sign_flip(&scores).1 <= FALSE_ALARMS
+            let effective = self.effective_scores(subject, index, &model);
+            let shows = effective.is_some_and(|effective| {
+                let scores = effective.whitening.whitened(&effective.scores);
+                if !self.chosen[slot].by_history {
+                    self.chosen[slot].sigma = effective.whitening.sandwich(&scores);
+                }
+                self.chosen[slot].by_history || sign_flip(&scores).1 <= FALSE_ALARMS
             });
             if too_small || !shows {
                 if let Some(tried) = self.tried.get_mut(index) {
@@ -639,8 +688,8 @@ impl Diagnosis {
             if chosen || self.banned & (1 << index) != 0 {
                 continue;
             }
-            let Some((scores, _)) = self.effective_scores(subject, index, model) else { continue };
-            let (twice_the_gain, p_value) = sign_flip(&scores);
+            let Some(Effective { scores, whitening }) = self.effective_scores(subject, index, model) else { continue };
+            let (twice_the_gain, p_value) = sign_flip(&whitening.whitened(&scores));
             let evidence = 0.5 * twice_the_gain;
             self.tried[index] = Tried { evidence, p_value, too_small: false };
             if p_value <= limit && self.worth(subject, index, evidence) > best.map_or(LEAST_WORTH, |(.., most)| most + LEAST_LEAD) {
@@ -717,29 +766,6 @@ fn gyro_scales(subject: &Subject) -> GyroScales {
         off_diagonal: id.prior_sigma_off_diagonal,
         c_rad_s: id.prior_sigma_bias_rad_s,
     }
-}
-
-/// Lower Cholesky factor, and which of the rows have a pivot over their floor; the others are those of the identity.
-fn cholesky(
-    matrix: &[[f32; MAX_PARAMETERS]; MAX_PARAMETERS],
-    dimension: usize,
-    floor: impl Fn(usize) -> f32,
-) -> ([[f32; MAX_PARAMETERS]; MAX_PARAMETERS], [bool; MAX_PARAMETERS]) {
-    let mut lower = [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS];
-    let mut seen = [false; MAX_PARAMETERS];
-    for i in 0..dimension {
-        for j in 0..i {
-            let sum = (0..j).fold(matrix[i][j], |sum, k| sum - lower[i][k] * lower[j][k]);
-            lower[i][j] = if seen[j] { sum / lower[j][j] } else { 0.0 };
-        }
-        let pivot = (0..i).fold(matrix[i][i], |sum, k| sum - lower[i][k] * lower[i][k]);
-        seen[i] = pivot > floor(i) && pivot.is_finite();
-        lower[i][i] = if seen[i] { libm::sqrtf(pivot) } else { 1.0 };
-        if !seen[i] {
-            lower[i].iter_mut().take(i).for_each(|x| *x = 0.0);
-        }
-    }
-    (lower, seen)
 }
 
 fn square(x: f32) -> f32 {

@@ -7,11 +7,14 @@
 //! the noise of a group is.
 
 mod diagnosis;
+mod history;
 mod normal;
 mod report;
 mod sign_flip;
 mod walk;
 mod weak_columns;
+mod whitening;
 
 pub(crate) use diagnosis::{Diagnosis, DiagnosisJob, Subject};
+pub(crate) use history::History;
 pub use report::{DiagnosisReport, EffectReport, Tried, Verdict};

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     compensation::{ActiveEffects, Effect, GyroModel},
     config::Config,
-    diagnosis::{Diagnosis, DiagnosisJob, DiagnosisReport, Subject},
+    diagnosis::{Diagnosis, DiagnosisJob, DiagnosisReport, History, Subject},
     window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
 };
 use core::mem::ManuallyDrop;
@@ -17,8 +17,8 @@ use heapless::{Deque, Vec};
 const PENDING: usize = 4;
 
 /// Latest samples that a diagnosis looks at, seconds: fewer than are kept, so that it has time to go through them again and again before
-/// they are overwritten.
-const DIAGNOSIS_S: f32 = 40.0;
+/// they are overwritten. One begins where the one before ended.
+const DIAGNOSIS_S: f32 = 36.0;
 
 /// What a diagnosis finds takes effect this long after it began, seconds.
 const DIAGNOSIS_LATENCY_S: f32 = 10.0;
@@ -93,6 +93,7 @@ pub(crate) struct Identifier {
     work: Work,
     /// The diagnosis that is to begin as soon as no window is fitted.
     to_diagnose: Option<DiagnosisJob>,
+    history: History,
     next_diagnosis_us: u64,
     final_diagnosis_us: u64,
     diagnosis_effect_us: u64,
@@ -128,6 +129,7 @@ impl Identifier {
             state: State::Idle,
             work: Work::Nothing,
             to_diagnose: None,
+            history: History::zero(),
             next_diagnosis_us: 0,
             final_diagnosis_us: 0,
             diagnosis_effect_us: 0,
@@ -170,6 +172,7 @@ impl Identifier {
         self.carried = Carried::nothing();
         self.work = Work::Nothing;
         self.to_diagnose = None;
+        self.history = History::zero();
         self.waiting.clear();
         self.state = State::Idle;
         self.pending.clear();
@@ -226,7 +229,7 @@ impl Identifier {
 
     /// Sets when the next diagnosis begins; the last one before a freeze begins early enough for what it finds.
     fn schedule_diagnosis(&mut self, now_us: u64) {
-        let regular_us = now_us.saturating_add(micros(self.config.identification.step_s));
+        let regular_us = now_us.saturating_add(micros(DIAGNOSIS_S));
         let latency_us = micros(DIAGNOSIS_LATENCY_S);
         self.next_diagnosis_us = if now_us >= self.final_diagnosis_us {
             u64::MAX
@@ -447,13 +450,13 @@ impl Identifier {
             self.waiting.clear();
             self.work.begin_diagnosis();
         }
-        let Self { work, stream, config, flown, waiting, .. } = self;
+        let Self { work, stream, config, flown, waiting, history, .. } = self;
         let Work::Diagnosis(diagnosis) = work else { return 0 };
         let subject = Subject { stream, config, flown, library: stream.library() };
         if let Some(job) = begun {
             diagnosis.start(&subject, job);
         }
-        let units = diagnosis.step(&subject);
+        let units = diagnosis.step(&subject, history);
         if let Some(report) = diagnosis.take_report(&subject) {
             // Emptied when the diagnosis was begun, so there is room.
             let _ = waiting.push(report);

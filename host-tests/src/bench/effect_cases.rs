@@ -1,6 +1,6 @@
 //! What the simulator adds in each case, and by what names it counts as named right.
 
-use crate::simulate::{Random, Scenario};
+use crate::simulate::{MountRotation, Random, Scenario, Temperature};
 
 /// One case.
 pub(super) struct Case {
@@ -47,8 +47,82 @@ pub(super) const CASES: &[Case] = &[
         add: |s, r| s.accel.lever_arm_m = vector(r, 0.05),
     },
     Case {
+        name: "accel_lag",
+        names: &["accel_lag", "gyro_lag"],
+        add: |s, r| s.effects.accel_lag_ms = 10.0 * (1.0 + r.between(0.0, 2.0).floor()),
+    },
+    Case {
+        name: "eddy_lag",
+        names: &["eddy_lag", "mag_lag", "gyro_lag"],
+        add: |s, r| s.effects.eddy_lag_ms = r.between(1.0, 4.0),
+    },
+    Case {
+        name: "axial_interference",
+        names: &["axial_interference", "hard_iron", "soft_iron"],
+        add: |s, r| s.effects.hard_iron_ut = [0.0, 0.0, r.sign() * r.between(3.0, 8.0)],
+    },
+    Case {
         name: "g_sensitivity",
         names: &["g_sensitivity"],
         add: |s, r| s.effects.g_sensitivity_deg_s_g = matrix(r, 0.1),
+    },
+    Case {
+        name: "gyro_bias_temperature",
+        names: &["gyro_bias_temperature"],
+        add: |s, r| {
+            s.temperature = Some(Temperature { start_c: 40.0, end_c: Some(80.0), ..Temperature::default() });
+            s.effects.gyro_bias_temperature_deg_s_c = vector(r, 0.05);
+        },
+    },
+    Case {
+        name: "vibration_rectification",
+        names: &["vibration_rectification"],
+        add: |s, r| s.effects.vibration_rectification_deg_s_g2 = vector(r, 1.0),
+    },
+    Case {
+        name: "gyro_scale_nonlinearity",
+        names: &["gyro_scale_nonlinearity"],
+        add: |s, r| s.effects.gyro_scale_nonlinearity_s2_rad2 = vector(r, 2e-3),
+    },
+    Case {
+        name: "gyro_scale_asymmetry",
+        names: &["gyro_scale_asymmetry"],
+        add: |s, r| {
+            s.rotation.stick_slip = 1.4;
+            s.effects.gyro_scale_asymmetry = vector(r, 0.01);
+        },
+    },
+    Case {
+        name: "outside: periodic bias",
+        names: &[],
+        add: |s, r| {
+            s.effects.periodic_bias_deg_s = vector(r, 0.5);
+            s.effects.periodic_bias_period_s = r.between(5.0, 15.0);
+        },
+    },
+    Case {
+        name: "outside: a gyro that turns in its mount",
+        names: &[],
+        add: |s, r| {
+            s.effects.mount_rotation =
+                Some(MountRotation { from_s: r.between(70.0, 95.0), rotation_deg: vector(r, 2.0), ramp_s: 1.0 });
+        },
+    },
+    Case {
+        name: "mag_lag and hard_iron",
+        names: &["mag_lag", "eddy_lag", "hard_iron", "axial_interference"],
+        add: |s, r| {
+            s.effects.mag_lag_ms = r.between(4.0, 15.0);
+            s.effects.hard_iron_ut = vector(r, 8.0);
+        },
+    },
+    Case {
+        name: "mag_lag, lever_arm and g_sensitivity",
+        names: &["mag_lag", "eddy_lag", "lever_arm", "g_sensitivity"],
+        add: |s, r| {
+            s.effects.mag_lag_ms = r.between(4.0, 15.0);
+            s.accel.lever_arm_m = vector(r, 0.05);
+            s.effects.g_sensitivity_deg_s_g = matrix(r, 0.1);
+        },
     },
 ];

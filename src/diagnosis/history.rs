@@ -1,0 +1,103 @@
+#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{
+    sign_flip::{GROUPS, Scores},
+    weak_columns::{COLUMNS, GYRO},
+};
+use crate::compensation::effect::MAX_PARAMETERS;
+use core::ops::Range;
+
+/// Columns of the candidates.
+const CANDIDATES: usize = COLUMNS - GYRO;
+
+/// Groups that the past is kept in, half of those of a test; the present fills the other half.
+const PAST: usize = GROUPS / 2;
+
+/// Scores of the windows so far, so that evidence adds up: an effect that no window shows by itself may show in all of them. They are
+/// those beside one model; with another they are begun anew.
+pub(crate) struct History {
+    past: [[f32; CANDIDATES]; PAST],
+    present: [[f32; CANDIDATES]; PAST],
+    /// The candidates that were not asked for, one bit each: those in the model.
+    model: u32,
+    windows: u8,
+}
+
+/// Windows after which the older half of what is known counts no more than the newer: some ten minutes.
+const MOST_WINDOWS: u8 = 24;
+
+impl History {
+    pub const fn zero() -> Self {
+        Self { past: [[0.0; CANDIDATES]; PAST], present: [[0.0; CANDIDATES]; PAST], model: 0, windows: 0 }
+    }
+
+    /// Begins to take a window's scores beside a model.
+    pub fn begin(&mut self, model: u32) {
+        if model != self.model {
+            *self = Self::zero();
+            self.model = model;
+        }
+        if self.windows >= MOST_WINDOWS {
+            self.past.as_flattened_mut().iter_mut().for_each(|x| *x *= 0.5);
+            self.windows /= 2;
+        }
+        self.windows += 1;
+        self.present = [[0.0; CANDIDATES]; PAST];
+    }
+
+    /// Windows in it, the present one included.
+    pub const fn windows(&self) -> u8 {
+        self.windows
+    }
+
+    /// Takes a candidate's scores of the present window, and gives them with those of the past; `None` where there is no past.
+    pub fn with(&mut self, columns: &Range<usize>, scores: &Scores) -> Option<Scores> {
+        let mut together = [[0.0; MAX_PARAMETERS]; GROUPS];
+        for (i, column) in columns.clone().enumerate() {
+            let place = column - GYRO;
+            for (group, pair) in scores.chunks_exact(2).enumerate() {
+                let sum = pair[0][i] + pair[1][i];
+                self.present[group][place] = sum;
+                together[group][i] = sum;
+                together[PAST + group][i] = self.past[group][place];
+            }
+        }
+        (self.windows > 1).then_some(together)
+    }
+
+    /// The present becomes past.
+    pub fn end(&mut self) {
+        for (past, present) in self.past.iter_mut().zip(&self.present) {
+            past.iter_mut().zip(present).for_each(|(sum, x)| *sum += x);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compensation::effect::MAX_PARAMETERS;
+
+    fn window(history: &mut History, model: u32, x: f32) -> Option<Scores> {
+        history.begin(model);
+        let together = history.with(&(GYRO + 3..GYRO + 5), &[[x; MAX_PARAMETERS]; GROUPS]);
+        history.end();
+        together
+    }
+
+    #[test]
+    fn windows_add_up_beside_one_model_and_are_forgotten_with_another() {
+        let mut history = History::zero();
+        assert_eq!(window(&mut history, 1, 1.0), None);
+        let sum = |scores: &Scores| scores.iter().map(|z| z[1]).sum::<f32>();
+        assert_eq!(window(&mut history, 1, 2.0).map(|scores| sum(&scores)), Some(36.0));
+        assert_eq!(window(&mut history, 1, -1.0).map(|scores| sum(&scores)), Some(24.0));
+        assert_eq!(history.windows(), 3);
+        assert_eq!(window(&mut history, 5, 1.0), None);
+        assert_eq!(history.windows(), 1);
+        for _ in 0..100 {
+            window(&mut history, 5, 1.0);
+        }
+        assert!(history.windows() <= MOST_WINDOWS);
+    }
+}

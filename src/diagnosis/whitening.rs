@@ -1,0 +1,110 @@
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::sign_flip::{GROUPS, Scores};
+use crate::compensation::effect::MAX_PARAMETERS;
+
+type Vector = [f32; MAX_PARAMETERS];
+
+/// The information S = L L^T that a candidate has beside the model, by its Cholesky factor; parameters that are not seen are left out.
+pub(super) struct Whitening {
+    lower: [Vector; MAX_PARAMETERS],
+    seen: [bool; MAX_PARAMETERS],
+    dimension: usize,
+}
+
+impl Whitening {
+    /// `floor`: the pivot under which a parameter is not seen. `None` where none is.
+    pub fn new(information: &[Vector; MAX_PARAMETERS], dimension: usize, floor: impl Fn(usize) -> f32) -> Option<Self> {
+        let mut lower = [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS];
+        let mut seen = [false; MAX_PARAMETERS];
+        for i in 0..dimension {
+            for j in 0..i {
+                let sum = (0..j).fold(information[i][j], |sum, k| sum - lower[i][k] * lower[j][k]);
+                lower[i][j] = if seen[j] { sum / lower[j][j] } else { 0.0 };
+            }
+            let pivot = (0..i).fold(information[i][i], |sum, k| sum - lower[i][k] * lower[i][k]);
+            seen[i] = pivot > floor(i) && pivot.is_finite();
+            lower[i][i] = if seen[i] { libm::sqrtf(pivot) } else { 1.0 };
+            if !seen[i] {
+                lower[i].iter_mut().take(i).for_each(|x| *x = 0.0);
+            }
+        }
+        seen.contains(&true).then_some(Self { lower, seen, dimension })
+    }
+
+    /// L^-1 h of each group.
+    pub fn whitened(&self, scores: &Scores) -> Scores {
+        let mut whitened = *scores;
+        for score in &mut whitened {
+            for i in 0..self.dimension {
+                let done = (0..i).fold(score[i], |sum, k| sum - self.lower[i][k] * score[k]);
+                score[i] = if self.seen[i] { done / self.lower[i][i] } else { 0.0 };
+            }
+        }
+        whitened
+    }
+
+    /// L^-T z.
+    fn back(&self, mut z: Vector) -> Vector {
+        for i in (0..self.dimension).rev() {
+            let done = (i + 1..self.dimension).fold(z[i], |sum, k| sum - self.lower[k][i] * z[k]);
+            z[i] = done / self.lower[i][i];
+        }
+        z
+    }
+
+    /// What the whitened scores of all groups say that the parameters are.
+    pub fn estimate(&self, whitened: &Scores) -> Vector {
+        self.back(core::array::from_fn(|i| whitened.iter().fold(0.0, |sum, z| sum + z[i])))
+    }
+
+    /// Deviations of that estimate by the scatter of the groups (sandwich), so that they hold whatever the noise is; 1, the usual size, of
+    /// what is not seen.
+    pub fn sandwich(&self, whitened: &Scores) -> Vector {
+        let groups = GROUPS as f32;
+        let mean: Vector = core::array::from_fn(|i| whitened.iter().fold(0.0, |sum, z| sum + z[i]) / groups);
+        let mut squares = [0.0; MAX_PARAMETERS];
+        for z in whitened {
+            let part = self.back(core::array::from_fn(|i| z[i] - mean[i]));
+            squares.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part * part);
+        }
+        let unbiased = groups / (groups - 1.0);
+        core::array::from_fn(|i| if self.seen[i] { libm::sqrtf(squares[i] * unbiased) } else { 1.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_put_in_is_estimated_and_what_is_not_seen_is_left_out() {
+        let mut information = [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS];
+        information[0][0] = 50.0;
+        information[0][1] = 20.0;
+        information[1][0] = 20.0;
+        information[1][1] = 40.0;
+        information[2][2] = 0.1;
+        let whitening = Whitening::new(&information, 3, |_| 1.0).unwrap();
+        let truth = [0.7, -1.2];
+        // S x, dealt out evenly; a little of it scattered, and something in what is not seen.
+        let mut scores = [[0.0; MAX_PARAMETERS]; GROUPS];
+        for (number, score) in scores.iter_mut().enumerate() {
+            let scatter = if number % 2 == 0 { 0.5 } else { -0.5 };
+            for i in 0..2 {
+                score[i] = (information[i][0] * truth[0] + information[i][1] * truth[1]) / GROUPS as f32 + scatter;
+            }
+            score[2] = 9.0;
+        }
+        let whitened = whitening.whitened(&scores);
+        let estimate = whitening.estimate(&whitened);
+        assert!((estimate[0] - truth[0]).abs() < 1e-5 && (estimate[1] - truth[1]).abs() < 1e-5, "{estimate:?}");
+        assert_eq!(estimate[2], 0.0);
+        let sigma = whitening.sandwich(&whitened);
+        // S^-1 (1, 1) / 2 is what a half in both scores moves the estimate by; 12 of them, 12 / 11 for the mean.
+        let moved = 0.5 * (40.0 - 20.0) / (50.0 * 40.0 - 400.0);
+        assert!((sigma[0] / (moved * (12.0_f32 * 12.0 / 11.0).sqrt()) - 1.0).abs() < 1e-4, "{sigma:?}");
+        assert_eq!(sigma[2], 1.0);
+        assert!(Whitening::new(&information, 3, |_| 1e3).is_none());
+    }
+}
