@@ -58,6 +58,12 @@ const LEAST_DRIFT_RAD: f32 = LEAST_TURN_RAD / 5.0;
 /// Most passes of one diagnosis.
 const MOST_PASSES: u8 = 20;
 
+/// Columns of P.
+const P: usize = 9;
+
+/// Share of the misfit that P has to explain to be taken for wrong; what a window of the identification has to, as well.
+const EXPLAINED: f32 = 0.75;
+
 /// Passes after which candidates are tried though the solution has not settled: a model that lacks a large effect may never do so.
 const PATIENCE: u8 = 4;
 
@@ -128,8 +134,12 @@ pub(crate) struct Diagnosis {
     was_stable: bool,
     /// Passes since the model was changed.
     since_change: u8,
-    /// Whether the windows before have been asked.
-    history_asked: bool,
+    /// NIS and residual of the field when nothing more could be added.
+    left: (f32, f32),
+    /// Whether nothing is added any more.
+    is_final: bool,
+    /// Whether P is held as it flies.
+    p_is_held: bool,
     /// Whether candidates have been tried.
     tested: bool,
     next: u32,
@@ -177,7 +187,9 @@ impl Diagnosis {
             pass: 0,
             was_stable: false,
             since_change: 0,
-            history_asked: false,
+            left: (0.0, 0.0),
+            is_final: false,
+            p_is_held: false,
             tested: false,
             next: 0,
             test: 0,
@@ -215,7 +227,8 @@ impl Diagnosis {
         self.pass = 0;
         self.was_stable = false;
         self.since_change = 0;
-        self.history_asked = false;
+        self.is_final = false;
+        self.p_is_held = false;
         self.tested = false;
         self.usable = 0;
         self.scales = [1.0; 2];
@@ -432,12 +445,13 @@ impl Diagnosis {
         }
     }
 
-    /// The model so far, or all of it but one effect.
+    /// The model so far, or all of it but one effect. What history added is not this window's to solve for.
     fn model(&self, subject: &Subject, without: Option<usize>) -> Model {
         let mut model = Model::new();
-        let chosen = self.chosen.iter().take(usize::from(self.count)).map(|chosen| usize::from(chosen.index));
-        let effects = chosen.filter(|index| Some(*index) != without);
-        let columns = (0..GYRO).chain(effects.flat_map(|index| self.columns_of(subject, index)));
+        let chosen = self.chosen.iter().take(usize::from(self.count)).filter(|chosen| !chosen.by_history);
+        let effects = chosen.map(|chosen| usize::from(chosen.index)).filter(|index| Some(*index) != without);
+        let gyro = if self.p_is_held { P..GYRO } else { 0..GYRO };
+        let columns = gyro.chain(effects.flat_map(|index| self.columns_of(subject, index)));
         // No room is no column.
         model.extend(columns.take(MAX_COLUMNS).map(|column| column as u8));
         model
@@ -462,7 +476,11 @@ impl Diagnosis {
     /// A candidate's scores, group by group, cleared of what the model explains, and the information that it has beside the model. `None`
     /// where it shows nothing or is one with the model.
     fn effective_scores(&mut self, subject: &Subject, index: usize, model: &Model) -> Option<Effective> {
-        let columns = self.columns_of(subject, index);
+        self.effective_scores_of(self.columns_of(subject, index), model)
+    }
+
+    /// The same of some columns.
+    fn effective_scores_of(&mut self, columns: core::ops::Range<usize>, model: &Model) -> Option<Effective> {
         let dimension = columns.len();
         if dimension == 0 || model.len() + dimension > MAX_COLUMNS {
             return None;
@@ -526,7 +544,7 @@ impl Diagnosis {
         self.pass += 1;
         self.since_change += 1;
         let may_go_on = self.pass < MOST_PASSES;
-        if !has_settled && self.since_change < PATIENCE && may_go_on && !self.history_asked {
+        if !has_settled && self.since_change < PATIENCE && may_go_on {
             return self.solve(&model).is_some();
         }
         self.tested = true;
@@ -538,13 +556,13 @@ impl Diagnosis {
             let after = Self::shown_in(subject, self.chosen[last].index, rms);
             self.chosen[last].residual_after_rad = after;
         }
-        if (has_settled || self.history_asked) && self.drop_one(subject) {
-            // What history added was not solved for, and the rest stands as it was.
-            return !self.history_asked && self.changed(subject);
+        if (has_settled || self.is_final) && self.drop_one(subject) {
+            return may_go_on && self.changed(subject);
         }
-        if may_go_on
-            && !self.history_asked
-            && usize::from(self.count) < MAX_ACTIVE
+        if self.is_final || !may_go_on {
+            return false;
+        }
+        if usize::from(self.count) < MAX_ACTIVE
             && let Some((index, evidence, p_value)) = self.best_candidate(subject, &model)
         {
             self.chosen[usize::from(self.count)] = Chosen {
@@ -557,15 +575,32 @@ impl Diagnosis {
             self.count += 1;
             return self.changed(subject);
         }
-        if has_settled && !self.history_asked && may_go_on {
-            self.history_asked = true;
-            if self.add_by_history(subject, &model, history) {
-                // One more pass, to see what it is worth; its parameters are those of all the windows.
-                self.since_change = 0;
-                return true;
-            }
+        if !has_settled {
+            return self.solve(&model).is_some();
         }
-        !has_settled && may_go_on && !self.history_asked && self.solve(&model).is_some()
+        // Nothing more shows in this window by itself. What is left while P is free is what the verdict is about: what P itself lacks is the
+        // identification's.
+        self.is_final = true;
+        self.left = (self.nis, rms[1]);
+        let p_is_wrong = self.p_is_wrong(&model);
+        let added = self.add_by_history(subject, &model, history);
+        if !p_is_wrong {
+            self.p_is_held = true;
+            self.x[..P].fill(0.0);
+        }
+        // More passes, to see what is left with P as it flies and what was added.
+        (added || !p_is_wrong) && self.changed(subject)
+    }
+
+    /// Whether P, after all effects, explains most of what is left: then it is about to be identified, and stays free. Else what it would
+    /// take is the effects' own: which of two sensors' axes are turned cannot be told, and P flies as it is.
+    fn p_is_wrong(&mut self, model: &Model) -> bool {
+        let others: Model = model.iter().copied().filter(|column| usize::from(*column) >= P).collect();
+        let Some(Effective { scores, whitening }) = self.effective_scores_of(0..P, &others) else { return false };
+        let (gain, _) = sign_flip(&whitening.whitened(&scores));
+        // What is left with P free, in the same units: three components of two vectors.
+        let left = 6.0 * self.usable as f32;
+        gain > EXPLAINED * (gain + left)
     }
 
     /// Adds this window's scores to those of the windows before, and the candidate that shows most in all of them together to the model.
@@ -746,7 +781,7 @@ impl Diagnosis {
             candidates: subject.library.len().min(MAX_CANDIDATES) as u8,
             residual_before_rad: self.residual_before_rad.unwrap_or(self.residual),
             residual_after_rad: self.residual,
-            nis: [self.nis_before, self.nis],
+            nis: [self.nis_before, self.left().0],
         }
     }
 
@@ -755,7 +790,14 @@ impl Diagnosis {
         // Degrees of freedom: three components of every fourth test window, as they overlap.
         let freedom = 0.75 * self.usable as f32;
         let band = 1.0 + 1.96 * libm::sqrtf(2.0 / freedom);
-        self.nis > band && self.residual[1] > LEAST_DRIFT_RAD
+        let (nis, residual_rad) = self.left();
+        nis > band && residual_rad > LEAST_DRIFT_RAD
+    }
+
+    /// NIS and residual of the field with all effects in and P free.
+    const fn left(&self) -> (f32, f32) {
+        let [_, residual] = self.residual;
+        if self.is_final { self.left } else { (self.nis, residual) }
     }
 }
 
