@@ -10,6 +10,7 @@ mod window; // increments, weak-form equations, nodes, rests
 mod objective; // what a candidate is worth on a window
 pub mod optimizer; // IMOA and others, over any cost
 pub mod identification; // least squares -> search -> observability -> acceptance
+pub mod diagnosis; // magnets that come and go
 pub mod probe; // all of it behind `push` and `poll`
 #[cfg(feature = "serde")]
 pub mod telemetry; // what leaves the firmware

@@ -7,6 +7,7 @@ use crate::{
     attitude::{Attitude, AttitudeFilter, AttitudeFlags},
     compensation::GyroModel,
     config::{Config, ConfigError},
+    diagnosis::{FieldUse, HardIronCounts, HardIronInterval, HardIronWatch},
     identification::{Identifier, WindowCost, WindowReport},
     sample::{Sample, SampleFlags},
     window::Reading,
@@ -83,6 +84,7 @@ pub struct Probe {
     gyro_rails: [Rail; 3],
     filter: AttitudeFilter,
     identifier: Identifier,
+    watch: HardIronWatch,
 }
 
 impl Probe {
@@ -109,6 +111,7 @@ impl Probe {
             gyro_rails: [Rail::zero(); 3],
             filter: AttitudeFilter::new(),
             identifier: Identifier::zero(),
+            watch: HardIronWatch::zero(),
         }
     }
 
@@ -127,6 +130,7 @@ impl Probe {
         self.gyro_rails = [Rail::zero(); 3];
         self.filter.start(&config.attitude, &config.earth);
         self.identifier.configure(config);
+        self.watch.configure(config);
         self.configured = true;
         Ok(())
     }
@@ -147,9 +151,11 @@ impl Probe {
         let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
         if first {
             self.identifier.start(sample.t_us);
+            self.watch.start(sample.t_us);
         } else if gap {
             count(&mut self.counters.gaps);
             self.identifier.gap(self.last_us, sample.t_us);
+            self.watch.gap(sample.t_us);
         }
         self.last_us = sample.t_us;
         self.counters.samples += 1;
@@ -187,11 +193,17 @@ impl Probe {
             self.filter.unread(step_s, self.unread_s);
         }
         let accel = self.vector(1, &sample);
-        let mag = self.vector(2, &sample);
+        let mut mag = self.vector(2, &sample);
+        let withheld = self.watch(sample.t_us, gyro, &mut mag);
         let good = |reading: &Reading| if let Reading::Good(v) = reading { Some(*v) } else { None };
         self.filter.observe(good(&accel).as_ref(), good(&mag).as_ref());
         // Gravity is what specific force at rest points away from.
-        let gravity = if let Reading::Good(force) = accel { Reading::Good(-force) } else { accel };
+        let gravity = match accel {
+            // Seconds in which gravity alone speaks would weigh its own errors into P.
+            _ if withheld => Reading::Clipped,
+            Reading::Good(force) => Reading::Good(-force),
+            _ => accel,
+        };
         self.identifier.push(sample.t_us, gyro, gravity, mag);
 
         Some(Output { t_us: sample.t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
@@ -231,6 +243,42 @@ impl Probe {
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_>> {
         self.identifier.window_cost()
+    }
+
+    /// Body-fixed magnetic offsets that came while the probe ran, the oldest first: the last eight of
+    /// [`Probe::hard_iron_counts`]. Empty when effects are switched off.
+    pub fn hard_iron_intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
+        self.watch.intervals()
+    }
+
+    /// What the watch for them has counted since the start.
+    #[must_use]
+    pub const fn hard_iron_counts(&self) -> HardIronCounts {
+        self.watch.counts()
+    }
+
+    /// Takes from the calibrated field what a magnet on the probe adds to it; makes it missing while it is not to be believed and
+    /// returns whether that is so.
+    fn watch(&mut self, t_us: u64, gyro: Reading, mag: &mut Reading) -> bool {
+        if !self.config.effects {
+            return false;
+        }
+        let stream = &self.identifier.stream;
+        if let (Some(rest_us), Some(bias)) = (stream.last_rest_us(), stream.rest_bias(t_us)) {
+            self.watch.rest(rest_us, &bias);
+        }
+        self.watch.push(t_us, gyro, *mag);
+        match (*mag, self.watch.field_use()) {
+            (Reading::Good(field), FieldUse::Less(offset)) => {
+                *mag = Reading::Good(field - offset);
+                false
+            }
+            (_, FieldUse::Withheld) => {
+                *mag = Reading::Missing;
+                true
+            }
+            _ => false,
+        }
     }
 
     fn mark_clipped(&mut self, sample: &mut Sample) {

@@ -21,6 +21,9 @@ pub fn configuration(trace: &Trace, args: &ReplayArgs) -> Result<Config, Failure
     if let Some(optimizer) = args.optimizer {
         config.identification.optimizer = optimizer.kind();
     }
+    if args.no_effects {
+        config.effects = false;
+    }
     if let Some(fraction) = args.hold_out {
         config.freeze_at_us = Some(freeze_at_us(trace, fraction));
     }
