@@ -15,6 +15,8 @@ pub struct Config {
     pub seed: u64,
     /// From this sample time on no new parameter is taken (hold-out); the last window closes early enough to land before it.
     pub freeze_at_us: Option<u64>,
+    /// Whether effects beyond the gyro's twelve parameters are looked for and taken out: magnets that come and go. Default `true`.
+    pub effects: bool,
     /// Full scales, for the detection of clipped readings.
     pub full_scale: FullScale,
     /// Factory gyro model: flown until an identification is accepted, and the centre of the prior.
@@ -29,8 +31,6 @@ pub struct Config {
     pub attitude: AttitudeConfig,
     /// The identification window and its search.
     pub identification: IdentificationConfig,
-    /// Whether physical effects that the model lacks are looked for and taken out. Default true.
-    pub effects: bool,
 }
 
 /// Full scales of the sensors; `None`: unknown, so clipping of that sensor cannot be known.
@@ -167,6 +167,7 @@ impl Default for Config {
             sample_period_us: 5_000,
             seed: 1,
             freeze_at_us: None,
+            effects: true,
             full_scale: FullScale::default(),
             gyro: GyroModel::IDENTITY,
             accel: VectorModel::IDENTITY,
@@ -174,7 +175,6 @@ impl Default for Config {
             earth: Earth::default(),
             attitude: AttitudeConfig::default(),
             identification: IdentificationConfig::default(),
-            effects: true,
         }
     }
 }
@@ -279,6 +279,7 @@ impl Config {
         sample_period_us: 0,
         seed: 0,
         freeze_at_us: None,
+        effects: false,
         full_scale: FullScale { gyro_rad_s: None, accel_m_s2: None, mag_ut: None },
         gyro: GyroModel::UNSET,
         accel: VectorModel { matrix: [[0.0; 3]; 3], offset: [0.0; 3] },
@@ -286,7 +287,6 @@ impl Config {
         earth: Earth::UNSET,
         attitude: AttitudeConfig::UNSET,
         identification: IdentificationConfig::UNSET,
-        effects: false,
     };
 
     /// Checks every field.

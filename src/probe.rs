@@ -7,7 +7,7 @@ use crate::{
     attitude::{Attitude, AttitudeFilter, AttitudeFlags},
     compensation::{ActiveEffects, Effect, GyroModel, Moment, effect::REFERENCE_TEMPERATURE_C, effects::LIBRARY},
     config::{Config, ConfigError},
-    diagnosis::DiagnosisReport,
+    diagnosis::{DiagnosisReport, FieldUse, HardIronCounts, HardIronInterval, HardIronWatch},
     identification::{Identifier, WindowCost, WindowReport},
     sample::{Sample, SampleFlags},
     window::Reading,
@@ -92,6 +92,7 @@ pub struct Probe {
     square_force_m2_s4: f32,
     /// What is taken out of the readings for the attitude.
     attitude_effects: ActiveEffects,
+    watch: HardIronWatch,
 }
 
 impl Probe {
@@ -121,6 +122,7 @@ impl Probe {
             last_rate_rad_s: None,
             square_force_m2_s4: 0.0,
             attitude_effects: ActiveEffects::none(),
+            watch: HardIronWatch::zero(),
         }
     }
 
@@ -145,6 +147,7 @@ impl Probe {
         if self.identifier.library().is_empty() {
             self.identifier.set_library(&LIBRARY);
         }
+        self.watch.configure(config);
         self.configured = true;
         Ok(())
     }
@@ -165,9 +168,11 @@ impl Probe {
         let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
         if first {
             self.identifier.start(sample.t_us);
+            self.watch.start(sample.t_us);
         } else if gap {
             count(&mut self.counters.gaps);
             self.identifier.gap(self.last_us, sample.t_us);
+            self.watch.gap(sample.t_us);
         }
         self.last_us = sample.t_us;
         self.counters.samples += 1;
@@ -184,11 +189,6 @@ impl Probe {
             self.last_raw_rad_s = sample.gyro_rad_s;
         }
         let raw = Vector3::from(self.last_raw_rad_s) - self.filter.earth_rate_rad_s();
-        let compensated = self.identifier.flown().compensate(raw.into());
-        let accel = self.vector(1, &sample);
-        let mag = self.vector(2, &sample);
-        let moment = self.corrected(&sample, &compensated, [accel, mag], step_us as f32 * 1e-6);
-        let rate = moment.rate_rad_s;
         let gyro = if missing {
             Reading::Missing
         } else if sample.flags.contains(SampleFlags::GYRO_CLIPPED) || self.is_stale(0, STALE_INERTIAL_PART) {
@@ -196,6 +196,12 @@ impl Probe {
         } else {
             Reading::Good(raw)
         };
+        let accel = self.vector(1, &sample);
+        let mut mag = self.vector(2, &sample);
+        let withheld = self.watch(sample.t_us, gyro, &mut mag);
+        let compensated = self.identifier.flown().compensate(raw.into());
+        let moment = self.corrected(&sample, &compensated, [accel, mag], step_us as f32 * 1e-6);
+        let rate = moment.rate_rad_s;
 
         let step_s = step_us as f32 * 1e-6;
         if gap {
@@ -214,7 +220,12 @@ impl Probe {
         let if_good = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Good(_)).then_some(v);
         self.filter.observe(if_good(&accel, moment.force_m_s2).as_ref(), if_good(&mag, moment.field_ut).as_ref());
         // Gravity is what specific force at rest points away from.
-        let gravity = if let Reading::Good(force) = accel { Reading::Good(-force) } else { accel };
+        let gravity = match accel {
+            // Seconds in which gravity alone speaks would weigh its own errors into P.
+            _ if withheld => Reading::Clipped,
+            Reading::Good(force) => Reading::Good(-force),
+            _ => accel,
+        };
         let temperature = sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         self.identifier.push(sample.t_us, [gyro, gravity, mag], (!temperature).then_some(sample.temperature_c));
 
@@ -315,6 +326,42 @@ impl Probe {
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_>> {
         self.identifier.window_cost()
+    }
+
+    /// Body-fixed magnetic offsets that came while the probe ran, the oldest first: the last eight of
+    /// [`Probe::hard_iron_counts`]. Empty when effects are switched off.
+    pub fn hard_iron_intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
+        self.watch.intervals()
+    }
+
+    /// What the watch for them has counted since the start.
+    #[must_use]
+    pub const fn hard_iron_counts(&self) -> HardIronCounts {
+        self.watch.counts()
+    }
+
+    /// Takes from the calibrated field what a magnet on the probe adds to it; makes it missing while it is not to be believed and
+    /// returns whether that is so.
+    fn watch(&mut self, t_us: u64, gyro: Reading, mag: &mut Reading) -> bool {
+        if !self.config.effects {
+            return false;
+        }
+        let stream = &self.identifier.stream;
+        if let (Some(rest_us), Some(bias)) = (stream.last_rest_us(), stream.rest_bias(t_us)) {
+            self.watch.rest(rest_us, &bias);
+        }
+        self.watch.push(t_us, gyro, *mag);
+        match (*mag, self.watch.field_use()) {
+            (Reading::Good(field), FieldUse::Less(offset)) => {
+                *mag = Reading::Good(field - offset);
+                false
+            }
+            (_, FieldUse::Withheld) => {
+                *mag = Reading::Missing;
+                true
+            }
+            _ => false,
+        }
     }
 
     fn mark_clipped(&mut self, sample: &mut Sample) {

@@ -5,9 +5,12 @@
 //! candidates at once, and the candidates' scores group by group at the solution so far; a candidate's significance is that of a
 //! sign-flip score test (Hemerik, Goeman and Finos, Journal of the Royal Statistical Society B 82 (2020) 841), which holds whatever
 //! the noise of a group is.
+//!
+//! A magnet that comes and goes is watched for apart, at every fifth of a second.
 
 mod diagnosis;
 mod history;
+mod magnet;
 mod normal;
 mod report;
 mod sign_flip;
@@ -17,4 +20,6 @@ mod whitening;
 
 pub(crate) use diagnosis::{Diagnosis, DiagnosisJob, Subject};
 pub(crate) use history::History;
+pub use magnet::{HardIronCounts, HardIronInterval};
+pub(crate) use magnet::{FieldUse, HardIronWatch};
 pub use report::{DiagnosisReport, EffectReport, Tried, Verdict};

@@ -26,6 +26,8 @@ fn bundled() -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut paths: Vec<_> =
         entries.map(|e| e.unwrap().path()).filter(|p| p.to_string_lossy().ends_with(".csv.gz")).collect();
+    // The filter alone believes a magnet on the body; what the probe makes of one is in `tests/magnet`.
+    paths.retain(|p| !p.to_string_lossy().contains("magnet"));
     paths.sort();
     paths
 }

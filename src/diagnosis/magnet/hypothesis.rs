@@ -1,0 +1,41 @@
+use super::{
+    chi_square::{CLIPPED, IN_A_MILLION, IN_A_THOUSAND},
+    field_filter::FieldFilter,
+    field_node::FieldNode,
+};
+use nalgebra::Matrix3;
+
+/// By how much a field may jump, each axis, microtesla: of the order of the earth's own.
+pub(super) const JUMP_UT: f32 = 30.0;
+
+/// How a filter met a node.
+pub(super) struct Met {
+    /// Normalised innovation squared.
+    pub squared: f32,
+    pub log_likelihood: f32,
+    /// Covariance of the prediction, microtesla squared.
+    pub predicted: Matrix3<f32>,
+    /// Whether the states that may jump had to jump again.
+    pub reopened: bool,
+}
+
+/// Takes a node into a filter, robustly. Where `jumping` states are named and the node is not predicted (beyond one in a thousand), they
+/// jump again: that costs likelihood, about the logarithm of how far they may jump over how well they were known, so the
+/// hypothesis that has to jump less often wins.
+pub(super) fn follow(filter: &mut FieldFilter, node: &FieldNode, noise: f32, jumping: Option<usize>) -> Met {
+    let mut innovation = filter.innovation(node);
+    let mut squared = innovation.squared(noise);
+    let mut reopened = false;
+    if let Some(first) = jumping
+        && squared.is_none_or(|(squared, _)| squared > IN_A_THOUSAND)
+    {
+        filter.open(first, JUMP_UT);
+        innovation = filter.innovation(node);
+        squared = innovation.squared(noise);
+        reopened = true;
+    }
+    let (squared, log_determinant) = squared.unwrap_or((IN_A_MILLION, 0.0));
+    let clipped = if squared > CLIPPED { squared / CLIPPED } else { 1.0 };
+    filter.update(&innovation, noise * clipped);
+    Met { squared, log_likelihood: -0.5 * (log_determinant + squared), predicted: innovation.predicted, reopened }
+}

@@ -1,0 +1,55 @@
+#![allow(clippy::indexing_slicing)] // Constant indices into a 3x3 matrix.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// L^-1 of a covariance S = L L^T: what it is applied to has unit covariance. (nalgebra's own solver can panic, as far as a compiler sees.)
+#[derive(Clone, Copy)]
+pub(super) struct Whitening {
+    /// One over L's diagonal.
+    inverse: Vector3<f32>,
+    /// L's elements (1, 0), (2, 0), (2, 1).
+    below: Vector3<f32>,
+}
+
+impl Whitening {
+    /// `None`: the covariance is not positive definite.
+    pub fn new(s: &Matrix3<f32>) -> Option<Self> {
+        let root = |square: f32| (square > 0.0 && square.is_finite()).then(|| 1.0 / libm::sqrtf(square));
+        let first = root(s[(0, 0)])?;
+        let (l10, l20) = (s[(1, 0)] * first, s[(2, 0)] * first);
+        let second = root(s[(1, 1)] - l10 * l10)?;
+        let l21 = (s[(2, 1)] - l20 * l10) * second;
+        let third = root(s[(2, 2)] - l20 * l20 - l21 * l21)?;
+        Some(Self { inverse: Vector3::new(first, second, third), below: Vector3::new(l10, l20, l21) })
+    }
+
+    /// L^-1 v.
+    pub fn apply(&self, v: &Vector3<f32>) -> Vector3<f32> {
+        let x = v.x * self.inverse.x;
+        let y = (v.y - self.below.x * x) * self.inverse.y;
+        let z = (v.z - self.below.y * x - self.below.z * y) * self.inverse.z;
+        Vector3::new(x, y, z)
+    }
+
+    /// Natural logarithm of the covariance's determinant.
+    pub fn log_determinant(&self) -> f32 {
+        -2.0 * libm::logf(self.inverse.x * self.inverse.y * self.inverse.z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_whitened_has_the_squared_length_of_the_inverse_covariance() {
+        let s = Matrix3::new(4.0, 1.0, -0.5, 1.0, 3.0, 0.2, -0.5, 0.2, 2.0);
+        let v = Vector3::new(1.0, -2.0, 0.7);
+        let whitening = Whitening::new(&s).unwrap();
+        let exact = v.dot(&(s.try_inverse().unwrap() * v));
+        assert!((whitening.apply(&v).norm_squared() - exact).abs() < 1e-5);
+        assert!((whitening.log_determinant() - libm::logf(s.determinant())).abs() < 1e-5);
+        assert!(Whitening::new(&Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0))).is_none());
+        assert!(Whitening::new(&(s * f32::NAN)).is_none());
+    }
+}
