@@ -9,10 +9,10 @@ pub const FLASH_START: u64 = 0x0800_0000;
 pub const RAM_START: u64 = 0x2000_0000;
 /// One past its contiguous RAM, 128 KiB.
 pub const RAM_END: u64 = RAM_START + 128 * 1024;
-/// Static data that the firmware may have, bytes: the rest of the RAM is its stack.
-pub const RAM_LIMIT_BYTES: u64 = 104 * 1024;
+/// Static data that the firmware may have, bytes: the rest of the RAM, 18 KiB, is its stack.
+pub const RAM_LIMIT_BYTES: u64 = 110 * 1024;
 /// Flash that the firmware may take, bytes.
-pub const FLASH_LIMIT_BYTES: u64 = 256 * 1024;
+pub const FLASH_LIMIT_BYTES: u64 = 264 * 1024;
 
 /// Memory of the chip that an image takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use super::{
     history::History,
     sign_flip::{GROUPS, Scores, sign_flip},
     walk::Walk,
-    weak_columns::{COLUMNS, GYRO, GyroScales, Layout, TestRows, WeakColumns},
+    weak_columns::{COLUMNS, GYRO, GyroScales, Layout, TestFacts, WeakColumns},
     whitening::Whitening,
 };
 use crate::{
@@ -150,7 +150,8 @@ pub(crate) struct Diagnosis {
     layout: Layout,
     columns: WeakColumns,
     normal: Normal,
-    scores: [[f32; COLUMNS]; GROUPS],
+    /// Group by group. Flat, so that it is cleared where it stands.
+    scores: [f32; GROUPS * COLUMNS],
     factor: Factor,
     /// Squared residuals of each test window in units of their prior variance, at the solution of the pass before; negative: none.
     squares: [[f32; 2]; MAX_TESTS],
@@ -199,7 +200,7 @@ impl Diagnosis {
             layout: Layout::zero(),
             columns: WeakColumns::zero(),
             normal: Normal::zero(),
-            scores: [[0.0; COLUMNS]; GROUPS],
+            scores: [0.0; GROUPS * COLUMNS],
             factor: Factor::zero(),
             squares: [[0.0; 2]; MAX_TESTS],
             scales: [0.0; 2],
@@ -256,7 +257,7 @@ impl Diagnosis {
         self.walk.start(subject.stream, self.job.from, (&self.p, &self.c));
         self.columns.start(subject.stream.weak_form.hop());
         self.normal.clear();
-        self.scores = [[0.0; COLUMNS]; GROUPS];
+        self.scores.fill(0.0);
         self.taken_out = ActiveEffects::none();
         for slot in 0..usize::from(self.count) {
             let index = self.chosen[slot].index;
@@ -271,6 +272,7 @@ impl Diagnosis {
     }
 
     /// The report of a diagnosis that is done.
+    #[inline(never)]
     pub fn take_report(&mut self, subject: &Subject) -> Option<DiagnosisReport> {
         let done = core::mem::take(&mut self.done);
         done.then(|| self.report(subject))
@@ -319,8 +321,10 @@ impl Diagnosis {
         self.measure_turns(subject, &read);
         let weak_form = &subject.stream.weak_form;
         let moving = subject.config.identification.max_bias_rad_s;
-        if let Some(test) = self.columns.push(&instant, weak_form, (subject.library, &self.layout), &scales, moving) {
-            self.take_test(subject, &test, weak_form.noise_gain());
+        let library = (subject.library, &self.layout);
+        if let Some((facts, number)) = self.columns.push(&instant, weak_form, library, &scales, moving) {
+            self.take_test(subject, &facts, number, weak_form.noise_gain());
+            self.columns.clear(number);
         }
     }
 
@@ -359,7 +363,7 @@ impl Diagnosis {
     }
 
     #[inline(never)]
-    fn take_test(&mut self, subject: &Subject, test: &TestRows, noise_gain: f32) {
+    fn take_test(&mut self, subject: &Subject, test: &TestFacts, under_way: usize, noise_gain: f32) {
         let number = self.test as usize;
         self.test += 1;
         if !(test.counts[0] || test.counts[1]) || number >= MAX_TESTS {
@@ -378,8 +382,9 @@ impl Diagnosis {
                 self.squares[number][v] = -1.0;
                 continue;
             }
+            let rows = self.columns.rows(under_way, v);
             let residual = |i: usize| -> f32 {
-                let row = test.rows[v][i].iter().zip(&self.x).zip(&is_taken_out).take(width);
+                let row = rows[i].iter().zip(&self.x).zip(&is_taken_out).take(width);
                 row.fold(test.rhs[v][i], |r, ((a, x), taken_out)| if *taken_out { r } else { r - a * x })
             };
             let r = [residual(0), residual(1), residual(2)];
@@ -390,9 +395,9 @@ impl Diagnosis {
             let limit = HUBER * HUBER * 3.0;
             let huber = if z > limit { libm::sqrtf(limit / z) } else { 1.0 };
             let weight = huber / (thought[v] * self.scales[v]);
-            self.normal.add(&test.rows[v], width, weight);
-            if let Some(scores) = self.scores.get_mut(group) {
-                for (row, r) in test.rows[v].iter().zip(&r) {
+            self.normal.add(rows, width, weight);
+            if let Some(scores) = self.scores.as_chunks_mut::<COLUMNS>().0.get_mut(group) {
+                for (row, r) in rows.iter().zip(&r) {
                     scores.iter_mut().zip(row).take(width).for_each(|(sum, a)| *sum += weight * a * r);
                 }
             }
@@ -405,7 +410,7 @@ impl Diagnosis {
                 self.nis_sums[1] += 1.0;
             }
         }
-        self.measure_drifts(subject, test);
+        self.measure_drifts(subject, test, under_way);
     }
 
     /// Columns of what the equations are about already: the gyro's parameters, and the effects whose part is out of the readings.
@@ -421,7 +426,7 @@ impl Diagnosis {
     }
 
     /// How much the chosen gyro effects turn the body over a test window, whose weights add up to a second.
-    fn measure_drifts(&mut self, subject: &Subject, test: &TestRows) {
+    fn measure_drifts(&mut self, subject: &Subject, test: &TestFacts, under_way: usize) {
         for slot in 0..usize::from(self.count) {
             let index = usize::from(self.chosen[slot].index);
             if subject.library.get(index).is_none_or(|effect| effect.sensor() != Sensor::Gyro) {
@@ -433,7 +438,7 @@ impl Diagnosis {
                 if !(test.counts[v] && test.norms[v] > 0.0) {
                     continue;
                 }
-                let sum = test.rows[v].iter().fold(0.0, |sum, row| {
+                let sum = self.columns.rows(under_way, v).iter().fold(0.0, |sum, row| {
                     let turned = columns.clone().fold(0.0, |turned, column| turned + row[column] * self.x[column]);
                     sum + turned * turned
                 });
@@ -443,6 +448,11 @@ impl Diagnosis {
             self.chosen[slot].turned[0] += largest;
             self.chosen[slot].turned[1] += 1.0;
         }
+    }
+
+    /// The scores of each group.
+    fn groups(&self) -> &[[f32; COLUMNS]] {
+        self.scores.as_chunks().0
     }
 
     /// The model so far, or all of it but one effect. What history added is not this window's to solve for.
@@ -464,7 +474,7 @@ impl Diagnosis {
         for (sum, &column) in rhs.iter_mut().zip(model) {
             let column = usize::from(column);
             // The prior of deviation 1 about zero pulls with the value itself.
-            *sum = self.scores.iter().fold(-self.x[column], |sum, scores| sum + scores[column]);
+            *sum = self.groups().iter().fold(-self.x[column], |sum, scores| sum + scores[column]);
         }
         self.factor.solve(&mut rhs);
         for (change, &column) in rhs.iter().zip(model) {
@@ -515,7 +525,7 @@ impl Diagnosis {
             x.fold(0.0, |sum, (column, s)| sum + s * self.x[column]) / GROUPS as f32
         });
         let mut scores = [[0.0; MAX_PARAMETERS]; GROUPS];
-        for (score, group) in scores.iter_mut().zip(&self.scores) {
+        for (score, group) in scores.iter_mut().zip(self.groups()) {
             for (i, column) in columns.clone().enumerate() {
                 let rows = model.iter().zip(&gains[i]);
                 let explained = rows.fold(0.0, |sum, (&row, gain)| sum + group[usize::from(row)] * gain);
@@ -634,7 +644,6 @@ impl Diagnosis {
                 best = Some((found, estimate, worth));
             }
         }
-        history.end();
         let Some((found, estimate, _)) = best.filter(|_| usize::from(self.count) < MAX_ACTIVE) else { return false };
         for (column, x) in self.columns_of(subject, usize::from(found.index)).zip(estimate) {
             self.x[column] = x;

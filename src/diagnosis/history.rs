@@ -17,7 +17,6 @@ const PAST: usize = GROUPS / 2;
 /// those beside one model; with another they are begun anew.
 pub(crate) struct History {
     past: [[f32; CANDIDATES]; PAST],
-    present: [[f32; CANDIDATES]; PAST],
     /// The candidates that were not asked for, one bit each: those in the model.
     model: u32,
     windows: u8,
@@ -28,7 +27,7 @@ const MOST_WINDOWS: u8 = 24;
 
 impl History {
     pub const fn zero() -> Self {
-        Self { past: [[0.0; CANDIDATES]; PAST], present: [[0.0; CANDIDATES]; PAST], model: 0, windows: 0 }
+        Self { past: [[0.0; CANDIDATES]; PAST], model: 0, windows: 0 }
     }
 
     /// Begins to take a window's scores beside a model.
@@ -42,7 +41,6 @@ impl History {
             self.windows /= 2;
         }
         self.windows += 1;
-        self.present = [[0.0; CANDIDATES]; PAST];
     }
 
     /// Windows in it, the present one included.
@@ -50,26 +48,19 @@ impl History {
         self.windows
     }
 
-    /// Takes a candidate's scores of the present window, and gives them with those of the past; `None` where there is no past.
+    /// Takes a candidate's scores of the present window, once, and gives them with those of the past; `None` where there is no past.
     pub fn with(&mut self, columns: &Range<usize>, scores: &Scores) -> Option<Scores> {
         let mut together = [[0.0; MAX_PARAMETERS]; GROUPS];
         for (i, column) in columns.clone().enumerate() {
             let place = column - GYRO;
             for (group, pair) in scores.chunks_exact(2).enumerate() {
                 let sum = pair[0][i] + pair[1][i];
-                self.present[group][place] = sum;
                 together[group][i] = sum;
                 together[PAST + group][i] = self.past[group][place];
+                self.past[group][place] += sum;
             }
         }
         (self.windows > 1).then_some(together)
-    }
-
-    /// The present becomes past.
-    pub fn end(&mut self) {
-        for (past, present) in self.past.iter_mut().zip(&self.present) {
-            past.iter_mut().zip(present).for_each(|(sum, x)| *sum += x);
-        }
     }
 }
 
@@ -80,9 +71,7 @@ mod tests {
 
     fn window(history: &mut History, model: u32, x: f32) -> Option<Scores> {
         history.begin(model);
-        let together = history.with(&(GYRO + 3..GYRO + 5), &[[x; MAX_PARAMETERS]; GROUPS]);
-        history.end();
-        together
+        history.with(&(GYRO + 3..GYRO + 5), &[[x; MAX_PARAMETERS]; GROUPS])
     }
 
     #[test]

@@ -79,11 +79,13 @@ impl GyroScales {
     }
 }
 
-/// The equations of one test window: rows of force and field about the nominal model.
+/// Rows of one vector over one test window.
+pub(super) type Rows = [[f32; COLUMNS]; 3];
+
+/// What is known of one test window beside its rows.
 #[derive(Clone, Copy)]
-pub(super) struct TestRows {
-    /// Gravity's, then the field's.
-    pub rows: [[[f32; COLUMNS]; 3]; 2],
+pub(super) struct TestFacts {
+    /// Right-hand sides of gravity's and the field's rows.
     pub rhs: [Vector3<f32>; 2],
     /// Scatter of the norm of specific force, m^2/s^4: what of the accelerometer's reading is no gravity.
     pub force_scatter: f32,
@@ -95,11 +97,11 @@ pub(super) struct TestRows {
     pub counts: [bool; 2],
 }
 
-/// Sums of one test window under way.
+/// Sums of one test window under way, beside its rows.
 #[derive(Clone, Copy)]
 struct Sums {
-    test: TestRows,
     position: usize,
+    rhs: [Vector3<f32>; 2],
     norm_sums: [f32; 2],
     square_force: f32,
     square_rate: f32,
@@ -110,17 +112,9 @@ struct Sums {
 impl Sums {
     #[inline(always)]
     const fn zero() -> Self {
-        let zero = Vector3::new(0.0, 0.0, 0.0);
         Self {
-            test: TestRows {
-                rows: [[[0.0; COLUMNS]; 3]; 2],
-                rhs: [zero; 2],
-                force_scatter: 0.0,
-                field_noise_ut2: 0.0,
-                norms: [0.0; 2],
-                counts: [false; 2],
-            },
             position: 0,
+            rhs: [Vector3::new(0.0, 0.0, 0.0); 2],
             norm_sums: [0.0; 2],
             square_force: 0.0,
             square_rate: 0.0,
@@ -129,23 +123,20 @@ impl Sums {
         }
     }
 
-    /// The equations, and the position back at the beginning.
-    fn complete(&mut self, moving_rate_rad_s: f32) -> TestRows {
+    fn facts(&self, moving_rate_rad_s: f32) -> TestFacts {
         let count = self.position as f32;
-        let mean = self.norm_sums.map(|sum| sum / count);
-        let scatter = self.square_force / count - mean[0] * mean[0];
+        let norms = self.norm_sums.map(|sum| sum / count);
+        let scatter = self.square_force / count - norms[0] * norms[0];
         let [no_rate, no_force, no_field] = self.missing;
         let counts = !no_rate && self.square_rate > moving_rate_rad_s * moving_rate_rad_s * count;
-        let test = TestRows {
-            norms: mean,
+        TestFacts {
+            rhs: self.rhs,
+            norms,
             force_scatter: if scatter > 0.0 { scatter } else { 0.0 },
             // Three components, and 1 + 4 + 1 variances in a second difference.
             field_noise_ut2: self.roughness / (18.0 * count),
             counts: [counts && !no_force, counts && !no_field],
-            ..self.test
-        };
-        *self = Self::zero();
-        test
+        }
     }
 }
 
@@ -154,25 +145,36 @@ impl Sums {
 /// An effect x f on the gyro's reading changes the true rate by -x f: columns -int phi R0 (v x -f) of both vectors. One on a vector's
 /// reading: columns -int phi' R0 f of that vector.
 pub(super) struct WeakColumns {
-    under_way: [Sums; UNDER_WAY],
+    /// Gravity's and the field's rows of each test window under way. Flat, so that it is cleared where it stands, and not by way of the
+    /// stack.
+    rows: [f32; UNDER_WAY * 2 * 3 * COLUMNS],
+    sums: [Sums; UNDER_WAY],
     previous_fields: [Vector3<f32>; 2],
 }
 
 impl WeakColumns {
     #[inline(always)]
     pub const fn zero() -> Self {
-        Self { under_way: [Sums::zero(); UNDER_WAY], previous_fields: [Vector3::new(0.0, 0.0, 0.0); 2] }
+        Self {
+            rows: [0.0; UNDER_WAY * 2 * 3 * COLUMNS],
+            sums: [Sums::zero(); UNDER_WAY],
+            previous_fields: [Vector3::new(0.0, 0.0, 0.0); 2],
+        }
     }
 
     pub fn start(&mut self, hop: usize) {
-        *self = Self::zero();
-        for (number, sums) in self.under_way.iter_mut().enumerate().skip(1) {
+        self.rows.fill(0.0);
+        self.sums = [Sums::zero(); UNDER_WAY];
+        self.previous_fields = [Vector3::zeros(); 2];
+        for (number, sums) in self.sums.iter_mut().enumerate().skip(1) {
             // Each begins later than the one before: it waits at a position before its first.
             sums.position = usize::MAX - number * hop + 1;
         }
     }
 
-    /// Takes one instant; the equations of the test window that it completes.
+    /// Takes one instant; what is known of the test window that it completes, and which it is: its rows are to be looked at and then
+    /// cleared.
+    #[inline(never)]
     pub fn push(
         &mut self,
         instant: &Instant,
@@ -180,7 +182,7 @@ impl WeakColumns {
         (library, layout): (&[&dyn Effect], &Layout),
         scales: &GyroScales,
         moving_rate_rad_s: f32,
-    ) -> Option<TestRows> {
+    ) -> Option<(TestFacts, usize)> {
         let Instant { rotation, raw_rad_s, moment, read } = instant;
         let vectors = [moment.force_m_s2, moment.field_ut];
         let turned = vectors.map(|v| rotation * v);
@@ -218,15 +220,18 @@ impl WeakColumns {
         let force_norm = libm::sqrtf(moment.force_m_s2.norm_squared());
         let field_norm = libm::sqrtf(moment.field_ut.norm_squared());
         let mut completed = None;
-        for sums in &mut self.under_way {
+        let (rows, _) = self.rows.as_chunks_mut::<COLUMNS>();
+        let (rows, _) = rows.as_chunks_mut::<3>();
+        let (rows, _) = rows.as_chunks_mut::<2>();
+        for (number, (sums, rows)) in self.sums.iter_mut().zip(rows).enumerate() {
             let Some((weight, slope)) = weak_form.test_function(sums.position) else {
                 sums.position = sums.position.wrapping_add(1);
                 continue;
             };
             for v in 0..2 {
-                sums.test.rhs[v] += turned[v] * slope;
+                sums.rhs[v] += turned[v] * slope;
                 let (gyro, vector) = (0..layout.ends[0], layout.of_vector(v));
-                for (i, row) in sums.test.rows[v].iter_mut().enumerate() {
+                for (i, row) in rows[v].iter_mut().enumerate() {
                     row[gyro.clone()].iter_mut().zip(&columns[v][gyro.clone()]).for_each(|(sum, c)| *sum += c[i] * weight);
                     row[vector.clone()].iter_mut().zip(&columns[v][vector.clone()]).for_each(|(sum, c)| *sum += c[i] * slope);
                 }
@@ -239,9 +244,23 @@ impl WeakColumns {
             sums.roughness += roughness;
             sums.position += 1;
             if weak_form.test_function(sums.position).is_none() {
-                completed = Some(sums.complete(moving_rate_rad_s));
+                completed = Some((sums.facts(moving_rate_rad_s), number));
+                *sums = Sums::zero();
             }
         }
         completed
+    }
+
+    /// Gravity's (0) or the field's (1) rows of a test window.
+    pub fn rows(&self, number: usize, vector: usize) -> &Rows {
+        let (rows, _) = self.rows.as_chunks::<COLUMNS>();
+        let (rows, _) = rows.as_chunks::<3>();
+        &rows[(2 * number + vector) % (2 * UNDER_WAY)]
+    }
+
+    /// Clears them for the next.
+    pub fn clear(&mut self, number: usize) {
+        let length = 2 * 3 * COLUMNS;
+        self.rows.iter_mut().skip(number * length).take(length).for_each(|x| *x = 0.0);
     }
 }

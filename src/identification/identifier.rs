@@ -8,7 +8,7 @@ use crate::{
     compensation::{ActiveEffects, Effect, GyroModel},
     config::Config,
     diagnosis::{Diagnosis, DiagnosisJob, DiagnosisReport, History, Subject},
-    window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
+    window::{Reading, Rebuild, RestLimits, SampleStream, Scales, StreamSettings},
 };
 use core::mem::ManuallyDrop;
 use heapless::{Deque, Vec};
@@ -48,12 +48,18 @@ enum State {
 enum Work {
     Nothing,
     // Nothing in either has to be dropped; with drop glue an assignment goes by way of the stack.
+    Rebuild(ManuallyDrop<Rebuild>),
     Fit(ManuallyDrop<WindowFit>),
     Diagnosis(ManuallyDrop<Diagnosis>),
 }
 
 impl Work {
     // Functions of their own, so that the all-zero values are written where they belong and never stand on the stack.
+
+    #[inline(never)]
+    fn begin_rebuild(&mut self) {
+        *self = Self::Rebuild(ManuallyDrop::new(Rebuild::zero()));
+    }
 
     #[inline(never)]
     fn begin_fit(&mut self) {
@@ -359,22 +365,31 @@ impl Identifier {
             (true, _) => self.announce_unapplied(&job, too_short),
             (false, State::Idle) => {
                 self.job = job;
-                // A diagnosis that is not done by now has had its time: when it is due it is counted as an overrun.
-                self.work.begin_fit();
-                let carried = self.carried;
-                if let Some((context, fit)) = self.split() {
-                    fit.start(&context, job, &carried);
-                }
                 self.result.clear();
-                self.state = State::Fitting;
-                if self.stale_tests {
-                    self.stale_tests = false;
-                    self.stream.start_rebuild(job.from);
+                // A diagnosis that is not done by now has had its time: when it is due it is counted as an overrun.
+                if core::mem::take(&mut self.stale_tests) {
+                    self.work.begin_rebuild();
+                    let Self { work, stream, .. } = self;
+                    if let Work::Rebuild(rebuild) = work {
+                        rebuild.start(stream, job.from);
+                    }
                     self.state = State::Rebuilding;
+                } else {
+                    self.start_fit();
                 }
             }
             (false, _) => self.announce_overrun(&job),
         }
+    }
+
+    /// Begins to fit the window of the job.
+    fn start_fit(&mut self) {
+        self.work.begin_fit();
+        let (job, carried) = (self.job, self.carried);
+        if let Some((context, fit)) = self.split() {
+            fit.start(&context, job, &carried);
+        }
+        self.state = State::Fitting;
     }
 
     /// Keeps a result until it takes effect.
@@ -412,8 +427,13 @@ impl Identifier {
     pub fn step(&mut self) -> u32 {
         match self.state {
             State::Rebuilding => {
-                if !self.stream.rebuild(self.job.to, REBUILT_IN_A_STEP) {
-                    self.state = State::Fitting;
+                let Self { work, stream, job, .. } = self;
+                let more = match work {
+                    Work::Rebuild(rebuild) => stream.rebuild(rebuild, job.to, REBUILT_IN_A_STEP),
+                    _ => false,
+                };
+                if !more {
+                    self.start_fit();
                 }
                 return REBUILT_IN_A_STEP * 12;
             }
@@ -444,6 +464,7 @@ impl Identifier {
     }
 
     /// A piece of the diagnosis, for which there is time when no window is being fitted.
+    #[inline(never)]
     fn diagnose(&mut self) -> u32 {
         let begun = self.to_diagnose.take();
         if begun.is_some() {

@@ -14,6 +14,6 @@ pub(crate) use increment::{Accumulator, Grid, Increment, IncrementRing, Reading,
 pub(crate) use node::{BodyMeans, Node, NodeWalk, VectorEffects};
 pub(crate) use rest::{RestDetector, RestLimits};
 pub(crate) use rest_bias::{RestBias, RestNorm};
-pub(crate) use stream::{SampleStream, StreamSettings, TESTS};
+pub(crate) use stream::{Rebuild, SampleStream, StreamSettings, TESTS};
 pub(crate) use surroundings::SurroundingsRing;
 pub(crate) use weak_form::{UNDER_WAY, WeakForm};

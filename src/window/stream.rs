@@ -19,10 +19,6 @@ pub(crate) struct SampleStream {
     pub surroundings: SurroundingsRing,
     accumulator: Accumulator,
     pub weak_form: WeakForm,
-    /// Goes again over increments whose test windows were made with other effects.
-    rebuilt: WeakForm,
-    rebuilt_next: u32,
-    rebuilt_test: u32,
     theta: [f32; GYRO],
     effects: ActiveEffects,
     library: Option<&'static [&'static dyn Effect]>,
@@ -52,6 +48,31 @@ pub(crate) struct StreamSettings {
     pub scales: Scales,
 }
 
+/// A second walk over increments whose test windows were made with other effects.
+pub(crate) struct Rebuild {
+    weak_form: WeakForm,
+    next: u32,
+    test: u32,
+}
+
+impl Rebuild {
+    #[inline(always)]
+    pub const fn zero() -> Self {
+        Self { weak_form: WeakForm::zero(), next: 0, test: 0 }
+    }
+
+    /// Begins at increment `from`, or where the increments begin that are kept.
+    pub fn start(&mut self, stream: &SampleStream, from: u32) {
+        let hop = stream.weak_form.hop() as u32;
+        let kept = stream.increments.count().saturating_sub(INCREMENTS as u32 - 2 * hop);
+        let from = if from > kept { from } else { kept };
+        self.test = (from + hop.saturating_sub(1)).checked_div(hop).unwrap_or(0);
+        self.next = self.test * hop;
+        self.weak_form.configure(stream.grid, stream.rest_limits.bias_rad_s);
+        self.weak_form.start(&stream.theta);
+    }
+}
+
 impl SampleStream {
     pub const fn zero() -> Self {
         Self {
@@ -60,9 +81,6 @@ impl SampleStream {
             surroundings: SurroundingsRing::zero(),
             accumulator: Accumulator::zero(),
             weak_form: WeakForm::zero(),
-            rebuilt: WeakForm::zero(),
-            rebuilt_next: 0,
-            rebuilt_test: 0,
             theta: [0.0; GYRO],
             effects: ActiveEffects::none(),
             library: None,
@@ -84,7 +102,6 @@ impl SampleStream {
     pub fn configure(&mut self, settings: &StreamSettings) {
         self.grid = Grid::new(settings.sample_period_us);
         self.weak_form.configure(self.grid, settings.rest_limits.bias_rad_s);
-        self.rebuilt.configure(self.grid, settings.rest_limits.bias_rad_s);
         self.effects = ActiveEffects::none();
         self.rest_limits = settings.rest_limits;
         self.bias_walk_rad_s_rts = settings.bias_walk_rad_s_rts;
@@ -203,31 +220,21 @@ impl SampleStream {
         }
     }
 
-    /// Begins to make the test windows from increment `from` on anew, without the effects that are active now.
-    pub fn start_rebuild(&mut self, from: u32) {
-        let hop = self.rebuilt.hop() as u32;
-        let kept = self.increments.count().saturating_sub(INCREMENTS as u32 - 2 * hop);
-        let from = if from > kept { from } else { kept };
-        self.rebuilt_test = from.div_ceil(hop);
-        self.rebuilt_next = self.rebuilt_test * hop;
-        self.rebuilt.start(&self.theta.clone());
-    }
-
-    /// Makes some of them; false when there is none left before increment `to`.
-    pub fn rebuild(&mut self, to: u32, increments: u32) -> bool {
+    /// Makes the test windows from increment `from` on anew, without the effects that are active now: some of them in each call; false when
+    /// there is none left before increment `to`.
+    pub fn rebuild(&mut self, rebuild: &mut Rebuild, to: u32, increments: u32) -> bool {
         for _ in 0..increments {
-            if self.rebuilt_next >= to {
+            if rebuild.next >= to {
                 return false;
             }
-            let increment = self.increment(self.rebuilt_next);
-            self.rebuilt_next += 1;
-            let Some(test) = self.rebuilt.push(&increment) else { continue };
-            let held = self.rebuilt_test < self.tests_completed;
-            let is_kept = self.rebuilt_test + TESTS as u32 >= self.tests_completed;
-            if let Some(slot) = self.tests.get_mut(self.rebuilt_test as usize % TESTS).filter(|_| held && is_kept) {
+            let increment = self.increment(rebuild.next);
+            rebuild.next += 1;
+            let Some(test) = rebuild.weak_form.push(&increment) else { continue };
+            let held = rebuild.test < self.tests_completed && rebuild.test + TESTS as u32 >= self.tests_completed;
+            if let Some(slot) = self.tests.get_mut(rebuild.test as usize % TESTS).filter(|_| held) {
                 *slot = test;
             }
-            self.rebuilt_test += 1;
+            rebuild.test += 1;
         }
         true
     }

@@ -47,8 +47,7 @@ fn fly(
     let mut trace = TraceReader::open(c"trace.bin", input)?;
     let mut flight = RecordWriter::create(c"flight.bin", output)?;
 
-    let config: Config = trace.next()?.ok_or(Fault::TraceMalformed)?;
-    probe.configure(&config).map_err(Fault::Config)?;
+    configure(probe, &mut trace)?;
 
     let mut push = Tally::default();
     let mut poll = Tally::default();
@@ -57,38 +56,70 @@ fn fly(
         let (output, ticks) = counter.measure(|| push_sample(probe, &sample));
         push.add(ticks);
         if let Some(output) = output {
-            flight.write(&Record::Output(output))?;
+            write_output(&mut flight, output)?;
         }
         let (report, ticks) = counter.measure(|| poll_probe(probe));
         poll.add(ticks);
         if let Some(report) = report {
             let poll_instructions = counter.instructions(poll.since(&poll_before_window));
             poll_before_window = poll;
-            flight.write(&Record::Window { report, poll_instructions })?;
+            write_window(&mut flight, &report, poll_instructions)?;
         }
-        if let Some(report) = probe.take_diagnosis() {
-            flight.write(&Record::Diagnosis(report))?;
-        }
+        write_diagnosis(probe, &mut flight)?;
     }
     // Reports that came faster than one a sample.
     while let Some(report) = probe.poll(0) {
-        flight.write(&Record::Window { report, poll_instructions: 0 })?;
+        write_window(&mut flight, &report, 0)?;
     }
 
-    while let Some(report) = probe.take_diagnosis() {
-        flight.write(&Record::Diagnosis(report))?;
-    }
+    write_diagnosis(probe, &mut flight)?;
 
+    write_end(probe, &mut flight, &counter, (&push, &poll))?;
+    flight.close()
+}
+
+// Functions of their own, so that a record stands on the stack only while it is written.
+
+#[inline(never)]
+fn configure(probe: &mut Probe, trace: &mut TraceReader) -> Result<(), Fault> {
+    let config: Config = trace.next()?.ok_or(Fault::TraceMalformed)?;
+    probe.configure(&config).map_err(Fault::Config)
+}
+
+#[inline(never)]
+fn write_end(
+    probe: &Probe,
+    flight: &mut RecordWriter,
+    counter: &InstructionCounter,
+    (push, poll): (&Tally, &Tally),
+) -> Result<(), Fault> {
     let stack = stack::high_water_mark()?;
     flight.write(&Record::End(Summary {
         counters: probe.counters(),
-        push: counter.cost(&push),
-        poll: counter.cost(&poll),
+        push: counter.cost(push),
+        poll: counter.cost(poll),
         ticks_per_1000_instructions: counter.ticks_per_1000_instructions(),
         stack_used_bytes: stack.used_bytes,
         stack_size_bytes: stack.size_bytes,
-    }))?;
-    flight.close()
+    }))
+}
+
+#[inline(never)]
+fn write_output(flight: &mut RecordWriter, output: Output) -> Result<(), Fault> {
+    flight.write(&Record::Output(output))
+}
+
+#[inline(never)]
+fn write_window(flight: &mut RecordWriter, report: &WindowReport, poll_instructions: u64) -> Result<(), Fault> {
+    flight.write(&Record::Window { report: *report, poll_instructions })
+}
+
+#[inline(never)]
+fn write_diagnosis(probe: &mut Probe, flight: &mut RecordWriter) -> Result<(), Fault> {
+    match probe.take_diagnosis() {
+        Some(report) => flight.write(&Record::Diagnosis(report)),
+        None => Ok(()),
+    }
 }
 
 // Functions of their own, so that what is measured is the call that a program makes and not a part merged into the loop.
