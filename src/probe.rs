@@ -69,6 +69,10 @@ pub struct Counters {
     pub overruns: u32,
     /// Window reports dropped because nobody polled them.
     pub reports_lost: u32,
+    /// Diagnoses that were not ready in time.
+    pub diagnosis_overruns: u32,
+    /// Diagnoses' reports dropped because nobody took them.
+    pub diagnoses_lost: u32,
 }
 
 /// The pipeline. All buffers are inside; [`Probe::new`] is all zero bytes, so that a `static` of it costs no flash.
@@ -111,6 +115,8 @@ impl Probe {
                 gyro_missing: 0,
                 overruns: 0,
                 reports_lost: 0,
+                diagnosis_overruns: 0,
+                diagnoses_lost: 0,
             },
             last_us: 0,
             last_raw_rad_s: [0.0; 3],
@@ -312,7 +318,13 @@ impl Probe {
     /// What has been counted since the start.
     #[must_use]
     pub const fn counters(&self) -> Counters {
-        Counters { overruns: self.identifier.overruns, reports_lost: self.identifier.reports_lost, ..self.counters }
+        Counters {
+            overruns: self.identifier.overruns,
+            reports_lost: self.identifier.reports_lost,
+            diagnosis_overruns: self.identifier.diagnosis_overruns,
+            diagnoses_lost: self.identifier.diagnoses_lost,
+            ..self.counters
+        }
     }
 
     /// The gyro model in use.

@@ -1,7 +1,7 @@
 //! What the firmware sends: one [`Record`] after another, self-delimiting in postcard's encoding.
 
 use crate::{
-    diagnosis::DiagnosisReport,
+    diagnosis::{DiagnosisReport, HardIronInterval},
     identification::WindowReport,
     probe::{Counters, Output},
 };
@@ -23,6 +23,8 @@ pub enum Record {
     },
     /// What one diagnosis found, right after the output of the sample at which it took effect.
     Diagnosis(DiagnosisReport),
+    /// A magnet that came while the probe ran, at the end of it.
+    HardIron(HardIronInterval),
     /// The trace is over; the last record.
     End(Summary),
 }

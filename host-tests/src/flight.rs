@@ -4,7 +4,7 @@ use meerkat_mwd::{
     Config, Probe, Sample,
     compensation::{Effect, effects::LIBRARY},
     config::ConfigError,
-    diagnosis::DiagnosisReport,
+    diagnosis::{DiagnosisReport, HardIronInterval},
     identification::WindowReport,
     probe::{Counters, Output},
 };
@@ -18,6 +18,8 @@ pub struct Flight {
     pub reports: Vec<WindowReport>,
     /// One per diagnosis, in order.
     pub diagnoses: Vec<DiagnosisReport>,
+    /// Magnets that came and went, those of the latest that the probe keeps.
+    pub magnets: Vec<HardIronInterval>,
     /// Events counted on the way.
     pub counters: Counters,
 }
@@ -54,6 +56,7 @@ pub fn fly_with(
     // Reports that came faster than one a sample.
     flight.reports.extend(std::iter::from_fn(|| probe.poll(0)));
     flight.diagnoses.extend(std::iter::from_fn(|| probe.take_diagnosis()));
+    flight.magnets = probe.hard_iron_intervals().copied().collect();
     flight.counters = probe.counters();
     Ok(flight)
 }

@@ -12,6 +12,7 @@ use meerkat_mwd::{
     Config, SampleFlags,
     compensation::GyroModel,
     config::OptimizerKind,
+    diagnosis::HardIronInterval,
     identification::{Decision, WindowReport},
 };
 use serde::Serialize;
@@ -115,12 +116,12 @@ struct EffectJson {
     parameters: BTreeMap<&'static str, f32>,
     sigma: BTreeMap<&'static str, f32>,
     active_s: Vec<[f64; 2]>,
-    evidence: f32,
-    p_value: f32,
+    evidence: Option<f32>,
+    p_value: Option<f32>,
     /// Whether it is taken out of the readings: not where it is larger than this effect can be.
     taken_out: bool,
-    residual_before: f32,
-    residual_after: f32,
+    residual_before: Option<f32>,
+    residual_after: Option<f32>,
     residual_unit: &'static str,
 }
 
@@ -138,11 +139,29 @@ impl EffectJson {
             parameters: by_name(&report.found.parameters),
             sigma: by_name(&report.found.sigma),
             active_s: vec![found.active_s],
-            evidence: report.evidence,
-            p_value: report.p_value,
+            evidence: Some(report.evidence),
+            p_value: Some(report.p_value),
             taken_out: report.believed,
-            residual_before: before,
-            residual_after: after,
+            residual_before: Some(before),
+            residual_after: Some(after),
+            residual_unit: "deg",
+        }
+    }
+
+    /// A magnet that came while the probe ran. It is decided by odds of a million to one, and has no residual of its own.
+    fn of_magnet(magnet: &HardIronInterval, end_s: f64) -> Self {
+        let names = ["x_ut", "y_ut", "z_ut"];
+        Self {
+            name: "hard_iron",
+            aliases: Vec::new(),
+            parameters: names.into_iter().zip(magnet.offset_ut).collect(),
+            sigma: names.into_iter().zip(magnet.sigma_ut).collect(),
+            active_s: vec![[in_seconds(magnet.from_us), magnet.to_us.map_or(end_s, in_seconds)]],
+            evidence: None,
+            p_value: None,
+            taken_out: magnet.corrected,
+            residual_before: None,
+            residual_after: None,
             residual_unit: "deg",
         }
     }
@@ -241,7 +260,11 @@ pub fn result_json(
         },
         diagnosis: Diagnosis {
             verdict: config.effects.then(|| verdict_name(diagnosed.verdict)),
-            effects: diagnosed.effects.iter().map(EffectJson::new).collect(),
+            effects: {
+                let end_s = trace.samples.last().map_or(0.0, |sample| in_seconds(sample.t_us));
+                let magnets = diagnosed.magnets.iter().map(|magnet| EffectJson::of_magnet(magnet, end_s));
+                diagnosed.effects.iter().map(EffectJson::new).chain(magnets).collect()
+            },
             residual: diagnosed.residual,
         },
         reference,

@@ -9,7 +9,7 @@ use meerkat_mwd::{
 };
 
 use crate::{
-    diagnose::{Diagnosed, sentence, verdict_name},
+    diagnose::{Diagnosed, sentences, verdict_name},
     flight::Flight,
     refusal_text::refusal_text,
     result_json::Parameters,
@@ -186,5 +186,5 @@ fn print_diagnosed(out: &mut impl Write, config: &Config, diagnosed: &Diagnosed)
         (Some(before), Some(after)) => writeln!(out, "; residual of the field over a second {before:.2} -> {after:.2} deg")?,
         _ => writeln!(out)?,
     }
-    diagnosed.effects.iter().try_for_each(|found| writeln!(out, "         {}", sentence(found)))
+    sentences(diagnosed).iter().try_for_each(|sentence| writeln!(out, "         {sentence}"))
 }

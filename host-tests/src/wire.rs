@@ -59,11 +59,11 @@ pub fn encode_trace(config: &Config, samples: &[Sample]) -> Result<Vec<u8>, post
 pub fn decode_flight(bytes: &[u8]) -> Result<Landed, WireError> {
     let mut outputs = Vec::new();
     let mut reports = Vec::new();
-    let mut diagnoses = Vec::new();
+    let (mut diagnoses, mut magnets) = (Vec::new(), Vec::new());
     let mut poll_instructions = Vec::new();
     let mut rest = bytes;
     loop {
-        let records = outputs.len() + reports.len() + diagnoses.len();
+        let records = outputs.len() + reports.len() + diagnoses.len() + magnets.len();
         if rest.is_empty() {
             return Err(WireError::NoSummary { records });
         }
@@ -77,8 +77,9 @@ pub fn decode_flight(bytes: &[u8]) -> Result<Landed, WireError> {
                 poll_instructions.push(instructions);
             }
             Record::Diagnosis(report) => diagnoses.push(report),
+            Record::HardIron(interval) => magnets.push(interval),
             Record::End(summary) if rest.is_empty() => {
-                let flight = Flight { outputs, reports, diagnoses, counters: summary.counters };
+                let flight = Flight { outputs, reports, diagnoses, magnets, counters: summary.counters };
                 return Ok(Landed { flight, poll_instructions, summary });
             }
             Record::End(_) => return Err(WireError::AfterSummary { bytes: rest.len() }),

@@ -7,7 +7,7 @@ use meerkat_mwd::{
     config::OptimizerKind,
     identification::{Decision, Refusal, WindowReport},
 };
-use mwd::{flight::Flight, result_json::result_json, summary::print_summary, trace::Trace};
+use mwd::{diagnose::diagnosed, flight::Flight, result_json::result_json, summary::print_summary, trace::Trace};
 use serde_json::Value;
 
 fn model(scale: f32, bias: f32) -> GyroModel {
@@ -38,7 +38,9 @@ fn report(start_s: u64, decision: Decision, fitted: GyroModel, flown: GyroModel)
 
 fn result(reports: Vec<WindowReport>) -> Value {
     let flight = Flight { reports, ..Flight::default() };
-    serde_json::to_value(result_json(&Trace::default(), &Config::default(), &flight, None)).unwrap()
+    let (trace, config) = (Trace::default(), Config::default());
+    let diagnosed = diagnosed(&trace, &config, &flight);
+    serde_json::to_value(result_json(&trace, &config, &flight, &diagnosed, None)).unwrap()
 }
 
 #[test]
@@ -81,7 +83,8 @@ fn the_summary_of_a_long_flight_fits_a_screen() {
     let reports = (0..200).map(|i| report(25 * i, Decision::Accepted, model(1.0, 0.0), model(1.0, 0.0))).collect();
     let flight = Flight { reports, ..Flight::default() };
     let mut text = Vec::new();
-    print_summary(&mut text, &Trace::default(), &Config::default(), &flight, None).unwrap();
+    let (trace, config) = (Trace::default(), Config::default());
+    print_summary(&mut text, &trace, &config, &flight, &diagnosed(&trace, &config, &flight), None).unwrap();
     let text = String::from_utf8(text).unwrap();
     assert!(text.contains("200: 200 accepted, 0 refused"));
     assert!(text.lines().count() <= 40, "{text}");

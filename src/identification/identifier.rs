@@ -115,6 +115,8 @@ pub(crate) struct Identifier {
     /// Reports dropped because nobody polled them.
     pub reports_lost: u32,
     pub overruns: u32,
+    pub diagnosis_overruns: u32,
+    pub diagnoses_lost: u32,
 }
 
 impl Identifier {
@@ -146,6 +148,8 @@ impl Identifier {
             pending: Deque::new(),
             reports_lost: 0,
             overruns: 0,
+            diagnosis_overruns: 0,
+            diagnoses_lost: 0,
         }
     }
 
@@ -184,6 +188,8 @@ impl Identifier {
         self.pending.clear();
         self.reports_lost = 0;
         self.overruns = 0;
+        self.diagnosis_overruns = 0;
+        self.diagnoses_lost = 0;
     }
 
     pub const fn flown(&self) -> &GyroModel {
@@ -265,13 +271,13 @@ impl Identifier {
         }
         self.diagnosis_effect_us = 0;
         let Some(mut report) = self.waiting.pop() else {
-            self.overruns = self.overruns.saturating_add(1);
+            self.diagnosis_overruns = self.diagnosis_overruns.saturating_add(1);
             return false;
         };
         report.t_effect_us = t_us;
         let effects = report.active();
         if self.diagnosed.pop().is_some() {
-            self.reports_lost = self.reports_lost.saturating_add(1);
+            self.diagnoses_lost = self.diagnoses_lost.saturating_add(1);
         }
         // Just emptied, so there is room.
         let _ = self.diagnosed.push(report);

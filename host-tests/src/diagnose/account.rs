@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use meerkat_mwd::{
     Config,
     compensation::Effect,
-    diagnosis::{DiagnosisReport, Verdict},
+    diagnosis::{DiagnosisReport, HardIronInterval, Verdict},
 };
 
 use super::outcome::{Diagnosed, Found};
@@ -90,15 +90,29 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
 
 fn print_outcome(out: &mut impl Write, diagnosed: &Diagnosed) -> io::Result<()> {
     writeln!(out, "verdict   {}", verdict_name(diagnosed.verdict))?;
-    for found in &diagnosed.effects {
-        writeln!(out, "  {}", sentence(found))?;
+    for sentence in sentences(diagnosed) {
+        writeln!(out, "  {sentence}")?;
     }
     Ok(())
 }
 
-/// One effect in a line.
+/// What was found, an effect in a line.
 #[must_use]
-pub fn sentence(found: &Found) -> String {
+pub fn sentences(diagnosed: &Diagnosed) -> Vec<String> {
+    diagnosed.effects.iter().map(sentence).chain(diagnosed.magnets.iter().map(of_magnet)).collect()
+}
+
+fn of_magnet(magnet: &HardIronInterval) -> String {
+    let [x, y, z] = magnet.offset_ut;
+    let size = (x * x + y * y + z * z).sqrt();
+    let until = magnet.to_us.map_or_else(|| "the end".to_owned(), |to_us| format!("{:.1} s", to_us as f64 * 1e-6));
+    let remark = if magnet.corrected { "taken out" } else { "the field is not used while it lasts" };
+    let from_s = magnet.from_us as f64 * 1e-6;
+    format!("hard_iron from {from_s:.1} s to {until}: {size:.1} uT, ({x:.1}, {y:.1}, {z:.1}) uT, {remark}")
+}
+
+/// One effect in a line.
+fn sentence(found: &Found) -> String {
     let parameters = found.effect.parameters().iter().enumerate().map(|(k, parameter)| {
         let value = found.report.found.parameters.get(k).copied().unwrap_or(0.0) * parameter.in_unit;
         let sigma = found.report.found.sigma.get(k).copied().unwrap_or(0.0) * parameter.in_unit;

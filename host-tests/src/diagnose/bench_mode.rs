@@ -63,7 +63,8 @@ pub(super) fn diagnose(trace: &Trace, config: &Config) -> anyhow::Result<(Flight
     let mut reports = of_gyro.reports;
     reports.extend(of_vectors.reports);
     let verdict = joint(of_gyro.verdict, of_vectors.verdict);
-    Ok((flight, Diagnosed { verdict, effects, reports, residual: of_vectors.residual }))
+    let magnets = of_vectors.magnets;
+    Ok((flight, Diagnosed { verdict, effects, magnets, reports, residual: of_vectors.residual }))
 }
 
 /// The graver of two verdicts.

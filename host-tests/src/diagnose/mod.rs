@@ -8,7 +8,7 @@ mod vector_residual;
 
 use std::io;
 
-pub use account::{print_account, sentence, verdict_name};
+pub use account::{print_account, sentences, verdict_name};
 pub use outcome::{Diagnosed, Found, diagnosed};
 pub use vector_residual::{BeforeAfter, VectorResidual};
 

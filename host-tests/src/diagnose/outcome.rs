@@ -3,7 +3,7 @@
 use meerkat_mwd::{
     Config,
     compensation::Effect,
-    diagnosis::{DiagnosisReport, EffectReport, Verdict},
+    diagnosis::{DiagnosisReport, EffectReport, HardIronInterval, Verdict},
 };
 
 use super::vector_residual::{VectorResidual, vector_residual};
@@ -16,6 +16,8 @@ pub struct Diagnosed {
     pub verdict: Verdict,
     /// The effects that it holds.
     pub effects: Vec<Found>,
+    /// Magnets that came and went.
+    pub magnets: Vec<HardIronInterval>,
     /// Every diagnosis that could tell anything, with the library that it used.
     pub reports: Vec<(DiagnosisReport, &'static [&'static dyn Effect])>,
     /// Residual of the vectors with the bias alone, and with all that flew.
@@ -58,9 +60,14 @@ pub(super) fn diagnosed_with(
             effects.push(Found { effect, report: *report, active_s: [from_us as f64 / 1e6, end_s] });
         }
     }
+    let verdict = match reports.last().map_or(Verdict::NotEnoughExcitation, |last| last.verdict) {
+        Verdict::ModelSufficient | Verdict::NotEnoughExcitation if !flight.magnets.is_empty() => Verdict::EffectsFound,
+        verdict => verdict,
+    };
     Diagnosed {
-        verdict: reports.last().map_or(Verdict::NotEnoughExcitation, |last| last.verdict),
+        verdict,
         effects,
+        magnets: flight.magnets.clone(),
         reports: reports.into_iter().map(|report| (*report, library)).collect(),
         residual: vector_residual(library, trace, config, flight),
     }

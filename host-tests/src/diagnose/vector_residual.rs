@@ -6,6 +6,7 @@ use meerkat_mwd::{
     Config, Sample, SampleFlags,
     compensation::{ActiveEffects, Effect, GyroModel, Moment, effect::REFERENCE_TEMPERATURE_C},
 };
+use meerkat_mwd::diagnosis::HardIronInterval;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
@@ -92,6 +93,10 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
         let t_s = sample.t_us as f64 * 1e-6;
         let mut moment = moment(sample, config, &model, last.map(|(t, w, _)| (t_s - t, w)));
         if corrected {
+            let there = |magnet: &&HardIronInterval| {
+                magnet.corrected && (magnet.from_us..magnet.to_us.unwrap_or(u64::MAX)).contains(&sample.t_us)
+            };
+            flight.magnets.iter().filter(there).for_each(|magnet| moment.field_ut -= magnet.offset());
             effects.correct(library, &mut moment);
         }
         let rate: Vector3<f64> = moment.rate_rad_s.cast();

@@ -4,7 +4,6 @@ use meerkat_mwd::{
     Config, Probe,
     attitude::AttitudeFlags,
     diagnosis::{HardIronCounts, HardIronInterval},
-    probe::POLL_BUDGET,
 };
 use mwd::{
     configuration::of_trace,
@@ -107,7 +106,7 @@ pub fn watch_with(trace: &Trace, config: &Config) -> Watched {
         let output = probe.push(sample).unwrap();
         let flags = output.attitude.map(|attitude| attitude.flags);
         unused += u32::from(flags.is_none_or(|f| f.contains(AttitudeFlags::MAG_UNUSED)));
-        probe.poll(POLL_BUDGET);
+        probe.poll(probe.poll_budget());
     }
     Watched {
         intervals: probe.hard_iron_intervals().copied().collect(),

@@ -1,9 +1,19 @@
 //! A main loop that polls too little, too much, or never.
 
-use meerkat_mwd::{Probe, identification::Refusal};
+use meerkat_mwd::{Config, Probe, identification::Refusal};
 use mwd::flight::Flight;
 
-use crate::rig::{Run, refusal, run, sound};
+use crate::rig::{Run, refusal, run as flown, sound};
+
+/// A run in which only windows are identified: what their work is sliced into is counted here.
+fn run(duration_s: f64, seed: u64) -> Run {
+    let run = flown(duration_s, seed);
+    Run { config: Config { effects: false, ..run.config }, ..run }
+}
+
+
+/// What a probe at 100 Hz asks for.
+const BUDGET: u32 = 1_600;
 
 /// Flies with `budget(index)` units of work after each sample; `None`: not polled.
 fn polled(run: &Run, budget: impl Fn(usize) -> Option<u32>) -> Flight {
@@ -13,6 +23,7 @@ fn polled(run: &Run, budget: impl Fn(usize) -> Option<u32>) -> Flight {
     for (index, sample) in run.trace.samples.iter().enumerate() {
         flight.outputs.extend(probe.push(sample));
         flight.reports.extend(budget(index).and_then(|units| probe.poll(units)));
+        flight.diagnoses.extend(probe.take_diagnosis());
     }
     while let Some(report) = probe.poll(0) {
         flight.reports.push(report);
@@ -25,7 +36,7 @@ fn polled(run: &Run, budget: impl Fn(usize) -> Option<u32>) -> Flight {
 #[test]
 fn how_the_work_is_sliced_changes_nothing_while_it_is_in_time() {
     let run = run(110.0, 3);
-    let expected = polled(&run, |_| Some(POLL_BUDGET));
+    let expected = polled(&run, |_| Some(BUDGET));
     assert_eq!(expected.counters.overruns, 0);
     assert_eq!(expected, polled(&run, |_| Some(1)), "one piece after each sample");
     assert_eq!(expected, polled(&run, |_| Some(u32::MAX)), "all at once");
@@ -39,7 +50,7 @@ fn how_the_work_is_sliced_changes_nothing_while_it_is_in_time() {
 #[test]
 fn a_search_that_is_not_done_in_time_is_an_overrun_and_never_half_a_result() {
     let run = run(110.0, 3);
-    let expected = polled(&run, |_| Some(POLL_BUDGET));
+    let expected = polled(&run, |_| Some(BUDGET));
     let (mut in_time, mut late) = (0, 0);
     for every in [1, 2, 3, 5, 10, 100, 190, 210, 250, 300, 400, 499, 600] {
         for budget in [1, 100, 300, 20_000, u32::MAX] {
@@ -76,4 +87,18 @@ fn never_polled_the_old_model_stays_and_what_is_lost_is_counted() {
     for (output, sample) in flight.outputs.iter().zip(&run.trace.samples) {
         assert_eq!(output.rate_rad_s, sample.gyro_rad_s, "the factory's model is the identity");
     }
+}
+
+#[test]
+fn a_diagnosis_is_the_same_however_its_work_is_sliced_and_late_it_is_counted() {
+    let run = flown(110.0, 3);
+    let expected = polled(&run, |_| Some(BUDGET));
+    assert_eq!((expected.counters.overruns, expected.counters.diagnosis_overruns), (0, 0));
+    assert!(!expected.diagnoses.is_empty());
+    for every in [1, 7, 50] {
+        assert_eq!(expected, polled(&run, |index| (index % every == 0).then_some(u32::MAX)), "every {every} samples");
+    }
+    let late = polled(&run, |_| Some(1));
+    assert!(late.counters.diagnosis_overruns > 0);
+    assert!(late.diagnoses.len() < expected.diagnoses.len());
 }

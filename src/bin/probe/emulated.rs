@@ -12,6 +12,7 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 use fault::Fault;
 use instruction_counter::{InstructionCounter, Tally};
 use meerkat_mwd::{
+    diagnosis::HardIronInterval,
     Config, Probe, Sample,
     identification::WindowReport,
     probe::Output,
@@ -74,6 +75,9 @@ fn fly(
 
     write_diagnosis(probe, &mut flight)?;
 
+    for interval in probe.hard_iron_intervals() {
+        write_hard_iron(&mut flight, interval)?;
+    }
     write_end(probe, &mut flight, &counter, (&push, &poll))?;
     flight.close()
 }
@@ -102,6 +106,11 @@ fn write_end(
         stack_used_bytes: stack.used_bytes,
         stack_size_bytes: stack.size_bytes,
     }))
+}
+
+#[inline(never)]
+fn write_hard_iron(flight: &mut RecordWriter, interval: &HardIronInterval) -> Result<(), Fault> {
+    flight.write(&Record::HardIron(*interval))
 }
 
 #[inline(never)]
