@@ -183,7 +183,9 @@ fn print_diagnosed(out: &mut impl Write, config: &Config, diagnosed: &Diagnosed)
     let residual = &diagnosed.residual.magnetic_deg;
     write!(out, "effects  {}", verdict_name(diagnosed.verdict))?;
     match (residual.before, residual.after) {
-        (Some(before), Some(after)) => writeln!(out, "; residual of the field over a second {before:.2} -> {after:.2} deg")?,
+        (Some(before), Some(after)) => {
+            writeln!(out, "; residual of the field over a second {before:.2} -> {after:.2} deg")?
+        }
         _ => writeln!(out)?,
     }
     sentences(diagnosed).iter().try_for_each(|sentence| writeln!(out, "         {sentence}"))

@@ -1,9 +1,9 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
+    history::History,
     normal::{Factor, MAX_COLUMNS, Model, Normal},
     report::{DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
-    history::History,
     sign_flip::{GROUPS, Scores, sign_flip},
     walk::Walk,
     weak_columns::{COLUMNS, GYRO, GyroScales, Layout, TestFacts, WeakColumns},
@@ -58,6 +58,12 @@ const LEAST_DRIFT_RAD: f32 = LEAST_TURN_RAD / 5.0;
 /// Most passes of one diagnosis.
 const MOST_PASSES: u8 = 20;
 
+/// Information from which a parameter is observed: its deviation is half its usual size.
+const OBSERVED: f32 = 4.0;
+
+/// Deviations that a parameter of an effect has to be from zero to be taken out.
+const SIGNIFICANT: f32 = 3.0;
+
 /// Columns of P.
 const P: usize = 9;
 
@@ -78,13 +84,14 @@ pub(crate) struct DiagnosisJob {
     /// Increments.
     pub from: u32,
     pub to: u32,
+    /// The model that flew at the end: what is found does not depend on when the work is done.
+    pub flown: GyroModel,
 }
 
 /// What the diagnosis looks at and with.
 pub(crate) struct Subject<'a> {
     pub stream: &'a SampleStream,
     pub config: &'a Config,
-    pub flown: &'a GyroModel,
     pub library: &'a [&'static dyn Effect],
 }
 
@@ -162,8 +169,7 @@ pub(crate) struct Diagnosis {
     /// The part of it that is taken out of the readings before the equations are made, so that they are about the solution: a lag
     /// of 15 ms at 180 deg/s is seen a thousandth wrong to first order.
     taken_out: ActiveEffects,
-    chosen: [Chosen; MAX_ACTIVE],
-    count: u8,
+    chosen: heapless::Vec<Chosen, MAX_ACTIVE>,
     /// Candidates that are too small to matter, or did not fit: one bit each.
     banned: u32,
     tried: [Tried; MAX_CANDIDATES],
@@ -182,7 +188,7 @@ impl Diagnosis {
     pub const fn zero() -> Self {
         Self {
             running: false,
-            job: DiagnosisJob { t_start_us: 0, t_end_us: 0, from: 0, to: 0 },
+            job: DiagnosisJob { t_start_us: 0, t_end_us: 0, from: 0, to: 0, flown: GyroModel::UNSET },
             p: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             c: Vector3::new(0.0, 0.0, 0.0),
             pass: 0,
@@ -206,8 +212,7 @@ impl Diagnosis {
             scales: [0.0; 2],
             x: [0.0; COLUMNS],
             taken_out: ActiveEffects::none(),
-            chosen: [Chosen::NONE; MAX_ACTIVE],
-            count: 0,
+            chosen: heapless::Vec::new(),
             banned: 0,
             tried: [Tried { evidence: 0.0, p_value: 0.0, too_small: false }; MAX_CANDIDATES],
             residual: [0.0; 2],
@@ -235,7 +240,7 @@ impl Diagnosis {
         self.scales = [1.0; 2];
         self.squares = [[0.0; 2]; MAX_TESTS];
         self.x = [0.0; COLUMNS];
-        self.count = 0;
+        self.chosen.clear();
         self.banned = 0;
         self.tried = [Tried { p_value: 1.0, ..Tried::default() }; MAX_CANDIDATES];
         self.residual_before_rad = None;
@@ -250,20 +255,20 @@ impl Diagnosis {
         self.usable_before = self.usable;
         self.usable = 0;
         let scales = gyro_scales(subject);
-        let flown_p = subject.flown.p_matrix();
-        let flown_c = flown_p * Vector3::from(subject.flown.b_rad_s);
+        let flown_p = self.job.flown.p_matrix();
+        let flown_c = flown_p * Vector3::from(self.job.flown.b_rad_s);
         self.p = Matrix3::from_fn(|i, j| flown_p[(i, j)] + scales.of_p(i, j) * self.x[3 * i + j]);
         self.c = Vector3::from_fn(|i, _| flown_c[i] + scales.c_rad_s * self.x[9 + i]);
         self.walk.start(subject.stream, self.job.from, (&self.p, &self.c));
         self.columns.start(subject.stream.weak_form.hop());
         self.normal.clear();
         self.scores.fill(0.0);
-        self.taken_out = ActiveEffects::none();
-        for slot in 0..usize::from(self.count) {
-            let index = self.chosen[slot].index;
+        let mut taken_out = ActiveEffects::none();
+        for &Chosen { index, .. } in &self.chosen {
             let parameters = self.parameters(subject, usize::from(index));
-            self.taken_out.add(FoundEffect { index, parameters, ..FoundEffect::default() });
+            taken_out.add(FoundEffect { index, parameters, ..FoundEffect::default() });
         }
+        self.taken_out = taken_out;
         self.residual_sums = [[0.0; 2]; 2];
         self.nis_sums = [0.0; 2];
         for chosen in &mut self.chosen {
@@ -315,7 +320,7 @@ impl Diagnosis {
     #[inline(never)]
     fn take(&mut self, subject: &Subject, index: u32) {
         let scales = gyro_scales(subject);
-        let mut instant = self.walk.advance(subject.stream, index, (&self.p, &self.c));
+        let mut instant = self.walk.advance((subject.stream, self.job.to), index, (&self.p, &self.c));
         let read = instant.moment;
         self.taken_out.correct_vectors(subject.library, &mut instant.moment);
         self.measure_turns(subject, &read);
@@ -333,8 +338,8 @@ impl Diagnosis {
         if moment.rate_rad_s.norm_squared() < square(subject.config.identification.max_bias_rad_s) {
             return;
         }
-        for slot in 0..usize::from(self.count) {
-            let index = usize::from(self.chosen[slot].index);
+        for slot in 0..self.chosen.len() {
+            let Some(index) = self.chosen.get(slot).map(|chosen| usize::from(chosen.index)) else { return };
             let Some(effect) = subject.library.get(index) else { continue };
             let vector = match effect.sensor() {
                 Sensor::Gyro => continue,
@@ -344,9 +349,9 @@ impl Diagnosis {
             let parameters = self.parameters(subject, index);
             let part = crate::compensation::contribution(*effect, &parameters, moment);
             let norm = vector.norm_squared();
-            if norm > 0.0 {
-                self.chosen[slot].turned[0] += part.norm_squared() / norm;
-                self.chosen[slot].turned[1] += 1.0;
+            if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| norm > 0.0) {
+                chosen.turned[0] += part.norm_squared() / norm;
+                chosen.turned[1] += 1.0;
             }
         }
     }
@@ -357,7 +362,7 @@ impl Diagnosis {
         let Some(effect) = subject.library.get(index) else { return parameters };
         let columns = self.columns_of(subject, index);
         for ((value, column), parameter) in parameters.iter_mut().zip(columns).zip(effect.parameters()) {
-            *value = self.x[column] * parameter.usual;
+            *value = self.x_of(column) * parameter.usual;
         }
         parameters
     }
@@ -419,7 +424,8 @@ impl Diagnosis {
         for found in self.taken_out.iter() {
             let index = usize::from(found.index);
             if subject.library.get(index).is_some_and(|effect| effect.sensor() != Sensor::Gyro) {
-                self.columns_of(subject, index).for_each(|column| is_taken_out[column] = true);
+                let columns = is_taken_out.get_mut(self.columns_of(subject, index)).unwrap_or_default();
+                columns.fill(true);
             }
         }
         is_taken_out
@@ -427,8 +433,8 @@ impl Diagnosis {
 
     /// How much the chosen gyro effects turn the body over a test window, whose weights add up to a second.
     fn measure_drifts(&mut self, subject: &Subject, test: &TestFacts, under_way: usize) {
-        for slot in 0..usize::from(self.count) {
-            let index = usize::from(self.chosen[slot].index);
+        for slot in 0..self.chosen.len() {
+            let Some(index) = self.chosen.get(slot).map(|chosen| usize::from(chosen.index)) else { return };
             if subject.library.get(index).is_none_or(|effect| effect.sensor() != Sensor::Gyro) {
                 continue;
             }
@@ -439,14 +445,17 @@ impl Diagnosis {
                     continue;
                 }
                 let sum = self.columns.rows(under_way, v).iter().fold(0.0, |sum, row| {
-                    let turned = columns.clone().fold(0.0, |turned, column| turned + row[column] * self.x[column]);
+                    let turned =
+                        columns.clone().fold(0.0, |turned, column| turned + at(row, column) * self.x_of(column));
                     sum + turned * turned
                 });
                 let turned = sum / square(test.norms[v]);
                 largest = if turned > largest { turned } else { largest };
             }
-            self.chosen[slot].turned[0] += largest;
-            self.chosen[slot].turned[1] += 1.0;
+            if let Some(chosen) = self.chosen.get_mut(slot) {
+                chosen.turned[0] += largest;
+                chosen.turned[1] += 1.0;
+            }
         }
     }
 
@@ -458,13 +467,20 @@ impl Diagnosis {
     /// The model so far, or all of it but one effect. What history added is not this window's to solve for.
     fn model(&self, subject: &Subject, without: Option<usize>) -> Model {
         let mut model = Model::new();
-        let chosen = self.chosen.iter().take(usize::from(self.count)).filter(|chosen| !chosen.by_history);
+        let chosen = self.chosen.iter().filter(|chosen| !chosen.by_history);
         let effects = chosen.map(|chosen| usize::from(chosen.index)).filter(|index| Some(*index) != without);
         let gyro = if self.p_is_held { P..GYRO } else { 0..GYRO };
         let columns = gyro.chain(effects.flat_map(|index| self.columns_of(subject, index)));
-        // No room is no column.
-        model.extend(columns.take(MAX_COLUMNS).map(|column| column as u8));
+        for column in columns {
+            // No room is no column.
+            let _ = model.push(column as u8);
+        }
         model
+    }
+
+    /// The solution so far of a column.
+    fn x_of(&self, column: usize) -> f32 {
+        at(&self.x, column)
     }
 
     /// Moves the solution to the optimum of the model.
@@ -474,11 +490,14 @@ impl Diagnosis {
         for (sum, &column) in rhs.iter_mut().zip(model) {
             let column = usize::from(column);
             // The prior of deviation 1 about zero pulls with the value itself.
-            *sum = self.groups().iter().fold(-self.x[column], |sum, scores| sum + scores[column]);
+            let pull = -self.x_of(column);
+            *sum = self.groups().iter().fold(pull, |sum, scores| sum + at(scores, column));
         }
         self.factor.solve(&mut rhs);
         for (change, &column) in rhs.iter().zip(model) {
-            self.x[usize::from(column)] += change;
+            if let Some(x) = self.x.get_mut(usize::from(column)) {
+                *x += change;
+            }
         }
         Some(())
     }
@@ -506,30 +525,30 @@ impl Diagnosis {
         }
         // S = Ncc - Nc0 B.
         let mut information = [[0.0_f32; MAX_PARAMETERS]; MAX_PARAMETERS];
-        for (i, column) in columns.clone().enumerate() {
-            for (j, other) in columns.clone().enumerate() {
-                let rows = model.iter().zip(&gains[j]);
+        for (row_of, column) in information.iter_mut().zip(columns.clone()) {
+            for ((element, other), gain) in row_of.iter_mut().zip(columns.clone()).zip(&gains) {
+                let rows = model.iter().zip(gain);
                 let explained =
                     rows.fold(0.0, |sum, (&row, gain)| sum + self.normal.get(usize::from(row), column) * gain);
-                information[i][j] = self.normal.get(column, other) - explained;
+                *element = self.normal.get(column, other) - explained;
             }
         }
         let whitening = Whitening::new(&information, dimension, |i| {
-            // What is left beside the model has to tell the usual size from nothing, and has to be more than rounding.
+            // What is left beside the model has to be more than rounding, too.
             let own = 1e-4 * self.normal.get(columns.start + i, columns.start + i);
-            if own > 1.0 { own } else { 1.0 }
+            if own > OBSERVED { own } else { OBSERVED }
         })?;
         // A candidate that is in the solution has taken its part out of the residual: put back, evenly, S x of it.
-        let own: [f32; MAX_PARAMETERS] = core::array::from_fn(|i| {
-            let x = columns.clone().zip(&information[i]);
-            x.fold(0.0, |sum, (column, s)| sum + s * self.x[column]) / GROUPS as f32
+        let own = information.map(|row| {
+            let x = columns.clone().zip(&row);
+            x.fold(0.0, |sum, (column, s)| sum + s * self.x_of(column)) / GROUPS as f32
         });
         let mut scores = [[0.0; MAX_PARAMETERS]; GROUPS];
         for (score, group) in scores.iter_mut().zip(self.groups()) {
-            for (i, column) in columns.clone().enumerate() {
-                let rows = model.iter().zip(&gains[i]);
-                let explained = rows.fold(0.0, |sum, (&row, gain)| sum + group[usize::from(row)] * gain);
-                score[i] = group[column] - explained + own[i];
+            for (((score, column), gain), own) in score.iter_mut().zip(columns.clone()).zip(&gains).zip(&own) {
+                let rows = model.iter().zip(gain);
+                let explained = rows.fold(0.0, |sum, (&row, gain)| sum + at(group, usize::from(row)) * gain);
+                *score = at(group, column) - explained + own;
             }
         }
         Some(Effective { scores, whitening })
@@ -562,9 +581,8 @@ impl Diagnosis {
             self.residual_before_rad = Some(rms);
             self.nis_before = self.nis;
         }
-        if let Some(last) = usize::from(self.count).checked_sub(1) {
-            let after = Self::shown_in(subject, self.chosen[last].index, rms);
-            self.chosen[last].residual_after_rad = after;
+        if let Some(last) = self.chosen.last_mut() {
+            last.residual_after_rad = Self::shown_in(subject, last.index, rms);
         }
         if (has_settled || self.is_final) && self.drop_one(subject) {
             return may_go_on && self.changed(subject);
@@ -572,17 +590,13 @@ impl Diagnosis {
         if self.is_final || !may_go_on {
             return false;
         }
-        if usize::from(self.count) < MAX_ACTIVE
+        if !self.chosen.is_full()
             && let Some((index, evidence, p_value)) = self.best_candidate(subject, &model)
         {
-            self.chosen[usize::from(self.count)] = Chosen {
-                index: index as u8,
-                evidence,
-                p_value,
-                residual_before_rad: Self::shown_in(subject, index as u8, rms),
-                ..Chosen::NONE
-            };
-            self.count += 1;
+            let residual_before_rad = Self::shown_in(subject, index as u8, rms);
+            // There is room.
+            let _ =
+                self.chosen.push(Chosen { index: index as u8, evidence, p_value, residual_before_rad, ..Chosen::NONE });
             return self.changed(subject);
         }
         if !has_settled {
@@ -596,7 +610,7 @@ impl Diagnosis {
         let added = self.add_by_history(subject, &model, history);
         if !p_is_wrong {
             self.p_is_held = true;
-            self.x[..P].fill(0.0);
+            self.x.iter_mut().take(P).for_each(|x| *x = 0.0);
         }
         // More passes, to see what is left with P as it flies and what was added.
         (added || !p_is_wrong) && self.changed(subject)
@@ -605,7 +619,11 @@ impl Diagnosis {
     /// Whether P, after all effects, explains most of what is left: then it is about to be identified, and stays free. Else what it would
     /// take is the effects' own: which of two sensors' axes are turned cannot be told, and P flies as it is.
     fn p_is_wrong(&mut self, model: &Model) -> bool {
-        let others: Model = model.iter().copied().filter(|column| usize::from(*column) >= P).collect();
+        let mut others = Model::new();
+        for &column in model.iter().filter(|column| usize::from(**column) >= P) {
+            // As much room as the model has.
+            let _ = others.push(column);
+        }
         let Some(Effective { scores, whitening }) = self.effective_scores_of(0..P, &others) else { return false };
         let (gain, _) = sign_flip(&whitening.whitened(&scores));
         // What is left with P free, in the same units: three components of two vectors.
@@ -615,14 +633,16 @@ impl Diagnosis {
 
     /// Adds this window's scores to those of the windows before, and the candidate that shows most in all of them together to the model.
     fn add_by_history(&mut self, subject: &Subject, model: &Model, history: &mut History) -> bool {
-        let chosen = self.chosen.iter().take(usize::from(self.count));
-        history.begin(chosen.fold(self.banned, |mask, chosen| mask | 1 << chosen.index));
+        let chosen = self.chosen.iter();
+        history.begin(
+            chosen.fold(self.banned, |mask, chosen| mask | 1_u32.checked_shl(u32::from(chosen.index)).unwrap_or(0)),
+        );
         let candidates = subject.library.len().min(MAX_CANDIDATES);
         let limit = FALSE_ALARMS / candidates as f32;
         let mut best: Option<(Chosen, [f32; MAX_PARAMETERS], f32)> = None;
         for index in 0..candidates {
-            let taken = self.chosen.iter().take(usize::from(self.count)).any(|c| usize::from(c.index) == index);
-            if taken || self.banned & (1 << index) != 0 {
+            let taken = self.chosen.iter().any(|c| usize::from(c.index) == index);
+            if taken || self.banned.checked_shr(index as u32).unwrap_or(0) & 1 != 0 {
                 continue;
             }
             let Some(Effective { scores, whitening }) = self.effective_scores(subject, index, model) else { continue };
@@ -639,18 +659,17 @@ impl Diagnosis {
             if p_value <= limit && worth > best.map_or(LEAST_WORTH, |(.., most)| most + LEAST_LEAD) {
                 let estimate = whitening.estimate(&whitened).map(|x| x / windows);
                 let sigma = whitening.sandwich(&whitened).map(|x| x / windows);
-                let found =
-                    Chosen { index: index as u8, evidence, p_value, sigma, by_history: true, ..Chosen::NONE };
+                let found = Chosen { index: index as u8, evidence, p_value, sigma, by_history: true, ..Chosen::NONE };
                 best = Some((found, estimate, worth));
             }
         }
-        let Some((found, estimate, _)) = best.filter(|_| usize::from(self.count) < MAX_ACTIVE) else { return false };
-        for (column, x) in self.columns_of(subject, usize::from(found.index)).zip(estimate) {
-            self.x[column] = x;
-        }
+        let Some((found, estimate, _)) = best else { return false };
+        let columns = self.columns_of(subject, usize::from(found.index));
         let residual_before_rad = Self::shown_in(subject, found.index, self.residual);
-        self.chosen[usize::from(self.count)] = Chosen { residual_before_rad, ..found };
-        self.count += 1;
+        if self.chosen.push(Chosen { residual_before_rad, ..found }).is_err() {
+            return false;
+        }
+        self.x.get_mut(columns).unwrap_or_default().iter_mut().zip(estimate).for_each(|(x, found)| *x = found);
         true
     }
 
@@ -675,12 +694,13 @@ impl Diagnosis {
         let mut has_settled = true;
         for v in 0..2 {
             let mut values = [0.0; MAX_TESTS];
+            let squares = self.squares.iter().take(self.test as usize).map(|squares| squares[v]);
             let mut count = 0;
-            for squares in self.squares.iter().take(self.test as usize).filter(|squares| squares[v] > 0.0) {
-                values[count] = squares[v];
+            for (value, square) in values.iter_mut().zip(squares.filter(|square| *square > 0.0)) {
+                *value = square;
                 count += 1;
             }
-            let median = quantile(&mut values[..count], 0.5) / MEDIAN_SQUARE;
+            let median = quantile(values.get_mut(..count).unwrap_or_default(), 0.5) / MEDIAN_SQUARE;
             if median > 0.0 && median.is_finite() {
                 has_settled &= median < SETTLED * self.scales[v] && self.scales[v] < SETTLED * median;
                 self.scales[v] = median;
@@ -691,8 +711,8 @@ impl Diagnosis {
 
     /// Drops a chosen effect that is too small to matter or, with the others there, no longer shows.
     fn drop_one(&mut self, subject: &Subject) -> bool {
-        for slot in 0..usize::from(self.count) {
-            let Chosen { index, turned: [sum, count], .. } = self.chosen[slot];
+        for slot in 0..self.chosen.len() {
+            let Some(&Chosen { index, turned: [sum, count], by_history, .. }) = self.chosen.get(slot) else { break };
             let size = libm::sqrtf(if count > 0.0 { sum / count } else { 0.0 });
             let index = usize::from(index);
             let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
@@ -701,21 +721,19 @@ impl Diagnosis {
             let effective = self.effective_scores(subject, index, &model);
             let shows = effective.is_some_and(|effective| {
                 let scores = effective.whitening.whitened(&effective.scores);
-                if !self.chosen[slot].by_history {
-                    self.chosen[slot].sigma = effective.whitening.sandwich(&scores);
+                if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| !by_history) {
+                    chosen.sigma = effective.whitening.sandwich(&scores);
                 }
-                self.chosen[slot].by_history || sign_flip(&scores).1 <= FALSE_ALARMS
+                by_history || sign_flip(&scores).1 <= FALSE_ALARMS
             });
             if too_small || !shows {
                 if let Some(tried) = self.tried.get_mut(index) {
                     tried.too_small = too_small;
                 }
-                self.banned |= 1 << index;
-                for column in self.columns_of(subject, index) {
-                    self.x[column] = 0.0;
-                }
-                self.chosen.copy_within(slot + 1.., slot);
-                self.count -= 1;
+                self.banned |= 1_u32.checked_shl(index as u32).unwrap_or(0);
+                let columns = self.columns_of(subject, index);
+                self.x.get_mut(columns).unwrap_or_default().fill(0.0);
+                self.chosen.retain(|chosen| usize::from(chosen.index) != index);
                 return true;
             }
         }
@@ -728,15 +746,19 @@ impl Diagnosis {
         let limit = FALSE_ALARMS / candidates as f32;
         let mut best: Option<(usize, f32, f32, f32)> = None;
         for index in 0..candidates {
-            let chosen = self.chosen.iter().take(usize::from(self.count)).any(|c| usize::from(c.index) == index);
-            if chosen || self.banned & (1 << index) != 0 {
+            let chosen = self.chosen.iter().any(|c| usize::from(c.index) == index);
+            if chosen || self.banned.checked_shr(index as u32).unwrap_or(0) & 1 != 0 {
                 continue;
             }
             let Some(Effective { scores, whitening }) = self.effective_scores(subject, index, model) else { continue };
             let (twice_the_gain, p_value) = sign_flip(&whitening.whitened(&scores));
             let evidence = 0.5 * twice_the_gain;
-            self.tried[index] = Tried { evidence, p_value, too_small: false };
-            if p_value <= limit && self.worth(subject, index, evidence) > best.map_or(LEAST_WORTH, |(.., most)| most + LEAST_LEAD) {
+            if let Some(tried) = self.tried.get_mut(index) {
+                *tried = Tried { evidence, p_value, too_small: false };
+            }
+            if p_value <= limit
+                && self.worth(subject, index, evidence) > best.map_or(LEAST_WORTH, |(.., most)| most + LEAST_LEAD)
+            {
                 best = Some((index, evidence, p_value, self.worth(subject, index, evidence)));
             }
         }
@@ -752,13 +774,18 @@ impl Diagnosis {
     fn report(&self, subject: &Subject) -> DiagnosisReport {
         let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.tested;
         let mut effects = [EffectReport::default(); MAX_ACTIVE];
-        for (report, chosen) in effects.iter_mut().zip(&self.chosen).take(usize::from(self.count)) {
+        for (report, chosen) in effects.iter_mut().zip(&self.chosen) {
             let index = usize::from(chosen.index);
             let Some(effect) = subject.library.get(index) else { continue };
-            let parameters = self.parameters(subject, index);
+            let mut parameters = self.parameters(subject, index);
             let mut sigma = [0.0; MAX_PARAMETERS];
-            for ((sigma, scaled), parameter) in sigma.iter_mut().zip(&chosen.sigma).zip(effect.parameters()) {
+            let both = sigma.iter_mut().zip(&mut parameters);
+            for (((sigma, x), scaled), parameter) in both.zip(&chosen.sigma).zip(effect.parameters()) {
                 *sigma = scaled * parameter.usual;
+                if libm::fabsf(*x) < SIGNIFICANT * *sigma {
+                    // Of an effect that is there, a part that is not seen to be: in a vertical hole the offset along the axis.
+                    *x = 0.0;
+                }
             }
             let [sum, count] = chosen.turned;
             *report = EffectReport {
@@ -774,7 +801,7 @@ impl Diagnosis {
             Verdict::NotEnoughExcitation
         } else if self.is_unexplained() {
             Verdict::UnexplainedResidual
-        } else if self.count > 0 {
+        } else if !self.chosen.is_empty() {
             Verdict::EffectsFound
         } else {
             Verdict::ModelSufficient
@@ -785,7 +812,7 @@ impl Diagnosis {
             t_effect_us: 0,
             verdict,
             effects,
-            count: if enough { self.count } else { 0 },
+            count: if enough { self.chosen.len() as u8 } else { 0 },
             tried: self.tried,
             candidates: subject.library.len().min(MAX_CANDIDATES) as u8,
             residual_before_rad: self.residual_before_rad.unwrap_or(self.residual),
@@ -817,6 +844,11 @@ fn gyro_scales(subject: &Subject) -> GyroScales {
         off_diagonal: id.prior_sigma_off_diagonal,
         c_rad_s: id.prior_sigma_bias_rad_s,
     }
+}
+
+/// An element; 0 beyond the end.
+fn at(values: &[f32], index: usize) -> f32 {
+    values.get(index).copied().unwrap_or(0.0)
 }
 
 fn square(x: f32) -> f32 {

@@ -51,13 +51,14 @@ impl History {
     /// Takes a candidate's scores of the present window, once, and gives them with those of the past; `None` where there is no past.
     pub fn with(&mut self, columns: &Range<usize>, scores: &Scores) -> Option<Scores> {
         let mut together = [[0.0; MAX_PARAMETERS]; GROUPS];
-        for (i, column) in columns.clone().enumerate() {
-            let place = column - GYRO;
-            for (group, pair) in scores.chunks_exact(2).enumerate() {
-                let sum = pair[0][i] + pair[1][i];
-                together[group][i] = sum;
-                together[PAST + group][i] = self.past[group][place];
-                self.past[group][place] += sum;
+        let (present, past) = together.split_at_mut(PAST);
+        let pairs = scores.as_chunks::<2>().0;
+        for (((present, past), [first, second]), kept) in present.iter_mut().zip(past).zip(pairs).zip(&mut self.past) {
+            let kept = kept.iter_mut().skip(columns.start.saturating_sub(GYRO)).take(columns.len());
+            let sums = first.iter().zip(second).map(|(a, b)| a + b);
+            for (((present, past), sum), kept) in present.iter_mut().zip(past).zip(sums).zip(kept) {
+                (*present, *past) = (sum, *kept);
+                *kept += sum;
             }
         }
         (self.windows > 1).then_some(together)

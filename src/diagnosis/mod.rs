@@ -20,6 +20,6 @@ mod whitening;
 
 pub(crate) use diagnosis::{Diagnosis, DiagnosisJob, Subject};
 pub(crate) use history::History;
-pub use magnet::{HardIronCounts, HardIronInterval};
 pub(crate) use magnet::{FieldUse, HardIronWatch};
+pub use magnet::{HardIronCounts, HardIronInterval};
 pub use report::{DiagnosisReport, EffectReport, Tried, Verdict};

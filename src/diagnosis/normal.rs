@@ -1,5 +1,3 @@
-#![allow(clippy::indexing_slicing)] // Indices come from lists that are no longer than the arrays.
-
 use super::weak_columns::COLUMNS;
 
 /// Most columns of one model: the gyro's 12 and those of a few effects.
@@ -30,9 +28,9 @@ impl Normal {
     pub fn add(&mut self, rows: &[[f32; COLUMNS]; 3], columns: usize, weight: f32) {
         let [a, b, c] = rows;
         let mut rest = self.0.as_mut_slice();
-        for i in 0..columns.min(COLUMNS) {
+        for (i, ((own_a, own_b), own_c)) in a.iter().zip(b).zip(c).enumerate().take(columns) {
             let Some((sums, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
-            let (wa, wb, wc) = (weight * a[i], weight * b[i], weight * c[i]);
+            let (wa, wb, wc) = (weight * own_a, weight * own_b, weight * own_c);
             for (((sum, x), y), z) in sums.iter_mut().zip(a).zip(b).zip(c) {
                 *sum += wa * x + wb * y + wc * z;
             }
@@ -56,8 +54,15 @@ impl Factor {
         Self { elements: [0.0; TRIANGLE], size: 0 }
     }
 
-    fn at(i: usize, j: usize) -> usize {
-        i * (i + 1) / 2 + j
+    /// Row `i` of L up to the diagonal.
+    fn row(&self, i: usize) -> &[f32] {
+        let start = i * (i + 1) / 2;
+        self.elements.get(start..=start + i).unwrap_or_default()
+    }
+
+    /// Element (i, j) of L.
+    fn get(&self, i: usize, j: usize) -> f32 {
+        self.row(i).get(j).copied().unwrap_or(0.0)
     }
 
     /// Factorises; `None` when it is not positive definite, or not finite.
@@ -65,39 +70,38 @@ impl Factor {
         self.size = model.len();
         for (i, &row) in model.iter().enumerate() {
             for (j, &column) in model.iter().enumerate().take(i + 1) {
-                let mut sum = normal.get(usize::from(row), usize::from(column)) + if i == j { 1.0 } else { 0.0 };
-                let diagonal = sum;
-                for k in 0..j {
-                    sum -= self.elements[Self::at(i, k)] * self.elements[Self::at(j, k)];
-                }
-                self.elements[Self::at(i, j)] = if i == j {
+                let diagonal = normal.get(usize::from(row), usize::from(column)) + if i == j { 1.0 } else { 0.0 };
+                let products = self.row(i).iter().zip(self.row(j)).take(j);
+                let sum = products.fold(diagonal, |sum, (a, b)| sum - a * b);
+                let element = if i == j {
                     // A pivot that loses all but the last few bits of its diagonal is rounding noise.
                     if !(sum > 1e-6 * diagonal && sum.is_finite()) {
                         return None;
                     }
                     libm::sqrtf(sum)
                 } else {
-                    sum / self.elements[Self::at(j, j)]
+                    sum / self.get(j, j)
                 };
+                *self.elements.get_mut(i * (i + 1) / 2 + j)? = element;
             }
         }
         Some(())
     }
 
-    /// y with L y = rhs.
-    pub fn solve_lower(&self, rhs: &mut [f32; MAX_COLUMNS]) {
-        for i in 0..self.size {
-            let done = (0..i).fold(rhs[i], |sum, k| sum - self.elements[Self::at(i, k)] * rhs[k]);
-            rhs[i] = done / self.elements[Self::at(i, i)];
-        }
-    }
-
     /// x with L L^T x = rhs.
     pub fn solve(&self, rhs: &mut [f32; MAX_COLUMNS]) {
-        self.solve_lower(rhs);
+        for i in 0..self.size {
+            let (done, rest) = rhs.split_at_mut_checked(i).unwrap_or_default();
+            let Some(value) = rest.first_mut() else { return };
+            let sum = self.row(i).iter().zip(&*done).fold(*value, |sum, (l, y)| sum - l * y);
+            *value = sum / self.get(i, i);
+        }
         for i in (0..self.size).rev() {
-            let done = (i + 1..self.size).fold(rhs[i], |sum, k| sum - self.elements[Self::at(k, i)] * rhs[k]);
-            rhs[i] = done / self.elements[Self::at(i, i)];
+            let (_, rest) = rhs.split_at_mut_checked(i).unwrap_or_default();
+            let Some((value, after)) = rest.split_first_mut() else { return };
+            let rows = after.iter().enumerate().take(self.size - i - 1);
+            let sum = rows.fold(*value, |sum, (k, x)| sum - self.get(i + 1 + k, i) * x);
+            *value = sum / self.get(i, i);
         }
     }
 }

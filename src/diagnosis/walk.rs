@@ -53,9 +53,15 @@ impl Walk {
     }
 
     /// Turns to increment `index`, the next one. Its derivative of the rate takes a look at the one after it.
-    pub fn advance(&mut self, stream: &SampleStream, index: u32, (p, c): (&Matrix3<f32>, &Vector3<f32>)) -> Instant {
+    pub fn advance(
+        &mut self,
+        (stream, to): (&SampleStream, u32),
+        index: u32,
+        (p, c): (&Matrix3<f32>, &Vector3<f32>),
+    ) -> Instant {
         let increment = stream.increments.get(index);
-        let next = stream.increments.get(index + 1).rate;
+        // What comes after the end may be there already or not.
+        let next = if index + 1 < to { stream.increments.get(index + 1).rate } else { None };
         let [_, raw] = self.raws;
         let raw_next = next.unwrap_or(raw);
         let [_, before, now] = self.rates;

@@ -33,7 +33,8 @@ impl Layout {
     pub fn new(library: &[&dyn Effect]) -> Self {
         let mut layout = Self { first: [COLUMNS as u8; MAX_CANDIDATES], ends: [GYRO; 3] };
         let mut next = GYRO;
-        for (end, sensor) in [Sensor::Gyro, Sensor::Accelerometer, Sensor::Magnetometer].into_iter().enumerate() {
+        for (end, sensor) in [Sensor::Gyro, Sensor::Accelerometer, Sensor::Magnetometer].into_iter().enumerate().take(3)
+        {
             for (first, effect) in layout.first.iter_mut().zip(library) {
                 let count = effect.parameters().len();
                 if effect.sensor() == sensor && next + count <= COLUMNS {
@@ -60,7 +61,8 @@ impl Layout {
 
     /// The columns of gravity's or the field's rows that vectors' effects fill.
     fn of_vector(&self, vector: usize) -> Range<usize> {
-        self.ends[vector]..self.ends[vector + 1]
+        let [_, force, field] = self.ends;
+        if vector == 0 { self.ends[0]..force } else { force..field }
     }
 }
 
@@ -78,6 +80,9 @@ impl GyroScales {
         if row == column { self.diagonal } else { self.off_diagonal }
     }
 }
+
+/// None.
+const NO_ROWS: Rows = [[0.0; COLUMNS]; 3];
 
 /// Rows of one vector over one test window.
 pub(super) type Rows = [[f32; COLUMNS]; 3];
@@ -202,13 +207,12 @@ impl WeakColumns {
             for (k, at) in layout.columns_of(library, index).enumerate() {
                 let Some(parameter) = effect.parameters().get(k) else { break };
                 let term = effect.term(k, moment) * parameter.usual;
+                let [of_force, of_field] = &mut columns;
+                let (Some(force), Some(field)) = (of_force.get_mut(at), of_field.get_mut(at)) else { break };
                 match sensor {
-                    Sensor::Gyro => {
-                        columns[0][at] = gains[0] * -term;
-                        columns[1][at] = gains[1] * -term;
-                    }
-                    Sensor::Accelerometer => columns[0][at] = rotation * term,
-                    Sensor::Magnetometer => columns[1][at] = rotation * term,
+                    Sensor::Gyro => (*force, *field) = (gains[0] * -term, gains[1] * -term),
+                    Sensor::Accelerometer => *force = rotation * term,
+                    Sensor::Magnetometer => *field = rotation * term,
                 }
             }
         }
@@ -232,8 +236,11 @@ impl WeakColumns {
                 sums.rhs[v] += turned[v] * slope;
                 let (gyro, vector) = (0..layout.ends[0], layout.of_vector(v));
                 for (i, row) in rows[v].iter_mut().enumerate() {
-                    row[gyro.clone()].iter_mut().zip(&columns[v][gyro.clone()]).for_each(|(sum, c)| *sum += c[i] * weight);
-                    row[vector.clone()].iter_mut().zip(&columns[v][vector.clone()]).for_each(|(sum, c)| *sum += c[i] * slope);
+                    for (runs, factor) in [(&gyro, weight), (&vector, slope)] {
+                        let sums = row.get_mut(runs.clone()).unwrap_or_default();
+                        let added = columns[v].get(runs.clone()).unwrap_or_default();
+                        sums.iter_mut().zip(added).for_each(|(sum, column)| *sum += column[i] * factor);
+                    }
                 }
             }
             sums.missing.iter_mut().zip(read).for_each(|(missing, read)| *missing |= !read);
@@ -255,7 +262,7 @@ impl WeakColumns {
     pub fn rows(&self, number: usize, vector: usize) -> &Rows {
         let (rows, _) = self.rows.as_chunks::<COLUMNS>();
         let (rows, _) = rows.as_chunks::<3>();
-        &rows[(2 * number + vector) % (2 * UNDER_WAY)]
+        rows.get(2 * number + vector).unwrap_or(&NO_ROWS)
     }
 
     /// Clears them for the next.

@@ -9,7 +9,6 @@ type Vector = [f32; MAX_PARAMETERS];
 pub(super) struct Whitening {
     lower: [Vector; MAX_PARAMETERS],
     seen: [bool; MAX_PARAMETERS],
-    dimension: usize,
 }
 
 impl Whitening {
@@ -17,7 +16,10 @@ impl Whitening {
     pub fn new(information: &[Vector; MAX_PARAMETERS], dimension: usize, floor: impl Fn(usize) -> f32) -> Option<Self> {
         let mut lower = [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS];
         let mut seen = [false; MAX_PARAMETERS];
-        for i in 0..dimension {
+        for i in 0..MAX_PARAMETERS {
+            if i >= dimension {
+                break;
+            }
             for j in 0..i {
                 let sum = (0..j).fold(information[i][j], |sum, k| sum - lower[i][k] * lower[j][k]);
                 lower[i][j] = if seen[j] { sum / lower[j][j] } else { 0.0 };
@@ -29,14 +31,20 @@ impl Whitening {
                 lower[i].iter_mut().take(i).for_each(|x| *x = 0.0);
             }
         }
-        seen.contains(&true).then_some(Self { lower, seen, dimension })
+        // Beyond the dimension: the identity, so that what is zero there stays so.
+        for i in 0..MAX_PARAMETERS {
+            if i >= dimension {
+                lower[i][i] = 1.0;
+            }
+        }
+        seen.contains(&true).then_some(Self { lower, seen })
     }
 
     /// L^-1 h of each group.
     pub fn whitened(&self, scores: &Scores) -> Scores {
         let mut whitened = *scores;
         for score in &mut whitened {
-            for i in 0..self.dimension {
+            for i in 0..MAX_PARAMETERS {
                 let done = (0..i).fold(score[i], |sum, k| sum - self.lower[i][k] * score[k]);
                 score[i] = if self.seen[i] { done / self.lower[i][i] } else { 0.0 };
             }
@@ -46,8 +54,8 @@ impl Whitening {
 
     /// L^-T z.
     fn back(&self, mut z: Vector) -> Vector {
-        for i in (0..self.dimension).rev() {
-            let done = (i + 1..self.dimension).fold(z[i], |sum, k| sum - self.lower[k][i] * z[k]);
+        for i in (0..MAX_PARAMETERS).rev() {
+            let done = (i + 1..MAX_PARAMETERS).fold(z[i], |sum, k| sum - self.lower[k][i] * z[k]);
             z[i] = done / self.lower[i][i];
         }
         z

@@ -182,6 +182,7 @@ impl Identifier {
         self.carried = Carried::nothing();
         self.work = Work::Nothing;
         self.to_diagnose = None;
+        self.diagnosis_effect_us = 0;
         self.history = History::zero();
         self.waiting.clear();
         self.state = State::Idle;
@@ -258,7 +259,13 @@ impl Identifier {
         let most = self.stream.grid.increments_in(DIAGNOSIS_S) as u32;
         let from = self.stream_from.max(count.saturating_sub(most));
         let length_us = u64::from(count - from) * u64::from(self.stream.grid.interval_us);
-        let job = DiagnosisJob { t_start_us: t_us.saturating_sub(length_us), t_end_us: t_us, from, to: count };
+        let job = DiagnosisJob {
+            t_start_us: t_us.saturating_sub(length_us),
+            t_end_us: t_us,
+            from,
+            to: count,
+            flown: self.flown,
+        };
         self.diagnosis_effect_us = t_us.saturating_add(micros(DIAGNOSIS_LATENCY_S));
         self.to_diagnose = Some(job);
     }
@@ -477,9 +484,9 @@ impl Identifier {
             self.waiting.clear();
             self.work.begin_diagnosis();
         }
-        let Self { work, stream, config, flown, waiting, history, .. } = self;
+        let Self { work, stream, config, waiting, history, .. } = self;
         let Work::Diagnosis(diagnosis) = work else { return 0 };
-        let subject = Subject { stream, config, flown, library: stream.library() };
+        let subject = Subject { stream, config, library: stream.library() };
         if let Some(job) = begun {
             diagnosis.start(&subject, job);
         }

@@ -277,7 +277,9 @@ mod tests {
         let p = Matrix3::from_fn(|i, j| delta[3 * i + j] + if i == j { 1.0 } else { 0.0 });
         let c = Vector3::new(delta[9], delta[10], delta[11]);
         let mut walk = NodeWalk::start();
-        core::array::from_fn(|number| walk.node((|index| ring.get(index), Grid::new(20_000), 10 * number as u32), (&p, &c), &NO_EFFECTS))
+        core::array::from_fn(|number| {
+            walk.node((|index| ring.get(index), Grid::new(20_000), 10 * number as u32), (&p, &c), &NO_EFFECTS)
+        })
     }
 
     #[test]

@@ -1,8 +1,8 @@
-use crate::compensation::{ActiveEffects, Effect, Moment, effect::REFERENCE_TEMPERATURE_C};
 use super::{
     Accumulator, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, Scales,
     SurroundingsRing, TestEquations, WeakForm, equations::GYRO, weak_form::UNDER_WAY,
 };
+use crate::compensation::{ActiveEffects, Effect, Moment, effect::REFERENCE_TEMPERATURE_C};
 use nalgebra::{Matrix3, Vector3};
 
 /// Increments kept: the longest window (50 s of at least 20 ms) and the time to make its nodes.
@@ -196,11 +196,8 @@ impl SampleStream {
         };
         let rate = nominal(raw);
         let before = self.increments.get(index.wrapping_sub(1)).rate.map_or(rate, nominal);
-        let after = self.increments.get(index.wrapping_add(1)).rate;
-        let acceleration = match after.map(nominal) {
-            Some(after) => (after - before) / (2.0 * self.grid.interval_s()),
-            None => (rate - before) / self.grid.interval_s(),
-        };
+        // Not of the next one: whether it is there already depends on when this is asked.
+        let acceleration = (rate - before) / self.grid.interval_s();
         let surroundings = self.surroundings.get(index);
         let mut moment = Moment {
             rate_rad_s: rate,

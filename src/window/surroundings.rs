@@ -2,7 +2,7 @@
 const SHARED: u32 = 10;
 
 /// Entries: as many as the increments that are kept need, and one in progress.
-const ENTRIES: usize = 262;
+const ENTRIES: usize = 263;
 
 /// What changes slowly, in means over a fifth of a second: how hard it shakes, and how warm it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,9 +73,9 @@ impl SurroundingsRing {
         (self.square_sum, self.squares, self.temperature_sum, self.temperatures) = (0.0, 0, 0.0, 0);
     }
 
-    /// Those of increment `index`, which must be one that is kept.
+    /// Those of the fifth of a second before increment `index`, which must be one that is kept: its own may still be in progress.
     pub fn get(&self, index: u32) -> Surroundings {
-        let place = (index / SHARED) as usize % ENTRIES;
+        let place = (index / SHARED).wrapping_sub(1) as usize % ENTRIES;
         let temperature = self.temperatures_c.get(place).copied().filter(|c| *c != NONE);
         Surroundings {
             square_force_m2_s4: self.square_forces.get(place).copied().unwrap_or(0.0),
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn means_stand_for_the_increments_that_they_were_made_of() {
+    fn means_stand_for_the_increments_after_those_that_they_were_made_of() {
         let mut ring = SurroundingsRing::zero();
         ring.start();
         for index in 0..3_000 {
@@ -98,7 +98,7 @@ mod tests {
             ring.complete(index);
         }
         for index in 400..3_000 {
-            let entry = (index / SHARED) as f32;
+            let entry = (index / SHARED - 1) as f32;
             let expected = Surroundings { square_force_m2_s4: entry, temperature_c: Some(20.0 + entry) };
             let found = ring.get(index);
             assert_eq!(found.square_force_m2_s4, expected.square_force_m2_s4, "{index}");
@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn what_was_not_read_is_none() {
         let mut ring = SurroundingsRing::zero();
-        (0..10).for_each(|index| ring.complete(index));
-        assert_eq!(ring.get(3), Surroundings { square_force_m2_s4: 0.0, temperature_c: None });
+        (0..20).for_each(|index| ring.complete(index));
+        assert_eq!(ring.get(13), Surroundings { square_force_m2_s4: 0.0, temperature_c: None });
     }
 }

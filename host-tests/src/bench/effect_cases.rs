@@ -41,11 +41,7 @@ pub(super) const CASES: &[Case] = &[
         add: |s, r| s.effects.mag_matrix = matrix(r, 0.03),
     },
     Case { name: "accel_bias", names: &["accel_bias"], add: |s, r| s.effects.accel_bias_m_s2 = vector(r, 0.5) },
-    Case {
-        name: "lever_arm",
-        names: &["lever_arm"],
-        add: |s, r| s.accel.lever_arm_m = vector(r, 0.05),
-    },
+    Case { name: "lever_arm", names: &["lever_arm"], add: |s, r| s.accel.lever_arm_m = vector(r, 0.05) },
     Case {
         name: "accel_lag",
         names: &["accel_lag", "gyro_lag"],

@@ -71,12 +71,17 @@ fn row(case: &Case, trials: &[Trial]) -> Vec<Cell> {
         Cell::percent(trials.iter().filter(|trial| is(trial)).count() as f64 / trials.len() as f64, 0)
     };
     let right = |name: &&str| case.names.contains(name);
-    let mut others: Vec<&str> = trials.iter().flat_map(|trial| &trial.names).filter(|name| !right(name)).copied().collect();
+    let mut others: Vec<&str> =
+        trials.iter().flat_map(|trial| &trial.names).filter(|name| !right(name)).copied().collect();
     others.sort_unstable();
     others.dedup();
     vec![
         case.name.into(),
-        if case.names.is_empty() { Cell::from("-") } else { share(&|trial| trial.names.iter().any(|name| right(name))) },
+        if case.names.is_empty() {
+            Cell::from("-")
+        } else {
+            share(&|trial| trial.names.iter().any(|name| right(name)))
+        },
         share(&|trial| trial.names.iter().any(|name| !right(name))),
         share(&|trial| trial.verdict == Some(Verdict::UnexplainedResidual)),
         share(&|trial| trial.verdict == Some(Verdict::ModelSufficient)),

@@ -27,7 +27,11 @@ pub fn print_account(
 ) -> io::Result<()> {
     writeln!(out, "trace     {}: {} samples, {:.2} s", trace.path.display(), trace.samples.len(), trace.duration_s())?;
     if let Some(freeze_us) = config.freeze_at_us {
-        writeln!(out, "hold-out  effects frozen from {} s; residuals and scores are over what follows", seconds(freeze_us))?;
+        writeln!(
+            out,
+            "hold-out  effects frozen from {} s; residuals and scores are over what follows",
+            seconds(freeze_us)
+        )?;
     }
     for (report, library) in &diagnosed.reports {
         print_report(out, report, library)?;
@@ -45,7 +49,10 @@ pub fn print_account(
         for (name, scores) in [("as it is", scores), ("one delay taken out", aligned)] {
             let cells = [scores.bias_only, scores.twelve_parameters, scores.with_effects].map(figure);
             let [bias, twelve, flown] = cells;
-            writeln!(out, "rotation  over 2 s, {name}: bias only {bias}, 12 parameters {twelve}, with effects {flown} deg rms")?;
+            writeln!(
+                out,
+                "rotation  over 2 s, {name}: bias only {bias}, 12 parameters {twelve}, with effects {flown} deg rms"
+            )?;
         }
     }
     Ok(())
@@ -118,7 +125,12 @@ fn sentence(found: &Found) -> String {
         let sigma = found.report.found.sigma.get(k).copied().unwrap_or(0.0) * parameter.in_unit;
         format!("{} {value:.3} +- {sigma:.3}", parameter.name)
     });
-    format!("{}: {}; also {}", found.effect.name(), parameters.collect::<Vec<_>>().join(", "), found.effect.aliases().join(", "))
+    format!(
+        "{}: {}; also {}",
+        found.effect.name(),
+        parameters.collect::<Vec<_>>().join(", "),
+        found.effect.aliases().join(", ")
+    )
 }
 
 /// The verdict as the JSON spells it.

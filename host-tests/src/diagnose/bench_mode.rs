@@ -49,7 +49,9 @@ const DIP_DEG: f64 = 65.0;
 pub(super) fn diagnose(trace: &Trace, config: &Config) -> anyhow::Result<(Flight, Diagnosed)> {
     if trace.reference.iter().flatten().count() < 2 {
         let path = trace.path.display();
-        return Err(Failure::BadInput(format!("{path}: --against-reference needs the columns qw, qx, qy, qz, filled")).into());
+        return Err(
+            Failure::BadInput(format!("{path}: --against-reference needs the columns qw, qx, qy, qz, filled")).into()
+        );
     }
     let attitudes = attitudes(trace);
     let gyro_trace = Trace { samples: vectors_from(trace, &attitudes), ..trace.clone() };

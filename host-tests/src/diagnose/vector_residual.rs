@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 
+use meerkat_mwd::diagnosis::HardIronInterval;
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
     compensation::{ActiveEffects, Effect, GyroModel, Moment, effect::REFERENCE_TEMPERATURE_C},
 };
-use meerkat_mwd::diagnosis::HardIronInterval;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
@@ -54,7 +54,12 @@ struct Reading {
 }
 
 /// The residuals of a flight with a library of effects.
-pub(super) fn vector_residual(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight) -> VectorResidual {
+pub(super) fn vector_residual(
+    library: &[&dyn Effect],
+    trace: &Trace,
+    config: &Config,
+    flight: &Flight,
+) -> VectorResidual {
     let from_s = config.freeze_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
     let figures = |corrected: bool| residuals(&read(library, trace, config, flight, corrected), from_s);
     let ([gravity_before, field_before], [gravity_after, field_after]) = (figures(false), figures(true));
@@ -108,9 +113,7 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
         reading.rotation.push(rotation);
         reading.rate.push(rate.norm());
         let flags = [SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
-        for ((vectors, v), missing) in
-            reading.vectors.iter_mut().zip([moment.force_m_s2, moment.field_ut]).zip(flags)
-        {
+        for ((vectors, v), missing) in reading.vectors.iter_mut().zip([moment.force_m_s2, moment.field_ut]).zip(flags) {
             vectors.push((!sample.flags.contains(missing)).then(|| rotation * v.cast::<f64>()));
         }
     }
@@ -136,7 +139,8 @@ fn residuals(reading: &Reading, from_s: f64) -> [Option<f64>; 2] {
     let mut angles: [Vec<f64>; 2] = [vec![], vec![]];
     let (mut start_s, end_s) = (from_s, reading.t_s.last().copied().unwrap_or(0.0));
     while start_s + SEGMENT_S + MEAN_S <= end_s {
-        let (first, second) = (at(start_s)..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
+        let (first, second) =
+            (at(start_s)..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
         let rates = reading.rate.get(first.start..second.end).unwrap_or_default();
         let square = rates.iter().map(|w| w * w).sum::<f64>() / rates.len().max(1) as f64;
         if square > MOVING_RAD_S * MOVING_RAD_S {

@@ -32,7 +32,7 @@ fn a_factory_calibrated_gyro_keeps_its_p() {
 fn a_known_error_is_found_and_taken_out() {
     let trace = Trace::read(&recording()).unwrap();
     for optimizer in OPTIMIZERS {
-        let mut accepted = 0;
+        let (mut accepted, mut ratios) = (0, Vec::new());
         for seed in 0..10 {
             let truth = known_error::draw(seed);
             let mut wrong = trace.clone();
@@ -48,13 +48,17 @@ fn a_known_error_is_found_and_taken_out() {
                 assert!(played.ratio() < 1.0, "{optimizer:?} {seed}: {:?}", played.scores);
                 continue;
             }
-            assert!(played.ratio() < 0.25, "{optimizer:?} {seed}: {:?}", played.scores);
+            assert!(played.ratio() < 0.5, "{optimizer:?} {seed}: {:?}", played.scores);
+            ratios.push(played.ratio());
             let flown = played.reports.last().unwrap().flown;
             for (found, known) in flown.p.iter().flatten().zip(truth.p.iter().flatten()) {
                 assert!((found - known).abs() < LARGEST_P_ERROR, "{optimizer:?} {seed}: {found} for {known}");
             }
         }
         assert!(accepted >= 8, "{optimizer:?}: {accepted} of 10");
+        // Half of them by a factor of five.
+        ratios.sort_by(f64::total_cmp);
+        assert!(ratios.get(ratios.len() / 2).is_none_or(|ratio| *ratio < 0.2), "{optimizer:?}: {ratios:?}");
     }
 }
 

@@ -11,7 +11,6 @@ fn run(duration_s: f64, seed: u64) -> Run {
     Run { config: Config { effects: false, ..run.config }, ..run }
 }
 
-
 /// What a probe at 100 Hz asks for.
 const BUDGET: u32 = 1_600;
 

@@ -115,6 +115,7 @@ fn a_probe_that_is_configured_again_forgets_everything() {
             flight.outputs.extend(probe.push(sample));
             if late_us == 0 || index < 4_000 {
                 flight.reports.extend(probe.poll(probe.poll_budget()));
+                flight.diagnoses.extend(probe.take_diagnosis());
             }
         }
         flight.counters = probe.counters();

@@ -3,12 +3,7 @@
 
 use core::{hint::black_box, panic::PanicInfo};
 use cortex_m_rt::entry;
-use meerkat_mwd::{
-    Config, Probe, Sample,
-    config::ConfigError,
-    identification::WindowReport,
-    probe::Output,
-};
+use meerkat_mwd::{Config, Probe, Sample, config::ConfigError, identification::WindowReport, probe::Output};
 
 #[entry]
 fn main() -> ! {

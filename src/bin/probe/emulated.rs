@@ -12,8 +12,8 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 use fault::Fault;
 use instruction_counter::{InstructionCounter, Tally};
 use meerkat_mwd::{
-    diagnosis::HardIronInterval,
     Config, Probe, Sample,
+    diagnosis::HardIronInterval,
     identification::WindowReport,
     probe::Output,
     telemetry::{Record, Summary},

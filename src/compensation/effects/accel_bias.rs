@@ -10,11 +10,7 @@ const fn parameter(name: &'static str) -> Parameter {
     Parameter { name, in_unit: 1.0, usual: 0.2, largest: 1.0, signed: true, turns_axes: false }
 }
 
-const PARAMETERS: [Parameter; 3] = [
-    parameter("x_m_s2"),
-    parameter("y_m_s2"),
-    parameter("z_m_s2"),
-];
+const PARAMETERS: [Parameter; 3] = [parameter("x_m_s2"), parameter("y_m_s2"), parameter("z_m_s2")];
 
 impl Effect for AccelBias {
     fn name(&self) -> &'static str {

@@ -5,7 +5,8 @@ use nalgebra::Vector3;
 /// a + tau w x a.
 pub struct AccelLag;
 
-const PARAMETERS: [Parameter; 1] = [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: true, turns_axes: false }];
+const PARAMETERS: [Parameter; 1] =
+    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: true, turns_axes: false }];
 
 impl Effect for AccelLag {
     fn name(&self) -> &'static str {

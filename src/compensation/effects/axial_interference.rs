@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 /// A hard iron that is seen to lie along the axis: one parameter instead of three.
 pub struct AxialInterference;
 
-const PARAMETERS: [Parameter; 1] = [Parameter { name: "z_ut", in_unit: 1.0, usual: 20.0, largest: 200.0, signed: true, turns_axes: false }];
+const PARAMETERS: [Parameter; 1] =
+    [Parameter { name: "z_ut", in_unit: 1.0, usual: 20.0, largest: 200.0, signed: true, turns_axes: false }];
 
 impl Effect for AxialInterference {
     fn name(&self) -> &'static str {

@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 /// 0.1 to 0.6 deg at 30 rpm, so 0.6 to 3.3 ms.
 pub struct EddyLag;
 
-const PARAMETERS: [Parameter; 1] = [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.002, largest: 0.02, signed: false, turns_axes: false }];
+const PARAMETERS: [Parameter; 1] =
+    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.002, largest: 0.02, signed: false, turns_axes: false }];
 
 impl Effect for EddyLag {
     fn name(&self) -> &'static str {

@@ -14,7 +14,14 @@ const LARGEST: f32 = 2.0 / RAD_S2_PER_M_IN_DEG_S_G;
 pub struct GSensitivity;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: RAD_S2_PER_M_IN_DEG_S_G, usual: USUAL, largest: LARGEST, signed: true, turns_axes: false }
+    Parameter {
+        name,
+        in_unit: RAD_S2_PER_M_IN_DEG_S_G,
+        usual: USUAL,
+        largest: LARGEST,
+        signed: true,
+        turns_axes: false,
+    }
 }
 
 const PARAMETERS: [Parameter; 9] = [

@@ -10,11 +10,7 @@ const fn parameter(name: &'static str) -> Parameter {
     Parameter { name, in_unit: DEGREES, usual: 8.7e-4, largest: 1.75e-2, signed: true, turns_axes: false }
 }
 
-const PARAMETERS: [Parameter; 3] = [
-    parameter("x_deg_s_k"),
-    parameter("y_deg_s_k"),
-    parameter("z_deg_s_k"),
-];
+const PARAMETERS: [Parameter; 3] = [parameter("x_deg_s_k"), parameter("y_deg_s_k"), parameter("z_deg_s_k")];
 
 impl Effect for GyroBiasTemperature {
     fn name(&self) -> &'static str {

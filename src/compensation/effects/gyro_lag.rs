@@ -7,7 +7,8 @@ use nalgebra::Vector3;
 /// is seen.
 pub struct GyroLag;
 
-const PARAMETERS: [Parameter; 1] = [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: true, turns_axes: false }];
+const PARAMETERS: [Parameter; 1] =
+    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: true, turns_axes: false }];
 
 impl Effect for GyroLag {
     fn name(&self) -> &'static str {

@@ -8,11 +8,7 @@ const fn parameter(name: &'static str) -> Parameter {
     Parameter { name, in_unit: 1e2, usual: 5e-3, largest: 5e-2, signed: true, turns_axes: false }
 }
 
-const PARAMETERS: [Parameter; 3] = [
-    parameter("x_percent"),
-    parameter("y_percent"),
-    parameter("z_percent"),
-];
+const PARAMETERS: [Parameter; 3] = [parameter("x_percent"), parameter("y_percent"), parameter("z_percent")];
 
 impl Effect for GyroScaleAsymmetry {
     fn name(&self) -> &'static str {

@@ -8,11 +8,7 @@ const fn parameter(name: &'static str) -> Parameter {
     Parameter { name, in_unit: 1.0, usual: 20.0, largest: 200.0, signed: true, turns_axes: false }
 }
 
-const PARAMETERS: [Parameter; 3] = [
-    parameter("x_ut"),
-    parameter("y_ut"),
-    parameter("z_ut"),
-];
+const PARAMETERS: [Parameter; 3] = [parameter("x_ut"), parameter("y_ut"), parameter("z_ut")];
 
 impl Effect for HardIron {
     fn name(&self) -> &'static str {

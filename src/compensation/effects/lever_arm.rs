@@ -10,11 +10,7 @@ const fn parameter(name: &'static str) -> Parameter {
     Parameter { name, in_unit: 1e3, usual: 0.03, largest: 0.1, signed: true, turns_axes: false }
 }
 
-const PARAMETERS: [Parameter; 3] = [
-    parameter("x_mm"),
-    parameter("y_mm"),
-    parameter("z_mm"),
-];
+const PARAMETERS: [Parameter; 3] = [parameter("x_mm"), parameter("y_mm"), parameter("z_mm")];
 
 impl Effect for LeverArm {
     fn name(&self) -> &'static str {

@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 /// One conversion takes up to 10 ms and is read up to a period late (AK8963: 7.2 ms).
 pub struct MagLag;
 
-const PARAMETERS: [Parameter; 1] = [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.015, largest: 0.1, signed: true, turns_axes: false }];
+const PARAMETERS: [Parameter; 1] =
+    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.015, largest: 0.1, signed: true, turns_axes: false }];
 
 impl Effect for MagLag {
     fn name(&self) -> &'static str {

@@ -13,7 +13,14 @@ const fn iron(name: &'static str) -> Parameter {
 }
 
 const fn turn(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 180.0 / core::f32::consts::PI, usual: 0.03, largest: 0.2, signed: true, turns_axes: true }
+    Parameter {
+        name,
+        in_unit: 180.0 / core::f32::consts::PI,
+        usual: 0.03,
+        largest: 0.2,
+        signed: true,
+        turns_axes: true,
+    }
 }
 
 const PARAMETERS: [Parameter; 8] = [

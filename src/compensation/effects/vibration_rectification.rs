@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 const STANDARD_GRAVITY_M_S2: f32 = 9.806_65;
 /// rad/s per m/s^2 in deg/s per g.
 const RAD_S2_PER_M_IN_DEG_S_G: f32 = STANDARD_GRAVITY_M_S2 * 180.0 / core::f32::consts::PI;
-/// 0.1 and 2 deg/s per g^2.
-const USUAL: f32 = 0.1 / (RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2);
+/// 0.5 and 2 deg/s per g^2.
+const USUAL: f32 = 0.5 / (RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2);
 const LARGEST: f32 = 2.0 / (RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2);
 
 /// Vibration makes a bias: k |a|^2 on each axis, |a|^2 the mean square of the specific force.
@@ -14,14 +14,17 @@ const LARGEST: f32 = 2.0 / (RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2);
 pub struct VibrationRectification;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2, usual: USUAL, largest: LARGEST, signed: true, turns_axes: false }
+    Parameter {
+        name,
+        in_unit: RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2,
+        usual: USUAL,
+        largest: LARGEST,
+        signed: true,
+        turns_axes: false,
+    }
 }
 
-const PARAMETERS: [Parameter; 3] = [
-    parameter("x_deg_s_g2"),
-    parameter("y_deg_s_g2"),
-    parameter("z_deg_s_g2"),
-];
+const PARAMETERS: [Parameter; 3] = [parameter("x_deg_s_g2"), parameter("y_deg_s_g2"), parameter("z_deg_s_g2")];
 
 impl Effect for VibrationRectification {
     fn name(&self) -> &'static str {
