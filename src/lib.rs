@@ -24,7 +24,8 @@ pub use config::Config;
 pub use probe::Probe;
 pub use sample::{Sample, SampleFlags};
 
-/// The README's code is compiled and run.
+/// The code of the README and of the guide to effects is compiled and run.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
+#[doc = include_str!("../docs/effects.md")]
 pub struct Readme;

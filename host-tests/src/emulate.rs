@@ -59,14 +59,11 @@ impl EmulatedFlight {
         let (mean, most) = (summary.push.instructions_mean(), summary.push.instructions_max);
         vec![
             format!(
-                "cost     {} instructions a sample (worst {}), {per_identification} an identification",
+                "cost     {} instructions a sample (worst {}), {per_identification} of identification and diagnosis to a report",
                 thousands(mean),
                 thousands(most)
             ),
-            format!(
-                "         longest slice of identification work {} instructions",
-                thousands(summary.poll.instructions_max)
-            ),
+            format!("         longest slice of that work {} instructions", thousands(summary.poll.instructions_max)),
             format!(
                 "memory   {image}; stack {} of {} bytes",
                 thousands(summary.stack_used_bytes.into()),

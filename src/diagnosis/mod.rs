@@ -8,7 +8,7 @@
 //!
 //! A magnet that comes and goes is watched for apart, at every fifth of a second.
 
-mod diagnosis;
+mod passes;
 mod history;
 mod magnet;
 mod normal;
@@ -18,8 +18,8 @@ mod walk;
 mod weak_columns;
 mod whitening;
 
-pub(crate) use diagnosis::{Diagnosis, DiagnosisJob, Subject};
 pub(crate) use history::History;
 pub(crate) use magnet::{FieldUse, HardIronWatch};
 pub use magnet::{HardIronCounts, HardIronInterval};
+pub(crate) use passes::{Diagnosis, DiagnosisJob, Subject};
 pub use report::{DiagnosisReport, EffectReport, Tried, Verdict};

@@ -111,7 +111,7 @@ mod tests {
         let sigma = whitening.sandwich(&whitened);
         // S^-1 (1, 1) / 2 is what a half in both scores moves the estimate by; 12 of them, 12 / 11 for the mean.
         let moved = 0.5 * (40.0 - 20.0) / (50.0 * 40.0 - 400.0);
-        assert!((sigma[0] / (moved * (12.0_f32 * 12.0 / 11.0).sqrt()) - 1.0).abs() < 1e-4, "{sigma:?}");
+        assert!((sigma[0] / (moved * libm::sqrtf(12.0 * 12.0 / 11.0)) - 1.0).abs() < 1e-4, "{sigma:?}");
         assert_eq!(sigma[2], 1.0);
         assert!(Whitening::new(&information, 3, |_| 1e3).is_none());
     }

@@ -5,8 +5,8 @@ use crate::simulate::{MountRotation, Random, Scenario, Temperature};
 /// One case.
 pub(super) struct Case {
     pub name: &'static str,
-    /// Its own name, and those that it cannot be told from. Empty: outside the library, or nothing.
-    pub names: &'static [&'static str],
+    /// For each effect in it, its own name and those that it cannot be told from. Empty: outside the library, or nothing.
+    pub names: &'static [&'static [&'static str]],
     /// Adds it, with a size drawn at random in the range that data sheets give.
     pub add: fn(&mut Scenario, &mut Random),
 }
@@ -24,47 +24,51 @@ fn matrix(random: &mut Random, largest: f64) -> [[f64; 3]; 3] {
 /// All of them.
 pub(super) const CASES: &[Case] = &[
     Case { name: "nothing", names: &[], add: |_, _| {} },
-    Case { name: "mag_lag", names: &["mag_lag", "eddy_lag"], add: |s, r| s.effects.mag_lag_ms = r.between(4.0, 15.0) },
+    Case {
+        name: "mag_lag",
+        names: &[&["mag_lag", "eddy_lag", "gyro_lag"]],
+        add: |s, r| s.effects.mag_lag_ms = r.between(4.0, 15.0),
+    },
     Case {
         name: "gyro_lag",
-        names: &["gyro_lag", "mag_lag", "eddy_lag"],
+        names: &[&["gyro_lag", "mag_lag", "eddy_lag"]],
         add: |s, r| s.effects.gyro_lag_ms = r.between(3.0, 8.0),
     },
     Case {
         name: "hard_iron",
-        names: &["hard_iron", "axial_interference", "soft_iron"],
+        names: &[&["hard_iron", "axial_interference", "soft_iron"]],
         add: |s, r| s.effects.hard_iron_ut = vector(r, 8.0),
     },
     Case {
         name: "soft_iron",
-        names: &["soft_iron", "hard_iron", "axial_interference"],
+        names: &[&["soft_iron", "hard_iron", "axial_interference"]],
         add: |s, r| s.effects.mag_matrix = matrix(r, 0.03),
     },
-    Case { name: "accel_bias", names: &["accel_bias"], add: |s, r| s.effects.accel_bias_m_s2 = vector(r, 0.5) },
-    Case { name: "lever_arm", names: &["lever_arm"], add: |s, r| s.accel.lever_arm_m = vector(r, 0.05) },
+    Case { name: "accel_bias", names: &[&["accel_bias"]], add: |s, r| s.effects.accel_bias_m_s2 = vector(r, 0.5) },
+    Case { name: "lever_arm", names: &[&["lever_arm"]], add: |s, r| s.accel.lever_arm_m = vector(r, 0.05) },
     Case {
         name: "accel_lag",
-        names: &["accel_lag", "gyro_lag"],
+        names: &[&["accel_lag", "gyro_lag"]],
         add: |s, r| s.effects.accel_lag_ms = 10.0 * (1.0 + r.between(0.0, 2.0).floor()),
     },
     Case {
         name: "eddy_lag",
-        names: &["eddy_lag", "mag_lag", "gyro_lag"],
+        names: &[&["eddy_lag", "mag_lag", "gyro_lag"]],
         add: |s, r| s.effects.eddy_lag_ms = r.between(1.0, 4.0),
     },
     Case {
         name: "axial_interference",
-        names: &["axial_interference", "hard_iron", "soft_iron"],
+        names: &[&["axial_interference", "hard_iron", "soft_iron"]],
         add: |s, r| s.effects.hard_iron_ut = [0.0, 0.0, r.sign() * r.between(3.0, 8.0)],
     },
     Case {
         name: "g_sensitivity",
-        names: &["g_sensitivity"],
+        names: &[&["g_sensitivity"]],
         add: |s, r| s.effects.g_sensitivity_deg_s_g = matrix(r, 0.1),
     },
     Case {
         name: "gyro_bias_temperature",
-        names: &["gyro_bias_temperature"],
+        names: &[&["gyro_bias_temperature"]],
         add: |s, r| {
             s.temperature = Some(Temperature { start_c: 40.0, end_c: Some(80.0), ..Temperature::default() });
             s.effects.gyro_bias_temperature_deg_s_c = vector(r, 0.05);
@@ -72,17 +76,17 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "vibration_rectification",
-        names: &["vibration_rectification"],
+        names: &[&["vibration_rectification"]],
         add: |s, r| s.effects.vibration_rectification_deg_s_g2 = vector(r, 1.0),
     },
     Case {
         name: "gyro_scale_nonlinearity",
-        names: &["gyro_scale_nonlinearity"],
+        names: &[&["gyro_scale_nonlinearity"]],
         add: |s, r| s.effects.gyro_scale_nonlinearity_s2_rad2 = vector(r, 2e-3),
     },
     Case {
         name: "gyro_scale_asymmetry",
-        names: &["gyro_scale_asymmetry"],
+        names: &[&["gyro_scale_asymmetry"]],
         add: |s, r| {
             s.rotation.stick_slip = 1.4;
             s.effects.gyro_scale_asymmetry = vector(r, 0.01);
@@ -106,7 +110,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "mag_lag and hard_iron",
-        names: &["mag_lag", "eddy_lag", "hard_iron", "axial_interference"],
+        names: &[&["mag_lag", "eddy_lag", "gyro_lag"], &["hard_iron", "axial_interference"]],
         add: |s, r| {
             s.effects.mag_lag_ms = r.between(4.0, 15.0);
             s.effects.hard_iron_ut = vector(r, 8.0);
@@ -114,7 +118,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "mag_lag, lever_arm and g_sensitivity",
-        names: &["mag_lag", "eddy_lag", "lever_arm", "g_sensitivity"],
+        names: &[&["mag_lag", "eddy_lag", "gyro_lag"], &["lever_arm"], &["g_sensitivity"]],
         add: |s, r| {
             s.effects.mag_lag_ms = r.between(4.0, 15.0);
             s.accel.lever_arm_m = vector(r, 0.05);

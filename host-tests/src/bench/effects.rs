@@ -35,9 +35,9 @@ pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     for (inclination_deg, hole) in [(45.0, "45 deg"), (0.0, "vertical")] {
         let mut table = Table::new(
             format!(
-                "Effects one at a time, drilling at {hole}, {DURATION_S} s, 100 Hz, {seeds} seeds, sizes and gyro errors drawn at random: \
-                 share of runs in which it is named, by its own name or by one that cannot be told from it; in which another effect is named; \
-                 and verdicts"
+                "Effects, one at a time and together, drilling at {hole}, {DURATION_S} s, 100 Hz, {seeds} seeds, sizes and gyro errors drawn at random: \
+                 share of runs in which all of them are named, each by its own name or by one that cannot be told from it; in which another effect \
+                 is named; and verdicts"
             ),
             &["effect", "named %", "other names %", "unexplained %", "sufficient %", "other names"],
         );
@@ -70,18 +70,15 @@ fn row(case: &Case, trials: &[Trial]) -> Vec<Cell> {
     let share = |is: &dyn Fn(&Trial) -> bool| {
         Cell::percent(trials.iter().filter(|trial| is(trial)).count() as f64 / trials.len() as f64, 0)
     };
-    let right = |name: &&str| case.names.contains(name);
+    let right = |name: &&str| case.names.iter().any(|names| names.contains(name));
+    let all = |trial: &Trial| case.names.iter().all(|names| trial.names.iter().any(|name| names.contains(name)));
     let mut others: Vec<&str> =
         trials.iter().flat_map(|trial| &trial.names).filter(|name| !right(name)).copied().collect();
     others.sort_unstable();
     others.dedup();
     vec![
         case.name.into(),
-        if case.names.is_empty() {
-            Cell::from("-")
-        } else {
-            share(&|trial| trial.names.iter().any(|name| right(name)))
-        },
+        if case.names.is_empty() { Cell::from("-") } else { share(&all) },
         share(&|trial| trial.names.iter().any(|name| !right(name))),
         share(&|trial| trial.verdict == Some(Verdict::UnexplainedResidual)),
         share(&|trial| trial.verdict == Some(Verdict::ModelSufficient)),

@@ -60,7 +60,8 @@ fn trials(name: &str, seeds: u64) -> anyhow::Result<Vec<Trial>> {
     scenario.duration_s = 60.0 * f64::from(MINUTES[MINUTES.len() - 1]) + AHEAD_S + 1.0;
     each_seed(0..seeds, |seed| {
         let (trace, truth) = simulate(&scenario, seed);
-        let config = of_trace(&trace);
+        // The identification by itself.
+        let config = Config { effects: false, ..of_trace(&trace) };
         let reports = fly(&config, &trace.samples, |_| {})?.reports;
         let first_s = WINDOW_S + f64::from(config.identification.latency_s);
         let instants = std::iter::once(first_s).chain(MINUTES.iter().map(|&minutes| 60.0 * f64::from(minutes)));

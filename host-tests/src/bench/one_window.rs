@@ -58,6 +58,8 @@ impl Run {
     /// It is too short for the window and the latency of its result.
     pub fn of(scenario: Scenario, trace: Trace, truth: Truth) -> anyhow::Result<Self> {
         let mut config = of_trace(&trace);
+        // What is measured here is the identification by itself.
+        config.effects = false;
         let close_us = trace.first_us() + (WINDOW_S * 1e6) as u64;
         let freeze_us = close_us + (f64::from(config.identification.latency_s) * 1e6) as u64;
         config.freeze_at_us = Some(freeze_us);

@@ -111,7 +111,7 @@ pub fn sentences(diagnosed: &Diagnosed) -> Vec<String> {
 
 fn of_magnet(magnet: &HardIronInterval) -> String {
     let [x, y, z] = magnet.offset_ut;
-    let size = (x * x + y * y + z * z).sqrt();
+    let size = f64::from(x * x + y * y + z * z).sqrt();
     let until = magnet.to_us.map_or_else(|| "the end".to_owned(), |to_us| format!("{:.1} s", to_us as f64 * 1e-6));
     let remark = if magnet.corrected { "taken out" } else { "the field is not used while it lasts" };
     let from_s = magnet.from_us as f64 * 1e-6;

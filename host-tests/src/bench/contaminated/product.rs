@@ -67,6 +67,8 @@ pub(super) fn table(which: &str, runs: &[Drilled]) -> anyhow::Result<Table> {
 fn flown(run: &Drilled, kind: Option<usize>, mut trace: Trace, optimizer: OptimizerKind) -> anyhow::Result<Flown> {
     trace.samples.drain(..WINDOW.start);
     let mut config: Config = of_trace(&trace);
+    // What is measured here is the identification by itself.
+    config.effects = false;
     let (window_s, latency_s) = (config.identification.window_s, config.identification.latency_s);
     config.freeze_at_us = Some(trace.first_us() + (f64::from(window_s + latency_s) * 1e6) as u64);
     config.identification.optimizer = optimizer;

@@ -34,6 +34,8 @@ impl Window {
         let hole = Hole { inclination_deg, ..Hole::default() };
         let (trace, _) = simulate(&Scenario { duration_s: 56.0, hole, ..Scenario::default() }, seed);
         let mut config = of_trace(&trace);
+        // What is measured here is the identification by itself.
+        config.effects = false;
         config.identification.optimizer = OptimizerKind::Ls;
         let mut probe = Box::new(Probe::new());
         probe.configure(&config)?;

@@ -1,0 +1,122 @@
+//! What the passes gather from each instant and each test window.
+
+#![allow(clippy::indexing_slicing)] // Constant indices into pairs and threes.
+
+use super::*;
+
+impl Diagnosis {
+    /// How much the chosen vector effects turn their vectors.
+    pub(super) fn measure_turns(&mut self, subject: &Subject, moment: &Moment) {
+        if moment.rate_rad_s.norm_squared() < square(subject.config.identification.max_bias_rad_s) {
+            return;
+        }
+        for slot in 0..self.chosen.len() {
+            let Some(index) = self.chosen.get(slot).map(|chosen| usize::from(chosen.index)) else { return };
+            let Some(effect) = subject.library.get(index) else { continue };
+            let vector = match effect.sensor() {
+                Sensor::Gyro => continue,
+                Sensor::Accelerometer => moment.force_m_s2,
+                Sensor::Magnetometer => moment.field_ut,
+            };
+            let parameters = self.parameters(subject, index);
+            let part = crate::compensation::contribution(*effect, &parameters, moment);
+            let norm = vector.norm_squared();
+            if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| norm > 0.0) {
+                chosen.turned[0] += part.norm_squared() / norm;
+                chosen.turned[1] += 1.0;
+            }
+        }
+    }
+
+    #[inline(never)]
+    pub(super) fn take_test(&mut self, subject: &Subject, test: &TestFacts, under_way: usize, noise_gain: f32) {
+        let number = self.test as usize;
+        self.test += 1;
+        if !(test.counts[0] || test.counts[1]) || number >= MAX_TESTS {
+            return;
+        }
+        let ordinal = self.usable;
+        self.usable += 1;
+        let width = self.layout.width();
+        let group = (ordinal * GROUPS as u32).checked_div(self.usable_before).unwrap_or(0) as usize;
+        let is_taken_out = self.taken_out_columns(subject);
+        let force = test.force_scatter + square(FORCE_NOISE_M_S2);
+        let field = test.field_noise_ut2 + square(FIELD_NOISE_UT);
+        let thought = [noise_gain * force, noise_gain * field];
+        for v in 0..2 {
+            if !test.counts[v] {
+                self.squares[number][v] = -1.0;
+                continue;
+            }
+            let rows = self.columns.rows(under_way, v);
+            let residual = |i: usize| -> f32 {
+                let row = rows[i].iter().zip(&self.x).zip(&is_taken_out).take(width);
+                row.fold(test.rhs[v][i], |r, ((a, x), taken_out)| if *taken_out { r } else { r - a * x })
+            };
+            let r = [residual(0), residual(1), residual(2)];
+            let norm = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+            let z = norm / (thought[v] * self.scales[v]);
+            self.squares[number][v] = norm / thought[v];
+            // Huber: beyond three deviations a residual pulls no harder.
+            let limit = HUBER * HUBER * 3.0;
+            let huber = if z > limit { libm::sqrtf(limit / z) } else { 1.0 };
+            let weight = huber / (thought[v] * self.scales[v]);
+            self.normal.add(rows, width, weight);
+            if let Some(scores) = self.scores.as_chunks_mut::<COLUMNS>().0.get_mut(group) {
+                for (row, r) in rows.iter().zip(&r) {
+                    scores.iter_mut().zip(row).take(width).for_each(|(sum, a)| *sum += weight * a * r);
+                }
+            }
+            if test.norms[v] > 0.0 {
+                self.residual_sums[v][0] += norm / square(test.norms[v]);
+                self.residual_sums[v][1] += 1.0;
+            }
+            if v == 1 && test.field_noise_ut2 > 0.0 {
+                self.nis_sums[0] += norm / (3.0 * noise_gain * test.field_noise_ut2);
+                self.nis_sums[1] += 1.0;
+            }
+        }
+        self.measure_drifts(subject, test, under_way);
+    }
+
+    /// Columns of what the equations are about already: the gyro's parameters, and the effects whose part is out of the readings.
+    pub(super) fn taken_out_columns(&self, subject: &Subject) -> [bool; COLUMNS] {
+        let mut is_taken_out: [bool; COLUMNS] = core::array::from_fn(|column| column < GYRO);
+        for found in self.taken_out.iter() {
+            let index = usize::from(found.index);
+            if subject.library.get(index).is_some_and(|effect| effect.sensor() != Sensor::Gyro) {
+                let columns = is_taken_out.get_mut(self.columns_of(subject, index)).unwrap_or_default();
+                columns.fill(true);
+            }
+        }
+        is_taken_out
+    }
+
+    /// How much the chosen gyro effects turn the body over a test window, whose weights add up to a second.
+    pub(super) fn measure_drifts(&mut self, subject: &Subject, test: &TestFacts, under_way: usize) {
+        for slot in 0..self.chosen.len() {
+            let Some(index) = self.chosen.get(slot).map(|chosen| usize::from(chosen.index)) else { return };
+            if subject.library.get(index).is_none_or(|effect| effect.sensor() != Sensor::Gyro) {
+                continue;
+            }
+            let columns = self.columns_of(subject, index);
+            let mut largest = 0.0;
+            for v in 0..2 {
+                if !(test.counts[v] && test.norms[v] > 0.0) {
+                    continue;
+                }
+                let sum = self.columns.rows(under_way, v).iter().fold(0.0, |sum, row| {
+                    let turned =
+                        columns.clone().fold(0.0, |turned, column| turned + at(row, column) * self.x_of(column));
+                    sum + turned * turned
+                });
+                let turned = sum / square(test.norms[v]);
+                largest = if turned > largest { turned } else { largest };
+            }
+            if let Some(chosen) = self.chosen.get_mut(slot) {
+                chosen.turned[0] += largest;
+                chosen.turned[1] += 1.0;
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! What is made of it.
+
+#![allow(clippy::indexing_slicing)] // Constant indices into pairs and threes.
+
+use super::*;
+
+impl Diagnosis {
+    /// The residual of the vector that shows an effect.
+    pub(super) fn shown_in(subject: &Subject, index: u8, [gravity, field]: [f32; 2]) -> f32 {
+        match subject.library.get(usize::from(index)).map(|effect| effect.sensor()) {
+            Some(Sensor::Accelerometer) => gravity,
+            _ => field,
+        }
+    }
+
+    pub(super) fn report(&self, subject: &Subject) -> DiagnosisReport {
+        let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.tested;
+        let mut effects = [EffectReport::default(); MAX_ACTIVE];
+        for (report, chosen) in effects.iter_mut().zip(&self.chosen) {
+            let index = usize::from(chosen.index);
+            let Some(effect) = subject.library.get(index) else { continue };
+            let mut parameters = self.parameters(subject, index);
+            let mut sigma = [0.0; MAX_PARAMETERS];
+            let both = sigma.iter_mut().zip(&mut parameters);
+            for (((sigma, x), scaled), parameter) in both.zip(&chosen.sigma).zip(effect.parameters()) {
+                *sigma = scaled * parameter.usual;
+                if libm::fabsf(*x) < SIGNIFICANT * *sigma {
+                    // Of an effect that is there, a part that is not seen to be: in a vertical hole the offset along the axis.
+                    *x = 0.0;
+                }
+            }
+            let [sum, count] = chosen.turned;
+            *report = EffectReport {
+                found: FoundEffect { index: chosen.index, parameters, sigma },
+                evidence: chosen.evidence,
+                p_value: chosen.p_value,
+                size_rad: libm::sqrtf(if count > 0.0 { sum / count } else { 0.0 }),
+                residual_rad: [chosen.residual_before_rad, chosen.residual_after_rad],
+                believed: effect.parameters().iter().zip(&parameters).all(|(parameter, x)| parameter.believes(*x)),
+            };
+        }
+        let verdict = if !enough {
+            Verdict::NotEnoughExcitation
+        } else if self.is_unexplained() {
+            Verdict::UnexplainedResidual
+        } else if !self.chosen.is_empty() {
+            Verdict::EffectsFound
+        } else {
+            Verdict::ModelSufficient
+        };
+        DiagnosisReport {
+            t_start_us: self.job.t_start_us,
+            t_end_us: self.job.t_end_us,
+            t_effect_us: 0,
+            verdict,
+            effects,
+            count: if enough { self.chosen.len() as u8 } else { 0 },
+            tried: self.tried,
+            candidates: subject.library.len().min(MAX_CANDIDATES) as u8,
+            residual_before_rad: self.residual_before_rad.unwrap_or(self.residual),
+            residual_after_rad: self.residual,
+            nis: [self.nis_before, self.left().0],
+        }
+    }
+
+    /// Whether more is left of the field's residual than its noise, and more than matters little.
+    pub(super) fn is_unexplained(&self) -> bool {
+        // Degrees of freedom: three components of every fourth test window, as they overlap.
+        let freedom = 0.75 * self.usable as f32;
+        let band = 1.0 + 1.96 * libm::sqrtf(2.0 / freedom);
+        let (nis, residual_rad) = self.left();
+        nis > band && residual_rad > LEAST_DRIFT_RAD
+    }
+
+    /// NIS and residual of the field with all effects in and P free.
+    pub(super) const fn left(&self) -> (f32, f32) {
+        let [_, residual] = self.residual;
+        if self.is_final { self.left } else { (self.nis, residual) }
+    }
+}
