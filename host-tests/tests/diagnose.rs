@@ -21,7 +21,7 @@ use tempfile::TempDir;
 const TRACES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/traces");
 
 fn moment(number: usize) -> Moment {
-    let wave = |k: usize, size: f32| size * ((number * 7 + k * 13) as f32).sin();
+    let wave = |k: usize, size: f32| (f64::from(size) * ((number * 7 + k * 13) as f64).sin()) as f32;
     let vector = |k: usize, size: f32| Vector3::new(wave(k, size), wave(k + 1, size), wave(k + 2, size));
     Moment {
         rate_rad_s: vector(0, 3.0),
@@ -41,7 +41,7 @@ fn what_an_effect_adds_is_taken_out() {
             let truth = moment(number);
             let mut parameters = [0.0; 9];
             for (k, (x, parameter)) in parameters.iter_mut().zip(effect.parameters()).enumerate() {
-                *x = 0.1 * parameter.usual * ((number * 3 + k) as f32).cos().abs();
+                *x = 0.1 * parameter.usual * ((number * 3 + k) as f64).cos().abs() as f32;
             }
             if effect.gyro_delay_s(&parameters) != 0.0 {
                 // It is taken out of the times of validity, and of the vectors.

@@ -52,8 +52,11 @@ const FIELD_NOISE_UT: f32 = 0.05;
 /// A vector that is turned by less does not matter: 0.3 deg.
 const LEAST_TURN_RAD: f32 = 0.005_2;
 
-/// Rotation over a second that grows to those 0.3 deg over the 25 s from one window to the next, even if it adds up like noise.
-const LEAST_DRIFT_RAD: f32 = LEAST_TURN_RAD / 5.0;
+/// Rotation over a second that grows to those 0.3 deg over 16 s, about the mean age of a diagnosis, even if it adds up like noise.
+const LEAST_DRIFT_RAD: f32 = LEAST_TURN_RAD / 4.0;
+
+/// A residual of the field that is left for unexplained: a fifth of what matters.
+const LEAST_LEFT_RAD: f32 = LEAST_TURN_RAD / 5.0;
 
 /// Most passes of one diagnosis.
 const MOST_PASSES: u8 = 20;

@@ -67,6 +67,11 @@ pub(super) const CASES: &[Case] = &[
         add: |s, r| s.effects.g_sensitivity_deg_s_g = matrix(r, 0.1),
     },
     Case {
+        name: "g_sensitivity, three times as large",
+        names: &[&["g_sensitivity"]],
+        add: |s, r| s.effects.g_sensitivity_deg_s_g = matrix(r, 0.3),
+    },
+    Case {
         name: "gyro_bias_temperature",
         names: &[&["gyro_bias_temperature"]],
         add: |s, r| {

@@ -69,7 +69,7 @@ impl Diagnosis {
         let freedom = 0.75 * self.usable as f32;
         let band = 1.0 + 1.96 * libm::sqrtf(2.0 / freedom);
         let (nis, residual_rad) = self.left();
-        nis > band && residual_rad > LEAST_DRIFT_RAD
+        nis > band && residual_rad > LEAST_LEFT_RAD
     }
 
     /// NIS and residual of the field with all effects in and P free.
