@@ -2,6 +2,10 @@
 //!
 //! Configuration is apart from state: a [`Config`] is checked once by [`Config::validate`] and never changes while drilling.
 
+mod diagnosis;
+
+pub use diagnosis::DiagnosisConfig;
+
 use crate::compensation::{GyroModel, VectorModel};
 
 /// What the whole pipeline needs to know about the probe, its sensors and where it is.
@@ -31,6 +35,8 @@ pub struct Config {
     pub attitude: AttitudeConfig,
     /// The identification window and its search.
     pub identification: IdentificationConfig,
+    /// The diagnosis of what the model lacks.
+    pub diagnosis: DiagnosisConfig,
 }
 
 /// Full scales of the sensors; `None`: unknown, so clipping of that sensor cannot be known.
@@ -175,6 +181,7 @@ impl Default for Config {
             earth: Earth::default(),
             attitude: AttitudeConfig::default(),
             identification: IdentificationConfig::default(),
+            diagnosis: DiagnosisConfig::default(),
         }
     }
 }
@@ -287,6 +294,7 @@ impl Config {
         earth: Earth::UNSET,
         attitude: AttitudeConfig::UNSET,
         identification: IdentificationConfig::UNSET,
+        diagnosis: DiagnosisConfig::UNSET,
     };
 
     /// Checks every field.
@@ -312,7 +320,8 @@ impl Config {
         check(optional(earth.declination_rad), "earth.declination_rad", "finite")?;
         check(optional(earth.latitude_rad), "earth.latitude_rad", "finite")?;
         self.attitude.validate()?;
-        self.identification.validate()
+        self.identification.validate()?;
+        self.diagnosis.validate()
     }
 }
 

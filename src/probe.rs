@@ -318,11 +318,12 @@ impl Probe {
     /// What has been counted since the start.
     #[must_use]
     pub const fn counters(&self) -> Counters {
+        let (diagnosis_overruns, diagnoses_lost) = self.identifier.diagnosis_losses();
         Counters {
             overruns: self.identifier.overruns,
             reports_lost: self.identifier.reports_lost,
-            diagnosis_overruns: self.identifier.diagnosis_overruns,
-            diagnoses_lost: self.identifier.diagnoses_lost,
+            diagnosis_overruns,
+            diagnoses_lost,
             ..self.counters
         }
     }

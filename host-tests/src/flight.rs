@@ -30,7 +30,7 @@ pub struct Flight {
 /// # Errors
 /// The field of the configuration that cannot be used.
 pub fn fly(config: &Config, samples: &[Sample], progress: impl FnMut(usize)) -> Result<Flight, ConfigError> {
-    fly_with(&LIBRARY, config, samples, progress)
+    fly_at(Pace::OfTheChip, &LIBRARY, config, samples, progress)
 }
 
 /// The same with another library of effects.
@@ -38,6 +38,35 @@ pub fn fly(config: &Config, samples: &[Sample], progress: impl FnMut(usize)) -> 
 /// # Errors
 /// The field of the configuration that cannot be used.
 pub fn fly_with(
+    library: &'static [&'static dyn Effect],
+    config: &Config,
+    samples: &[Sample],
+    progress: impl FnMut(usize),
+) -> Result<Flight, ConfigError> {
+    fly_at(Pace::OfTheChip, library, config, samples, progress)
+}
+
+/// The same on a desk: all work is done as soon as it is there.
+///
+/// # Errors
+/// The field of the configuration that cannot be used.
+pub fn fly_at_a_desk(
+    library: &'static [&'static dyn Effect],
+    config: &Config,
+    samples: &[Sample],
+) -> Result<Flight, ConfigError> {
+    fly_at(Pace::OfADesk, library, config, samples, |_| {})
+}
+
+/// How much work is done after a sample.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Pace {
+    OfTheChip,
+    OfADesk,
+}
+
+fn fly_at(
+    pace: Pace,
     library: &'static [&'static dyn Effect],
     config: &Config,
     samples: &[Sample],
@@ -49,7 +78,8 @@ pub fn fly_with(
     let mut flight = Flight { outputs: Vec::with_capacity(samples.len()), ..Flight::default() };
     for (flown, sample) in samples.iter().enumerate() {
         flight.outputs.extend(probe.push(sample));
-        flight.reports.extend(probe.poll(probe.poll_budget()));
+        let budget = if pace == Pace::OfADesk { u32::MAX } else { probe.poll_budget() };
+        flight.reports.extend(probe.poll(budget));
         flight.diagnoses.extend(probe.take_diagnosis());
         progress(flown + 1);
     }

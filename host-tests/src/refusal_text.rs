@@ -48,6 +48,9 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         Refusal::RotationDisagrees { sigmas } => format!(
             "with the fit, gyro and accelerometer disagree more often on how far the tool turned, by {sigmas:.1} sigma"
         ),
+        Refusal::RolledBack { p_value } => format!(
+            "the P that flew no longer beats the factory's on unseen blocks (p of the factory's win = {p_value:.3}), and is rolled back"
+        ),
         Refusal::Contradiction { square } => format!(
             "the window contradicts what earlier ones taught, which is forgotten: squared distance {square:.0} of 12 parameters"
         ),

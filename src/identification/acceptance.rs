@@ -22,7 +22,7 @@ const MAX_NORM_ERROR_M_S2: f32 = 0.2;
 /// that is off by d and one that is not are as (d^2 + s^2) to s^2.
 const REFINEMENT_SIGMAS: f32 = 1.0;
 
-/// Most probable chance win of what flies over a refinement that counts as worse: the usual 5 %.
+/// Most probable chance win that counts: of what flies over a refinement, or of the factory's P over what flies. The usual 5 %.
 const WORSE_P_VALUE: f32 = 0.05;
 
 /// What the gate looks at.
@@ -115,6 +115,11 @@ pub(crate) fn judge_refinement(
     let Promise { change_rad, posterior_rad, .. } = *promise;
     let worth_it = change_rad > REFINEMENT_SIGMAS * posterior_rad;
     if worth_it { Ok(()) } else { Err(Refusal::ChangeTooSmall { change_rad, sigma_rad: posterior_rad }) }
+}
+
+/// Whether a win counts: what it was won against is worse.
+pub(crate) fn is_worse(win: &Outcome) -> bool {
+    win.p_value <= WORSE_P_VALUE
 }
 
 /// The part of the gate that a fitted bias has to pass as well.

@@ -150,7 +150,7 @@ impl WindowFit {
             )
         });
         let mut flown = base;
-        let decision = match (verdict, candidate) {
+        let mut decision = match (verdict, candidate) {
             (Ok(()), Some(candidate)) if cost_after < cost_before && is_plausible(context, &candidate) => {
                 flown = candidate;
                 Decision::Accepted
@@ -160,6 +160,10 @@ impl WindowFit {
         };
         if self.job.rest.is_none() {
             self.fitted_bias(context, &mut bias_only, decision, &mut flown);
+        }
+        if let Some(p_value) = self.is_rolled_back(context, decision) {
+            flown = bias_only;
+            decision = Decision::Refused(Refusal::RolledBack { p_value });
         }
         let sigma = sigma(&posterior, &jackknife, &drift, &fitted);
         let prior = prior_sigma(&context.config.identification);
@@ -183,6 +187,21 @@ impl WindowFit {
             explained: if contested { finite(outcome.explained) } else { None },
             p_value: if contested { finite(outcome.p_value) } else { None },
         })
+    }
+
+    /// Whether what was accepted before no longer holds: on unseen test windows, each with a bias fitted to the others, the factory's P
+    /// does better than the one that flies; or the window contradicts what that one was learnt from, and it does not win again.
+    /// How probable so clear a win is by chance.
+    fn is_rolled_back(&self, context: &Context, decision: Decision) -> Option<f32> {
+        let contest = &self.weak.contest;
+        if decision == Decision::Accepted || context.flown.p == context.config.gyro.p || contest.groups() < MIN_GROUPS {
+            return None;
+        }
+        let factory_wins = contest.between(FACTORY_P, FLOWN_P);
+        let contradicts = matches!(decision, Decision::Refused(Refusal::Contradiction { .. }));
+        let wins_again = acceptance::is_worse(&contest.between(FLOWN_P, FACTORY_P));
+        let is_rolled_back = acceptance::is_worse(&factory_wins) || contradicts && !wins_again;
+        is_rolled_back.then_some(factory_wins.p_value)
     }
 
     /// What a `change` of theta does to the rotation of the moving seconds. `None` when nothing moved.

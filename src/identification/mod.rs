@@ -3,6 +3,7 @@
 mod acceptance;
 mod carried;
 mod contest;
+mod diagnosis_schedule;
 mod drift;
 mod graduation;
 mod identifier;
@@ -18,9 +19,14 @@ mod search;
 mod weak_fit;
 mod window_cost;
 mod window_fit;
+mod work;
 
 pub(crate) use carried::{Carried, Forgetting};
 pub(crate) use identifier::Identifier;
 pub(crate) use prior::Prior;
 pub use report::{Decision, Refusal, WindowReport};
 pub use window_cost::{WhitenedCost, WindowCost};
+
+fn micros(seconds: f32) -> u64 {
+    (seconds * 1e6) as u64
+}

@@ -122,6 +122,11 @@ pub enum Refusal {
         /// Squared distance between the two in their own deviations, of 12 parameters.
         square: f32,
     },
+    /// What flew no longer beats the factory's P on unseen blocks, and is rolled back.
+    RolledBack {
+        /// Probability of so clear a win of the factory's by chance.
+        p_value: f32,
+    },
     /// The gyro's readings are missing, clipped or frozen too often.
     GyroUnusable {
         /// Share of the window's one-second tests that lack a rate.

@@ -19,7 +19,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::outcome::{Diagnosed, diagnosed_with};
 use crate::{
     failure::Failure,
-    flight::{Flight, fly_with},
+    flight::{Flight, fly_at_a_desk},
     trace::{EarthFrame, Trace},
 };
 
@@ -42,6 +42,9 @@ static OF_THE_VECTORS: [&dyn Effect; 8] =
 const FIELD_UT: f64 = 50.0;
 const DIP_DEG: f64 = 65.0;
 
+/// Latency of work that is done at once, seconds.
+const AT_ONCE_S: f32 = 0.1;
+
 /// Flies the gyro against the reference, and diagnoses both.
 ///
 /// # Errors
@@ -56,8 +59,13 @@ pub(super) fn diagnose(trace: &Trace, config: &Config) -> anyhow::Result<(Flight
     let attitudes = attitudes(trace);
     let gyro_trace = Trace { samples: vectors_from(trace, &attitudes), ..trace.clone() };
     let vector_trace = Trace { samples: rates_from(trace, &attitudes), ..trace.clone() };
-    let flight = fly_with(&OF_THE_GYRO, config, &gyro_trace.samples, |_| {})?;
-    let second = fly_with(&OF_THE_VECTORS, config, &vector_trace.samples, |_| {})?;
+    let mut config = *config;
+    // Nothing has to wait for a chip: what comes before the hold-out is used up to its end.
+    config.identification.latency_s = AT_ONCE_S;
+    config.diagnosis.latency_s = AT_ONCE_S;
+    let config = &config;
+    let flight = fly_at_a_desk(&OF_THE_GYRO, config, &gyro_trace.samples)?;
+    let second = fly_at_a_desk(&OF_THE_VECTORS, config, &vector_trace.samples)?;
     let of_gyro = diagnosed_with(&OF_THE_GYRO, &gyro_trace, config, &flight);
     let of_vectors = diagnosed_with(&OF_THE_VECTORS, &vector_trace, config, &second);
     let mut effects = of_gyro.effects;
