@@ -117,7 +117,7 @@ impl ActiveEffects {
 }
 
 /// What an effect with these parameters adds to its sensor's reading.
-pub(crate) fn contribution(effect: &dyn Effect, parameters: &[f32; MAX_PARAMETERS], moment: &Moment) -> Vector3<f32> {
+fn contribution(effect: &dyn Effect, parameters: &[f32; MAX_PARAMETERS], moment: &Moment) -> Vector3<f32> {
     let terms = parameters.iter().enumerate().take(effect.parameters().len());
     terms.fold(Vector3::zeros(), |sum, (k, x)| if *x == 0.0 { sum } else { sum + effect.term(k, moment) * *x })
 }

@@ -7,7 +7,6 @@ mod correction;
 mod gyro_model;
 mod vector_model;
 
-pub(crate) use correction::contribution;
 pub use correction::{ActiveEffects, FoundEffect, MAX_ACTIVE};
 pub use effect::{Effect, Moment, Parameter, Sensor};
 pub use gyro_model::GyroModel;

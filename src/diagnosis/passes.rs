@@ -46,14 +46,15 @@ const MEDIAN_SQUARE: f32 = 2.366;
 /// terms.
 const FORCE_NOISE_M_S2: f32 = 0.02;
 
-/// Deviation of the field that is sensor noise at least, microtesla: the resolution of common parts (AK8963: 0.15).
+/// Deviation of the field that is sensor noise at least, microtesla: a step of 0.15 over the root of 12 (AK8963, MS1356-E-02, 16 bit).
 const FIELD_NOISE_UT: f32 = 0.05;
 
 /// A vector that is turned by less does not matter: 0.3 deg.
 const LEAST_TURN_RAD: f32 = 0.005_2;
 
-/// Rotation over a second that grows to those 0.3 deg over 16 s, about the mean age of a diagnosis, even if it adds up like noise.
-const LEAST_DRIFT_RAD: f32 = LEAST_TURN_RAD / 4.0;
+/// Rotation over a second that grows to those 0.3 deg over 36 s, the usual time from one diagnosis to the next, even if it adds up like
+/// noise.
+const LEAST_DRIFT_RAD: f32 = LEAST_TURN_RAD / 6.0;
 
 /// A residual of the field that is left for unexplained: a fifth of what matters.
 const LEAST_LEFT_RAD: f32 = LEAST_TURN_RAD / 5.0;
@@ -104,8 +105,10 @@ struct Chosen {
     index: u8,
     evidence: f32,
     p_value: f32,
-    /// Sum of squares of what it turns, and of how many.
+    /// Sum of squares of what its parameters turn that are seen to be there, and of how many.
     turned: [f32; 2],
+    /// The same of each of them alone, were it 1.
+    turned_by: [f32; MAX_PARAMETERS],
     residual_before_rad: f32,
     residual_after_rad: f32,
     /// Sandwich deviations of its scaled parameters.
@@ -120,11 +123,29 @@ impl Chosen {
         evidence: 0.0,
         p_value: 0.0,
         turned: [0.0; 2],
+        turned_by: [0.0; MAX_PARAMETERS],
         residual_before_rad: 0.0,
         residual_after_rad: 0.0,
         sigma: [0.0; MAX_PARAMETERS],
         by_history: false,
     };
+
+    /// How much that of it turns which is seen to be there, and the deviation of that: radians rms. `x`: its scaled parameters.
+    fn size_rad(&self, x: &[f32; MAX_PARAMETERS]) -> (f32, f32) {
+        let [sum, count] = self.turned;
+        if count <= 0.0 {
+            return (0.0, 0.0);
+        }
+        let seen =
+            self.turned_by.iter().zip(&self.sigma).zip(x).enumerate().filter(|(k, (_, x))| self.is_seen(*k, **x));
+        let by_chance = seen.fold(0.0, |by_chance, (_, ((sum, sigma), _))| by_chance + sum * sigma * sigma);
+        (libm::sqrtf(sum / count), libm::sqrtf(by_chance / count))
+    }
+
+    /// Whether scaled parameter `k` of value `x` is seen to be there: in a vertical hole the offset along the axis is not.
+    fn is_seen(&self, k: usize, x: f32) -> bool {
+        libm::fabsf(x) >= SIGNIFICANT * at(&self.sigma, k)
+    }
 }
 
 /// What a candidate shows beside the model.
@@ -280,6 +301,7 @@ impl Diagnosis {
         self.nis_sums = [0.0; 2];
         for chosen in &mut self.chosen {
             chosen.turned = [0.0; 2];
+            chosen.turned_by = [0.0; MAX_PARAMETERS];
         }
     }
 

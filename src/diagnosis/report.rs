@@ -66,6 +66,8 @@ pub struct EffectReport {
     pub p_value: f32,
     /// How much it turns its sensor's vector, or the gyro's rotation over a second: radians rms.
     pub size_rad: f32,
+    /// What the deviations of its parameters alone would turn: radians rms.
+    pub size_sigma_rad: f32,
     /// Residual of the vector that shows it most, radians rms, before it was chosen and after.
     pub residual_rad: [f32; 2],
     /// Whether its parameters are in the range that is believed: else it is named, and not taken out.

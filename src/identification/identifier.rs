@@ -263,7 +263,9 @@ impl Identifier {
                 match report.decision {
                     Decision::Accepted | Decision::Refused(Refusal::ChangeTooSmall { .. }) => self.learn(),
                     // What was carried no longer holds, or this window is wrong: the next one stands by itself.
-                    Decision::Refused(Refusal::Contradiction { .. } | Refusal::RolledBack { .. }) => self.carried = Carried::nothing(),
+                    Decision::Refused(Refusal::Contradiction { .. } | Refusal::RolledBack { .. }) => {
+                        self.carried = Carried::nothing()
+                    }
                     // A window that the gate does not believe teaches nothing.
                     Decision::Refused(_) => {}
                 }

@@ -190,7 +190,7 @@ impl WindowFit {
     }
 
     /// Whether what was accepted before no longer holds: on unseen test windows, each with a bias fitted to the others, the factory's P
-    /// does better than the one that flies; or the window contradicts what that one was learnt from, and it does not win again.
+    /// does better than the one that flies; or the window contradicts what that one was learnt from, and it does not win as clearly again.
     /// How probable so clear a win is by chance.
     fn is_rolled_back(&self, context: &Context, decision: Decision) -> Option<f32> {
         let contest = &self.weak.contest;
@@ -199,7 +199,7 @@ impl WindowFit {
         }
         let factory_wins = contest.between(FACTORY_P, FLOWN_P);
         let contradicts = matches!(decision, Decision::Refused(Refusal::Contradiction { .. }));
-        let wins_again = acceptance::is_worse(&contest.between(FLOWN_P, FACTORY_P));
+        let wins_again = acceptance::clear_win(&contest.between(FLOWN_P, FACTORY_P)).is_ok();
         let is_rolled_back = acceptance::is_worse(&factory_wins) || contradicts && !wins_again;
         is_rolled_back.then_some(factory_wins.p_value)
     }

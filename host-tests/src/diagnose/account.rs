@@ -77,11 +77,12 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
         let remark = if effect.believed { "" } else { ": more than this effect can be, so named and not taken out" };
         writeln!(
             out,
-            "  added   {}: evidence {:.0}, chance {:.4}, turns its vector by {:.2} deg rms{remark}",
+            "  added   {}: evidence {:.0}, chance {:.4}, turns its vector by {:.2} +- {:.2} deg rms{remark}",
             of.name(),
             effect.evidence,
             effect.p_value,
             effect.size_rad.to_degrees(),
+            effect.size_sigma_rad.to_degrees(),
         )?;
     }
     let tried = report.tried.iter().zip(library).take(report.candidates.into()).enumerate();

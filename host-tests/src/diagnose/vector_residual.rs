@@ -49,6 +49,8 @@ struct Reading {
     t_s: Vec<f64>,
     rotation: Vec<UnitQuaternion<f64>>,
     rate: Vec<f64>,
+    /// Number of gaps before: over one, nothing is predicted.
+    gaps: Vec<u32>,
     /// Specific force and field in the frame of the beginning.
     vectors: [Vec<Option<Vector3<f64>>>; 2],
 }
@@ -80,7 +82,8 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
     models.make_contiguous().sort_by_key(|&(t_us, _)| t_us);
     let mut diagnoses: VecDeque<_> = flight.diagnoses.iter().filter(|r| r.is_conclusive()).collect();
     let (mut model, mut effects): (GyroModel, ActiveEffects) = (config.gyro, ActiveEffects::none());
-    let mut reading = Reading { t_s: vec![], rotation: vec![], rate: vec![], vectors: [vec![], vec![]] };
+    let mut reading = Reading { t_s: vec![], rotation: vec![], rate: vec![], gaps: vec![], vectors: [vec![], vec![]] };
+    let mut gaps = 0;
     let mut last: Option<(f64, Vector3<f64>, UnitQuaternion<f64>)> = None;
     for sample in &trace.samples {
         while let Some((_, report)) = models.front().filter(|(t_us, _)| *t_us <= sample.t_us) {
@@ -92,7 +95,7 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
             diagnoses.pop_front();
         }
         if sample.flags.contains(SampleFlags::GYRO_MISSING) {
-            last = None;
+            gaps += u32::from(last.take().is_some());
             continue;
         }
         let t_s = sample.t_us as f64 * 1e-6;
@@ -112,6 +115,7 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
         reading.t_s.push(t_s);
         reading.rotation.push(rotation);
         reading.rate.push(rate.norm());
+        reading.gaps.push(gaps);
         let flags = [SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
         for ((vectors, v), missing) in reading.vectors.iter_mut().zip([moment.force_m_s2, moment.field_ut]).zip(flags) {
             vectors.push((!sample.flags.contains(missing)).then(|| rotation * v.cast::<f64>()));
@@ -143,7 +147,8 @@ fn residuals(reading: &Reading, from_s: f64) -> [Option<f64>; 2] {
             (at(start_s)..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
         let rates = reading.rate.get(first.start..second.end).unwrap_or_default();
         let square = rates.iter().map(|w| w * w).sum::<f64>() / rates.len().max(1) as f64;
-        if square > MOVING_RAD_S * MOVING_RAD_S {
+        let gaps = reading.gaps.get(first.start..second.end).unwrap_or_default();
+        if square > MOVING_RAD_S * MOVING_RAD_S && gaps.first() == gaps.last() {
             for (angles, vectors) in angles.iter_mut().zip(&reading.vectors) {
                 let mean = |range: &std::ops::Range<usize>| -> Option<Vector3<f64>> {
                     let all = vectors.get(range.clone()).unwrap_or_default();

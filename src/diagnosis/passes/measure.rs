@@ -5,6 +5,18 @@
 use super::*;
 
 impl Diagnosis {
+    /// The scaled parameters of a chosen effect, those that are not seen to be there 0.
+    pub(super) fn seen_parts(&self, subject: &Subject, slot: usize) -> [f32; MAX_PARAMETERS] {
+        let mut parts = [0.0; MAX_PARAMETERS];
+        let Some(chosen) = self.chosen.get(slot) else { return parts };
+        let columns = self.columns_of(subject, usize::from(chosen.index));
+        for (k, (part, column)) in parts.iter_mut().zip(columns).enumerate() {
+            let x = self.x_of(column);
+            *part = if chosen.is_seen(k, x) { x } else { 0.0 };
+        }
+        parts
+    }
+
     /// How much the chosen vector effects turn their vectors.
     pub(super) fn measure_turns(&mut self, subject: &Subject, moment: &Moment) {
         if moment.rate_rad_s.norm_squared() < square(subject.config.identification.max_bias_rad_s) {
@@ -13,18 +25,23 @@ impl Diagnosis {
         for slot in 0..self.chosen.len() {
             let Some(index) = self.chosen.get(slot).map(|chosen| usize::from(chosen.index)) else { return };
             let Some(effect) = subject.library.get(index) else { continue };
+            let x = self.seen_parts(subject, slot);
             let vector = match effect.sensor() {
                 Sensor::Gyro => continue,
                 Sensor::Accelerometer => moment.force_m_s2,
                 Sensor::Magnetometer => moment.field_ut,
             };
-            let parameters = self.parameters(subject, index);
-            let part = crate::compensation::contribution(*effect, &parameters, moment);
             let norm = vector.norm_squared();
-            if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| norm > 0.0) {
-                chosen.turned[0] += part.norm_squared() / norm;
-                chosen.turned[1] += 1.0;
+            let Some(chosen) = self.chosen.get_mut(slot).filter(|_| norm > 0.0) else { continue };
+            let mut part = Vector3::zeros();
+            let parameters = chosen.turned_by.iter_mut().zip(effect.parameters()).zip(&x);
+            for (k, ((sum, parameter), x)) in parameters.enumerate().filter(|(_, (_, x))| **x != 0.0) {
+                let term = effect.term(k, moment) * parameter.usual;
+                part += term * *x;
+                *sum += term.norm_squared() / norm;
             }
+            chosen.turned[0] += part.norm_squared() / norm;
+            chosen.turned[1] += 1.0;
         }
     }
 
@@ -100,22 +117,33 @@ impl Diagnosis {
                 continue;
             }
             let columns = self.columns_of(subject, index);
+            let x = self.seen_parts(subject, slot);
             let mut largest = 0.0;
+            let mut largest_by = [0.0; MAX_PARAMETERS];
             for v in 0..2 {
                 if !(test.counts[v] && test.norms[v] > 0.0) {
                     continue;
                 }
                 let sum = self.columns.rows(under_way, v).iter().fold(0.0, |sum, row| {
-                    let turned =
-                        columns.clone().fold(0.0, |turned, column| turned + at(row, column) * self.x_of(column));
-                    sum + turned * turned
+                    let parts = columns.clone().zip(&x);
+                    sum + square(parts.fold(0.0, |turned, (column, x)| turned + at(row, column) * x))
                 });
                 let turned = sum / square(test.norms[v]);
-                largest = if turned > largest { turned } else { largest };
+                if turned > largest {
+                    largest = turned;
+                    for ((by, column), x) in largest_by.iter_mut().zip(columns.clone()).zip(&x) {
+                        if *x == 0.0 {
+                            continue;
+                        }
+                        let rows = self.columns.rows(under_way, v).iter();
+                        *by = rows.fold(0.0, |sum, row| sum + square(at(row, column))) / square(test.norms[v]);
+                    }
+                }
             }
             if let Some(chosen) = self.chosen.get_mut(slot) {
                 chosen.turned[0] += largest;
                 chosen.turned[1] += 1.0;
+                chosen.turned_by.iter_mut().zip(largest_by).for_each(|(sum, by)| *sum += by);
             }
         }
     }

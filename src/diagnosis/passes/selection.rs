@@ -114,14 +114,12 @@ impl Diagnosis {
         true
     }
 
-    /// Drops a chosen effect that is too small to matter or, with the others there, no longer shows.
+    /// Drops a chosen effect that, as far as it is seen to be there, is too small to matter or not beyond its own deviation, or that, with
+    /// the others there, no longer shows.
     pub(super) fn drop_one(&mut self, subject: &Subject) -> bool {
         for slot in 0..self.chosen.len() {
-            let Some(&Chosen { index, turned: [sum, count], by_history, .. }) = self.chosen.get(slot) else { break };
-            let size = libm::sqrtf(if count > 0.0 { sum / count } else { 0.0 });
+            let Some(&Chosen { index, by_history, .. }) = self.chosen.get(slot) else { break };
             let index = usize::from(index);
-            let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
-            let too_small = size < if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
             let model = self.model(subject, Some(index));
             let effective = self.effective_scores(subject, index, &model);
             let shows = effective.is_some_and(|effective| {
@@ -132,6 +130,11 @@ impl Diagnosis {
                 }
                 by_history || sign_flip(&scores).1 <= FALSE_ALARMS
             });
+            let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
+            let least_rad = if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
+            let x = self.seen_parts(subject, slot);
+            let (size_rad, sigma_rad) = self.chosen.get(slot).map_or((0.0, 0.0), |chosen| chosen.size_rad(&x));
+            let too_small = size_rad < least_rad || size_rad < SIGNIFICANT * sigma_rad;
             if too_small || !shows {
                 if let Some(tried) = self.tried.get_mut(index) {
                     tried.too_small = too_small;

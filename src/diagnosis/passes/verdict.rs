@@ -16,25 +16,25 @@ impl Diagnosis {
     pub(super) fn report(&self, subject: &Subject) -> DiagnosisReport {
         let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.tested;
         let mut effects = [EffectReport::default(); MAX_ACTIVE];
-        for (report, chosen) in effects.iter_mut().zip(&self.chosen) {
+        for (slot, (report, chosen)) in effects.iter_mut().zip(&self.chosen).enumerate() {
             let index = usize::from(chosen.index);
             let Some(effect) = subject.library.get(index) else { continue };
             let mut parameters = self.parameters(subject, index);
             let mut sigma = [0.0; MAX_PARAMETERS];
             let both = sigma.iter_mut().zip(&mut parameters);
-            for (((sigma, x), scaled), parameter) in both.zip(&chosen.sigma).zip(effect.parameters()) {
+            for (k, (((sigma, x), scaled), parameter)) in both.zip(&chosen.sigma).zip(effect.parameters()).enumerate() {
                 *sigma = scaled * parameter.usual;
-                if libm::fabsf(*x) < SIGNIFICANT * *sigma {
-                    // Of an effect that is there, a part that is not seen to be: in a vertical hole the offset along the axis.
+                if !chosen.is_seen(k, *x / parameter.usual) {
                     *x = 0.0;
                 }
             }
-            let [sum, count] = chosen.turned;
+            let (size_rad, size_sigma_rad) = chosen.size_rad(&self.seen_parts(subject, slot));
             *report = EffectReport {
                 found: FoundEffect { index: chosen.index, parameters, sigma },
                 evidence: chosen.evidence,
                 p_value: chosen.p_value,
-                size_rad: libm::sqrtf(if count > 0.0 { sum / count } else { 0.0 }),
+                size_rad,
+                size_sigma_rad,
                 residual_rad: [chosen.residual_before_rad, chosen.residual_after_rad],
                 believed: effect.parameters().iter().zip(&parameters).all(|(parameter, x)| parameter.believes(*x)),
             };
