@@ -83,7 +83,7 @@ fn a_lever_arm_adds_the_centripetal_and_tangential_acceleration() {
     let mut scenario =
         smooth(without_sensor_errors(Scenario { duration_s: 30.0, rotation: steady, ..Scenario::default() }));
     let centred = simulate(&scenario, 1).0;
-    scenario.accel.lever_arm_m = [0.02, 0.0, 0.3];
+    scenario.effects.lever_arm_mm = [20.0, 0.0, 300.0];
     let off_centre = simulate(&scenario, 1).0;
     let added = |i: usize| vector(off_centre.samples[i].accel_m_s2) - vector(centred.samples[i].accel_m_s2);
     let speed = std::f64::consts::PI;
