@@ -1,19 +1,29 @@
 //! From samples to what identification works on: 20 ms increments, weak-form equations, nodes.
 
+mod accumulator;
 mod equations;
+mod grid;
 mod increment;
+mod increment_ring;
 mod node;
+mod node_walk;
 mod rest;
 mod rest_bias;
+mod rows;
 mod stream;
 mod surroundings;
 mod weak_form;
 
-pub(crate) use equations::{Equations, MAGNETIC, TestEquations, gyro_part};
-pub(crate) use increment::{Accumulator, Grid, Increment, IncrementRing, Reading, Scales};
-pub(crate) use node::{BodyMeans, Node, NodeWalk, VectorEffects};
+pub(crate) use accumulator::{Accumulator, Reading};
+pub(crate) use equations::{Equations, TestEquations};
+pub(crate) use grid::Grid;
+pub(crate) use increment::Increment;
+pub(crate) use increment_ring::{IncrementRing, Scales};
+pub(crate) use node::{BodyMeans, Node, VectorEffects};
+pub(crate) use node_walk::NodeWalk;
 pub(crate) use rest::{RestDetector, RestLimits};
 pub(crate) use rest_bias::{RestBias, RestNorm};
+pub(crate) use rows::{MAGNETIC, gyro_part};
 pub(crate) use stream::{Rebuild, SampleStream, StreamSettings, TESTS};
 pub(crate) use surroundings::SurroundingsRing;
 pub(crate) use weak_form::{UNDER_WAY, WeakForm};

@@ -1,4 +1,4 @@
-use super::increment::Reading;
+use super::Reading;
 use nalgebra::Vector3;
 
 /// Finds seconds of rest: gyro deviation under a limit on every axis, a mean rate that a bias can explain, and vector sensors

@@ -1,6 +1,6 @@
 use super::{
     Accumulator, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, Scales,
-    SurroundingsRing, TestEquations, WeakForm, equations::GYRO, weak_form::UNDER_WAY,
+    SurroundingsRing, TestEquations, WeakForm, rows::GYRO, weak_form::UNDER_WAY,
 };
 use crate::compensation::{ActiveEffects, Effect, Moment, effect::REFERENCE_TEMPERATURE_C};
 use nalgebra::{Matrix3, Vector3};

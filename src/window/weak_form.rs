@@ -1,75 +1,17 @@
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::{
-    Grid, Increment,
-    equations::{GYRO, MAGNETIC, Rows, TestEquations},
-};
+mod test_function;
+mod test_window;
+
+use super::{Grid, Increment, TestEquations, rows::GYRO};
 use crate::rotation::{exp_quaternion, matrix, middle_to_middle, renormalised};
-use core::f32::consts::PI;
 use nalgebra::{Matrix3, Quaternion, Vector3};
+use test_function::TestFunction;
+use test_window::{Field, Gravity, TestWindow};
 
 /// Test windows under way at a time: each begins a quarter of its length after the one before it, as sin^2 windows want it
 /// (equations half a length apart lose a third of what the samples hold).
 pub(crate) const UNDER_WAY: usize = 4;
-
-/// From one test window to the next, seconds: two seconds are the length that measures best (1 s: 1.3 times the rate error).
-const HOP_S: f32 = 0.5;
-
-/// Longest test window in increments; a grid interval is at least 19.98 ms.
-const CAPACITY: usize = 100;
-
-/// Accumulators of one test window.
-#[derive(Clone, Copy, Debug)]
-struct TestWindow {
-    position: usize,
-    gravity_rows: [[f32; GYRO]; 3],
-    gravity_rhs: Vector3<f32>,
-    field_rows: [[f32; MAGNETIC]; 3],
-    field_rhs: Vector3<f32>,
-    square_rate: f32,
-    /// Sum of the squared second differences of the de-rotated field.
-    square_roughness: f32,
-    spoilt: bool,
-    gravity_missing: bool,
-    field_missing: bool,
-}
-
-impl TestWindow {
-    const fn zero() -> Self {
-        let zero = Vector3::new(0.0, 0.0, 0.0);
-        Self {
-            position: 0,
-            gravity_rows: [[0.0; GYRO]; 3],
-            gravity_rhs: zero,
-            field_rows: [[0.0; MAGNETIC]; 3],
-            field_rhs: zero,
-            square_rate: 0.0,
-            square_roughness: 0.0,
-            spoilt: false,
-            gravity_missing: false,
-            field_missing: false,
-        }
-    }
-}
-
-impl TestWindow {
-    /// The equations, about `theta`, none when the tool stood still or readings were missing; begins anew.
-    fn complete(&mut self, moving_rate_rad_s: f32, theta: &[f32; GYRO]) -> TestEquations {
-        let limit = moving_rate_rad_s * moving_rate_rad_s * self.position as f32;
-        let counts = !self.spoilt && self.square_rate > limit;
-        let mut equations = TestEquations { spoilt: self.spoilt, ..TestEquations::zero() };
-        if counts && !self.gravity_missing {
-            equations.gravity = Rows::new(&self.gravity_rows, &self.gravity_rhs.into(), theta);
-        }
-        if counts && !self.field_missing {
-            // Three components, and 1 + 4 + 1 variances in a second difference.
-            equations.field_noise_ut2 = self.square_roughness / (18.0 * self.position as f32);
-            equations.field = Rows::new(&self.field_rows, &self.field_rhs.into(), theta);
-        }
-        *self = Self::zero();
-        equations
-    }
-}
 
 /// Streaming weak form of the vectors' kinematics.
 ///
@@ -92,10 +34,7 @@ pub(crate) struct WeakForm {
     previous_fields: [Vector3<f32>; 2],
     /// The de-rotated gravity and field of the last increment, where they were read.
     last_vectors: [Option<Vector3<f32>>; 2],
-    length: usize,
-    interval_s: f32,
-    weight: [f32; CAPACITY],
-    slope: [f32; CAPACITY],
+    function: TestFunction,
     windows: [TestWindow; UNDER_WAY],
     moving_rate_rad_s: f32,
 }
@@ -112,10 +51,7 @@ impl WeakForm {
             rates: [zero; 2],
             previous_fields: [zero; 2],
             last_vectors: [None; 2],
-            length: 0,
-            interval_s: 0.0,
-            weight: [0.0; CAPACITY],
-            slope: [0.0; CAPACITY],
+            function: TestFunction::zero(),
             windows: [TestWindow::zero(); UNDER_WAY],
             moving_rate_rad_s: 0.0,
         }
@@ -123,16 +59,8 @@ impl WeakForm {
 
     /// Sets the grid and the rate (rms over a test window) under which a window holds nothing about P.
     pub fn configure(&mut self, grid: Grid, moving_rate_rad_s: f32) {
-        self.length = UNDER_WAY * grid.increments_in(HOP_S);
-        self.interval_s = grid.interval_s();
+        self.function.configure(grid);
         self.moving_rate_rad_s = moving_rate_rad_s;
-        let duration = self.length as f32 * self.interval_s;
-        for (k, (weight, slope)) in self.weight.iter_mut().zip(&mut self.slope).enumerate().take(self.length) {
-            let angle = PI * (k as f32 + 0.5) / self.length as f32;
-            let (sine, cosine) = libm::sincosf(angle);
-            *weight = sine * sine;
-            *slope = 2.0 * sine * cosine * PI / duration;
-        }
     }
 
     /// Begins anew with the nominal model w = P w_raw - c.
@@ -166,22 +94,17 @@ impl WeakForm {
 
     /// Variance of an equation whose vector has a white noise of variance 1 in each increment.
     pub fn noise_gain(&self) -> f32 {
-        let slopes = self.slope.get(..self.length).unwrap_or_default();
-        slopes.iter().fold(0.0, |sum, slope| sum + slope * slope) * self.interval_s * self.interval_s
+        self.function.noise_gain()
     }
 
     /// Weight and slope of the test function at an increment of a test window, times the interval; `None` beyond its end.
     pub fn test_function(&self, position: usize) -> Option<(f32, f32)> {
-        if position >= self.length {
-            return None;
-        }
-        let (weight, slope) = (self.weight.get(position)?, self.slope.get(position)?);
-        Some((weight * self.interval_s, -slope * self.interval_s))
+        self.function.at(position)
     }
 
     /// Increments from one test window to the next.
     pub const fn hop(&self) -> usize {
-        self.length / UNDER_WAY
+        self.function.hop()
     }
 
     /// Takes one increment; returns the equations of the test window that it completes.
@@ -191,7 +114,7 @@ impl WeakForm {
         let raw = self.raw;
         let rate = self.p * raw - self.c;
         let [earlier, before] = self.rates;
-        let turn = middle_to_middle([&earlier, &before, &rate], self.interval_s);
+        let turn = middle_to_middle([&earlier, &before, &rate], self.function.interval_s);
         self.attitude = renormalised(&(self.attitude * exp_quaternion(&turn)));
         self.rates = [before, rate];
         let rotation = matrix(&self.attitude);
@@ -201,50 +124,30 @@ impl WeakForm {
         let bridged =
             |read: Option<Vector3<f32>>, last: Option<Vector3<f32>>| read.or_else(|| last.map(|u| rotation.tr_mul(&u)));
         self.last_vectors = [increment.gravity, increment.field].map(|read| read.map(|v| rotation * v));
-        let gravity = bridged(increment.gravity, last_gravity).map(|v| (rotation * v, rotation * v.cross_matrix()));
-        let field = bridged(increment.field, last_field)
-            .map(|v| (rotation * v, rotation * v.cross_matrix(), rotation * rate.cross(&v)));
-        let roughness = field.as_ref().map_or(0.0, |(u, ..)| {
+        let gravity = bridged(increment.gravity, last_gravity)
+            .map(|v| Gravity { u: rotation * v, gain: rotation * v.cross_matrix() });
+        let field = bridged(increment.field, last_field).map(|v| {
+            let u = rotation * v;
             let [older, last] = self.previous_fields;
-            self.previous_fields = [last, *u];
-            (u - last * 2.0 + older).norm_squared()
+            self.previous_fields = [last, u];
+            Field {
+                u,
+                gain: rotation * v.cross_matrix(),
+                lag: rotation * rate.cross(&v),
+                roughness: (u - last * 2.0 + older).norm_squared(),
+            }
         });
         for window in &mut self.windows {
-            let (Some(weight), Some(slope)) = (self.weight.get(window.position), self.slope.get(window.position))
-            else {
+            let Some(test) = self.function.at(window.position) else {
                 // Waiting for its first increment.
                 window.position = window.position.wrapping_add(1);
                 continue;
             };
-            let (weight, slope) = (weight * self.interval_s, -slope * self.interval_s);
-            window.spoilt |= increment.rate.is_none();
-            window.square_rate += rate.norm_squared();
-            match &gravity {
-                None => window.gravity_missing = true,
-                Some((u, gain)) => {
-                    window.gravity_rhs += u * slope;
-                    for i in 0..3 {
-                        add_gyro_row(&mut window.gravity_rows[i], gain, i, &raw, weight);
-                    }
-                }
-            }
-            match &field {
-                None => window.field_missing = true,
-                Some((u, gain, lag)) => {
-                    window.square_roughness += roughness;
-                    window.field_rhs += u * slope;
-                    for i in 0..3 {
-                        let row = &mut window.field_rows[i];
-                        add_gyro_row(row, gain, i, &raw, weight);
-                        row[GYRO] += slope * lag[i];
-                        for j in 0..3 {
-                            row[GYRO + 1 + j] += slope * rotation[(i, j)];
-                        }
-                    }
-                }
-            }
+            window.add_rate(increment.rate.as_ref(), &rate);
+            window.add_gravity(gravity.as_ref(), &raw, test);
+            window.add_field(field.as_ref(), &rotation, &raw, test);
             window.position += 1;
-            if window.position == self.length {
+            if window.position == self.function.length {
                 completed = Some(window.complete(self.moving_rate_rad_s, &self.theta));
             }
         }
@@ -252,21 +155,13 @@ impl WeakForm {
     }
 }
 
-/// Adds `weight * gain_row (x) (raw, -1)` to the gyro's part of a row: d(dw)/d(P, c) seen through R0 [v]x.
-fn add_gyro_row<const D: usize>(row: &mut [f32; D], gain: &Matrix3<f32>, i: usize, raw: &Vector3<f32>, weight: f32) {
-    for j in 0..3 {
-        let g = gain[(i, j)] * weight;
-        row[3 * j] += g * raw.x;
-        row[3 * j + 1] += g * raw.y;
-        row[3 * j + 2] += g * raw.z;
-        row[9 + j] -= g;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{rotation::rotate_back, window::Equations};
+    use crate::{
+        rotation::rotate_back,
+        window::{Equations, MAGNETIC},
+    };
 
     const IDENTITY: [f32; GYRO] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 
@@ -309,15 +204,6 @@ mod tests {
         }
         assert!(sum.gravity.rows > 280.0 && sum.magnetic.rows == sum.gravity.rows);
         sum.magnetic.normal.cholesky().unwrap().solve(&sum.magnetic.rhs)
-    }
-
-    #[test]
-    fn every_grid_has_a_whole_test_window() {
-        for period in 100..=20_000 {
-            let mut weak = WeakForm::zero();
-            weak.configure(Grid::new(period), 0.05);
-            assert!((2..=CAPACITY).contains(&weak.length), "{period}: {}", weak.length);
-        }
     }
 
     #[test]

@@ -1,0 +1,10 @@
+//! Scores against closed forms: motions whose error is known by construction.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod attitude;
+mod delay;
+mod missing;
+mod motions;
+mod rate_error;
+mod rests;
+mod two_seconds;

@@ -1,0 +1,10 @@
+//! The simulator against physics: what its columns say about each other, in closed forms and by an independent integration.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod full_scale;
+mod gyro;
+mod motion;
+mod rig;
+mod scenario_file;
+mod seeds;
+mod vectors;

@@ -1,0 +1,103 @@
+use super::{ConfigError, all_positive};
+
+/// The attitude filter. Standard deviations are those of what is left after compensation and calibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct AttitudeConfig {
+    /// Angle random walk of the gyro, rad/s per root hertz. Default 1.75e-4 (0.01 deg/s/rtHz, a common MEMS data-sheet
+    /// value: MPU-9250 PS section 3.1).
+    pub gyro_noise_rad_s_rthz: f32,
+    /// Scale factor and coupling error of the compensated gyro, dimensionless. Larger: vectors weigh more while the probe turns.
+    /// Default 0.015 (uncalibrated MEMS: 1 to 3 %).
+    pub gyro_scale_sigma: f32,
+    /// Bias random walk, rad/s per root second. Default 2e-5: at this rate a bias wanders 0.02 deg/s in 5 minutes.
+    pub gyro_bias_walk_rad_s_rts: f32,
+    /// Standard deviation of the residual gyro bias at the start and after a change of the gyro model, rad/s. Default 0.02
+    /// (1.2 deg/s).
+    pub gyro_bias_sigma_rad_s: f32,
+    /// Delay of the gyro's reading, seconds. Default `None`: half a sample, the delay of a mean over the sample interval.
+    pub gyro_delay_s: Option<f32>,
+    /// Horizontal speed of the probe, m/s, the only thing assumed about its accelerations: they integrate to no more than
+    /// this. Smaller: gravity is found faster, and long accelerations tilt it more. Default 0.5 (hand-held, tripping).
+    pub velocity_sigma_m_s: f32,
+    /// Constant error of the calibrated accelerometer, m/s^2; it cannot be observed and goes into the reported sigmas. Default
+    /// 0.03 (3 mg).
+    pub accel_sigma_m_s2: f32,
+    /// Error of the calibrated field's direction, radians, correlated over some seconds of motion. Default 0.03.
+    pub mag_sigma_rad: f32,
+    /// Uncertainty of the magnetometer's delay against the gyro, seconds. Default 0.015 (a 100 Hz magnetometer's conversion
+    /// and hold).
+    pub mag_timing_sigma_s: f32,
+    /// A total field that differs from the reference by more than this part is disturbed and not used. Default 0.1.
+    pub mag_norm_tolerance: f32,
+    /// A dip that differs from the reference by more than this is disturbed and not used, radians. Default 7 deg.
+    pub mag_dip_tolerance_rad: f32,
+    /// Below this inclination azimuth and gravity toolface are singular and the near-vertical toolface is reported, radians.
+    /// Default 5 deg.
+    pub near_vertical_rad: f32,
+    /// Hysteresis of that limit, radians. Default 0.5 deg.
+    pub near_vertical_hysteresis_rad: f32,
+}
+
+impl AttitudeConfig {
+    /// All zero, for a static before its configuration.
+    pub(crate) const UNSET: Self = Self {
+        gyro_noise_rad_s_rthz: 0.0,
+        gyro_scale_sigma: 0.0,
+        gyro_bias_walk_rad_s_rts: 0.0,
+        gyro_bias_sigma_rad_s: 0.0,
+        gyro_delay_s: None,
+        velocity_sigma_m_s: 0.0,
+        accel_sigma_m_s2: 0.0,
+        mag_sigma_rad: 0.0,
+        mag_timing_sigma_s: 0.0,
+        mag_norm_tolerance: 0.0,
+        mag_dip_tolerance_rad: 0.0,
+        near_vertical_rad: 0.0,
+        near_vertical_hysteresis_rad: 0.0,
+    };
+
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        let fields = [
+            (self.gyro_noise_rad_s_rthz, "attitude.gyro_noise_rad_s_rthz"),
+            (self.gyro_scale_sigma, "attitude.gyro_scale_sigma"),
+            (self.gyro_bias_walk_rad_s_rts, "attitude.gyro_bias_walk_rad_s_rts"),
+            (self.gyro_bias_sigma_rad_s, "attitude.gyro_bias_sigma_rad_s"),
+            (self.velocity_sigma_m_s, "attitude.velocity_sigma_m_s"),
+            (self.accel_sigma_m_s2, "attitude.accel_sigma_m_s2"),
+            (self.mag_sigma_rad, "attitude.mag_sigma_rad"),
+            (self.mag_timing_sigma_s, "attitude.mag_timing_sigma_s"),
+            (self.mag_norm_tolerance, "attitude.mag_norm_tolerance"),
+            (self.mag_dip_tolerance_rad, "attitude.mag_dip_tolerance_rad"),
+            (self.near_vertical_rad, "attitude.near_vertical_rad"),
+            (self.near_vertical_hysteresis_rad, "attitude.near_vertical_hysteresis_rad"),
+        ];
+        all_positive(&fields)?;
+        if self.gyro_bias_walk_rad_s_rts > 1.0 {
+            return Err(ConfigError { field: "attitude.gyro_bias_walk_rad_s_rts", must_be: "at most 1" });
+        }
+        let delay_ok = self.gyro_delay_s.is_none_or(|s| (0.0..=0.05).contains(&s));
+        if delay_ok { Ok(()) } else { Err(ConfigError { field: "attitude.gyro_delay_s", must_be: "0 to 0.05" }) }
+    }
+}
+
+impl Default for AttitudeConfig {
+    fn default() -> Self {
+        Self {
+            gyro_noise_rad_s_rthz: 1.75e-4,
+            gyro_scale_sigma: 0.015,
+            gyro_bias_walk_rad_s_rts: 2e-5,
+            gyro_bias_sigma_rad_s: 0.02,
+            gyro_delay_s: None,
+            velocity_sigma_m_s: 0.5,
+            accel_sigma_m_s2: 0.03,
+            mag_sigma_rad: 0.03,
+            mag_timing_sigma_s: 0.015,
+            mag_norm_tolerance: 0.1,
+            mag_dip_tolerance_rad: 7.0_f32.to_radians(),
+            near_vertical_rad: 5.0_f32.to_radians(),
+            near_vertical_hysteresis_rad: 0.5_f32.to_radians(),
+        }
+    }
+}

@@ -1,0 +1,34 @@
+/// The earth at the probe. Fields that are `None` are unknown and nothing is assumed about them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct Earth {
+    /// Local gravity, m/s^2. Default 9.80665 (standard gravity, ISO 80000-3).
+    pub gravity_m_s2: f32,
+    /// Total magnetic field, microtesla.
+    pub magnetic_field_ut: Option<f32>,
+    /// Magnetic dip below the horizontal, radians.
+    pub dip_rad: Option<f32>,
+    /// Magnetic declination, radians east of true north. Given: azimuth is true; `None`: azimuth is magnetic.
+    pub declination_rad: Option<f32>,
+    /// Geodetic latitude, radians north. Given: the earth's rotation (15.04 deg/h) is removed from the gyro.
+    pub latitude_rad: Option<f32>,
+}
+
+impl Earth {
+    /// All zero, for a static before its configuration.
+    pub(crate) const UNSET: Self =
+        Self { gravity_m_s2: 0.0, magnetic_field_ut: None, dip_rad: None, declination_rad: None, latitude_rad: None };
+}
+
+impl Default for Earth {
+    fn default() -> Self {
+        Self {
+            gravity_m_s2: 9.806_65,
+            magnetic_field_ut: None,
+            dip_rad: None,
+            declination_rad: None,
+            latitude_rad: None,
+        }
+    }
+}

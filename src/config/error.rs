@@ -1,0 +1,27 @@
+/// Why a [`Config`](super::Config) cannot be used: the field, and what it must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ConfigError {
+    /// The field's path, for instance `identification.window_s`.
+    pub field: &'static str,
+    /// What the field must be.
+    pub must_be: &'static str,
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "configuration: {} must be {}", self.field, self.must_be)
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// Names the first of some fields that is not finite and positive.
+pub(super) fn all_positive(fields: &[(f32, &'static str)]) -> Result<(), ConfigError> {
+    for &(value, field) in fields {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(ConfigError { field, must_be: "finite and positive" });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,12 @@
+/// Full scales of the sensors; `None`: unknown, so clipping of that sensor cannot be known.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct FullScale {
+    /// Gyro, rad/s.
+    pub gyro_rad_s: Option<f32>,
+    /// Accelerometer, m/s^2.
+    pub accel_m_s2: Option<f32>,
+    /// Magnetometer, microtesla.
+    pub mag_ut: Option<f32>,
+}
