@@ -45,7 +45,7 @@ pub(super) const CASES: &[Case] = &[
         add: |s, r| s.effects.mag_matrix = matrix(r, 0.03),
     },
     Case { name: "accel_bias", names: &[&["accel_bias"]], add: |s, r| s.effects.accel_bias_m_s2 = vector(r, 0.5) },
-    Case { name: "lever_arm", names: &[&["lever_arm"]], add: |s, r| s.accel.lever_arm_m = vector(r, 0.05) },
+    Case { name: "lever_arm", names: &[&["lever_arm"]], add: |s, r| s.effects.lever_arm_mm = vector(r, 50.0) },
     Case {
         name: "accel_lag",
         names: &[&["accel_lag", "gyro_lag"]],
@@ -126,7 +126,7 @@ pub(super) const CASES: &[Case] = &[
         names: &[&["mag_lag", "eddy_lag", "gyro_lag"], &["lever_arm"], &["g_sensitivity"]],
         add: |s, r| {
             s.effects.mag_lag_ms = r.between(4.0, 15.0);
-            s.accel.lever_arm_m = vector(r, 0.05);
+            s.effects.lever_arm_mm = vector(r, 50.0);
             s.effects.g_sensitivity_deg_s_g = matrix(r, 0.1);
         },
     },

@@ -137,7 +137,7 @@ fn add(scenario: &mut Scenario, effect: usize, random: &mut Random) {
             effects.accel_matrix = matrix(random, 0.02);
         }
         5 => effects.g_sensitivity_deg_s_g = matrix(random, 0.1),
-        6 => scenario.accel.lever_arm_m = vector(random, 0.05),
+        6 => effects.lever_arm_mm = vector(random, 50.0),
         7 => effects.gyro_lag_ms = random.between(0.0, 5.0),
         8 => {
             effects.bias_step_deg_s = vector(random, 1.0);

@@ -96,7 +96,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     };
     let earth = EarthVectors::new(scenario);
     let mut step = bias_step(&scenario.effects, &truth.shocks);
-    let lever_arm_m = Vector3::from(scenario.accel.lever_arm_m) + Vector3::from(scenario.effects.lever_arm_mm) * 1e-3;
+    let lever_arm_m = Vector3::from(scenario.effects.lever_arm_mm) * 1e-3;
 
     let count = (scenario.duration_s / period_s + 1e-9) as u64;
     let mut disturber = Disturber::new(&scenario.effects, period_s, scenario.duration_s, &mut effect);

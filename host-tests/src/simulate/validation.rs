@@ -69,7 +69,6 @@ impl Scenario {
         check(optional(gyro.full_scale_deg_s, 1.0, 1e6), "gyro.full_scale_deg_s", "1 to 1000000")?;
         let accel = &self.accel;
         check(within(accel.noise_ug_rthz, 0.0, 1e6), "accel.noise_ug_rthz", "0 to 1000000")?;
-        check(accel.lever_arm_m.iter().all(|&x| within(x, -10.0, 10.0)), "accel.lever_arm_m", "-10 to 10")?;
         check(optional(accel.resolution_m_s2, 1e-9, 100.0), "accel.resolution_m_s2", "positive, at most 100")?;
         check(optional(accel.full_scale_g, 0.1, 1e6), "accel.full_scale_g", "0.1 to 1000000")?;
         check(within(self.mag.noise_ut, 0.0, 1e3), "mag.noise_ut", "0 to 1000")?;

@@ -75,14 +75,4 @@ mod tests {
             assert!((added[i] - expected).norm() < 2e-3, "{i}: {} {expected}", added[i]);
         }
     }
-
-    #[test]
-    fn a_lever_arm_in_millimetres_is_that_of_the_accelerometer_in_metres() {
-        let in_millimetres = turning(&Effects { lever_arm_mm: [20.0, -10.0, 300.0], ..Effects::default() }, 60.0);
-        let mut in_metres = turning(&Effects::default(), 60.0);
-        in_metres.accel.lever_arm_m = [0.02, -0.01, 0.3];
-        for (a, b) in samples(&in_millimetres).iter().zip(&samples(&in_metres)) {
-            assert!((vector(a.accel_m_s2) - vector(b.accel_m_s2)).norm() < 1e-5);
-        }
-    }
 }

@@ -33,9 +33,9 @@ pub struct Effects {
     pub accel_bias_m_s2: [f64; 3],
     /// Delay of the accelerometer, milliseconds. Typical 2 to 5. Default 0.
     pub accel_lag_ms: f64,
-    /// From the centre of rotation to the accelerometer, millimetres: it adds `w x (w x r) + w' x r`, the mean over the sample interval,
-    /// with the rate and its derivative from the truth; on top of the scenario's `accel.lever_arm_m`. Typical 10 to 50 (20 mm off
-    /// the axis: 0.02 g at 30 rpm). Default zero.
+    /// From the centre of rotation to the accelerometer, tool axes, millimetres: it adds `w x (w x r) + w' x r`, the mean over the sample
+    /// interval, with the rate and its derivative from the truth. Typical 10 to 50 (20 mm off the axis: 0.02 g at 30 rpm). Default
+    /// zero.
     pub lever_arm_mm: [f64; 3],
     /// What the gyro reads of specific force along its own axes, deg/s per g, row by row. Typical 0.01 to 0.1. Default zero.
     pub g_sensitivity_deg_s_g: [[f64; 3]; 3],

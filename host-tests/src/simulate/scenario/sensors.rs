@@ -46,8 +46,6 @@ impl Default for Gyro {
 pub struct Accelerometer {
     /// White noise, micro-g per root hertz. Default 200.
     pub noise_ug_rthz: f64,
-    /// Lever arm from the tool axis to the sensor, tool axes, metres: it adds w x (w x r) + w' x r. Default zero.
-    pub lever_arm_m: [f64; 3],
     /// Step of the reading, m/s^2. Default: none.
     pub resolution_m_s2: Option<f64>,
     /// Full scale, g. Default 16.
@@ -56,7 +54,7 @@ pub struct Accelerometer {
 
 impl Default for Accelerometer {
     fn default() -> Self {
-        Self { noise_ug_rthz: 200.0, lever_arm_m: [0.0; 3], resolution_m_s2: None, full_scale_g: Some(16.0) }
+        Self { noise_ug_rthz: 200.0, resolution_m_s2: None, full_scale_g: Some(16.0) }
     }
 }
 
