@@ -17,68 +17,21 @@ use crate::{
 };
 use nalgebra::{Matrix3, Vector3};
 
+mod chosen;
+mod limits;
+mod measure;
+mod selection;
+mod solution;
+mod verdict;
+
+use chosen::Chosen;
+use limits::*;
+
 /// Increments that are walked in one piece of work.
 const SLICE: u32 = 8;
 
 /// Most test windows of one diagnosis.
 const MAX_TESTS: usize = 104;
-
-/// Fewest test windows in a group: two seconds.
-const LEAST_PER_GROUP: u32 = 4;
-
-/// Rate of false alarms of a whole diagnosis of a model that lacks nothing; shared out among the candidates (Bonferroni).
-const FALSE_ALARMS: f32 = 0.01;
-
-/// Least evidence of a candidate over the cost of its parameters: odds of 20 to 1.
-const LEAST_WORTH: f32 = 3.0;
-
-/// By how much a candidate has to show more than one that stands before it in the library, where the likelier of two that look alike
-/// come first: odds of 7 to 1.
-const LEAST_LEAD: f32 = 2.0;
-
-/// Huber's constant, in deviations of a vector residual's component.
-const HUBER: f32 = 3.0;
-
-/// Squared residual of a vector that every other one is under: the median of chi-square with 3 degrees of freedom.
-const MEDIAN_SQUARE: f32 = 2.366;
-
-/// Deviation of specific force that is sensor noise, m/s^2: 2 mg in 50 Hz, the noise of common parts (0.2 mg/rtHz) and their cross-axis
-/// terms.
-const FORCE_NOISE_M_S2: f32 = 0.02;
-
-/// Deviation of the field that is sensor noise at least, microtesla: a step of 0.15 over the root of 12 (AK8963, MS1356-E-02, 16 bit).
-const FIELD_NOISE_UT: f32 = 0.05;
-
-/// A vector that is turned by less does not matter: 0.3 deg.
-const LEAST_TURN_RAD: f32 = 0.005_2;
-
-/// Rotation over a second that grows to those 0.3 deg over 36 s, the usual time from one diagnosis to the next, even if it adds up like
-/// noise.
-const LEAST_DRIFT_RAD: f32 = LEAST_TURN_RAD / 6.0;
-
-/// A residual of the field that is left for unexplained: a fifth of what matters.
-const LEAST_LEFT_RAD: f32 = LEAST_TURN_RAD / 5.0;
-
-/// Most passes of one diagnosis.
-const MOST_PASSES: u8 = 20;
-
-/// Information from which a parameter is observed: its deviation is half its usual size.
-const OBSERVED: f32 = 4.0;
-
-/// Deviations that a parameter of an effect has to be from zero to be taken out.
-const SIGNIFICANT: f32 = 3.0;
-
-/// Columns of P.
-const P: usize = 9;
-
-/// Share of the misfit that P has to explain to be taken for wrong; what a window of the identification has to, as well.
-const EXPLAINED: f32 = 0.75;
-
-/// Passes after which candidates are tried though the solution has not settled: a model that lacks a large effect may never do so.
-const PATIENCE: u8 = 4;
-
-/// The solution has settled when the scales of the residuals change by less than this from one pass to the next.
-const SETTLED: f32 = 1.3;
 
 /// What is to be diagnosed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,61 +50,6 @@ pub(crate) struct Subject<'a> {
     pub stream: &'a SampleStream,
     pub config: &'a Config,
     pub library: &'a [&'static dyn Effect],
-}
-
-/// An effect in the model.
-#[derive(Clone, Copy)]
-struct Chosen {
-    index: u8,
-    evidence: f32,
-    p_value: f32,
-    /// Sum of squares of what its parameters turn that are seen to be there, and of how many.
-    turned: [f32; 2],
-    /// The same of each of them alone, were it 1.
-    turned_by: [f32; MAX_PARAMETERS],
-    residual_before_rad: f32,
-    residual_after_rad: f32,
-    /// Sandwich deviations of its scaled parameters.
-    sigma: [f32; MAX_PARAMETERS],
-    /// Whether this window alone would not have shown it.
-    by_history: bool,
-}
-
-impl Chosen {
-    const NONE: Self = Self {
-        index: 0,
-        evidence: 0.0,
-        p_value: 0.0,
-        turned: [0.0; 2],
-        turned_by: [0.0; MAX_PARAMETERS],
-        residual_before_rad: 0.0,
-        residual_after_rad: 0.0,
-        sigma: [0.0; MAX_PARAMETERS],
-        by_history: false,
-    };
-
-    /// How much that of it turns which is seen to be there, and the deviation of that: radians rms. `x`: its scaled parameters.
-    fn size_rad(&self, x: &[f32; MAX_PARAMETERS]) -> (f32, f32) {
-        let [sum, count] = self.turned;
-        if count <= 0.0 {
-            return (0.0, 0.0);
-        }
-        let seen =
-            self.turned_by.iter().zip(&self.sigma).zip(x).enumerate().filter(|(k, (_, x))| self.is_seen(*k, **x));
-        let by_chance = seen.fold(0.0, |by_chance, (_, ((sum, sigma), _))| by_chance + sum * sigma * sigma);
-        (libm::sqrtf(sum / count), libm::sqrtf(by_chance / count))
-    }
-
-    /// Whether scaled parameter `k` of value `x` is seen to be there: in a vertical hole the offset along the axis is not.
-    fn is_seen(&self, k: usize, x: f32) -> bool {
-        libm::fabsf(x) >= SIGNIFICANT * at(&self.sigma, k)
-    }
-}
-
-/// What a candidate shows beside the model.
-struct Effective {
-    scores: Scores,
-    whitening: Whitening,
 }
 
 /// One diagnosis, resumable: each step is a bounded piece of it.
@@ -206,10 +104,6 @@ pub(crate) struct Diagnosis {
     /// Whether the report is to be taken.
     done: bool,
 }
-
-mod measure;
-mod selection;
-mod verdict;
 
 impl Diagnosis {
     #[inline(always)]
@@ -282,7 +176,7 @@ impl Diagnosis {
         self.test = 0;
         self.usable_before = self.usable;
         self.usable = 0;
-        let scales = gyro_scales(subject);
+        let scales = GyroScales::new(&subject.config.identification);
         let flown_p = self.job.flown.p_matrix();
         let flown_c = flown_p * Vector3::from(self.job.flown.b_rad_s);
         self.p = Matrix3::from_fn(|i, j| flown_p[(i, j)] + scales.of_p(i, j) * self.x[3 * i + j]);
@@ -341,14 +235,9 @@ impl Diagnosis {
         3_000
     }
 
-    /// The columns of a candidate; empty where there is no room for it.
-    fn columns_of(&self, subject: &Subject, index: usize) -> core::ops::Range<usize> {
-        self.layout.columns_of(subject.library, index)
-    }
-
     #[inline(never)]
     fn take(&mut self, subject: &Subject, index: u32) {
-        let scales = gyro_scales(subject);
+        let scales = GyroScales::new(&subject.config.identification);
         let mut instant = self.walk.advance((subject.stream, self.job.to), index, (&self.p, &self.c));
         let read = instant.moment;
         self.taken_out.correct_vectors(subject.library, &mut instant.moment);
@@ -360,60 +249,6 @@ impl Diagnosis {
             self.take_test(subject, &facts, number, weak_form.noise_gain());
             self.columns.clear(number);
         }
-    }
-
-    /// Parameters of a candidate in the solution so far, in SI units.
-    fn parameters(&self, subject: &Subject, index: usize) -> [f32; MAX_PARAMETERS] {
-        let mut parameters = [0.0; MAX_PARAMETERS];
-        let Some(effect) = subject.library.get(index) else { return parameters };
-        let columns = self.columns_of(subject, index);
-        for ((value, column), parameter) in parameters.iter_mut().zip(columns).zip(effect.parameters()) {
-            *value = self.x_of(column) * parameter.usual;
-        }
-        parameters
-    }
-
-    /// The scores of each group.
-    fn groups(&self) -> &[[f32; COLUMNS]] {
-        self.scores.as_chunks().0
-    }
-
-    /// The model so far, or all of it but one effect. What history added is not this window's to solve for.
-    fn model(&self, subject: &Subject, without: Option<usize>) -> Model {
-        let mut model = Model::new();
-        let chosen = self.chosen.iter().filter(|chosen| !chosen.by_history);
-        let effects = chosen.map(|chosen| usize::from(chosen.index)).filter(|index| Some(*index) != without);
-        let gyro = if self.p_is_held { P..GYRO } else { 0..GYRO };
-        let columns = gyro.chain(effects.flat_map(|index| self.columns_of(subject, index)));
-        for column in columns {
-            // No room is no column.
-            let _ = model.push(column as u8);
-        }
-        model
-    }
-
-    /// The solution so far of a column.
-    fn x_of(&self, column: usize) -> f32 {
-        at(&self.x, column)
-    }
-
-    /// Moves the solution to the optimum of the model.
-    fn solve(&mut self, model: &Model) -> Option<()> {
-        self.factor.of(&self.normal, model)?;
-        let mut rhs = [0.0; MAX_COLUMNS];
-        for (sum, &column) in rhs.iter_mut().zip(model) {
-            let column = usize::from(column);
-            // The prior of deviation 1 about zero pulls with the value itself.
-            let pull = -self.x_of(column);
-            *sum = self.groups().iter().fold(pull, |sum, scores| sum + at(scores, column));
-        }
-        self.factor.solve(&mut rhs);
-        for (change, &column) in rhs.iter().zip(model) {
-            if let Some(x) = self.x.get_mut(usize::from(column)) {
-                *x += change;
-            }
-        }
-        Some(())
     }
 
     /// Ends a pass; whether another is needed.
@@ -483,36 +318,6 @@ impl Diagnosis {
         self.since_change = 0;
         let model = self.model(subject, None);
         self.solve(&model).is_some()
-    }
-
-    /// Scales of the rows' variances from the median residual: what every other test window is under. Whether they are much the same
-    /// as before.
-    fn rescale(&mut self) -> bool {
-        let mut has_settled = true;
-        for v in 0..2 {
-            let mut values = [0.0; MAX_TESTS];
-            let squares = self.squares.iter().take(self.test as usize).map(|squares| squares[v]);
-            let mut count = 0;
-            for (value, square) in values.iter_mut().zip(squares.filter(|square| *square > 0.0)) {
-                *value = square;
-                count += 1;
-            }
-            let median = quantile(values.get_mut(..count).unwrap_or_default(), 0.5) / MEDIAN_SQUARE;
-            if median > 0.0 && median.is_finite() {
-                has_settled &= median < SETTLED * self.scales[v] && self.scales[v] < SETTLED * median;
-                self.scales[v] = median;
-            }
-        }
-        has_settled
-    }
-}
-
-fn gyro_scales(subject: &Subject) -> GyroScales {
-    let id = &subject.config.identification;
-    GyroScales {
-        diagonal: id.prior_sigma_diagonal,
-        off_diagonal: id.prior_sigma_off_diagonal,
-        c_rad_s: id.prior_sigma_bias_rad_s,
     }
 }
 

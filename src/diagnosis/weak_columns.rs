@@ -3,6 +3,7 @@
 use super::{report::MAX_CANDIDATES, walk::Instant};
 use crate::{
     compensation::{Effect, Sensor},
+    config::IdentificationConfig,
     window::{UNDER_WAY, WeakForm},
 };
 use core::ops::Range;
@@ -75,6 +76,14 @@ pub(super) struct GyroScales {
 }
 
 impl GyroScales {
+    pub const fn new(identification: &IdentificationConfig) -> Self {
+        Self {
+            diagonal: identification.prior_sigma_diagonal,
+            off_diagonal: identification.prior_sigma_off_diagonal,
+            c_rad_s: identification.prior_sigma_bias_rad_s,
+        }
+    }
+
     /// That of an element of P.
     pub const fn of_p(&self, row: usize, column: usize) -> f32 {
         if row == column { self.diagonal } else { self.off_diagonal }

@@ -147,4 +147,25 @@ impl Diagnosis {
             }
         }
     }
+
+    /// Scales of the rows' variances from the median residual: what every other test window is under. Whether they are much the same
+    /// as before.
+    pub(super) fn rescale(&mut self) -> bool {
+        let mut has_settled = true;
+        for v in 0..2 {
+            let mut values = [0.0; MAX_TESTS];
+            let squares = self.squares.iter().take(self.test as usize).map(|squares| squares[v]);
+            let mut count = 0;
+            for (value, square) in values.iter_mut().zip(squares.filter(|square| *square > 0.0)) {
+                *value = square;
+                count += 1;
+            }
+            let median = quantile(values.get_mut(..count).unwrap_or_default(), 0.5) / MEDIAN_SQUARE;
+            if median > 0.0 && median.is_finite() {
+                has_settled &= median < SETTLED * self.scales[v] && self.scales[v] < SETTLED * median;
+                self.scales[v] = median;
+            }
+        }
+        has_settled
+    }
 }

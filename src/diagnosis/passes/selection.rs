@@ -4,6 +4,12 @@
 
 use super::*;
 
+/// What a candidate shows beside the model.
+pub(super) struct Effective {
+    scores: Scores,
+    whitening: Whitening,
+}
+
 impl Diagnosis {
     /// A candidate's scores, group by group, cleared of what the model explains, and the information that it has beside the model. `None`
     /// where it shows nothing or is one with the model.

@@ -1,0 +1,51 @@
+use super::{at, limits::SIGNIFICANT};
+use crate::compensation::effect::MAX_PARAMETERS;
+
+/// An effect in the model.
+#[derive(Clone, Copy)]
+pub(super) struct Chosen {
+    pub index: u8,
+    pub evidence: f32,
+    pub p_value: f32,
+    /// Sum of squares of what its parameters turn that are seen to be there, and of how many.
+    pub turned: [f32; 2],
+    /// The same of each of them alone, were it 1.
+    pub turned_by: [f32; MAX_PARAMETERS],
+    pub residual_before_rad: f32,
+    pub residual_after_rad: f32,
+    /// Sandwich deviations of its scaled parameters.
+    pub sigma: [f32; MAX_PARAMETERS],
+    /// Whether this window alone would not have shown it.
+    pub by_history: bool,
+}
+
+impl Chosen {
+    pub const NONE: Self = Self {
+        index: 0,
+        evidence: 0.0,
+        p_value: 0.0,
+        turned: [0.0; 2],
+        turned_by: [0.0; MAX_PARAMETERS],
+        residual_before_rad: 0.0,
+        residual_after_rad: 0.0,
+        sigma: [0.0; MAX_PARAMETERS],
+        by_history: false,
+    };
+
+    /// How much that of it turns which is seen to be there, and the deviation of that: radians rms. `x`: its scaled parameters.
+    pub fn size_rad(&self, x: &[f32; MAX_PARAMETERS]) -> (f32, f32) {
+        let [sum, count] = self.turned;
+        if count <= 0.0 {
+            return (0.0, 0.0);
+        }
+        let seen =
+            self.turned_by.iter().zip(&self.sigma).zip(x).enumerate().filter(|(k, (_, x))| self.is_seen(*k, **x));
+        let by_chance = seen.fold(0.0, |by_chance, (_, ((sum, sigma), _))| by_chance + sum * sigma * sigma);
+        (libm::sqrtf(sum / count), libm::sqrtf(by_chance / count))
+    }
+
+    /// Whether scaled parameter `k` of value `x` is seen to be there: in a vertical hole the offset along the axis is not.
+    pub fn is_seen(&self, k: usize, x: f32) -> bool {
+        libm::fabsf(x) >= SIGNIFICANT * at(&self.sigma, k)
+    }
+}

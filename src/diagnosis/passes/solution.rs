@@ -1,0 +1,64 @@
+//! The solution so far, and how it is moved to the optimum of a model.
+
+use super::*;
+
+impl Diagnosis {
+    /// The columns of a candidate; empty where there is no room for it.
+    pub(super) fn columns_of(&self, subject: &Subject, index: usize) -> core::ops::Range<usize> {
+        self.layout.columns_of(subject.library, index)
+    }
+
+    /// Parameters of a candidate in the solution so far, in SI units.
+    pub(super) fn parameters(&self, subject: &Subject, index: usize) -> [f32; MAX_PARAMETERS] {
+        let mut parameters = [0.0; MAX_PARAMETERS];
+        let Some(effect) = subject.library.get(index) else { return parameters };
+        let columns = self.columns_of(subject, index);
+        for ((value, column), parameter) in parameters.iter_mut().zip(columns).zip(effect.parameters()) {
+            *value = self.x_of(column) * parameter.usual;
+        }
+        parameters
+    }
+
+    /// The scores of each group.
+    pub(super) fn groups(&self) -> &[[f32; COLUMNS]] {
+        self.scores.as_chunks().0
+    }
+
+    /// The model so far, or all of it but one effect. What history added is not this window's to solve for.
+    pub(super) fn model(&self, subject: &Subject, without: Option<usize>) -> Model {
+        let mut model = Model::new();
+        let chosen = self.chosen.iter().filter(|chosen| !chosen.by_history);
+        let effects = chosen.map(|chosen| usize::from(chosen.index)).filter(|index| Some(*index) != without);
+        let gyro = if self.p_is_held { P..GYRO } else { 0..GYRO };
+        let columns = gyro.chain(effects.flat_map(|index| self.columns_of(subject, index)));
+        for column in columns {
+            // No room is no column.
+            let _ = model.push(column as u8);
+        }
+        model
+    }
+
+    /// The solution so far of a column.
+    pub(super) fn x_of(&self, column: usize) -> f32 {
+        at(&self.x, column)
+    }
+
+    /// Moves the solution to the optimum of the model.
+    pub(super) fn solve(&mut self, model: &Model) -> Option<()> {
+        self.factor.of(&self.normal, model)?;
+        let mut rhs = [0.0; MAX_COLUMNS];
+        for (sum, &column) in rhs.iter_mut().zip(model) {
+            let column = usize::from(column);
+            // The prior of deviation 1 about zero pulls with the value itself.
+            let pull = -self.x_of(column);
+            *sum = self.groups().iter().fold(pull, |sum, scores| sum + at(scores, column));
+        }
+        self.factor.solve(&mut rhs);
+        for (change, &column) in rhs.iter().zip(model) {
+            if let Some(x) = self.x.get_mut(usize::from(column)) {
+                *x += change;
+            }
+        }
+        Some(())
+    }
+}
