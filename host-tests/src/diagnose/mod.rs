@@ -4,12 +4,14 @@
 mod account;
 mod bench_mode;
 mod outcome;
+mod remainder_text;
 mod vector_residual;
 
 use std::io;
 
 pub use account::{print_account, sentences, verdict_name};
 pub use outcome::{Diagnosed, Found, diagnosed};
+pub use remainder_text::remainder_text;
 pub use vector_residual::{BeforeAfter, VectorResidual};
 
 use crate::{

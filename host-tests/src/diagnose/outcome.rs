@@ -3,7 +3,7 @@
 use meerkat_mwd::{
     Config,
     compensation::Effect,
-    diagnosis::{DiagnosisReport, EffectReport, HardIronInterval, Verdict},
+    diagnosis::{DiagnosisReport, EffectReport, HardIronInterval, RemainderReport, Verdict},
 };
 
 use super::vector_residual::{VectorResidual, vector_residual};
@@ -22,6 +22,16 @@ pub struct Diagnosed {
     pub reports: Vec<(DiagnosisReport, &'static [&'static dyn Effect])>,
     /// Residual of the vectors with the bias alone, and with all that flew.
     pub residual: VectorResidual,
+}
+
+impl Diagnosed {
+    /// What the residual goes with, where the verdict is that it is not explained.
+    #[must_use]
+    pub fn remainder(&self) -> Option<&RemainderReport> {
+        let latest_first = self.reports.iter().rev().map(|(report, _)| report);
+        let unexplained = latest_first.filter(|report| report.verdict == Verdict::UnexplainedResidual);
+        unexplained.take(usize::from(self.verdict == Verdict::UnexplainedResidual)).map(|report| &report.remainder).next()
+    }
 }
 
 /// An effect with what it is.

@@ -1,0 +1,231 @@
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::correlate::{Correlate, GoesWith};
+use nalgebra::Vector3;
+
+/// Regressors of a test window.
+pub(super) const REGRESSORS: usize = 18;
+
+/// Widest group of regressors.
+const WIDEST: usize = 3;
+
+/// Groups of regressors that belong together, by their widths: time, temperature, rate, its square, specific force, its square,
+/// once and twice per revolution, angular acceleration.
+const GROUPS: [usize; 9] = [2, 1, 3, 1, 3, 1, 2, 2, 3];
+
+/// Products within the groups.
+const PRODUCTS: usize = 30;
+
+/// In which way a remainder is looked at.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum View {
+    /// As a gyro bias, in the body's frame: the pull of both vectors' residuals on it.
+    Body,
+    /// The field's residual, in the frame of the walk's beginning.
+    Earth,
+}
+
+/// A quantity, its group of regressors, and the view in which it is looked for: what a gyro adds stays with the body; what is late turns a
+/// vector about the angular acceleration, whatever the body's attitude.
+const TESTS: [(Correlate, usize, View); 10] = [
+    (Correlate::Time, 0, View::Body),
+    (Correlate::Time, 0, View::Earth),
+    (Correlate::Temperature, 1, View::Body),
+    (Correlate::Rate, 2, View::Body),
+    (Correlate::RateSquared, 3, View::Body),
+    (Correlate::Acceleration, 4, View::Body),
+    (Correlate::VibrationPower, 5, View::Body),
+    (Correlate::OncePerRevolution, 6, View::Body),
+    (Correlate::TwicePerRevolution, 7, View::Body),
+    (Correlate::Lag, 8, View::Earth),
+];
+
+/// How many there are.
+pub(super) const COUNT: usize = TESTS.len();
+
+/// Products of regressors and residuals: the widths of the tests' groups together.
+const CROSS: usize = 20;
+
+/// Residuals of white noise that are worth one: test windows of sin^2 weights, each a quarter of its length after the one before, add
+/// up to 8/3 of the variance that they would have if they did not overlap (Harris, Proceedings of the IEEE 66 (1978) 51).
+const INDEPENDENT: f32 = 3.0 / 8.0;
+
+/// A regressor that varies by less than this share of its mean does not vary: rounding.
+const ROUNDING: f32 = 1e-5;
+
+/// A regressor of which less than this share is left beside those before it is one with them.
+const COLLINEAR: f32 = 1e-4;
+
+/// Fewest degrees of freedom of a residual's component: below it the approximation of F's distribution is poor.
+const LEAST_FREEDOM: f32 = 3.0;
+
+/// Running means and central products of regressors and residuals.
+pub(super) struct Moments {
+    count: f32,
+    regressors: [f32; REGRESSORS],
+    residuals: [Vector3<f32>; 2],
+    squares: [f32; PRODUCTS],
+    cross: [Vector3<f32>; CROSS],
+    /// xx, yy, zz, xy, xz, yz in each view.
+    scatter: [[f32; 6]; 2],
+}
+
+impl Moments {
+    #[inline(always)]
+    pub const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self {
+            count: 0.0,
+            regressors: [0.0; REGRESSORS],
+            residuals: [zero; 2],
+            squares: [0.0; PRODUCTS],
+            cross: [zero; CROSS],
+            scatter: [[0.0; 6]; 2],
+        }
+    }
+
+    /// Takes a test window's regressors and its residual, in the body's frame and in the earth's.
+    pub fn add(&mut self, regressors: &[f32; REGRESSORS], residuals: &[Vector3<f32>; 2]) {
+        self.count += 1.0;
+        let share = 1.0 / self.count;
+        let central = 1.0 - share;
+        let mut x = [0.0; REGRESSORS];
+        for ((x, mean), new) in x.iter_mut().zip(&mut self.regressors).zip(regressors) {
+            *x = new - *mean;
+            *mean += *x * share;
+        }
+        let mut weighted = [Vector3::zeros(); 2];
+        for v in 0..2 {
+            let y = residuals[v] - self.residuals[v];
+            self.residuals[v] += y * share;
+            weighted[v] = y * central;
+            let products = [y.x * y.x, y.y * y.y, y.z * y.z, y.x * y.y, y.x * y.z, y.y * y.z];
+            self.scatter[v].iter_mut().zip(products).for_each(|(sum, product)| *sum += product * central);
+        }
+        let mut squares = self.squares.iter_mut();
+        let mut rest = x.as_slice();
+        for width in GROUPS {
+            let Some((group, next)) = rest.split_at_checked(width) else { break };
+            for (i, a) in group.iter().enumerate() {
+                let scaled = a * central;
+                // The group first: zip takes from its left before it sees that the right has ended.
+                for (b, sum) in group.iter().take(i + 1).zip(&mut squares) {
+                    *sum += scaled * b;
+                }
+            }
+            rest = next;
+        }
+        let mut cross = self.cross.iter_mut();
+        for (_, group, view) in TESTS {
+            let first: usize = GROUPS.iter().take(group).sum();
+            for (x, sum) in x.iter().skip(first).take(GROUPS[group]).zip(&mut cross) {
+                *sum += weighted[view as usize] * *x;
+            }
+        }
+    }
+
+    /// Total variance of the field's residual, and how many components of equal variance would scatter as it does.
+    pub fn scatter_in_earth(&self) -> (f32, f32) {
+        let (trace, components) = self.scatter_of(View::Earth);
+        (if self.count > 0.0 { trace / self.count } else { 0.0 }, components)
+    }
+
+    /// Its mean.
+    pub const fn mean_in_earth(&self) -> Vector3<f32> {
+        self.residuals[View::Earth as usize]
+    }
+
+    fn scatter_of(&self, view: View) -> (f32, f32) {
+        let [xx, yy, zz, xy, xz, yz] = self.scatter[view as usize];
+        let trace = xx + yy + zz;
+        let squares = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
+        (trace, if squares > 0.0 { trace * trace / squares } else { 0.0 })
+    }
+
+    /// Each quantity's share and its p-value; none where it does not vary, or too few test windows were seen.
+    pub fn tests(&self) -> [Option<GoesWith>; COUNT] {
+        let mut cross = self.cross.as_slice();
+        TESTS.map(|(correlate, group, view)| {
+            let (own, next) = cross.split_at_checked(GROUPS[group])?;
+            cross = next;
+            self.test(correlate, group, view, own)
+        })
+    }
+
+    /// Share of the total variance that a group of regressors takes (redundancy analysis), by the ratio of the variances, whose distribution
+    /// is about that of F with its degrees of freedom times the number of components of equal variance (Box, Annals of Mathematical
+    /// Statistics 25 (1954) 290).
+    fn test(&self, correlate: Correlate, group: usize, view: View, cross: &[Vector3<f32>]) -> Option<GoesWith> {
+        let width = GROUPS[group];
+        let first: usize = GROUPS.iter().take(group).sum();
+        let products = self.squares.iter().skip(GROUPS.iter().take(group).map(|w| w * (w + 1) / 2).sum());
+        let mut triangle = [[0.0; WIDEST]; WIDEST];
+        let places = (0..width).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        places.zip(products).for_each(|((i, j), product)| triangle[i][j] = *product);
+        let (total, components) = self.scatter_of(view);
+        let mut explained = 0.0;
+        let mut rank = 0.0;
+        let mut lower = [[0.0; WIDEST]; WIDEST];
+        let mut z = [Vector3::zeros(); WIDEST];
+        for (i, cross) in cross.iter().enumerate().take(WIDEST) {
+            for j in 0..i {
+                let sum = (0..j).fold(triangle[i][j], |sum, k| sum - lower[i][k] * lower[j][k]);
+                lower[i][j] = if lower[j][j] > 0.0 { sum / lower[j][j] } else { 0.0 };
+            }
+            let pivot = (0..i).fold(triangle[i][i], |sum, k| sum - lower[i][k] * lower[i][k]);
+            let mean = ROUNDING * self.regressors[first + i];
+            if !(pivot > COLLINEAR * triangle[i][i] && pivot > self.count * mean * mean) {
+                continue;
+            }
+            lower[i][i] = libm::sqrtf(pivot);
+            z[i] = (0..i).fold(*cross, |sum, k| sum - z[k] * lower[i][k]) / lower[i][i];
+            explained += z[i].norm_squared();
+            rank += 1.0;
+        }
+        let freedom = INDEPENDENT * self.count - rank - 1.0;
+        if !(rank > 0.0 && total > 0.0 && explained < total && freedom >= LEAST_FREEDOM) {
+            return None;
+        }
+        let ratio = explained * freedom / ((total - explained) * rank);
+        let p_value = chance_of_ratio(ratio, rank * components, freedom * components);
+        Some(GoesWith { correlate, share: explained / total, p_value })
+    }
+}
+
+/// Probability that F with these degrees of freedom is larger (Paulson, Annals of Mathematical Statistics 13 (1942) 233: within a few
+/// hundredths of itself from 3 degrees of freedom on).
+fn chance_of_ratio(ratio: f32, freedom: f32, freedom_left: f32) -> f32 {
+    let (a, b) = (2.0 / (9.0 * freedom), 2.0 / (9.0 * freedom_left));
+    let root = libm::cbrtf(ratio);
+    let deviate = ((1.0 - b) * root - (1.0 - a)) / libm::sqrtf(b * root * root + a);
+    0.5 * libm::erfcf(deviate * core::f32::consts::FRAC_1_SQRT_2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tables_are_of_one_size() {
+        assert_eq!(GROUPS.iter().sum::<usize>(), REGRESSORS);
+        assert_eq!(GROUPS.iter().map(|width| width * (width + 1) / 2).sum::<usize>(), PRODUCTS);
+        assert_eq!(TESTS.iter().map(|(_, group, _)| GROUPS[*group]).sum::<usize>(), CROSS);
+        assert!(GROUPS.iter().all(|width| *width <= WIDEST));
+    }
+
+    /// Critical values of F (any table).
+    #[test]
+    fn the_chance_of_a_ratio_is_that_of_the_tables() {
+        for (ratio, freedom, left, chance) in [
+            (2.922, 3.0, 30.0, 0.05),
+            (4.510, 3.0, 30.0, 0.01),
+            (7.054, 3.0, 30.0, 0.001),
+            (4.393, 9.0, 30.0, 0.001),
+            (13.74, 2.0, 12.0, 0.000_8),
+            (4.351, 1.0, 20.0, 0.05),
+        ] {
+            let p = chance_of_ratio(ratio, freedom, left);
+            assert!((p / chance - 1.0).abs() < 0.12, "{p} for {chance}");
+        }
+    }
+}
