@@ -2,14 +2,17 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use meerkat_mwd::{
-    compensation::{Effect, effects::{HardIron, LIBRARY}},
+    compensation::{
+        Effect,
+        effects::{HardIron, LIBRARY},
+    },
     diagnosis::{DiagnosisReport, Verdict},
 };
 use mwd::{
     configuration::of_trace,
     diagnose::{remainder_text, verdict_name},
     flight::fly_with,
-    simulate::{Effects, Scenario, Temperature, MountRotation, simulate},
+    simulate::{Effects, MountRotation, Scenario, Temperature, simulate},
 };
 
 static SMALL: [&dyn Effect; 1] = [&HardIron];
@@ -26,8 +29,20 @@ fn show(name: &str, library: &'static [&'static dyn Effect], make: impl Fn(&mut 
         scenario.hole.inclination_deg = 45.0;
         make(&mut scenario, seed);
         for report in reports(&scenario, library, seed).iter().filter(|r| r.is_conclusive()) {
-            let text = if report.verdict == Verdict::UnexplainedResidual { remainder_text(&report.remainder) } else { String::new() };
-            println!("{name} {seed} {:.0}-{:.0} {} nis {:.1} found {} {:?}: {text}", report.t_start_us as f64*1e-6, report.t_end_us as f64*1e-6, verdict_name(report.verdict), report.nis[1], report.count, report.remainder.memory);
+            let text = if report.verdict == Verdict::UnexplainedResidual {
+                remainder_text(&report.remainder)
+            } else {
+                String::new()
+            };
+            println!(
+                "{name} {seed} {:.0}-{:.0} {} nis {:.1} found {} {:?}: {text}",
+                report.t_start_us as f64 * 1e-6,
+                report.t_end_us as f64 * 1e-6,
+                verdict_name(report.verdict),
+                report.nis[1],
+                report.count,
+                report.remainder.memory
+            );
         }
     }
 }
@@ -39,10 +54,17 @@ fn explore() {
         s.effects.periodic_bias_period_s = 5.0 + 3.0 * seed as f64;
     });
     show("mount", &LIBRARY, |s, seed| {
-        s.effects.mount_rotation = Some(MountRotation { from_s: 75.0 + 7.0 * seed as f64, rotation_deg: [1.2, -0.8, 1.0], ramp_s: 1.0 });
+        s.effects.mount_rotation =
+            Some(MountRotation { from_s: 75.0 + 7.0 * seed as f64, rotation_deg: [1.2, -0.8, 1.0], ramp_s: 1.0 });
     });
     show("temperature", &SMALL, |s, _| {
-        s.temperature = Some(Temperature { start_c: 40.0, end_c: Some(45.0), swing_c: 8.0, swing_period_s: 30.0, ..Temperature::default() });
+        s.temperature = Some(Temperature {
+            start_c: 40.0,
+            end_c: Some(45.0),
+            swing_c: 8.0,
+            swing_period_s: 30.0,
+            ..Temperature::default()
+        });
         s.effects.gyro_bias_temperature_deg_s_c = [0.02, -0.02, 0.04];
     });
     show("nonlinearity, stick-slip", &SMALL, |s, _| {

@@ -92,7 +92,7 @@ impl Remainder {
         if let Some(field) = self.field.filter(|_| self.information > 0.0) {
             let pull = self.pull / libm::sqrtf(self.information);
             self.moments.add(&self.conditions.of_window(number), &[pull, field]);
-            self.whiteness.add(number, &field);
+            self.whiteness.add(number, &pull);
         }
         self.begin_test();
     }
@@ -109,8 +109,8 @@ impl Remainder {
             *slot = found;
             report.count += 1;
         }
-        let mean = self.moments.mean_in_earth();
-        report.memory = self.whiteness.memory(&mean, self.moments.scatter_in_earth(), self.hop_s);
+        let mean = self.moments.mean_in_body();
+        report.memory = self.whiteness.memory(&mean, self.moments.scatter_in_body(), self.hop_s);
         report.has_memory = report.memory.p_value <= LIMIT_OF_MEMORY;
         report
     }

@@ -30,7 +30,10 @@ impl Diagnosed {
     pub fn remainder(&self) -> Option<&RemainderReport> {
         let latest_first = self.reports.iter().rev().map(|(report, _)| report);
         let unexplained = latest_first.filter(|report| report.verdict == Verdict::UnexplainedResidual);
-        unexplained.take(usize::from(self.verdict == Verdict::UnexplainedResidual)).map(|report| &report.remainder).next()
+        unexplained
+            .take(usize::from(self.verdict == Verdict::UnexplainedResidual))
+            .map(|report| &report.remainder)
+            .next()
     }
 }
 

@@ -11,7 +11,7 @@ const FACTS: usize = 16;
 const TURNING: usize = 13;
 
 /// Every other increment is looked at: three revolutions in a second are still seen six times each, or more.
-const STRIDE: u32 = 2;
+const STRIDE: u16 = 2;
 
 /// A quarter of sin^2 over a test window, at its ends and in its middle: the weights of a mean over it.
 const WEIGHTS: [f32; UNDER_WAY] =
@@ -24,9 +24,9 @@ const SLOPES: [f32; UNDER_WAY] = [-1.0, -1.0, 1.0, 1.0];
 pub(super) struct Conditions {
     hops: [[f32; FACTS]; UNDER_WAY],
     /// The hop in progress, and increments in it.
-    current: usize,
-    increments: u32,
-    length: u32,
+    current: u8,
+    increments: u16,
+    length: u16,
 }
 
 impl Conditions {
@@ -37,15 +37,15 @@ impl Conditions {
 
     /// Begins with the first test window, whose hops have `length` increments.
     pub fn start(&mut self, length: usize) {
-        *self = Self { length: length as u32, ..Self::zero() };
+        *self = Self { length: length as u16, ..Self::zero() };
     }
 
     /// Takes the next instant.
     pub fn take(&mut self, instant: &Instant) {
         if self.increments >= self.length {
-            self.current = (self.current + 1) % UNDER_WAY;
+            self.current = (self.current + 1) % UNDER_WAY as u8;
             self.increments = 0;
-            self.hops[self.current] = [0.0; FACTS];
+            self.hops[usize::from(self.current)] = [0.0; FACTS];
         }
         let is_looked_at = self.increments.is_multiple_of(STRIDE);
         self.increments += 1;
@@ -75,14 +75,14 @@ impl Conditions {
             turning.y,
             turning.z,
         ];
-        self.hops[self.current].iter_mut().zip(&facts).for_each(|(sum, fact)| *sum += fact);
+        self.hops[usize::from(self.current)].iter_mut().zip(&facts).for_each(|(sum, fact)| *sum += fact);
     }
 
     /// The regressors of the test window that has just been completed, the `number`th.
     pub fn of_window(&self, number: usize) -> [f32; REGRESSORS] {
         let mut facts = [0.0; FACTS];
         for (age, (weight, slope)) in WEIGHTS.iter().zip(SLOPES).enumerate() {
-            let hop = &self.hops[(self.current + 1 + age) % UNDER_WAY];
+            let hop = &self.hops[(usize::from(self.current) + 1 + age) % UNDER_WAY];
             for (at, (sum, fact)) in facts.iter_mut().zip(hop).enumerate() {
                 *sum += if at < TURNING { weight } else { &slope } * fact;
             }

@@ -10,7 +10,7 @@ pub enum Correlate {
     Temperature,
     /// The body's rate, axis by axis.
     Rate,
-    /// The square of the rate.
+    /// The square of the rate, beside the rate.
     RateSquared,
     /// Specific force, axis by axis.
     Acceleration,
@@ -79,7 +79,7 @@ pub struct RemainderReport {
     pub count: u8,
     /// Whether it is like itself some time later.
     pub memory: Memory,
-    /// Whether that is beyond chance. Where it is not, and nothing is named, what is left is noise that was thought smaller.
+    /// Whether that is beyond chance.
     pub has_memory: bool,
 }
 
@@ -89,7 +89,7 @@ impl RemainderReport {
         self.goes_with.iter().take(usize::from(self.count))
     }
 
-    /// Whether it is noise, as far as can be told.
+    /// Whether it cannot be told from white noise. If it is that, the noise was thought smaller than it is.
     #[must_use]
     pub const fn is_white(&self) -> bool {
         self.count == 0 && !self.has_memory

@@ -7,14 +7,14 @@ use nalgebra::Vector3;
 pub(super) const REGRESSORS: usize = 18;
 
 /// Widest group of regressors.
-const WIDEST: usize = 3;
+const WIDEST: usize = 4;
 
-/// Groups of regressors that belong together, by their widths: time, temperature, rate, its square, specific force, its square,
+/// Groups of regressors that belong together, by their widths: time, temperature, rate and its square, specific force, its square,
 /// once and twice per revolution, angular acceleration.
-const GROUPS: [usize; 9] = [2, 1, 3, 1, 3, 1, 2, 2, 3];
+const GROUPS: [usize; 8] = [2, 1, 4, 3, 1, 2, 2, 3];
 
 /// Products within the groups.
-const PRODUCTS: usize = 30;
+const PRODUCTS: usize = 33;
 
 /// In which way a remainder is looked at.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -25,26 +25,40 @@ enum View {
     Earth,
 }
 
-/// A quantity, its group of regressors, and the view in which it is looked for: what a gyro adds stays with the body; what is late turns a
-/// vector about the angular acceleration, whatever the body's attitude.
-const TESTS: [(Correlate, usize, View); 10] = [
-    (Correlate::Time, 0, View::Body),
-    (Correlate::Time, 0, View::Earth),
-    (Correlate::Temperature, 1, View::Body),
-    (Correlate::Rate, 2, View::Body),
-    (Correlate::RateSquared, 3, View::Body),
-    (Correlate::Acceleration, 4, View::Body),
-    (Correlate::VibrationPower, 5, View::Body),
-    (Correlate::OncePerRevolution, 6, View::Body),
-    (Correlate::TwicePerRevolution, 7, View::Body),
-    (Correlate::Lag, 8, View::Earth),
+/// The groups that are correlated with a view of the residual: what a gyro adds stays with the body; what is late turns a vector about the
+/// angular acceleration, whatever the body's attitude.
+const VIEWED: [(usize, View); 9] = [
+    (0, View::Body),
+    (0, View::Earth),
+    (1, View::Body),
+    (2, View::Body),
+    (3, View::Body),
+    (4, View::Body),
+    (5, View::Body),
+    (6, View::Body),
+    (7, View::Earth),
+];
+
+/// Products of regressors and residuals: the widths of those groups together.
+const CROSS: usize = 20;
+
+/// The quantities, which of those groups they are in, and from which to which of its regressors; what comes before them is given. The
+/// model has P in it, which leaves nothing that goes with the rate: its square has to show beside it.
+const TESTS: [(Correlate, usize, core::ops::Range<usize>); 10] = [
+    (Correlate::Time, 0, 0..2),
+    (Correlate::Time, 1, 0..2),
+    (Correlate::Temperature, 2, 0..1),
+    (Correlate::Rate, 3, 0..3),
+    (Correlate::RateSquared, 3, 3..4),
+    (Correlate::Acceleration, 4, 0..3),
+    (Correlate::VibrationPower, 5, 0..1),
+    (Correlate::OncePerRevolution, 6, 0..2),
+    (Correlate::TwicePerRevolution, 7, 0..2),
+    (Correlate::Lag, 8, 0..3),
 ];
 
 /// How many there are.
 pub(super) const COUNT: usize = TESTS.len();
-
-/// Products of regressors and residuals: the widths of the tests' groups together.
-const CROSS: usize = 20;
 
 /// Residuals of white noise that are worth one: test windows of sin^2 weights, each a quarter of its length after the one before, add
 /// up to 8/3 of the variance that they would have if they did not overlap (Harris, Proceedings of the IEEE 66 (1978) 51).
@@ -116,7 +130,7 @@ impl Moments {
             rest = next;
         }
         let mut cross = self.cross.iter_mut();
-        for (_, group, view) in TESTS {
+        for (group, view) in VIEWED {
             let first: usize = GROUPS.iter().take(group).sum();
             for (x, sum) in x.iter().skip(first).take(GROUPS[group]).zip(&mut cross) {
                 *sum += weighted[view as usize] * *x;
@@ -124,15 +138,15 @@ impl Moments {
         }
     }
 
-    /// Total variance of the field's residual, and how many components of equal variance would scatter as it does.
-    pub fn scatter_in_earth(&self) -> (f32, f32) {
-        let (trace, components) = self.scatter_of(View::Earth);
+    /// Total variance of the residual in the body's frame, and how many components of equal variance would scatter as it does.
+    pub fn scatter_in_body(&self) -> (f32, f32) {
+        let (trace, components) = self.scatter_of(View::Body);
         (if self.count > 0.0 { trace / self.count } else { 0.0 }, components)
     }
 
     /// Its mean.
-    pub const fn mean_in_earth(&self) -> Vector3<f32> {
-        self.residuals[View::Earth as usize]
+    pub const fn mean_in_body(&self) -> Vector3<f32> {
+        self.residuals[View::Body as usize]
     }
 
     fn scatter_of(&self, view: View) -> (f32, f32) {
@@ -144,30 +158,31 @@ impl Moments {
 
     /// Each quantity's share and its p-value; none where it does not vary, or too few test windows were seen.
     pub fn tests(&self) -> [Option<GoesWith>; COUNT] {
-        let mut cross = self.cross.as_slice();
-        TESTS.map(|(correlate, group, view)| {
-            let (own, next) = cross.split_at_checked(GROUPS[group])?;
-            cross = next;
-            self.test(correlate, group, view, own)
+        TESTS.map(|(correlate, viewed, counted)| {
+            let (share, p_value) = self.test(viewed, counted)?;
+            Some(GoesWith { correlate, share, p_value })
         })
     }
 
-    /// Share of the total variance that a group of regressors takes (redundancy analysis), by the ratio of the variances, whose distribution
-    /// is about that of F with its degrees of freedom times the number of components of equal variance (Box, Annals of Mathematical
-    /// Statistics 25 (1954) 290).
-    fn test(&self, correlate: Correlate, group: usize, view: View, cross: &[Vector3<f32>]) -> Option<GoesWith> {
-        let width = GROUPS[group];
-        let first: usize = GROUPS.iter().take(group).sum();
-        let products = self.squares.iter().skip(GROUPS.iter().take(group).map(|w| w * (w + 1) / 2).sum());
+    /// Share of the total variance that some regressors take beside those before them (redundancy analysis), and its p-value by the ratio of
+    /// the variances, whose distribution is about that of F with its degrees of freedom times the number of components of equal
+    /// variance (Box, Annals of Mathematical Statistics 25 (1954) 290).
+    fn test(&self, viewed: usize, counted: core::ops::Range<usize>) -> Option<(f32, f32)> {
+        let (group, view) = VIEWED[viewed];
+        let before = GROUPS.iter().take(group);
+        let first: usize = before.clone().sum();
+        let products = self.squares.iter().skip(before.map(|width| width * (width + 1) / 2).sum());
+        let cross = self.cross.iter().skip(VIEWED.iter().take(viewed).map(|(group, _)| GROUPS[*group]).sum());
         let mut triangle = [[0.0; WIDEST]; WIDEST];
-        let places = (0..width).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        let places = (0..GROUPS[group]).flat_map(|i| (0..=i).map(move |j| (i, j)));
         places.zip(products).for_each(|((i, j), product)| triangle[i][j] = *product);
         let (total, components) = self.scatter_of(view);
-        let mut explained = 0.0;
-        let mut rank = 0.0;
+        // What is explained, and by how many regressors: those that are given, and those that count.
+        let mut explained = [0.0; 2];
+        let mut ranks = [0.0; 2];
         let mut lower = [[0.0; WIDEST]; WIDEST];
         let mut z = [Vector3::zeros(); WIDEST];
-        for (i, cross) in cross.iter().enumerate().take(WIDEST) {
+        for (i, cross) in cross.enumerate().take(counted.end) {
             for j in 0..i {
                 let sum = (0..j).fold(triangle[i][j], |sum, k| sum - lower[i][k] * lower[j][k]);
                 lower[i][j] = if lower[j][j] > 0.0 { sum / lower[j][j] } else { 0.0 };
@@ -179,16 +194,18 @@ impl Moments {
             }
             lower[i][i] = libm::sqrtf(pivot);
             z[i] = (0..i).fold(*cross, |sum, k| sum - z[k] * lower[i][k]) / lower[i][i];
-            explained += z[i].norm_squared();
-            rank += 1.0;
+            let counts = usize::from(counted.contains(&i));
+            explained[counts] += z[i].norm_squared();
+            ranks[counts] += 1.0;
         }
-        let freedom = INDEPENDENT * self.count - rank - 1.0;
-        if !(rank > 0.0 && total > 0.0 && explained < total && freedom >= LEAST_FREEDOM) {
+        let ([given, own], [given_rank, rank]) = (explained, ranks);
+        let freedom = INDEPENDENT * self.count - given_rank - rank - 1.0;
+        let left = total - given - own;
+        if !(rank > 0.0 && left > 0.0 && freedom >= LEAST_FREEDOM) {
             return None;
         }
-        let ratio = explained * freedom / ((total - explained) * rank);
-        let p_value = chance_of_ratio(ratio, rank * components, freedom * components);
-        Some(GoesWith { correlate, share: explained / total, p_value })
+        let p_value = chance_of_ratio(own * freedom / (left * rank), rank * components, freedom * components);
+        Some((own / total, p_value))
     }
 }
 
@@ -209,7 +226,8 @@ mod tests {
     fn the_tables_are_of_one_size() {
         assert_eq!(GROUPS.iter().sum::<usize>(), REGRESSORS);
         assert_eq!(GROUPS.iter().map(|width| width * (width + 1) / 2).sum::<usize>(), PRODUCTS);
-        assert_eq!(TESTS.iter().map(|(_, group, _)| GROUPS[*group]).sum::<usize>(), CROSS);
+        assert_eq!(VIEWED.iter().map(|(group, _)| GROUPS[*group]).sum::<usize>(), CROSS);
+        assert!(TESTS.iter().all(|(_, viewed, counted)| counted.end <= GROUPS[VIEWED[*viewed].0]));
         assert!(GROUPS.iter().all(|width| *width <= WIDEST));
     }
 

@@ -58,7 +58,7 @@ fn said(seed: u64, by_slope: bool, add: impl Fn(&[f32; REGRESSORS], usize) -> [V
         let [body, earth] = add(regressors, number);
         let residuals = [Vector3::new(x, y, z) + body, Vector3::new(u, v, w) + earth];
         remainder.moments.add(regressors, &residuals);
-        remainder.whiteness.add(number, &residuals[1]);
+        remainder.whiteness.add(number, &residuals[0]);
     }
     remainder.report()
 }
@@ -114,7 +114,7 @@ fn what_comes_back_has_a_memory_of_half_its_period() {
     for seed in 0..50 {
         let report = said(seed, false, |_, number| {
             let phase = core::f32::consts::TAU * number as f32 / 14.0;
-            [NONE, Vector3::new(1.0, -1.0, 0.5) * phase.sin() * 2.5]
+            [Vector3::new(1.0, -1.0, 0.5) * phase.sin() * 2.5, NONE]
         });
         assert!(report.has_memory && report.memory.correlation.abs() > 0.5, "{seed}: {report:?}");
         let multiples = report.memory.apart_s / 3.5;
