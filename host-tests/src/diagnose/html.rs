@@ -39,12 +39,7 @@ pub fn page(trace: &Trace, config: &Config, diagnosed: &Diagnosed, reference: Op
         include_str!("html/style.css"),
     );
     out += "<h1>Which effect the model lacks</h1>\n";
-    let about = format!(
-        "{}: {} samples, {:.2} s",
-        trace.path.display(),
-        trace.samples.len(),
-        trace.duration_s()
-    );
+    let about = format!("{}: {} samples, {:.2} s", trace.path.display(), trace.samples.len(), trace.duration_s());
     out += &format!("<p class=\"trace\">{}</p>\n", escape(&about));
     if let Some(freeze_us) = config.freeze_at_us {
         out += &format!(
@@ -81,7 +76,8 @@ fn verdict(diagnosed: &Diagnosed) -> String {
         Verdict::NotEnoughExcitation => "The tool moved too little, or too little could be read, to tell.",
         _ => "More is left than noise and than matters little. No effect is forced on it.",
     };
-    let mut out = format!("<div class=\"verdict {name}\">\n<p><b>{}</b></p>\n<p>{meaning}</p>\n", name.replace('_', " "));
+    let mut out =
+        format!("<div class=\"verdict {name}\">\n<p><b>{}</b></p>\n<p>{meaning}</p>\n", name.replace('_', " "));
     if let Some(remainder) = diagnosed.remainder() {
         out += &format!("<p>{}.</p>\n", escape(&sentence(&remainder_text(remainder))));
     }

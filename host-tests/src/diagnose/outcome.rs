@@ -6,7 +6,7 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, EffectReport, HardIronInterval, RemainderReport, Verdict},
 };
 
-use super::vector_residual::{VectorResidual, vector_residual};
+use super::vector_residual::{ResidualOverTime, VectorResidual, vector_residual};
 use crate::{flight::Flight, trace::Trace};
 
 /// The outcome of the loop.
@@ -22,6 +22,8 @@ pub struct Diagnosed {
     pub reports: Vec<(DiagnosisReport, &'static [&'static dyn Effect])>,
     /// Residual of the vectors with the bias alone, and with all that flew.
     pub residual: VectorResidual,
+    /// What they are made of.
+    pub residual_over_time: ResidualOverTime,
 }
 
 impl Diagnosed {
@@ -77,11 +79,13 @@ pub(super) fn diagnosed_with(
         Verdict::ModelSufficient | Verdict::NotEnoughExcitation if !flight.magnets.is_empty() => Verdict::EffectsFound,
         verdict => verdict,
     };
+    let (residual, residual_over_time) = vector_residual(library, trace, config, flight);
     Diagnosed {
         verdict,
         effects,
         magnets: flight.magnets.clone(),
         reports: reports.into_iter().map(|report| (*report, library)).collect(),
-        residual: vector_residual(library, trace, config, flight),
+        residual,
+        residual_over_time,
     }
 }

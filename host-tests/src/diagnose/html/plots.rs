@@ -23,9 +23,7 @@ pub(super) fn residual(diagnosed: &Diagnosed) -> String {
         .map(|magnet| [magnet.from_us, magnet.to_us.unwrap_or(u64::MAX)].map(|t_us| t_us as f64 * 1e-6))
         .collect();
     let mut out = String::new();
-    for (vector, (name, unit)) in
-        [("Gravity", "deg"), ("Field", "deg")].into_iter().enumerate()
-    {
+    for (vector, (name, unit)) in [("Gravity", "deg"), ("Field", "deg")].into_iter().enumerate() {
         let [Some(before), Some(after)] = [over_time.before.get(vector), over_time.after.get(vector)] else { continue };
         let both = before.iter().chain(after);
         let mut angles: Vec<f64> = both.clone().map(|[_, angle]| *angle).collect();
@@ -46,10 +44,7 @@ pub(super) fn residual(diagnosed: &Diagnosed) -> String {
             to_s,
             range: [0.0, 1.1 * largest],
             shaded_s: &shaded,
-            series: vec![
-                series("with the bias alone", "before", before),
-                series("with all that flew", "after", after),
-            ],
+            series: vec![series("with the bias alone", "before", before), series("with all that flew", "after", after)],
         };
         out += &format!("<h3>{name}</h3>\n{}", plot.draw());
     }

@@ -73,7 +73,10 @@ impl Plot<'_> {
         for [from_s, to_s] in self.shaded_s {
             let (x, to) = (self.x(*from_s), self.x(*to_s));
             let (width, height) = (to - x, bottom - TOP);
-            writeln!(out, "<rect class=\"shaded\" x=\"{x:.1}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height}\"/>")?;
+            writeln!(
+                out,
+                "<rect class=\"shaded\" x=\"{x:.1}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height}\"/>"
+            )?;
         }
         for (value, text) in ticks(self.range) {
             let y = self.y(value);

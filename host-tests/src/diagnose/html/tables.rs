@@ -127,10 +127,13 @@ pub(super) fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect]) -> St
         let added = report.found().find(|found| usize::from(found.found.index) == index);
         let (evidence, p_value) =
             added.map_or((tried.evidence, tried.p_value), |found| (found.evidence, found.p_value));
-        let outcome = added.map_or_else(|| why_refused(tried).to_owned(), |found| {
-            let remark = if found.believed { "" } else { "; larger than it can be, so not taken out" };
-            format!("added: turns its vector by {:.2} deg rms{remark}", found.size_rad.to_degrees())
-        });
+        let outcome = added.map_or_else(
+            || why_refused(tried).to_owned(),
+            |found| {
+                let remark = if found.believed { "" } else { "; larger than it can be, so not taken out" };
+                format!("added: turns its vector by {:.2} deg rms{remark}", found.size_rad.to_degrees())
+            },
+        );
         let cells = vec![effect.name().to_owned(), format!("{evidence:.1}"), format!("{p_value:.4}"), outcome];
         (added.is_some(), cells)
     });
