@@ -62,8 +62,9 @@ pub fn page(trace: &Trace, config: &Config, diagnosed: &Diagnosed, reference: Op
     out += &tables::magnets(diagnosed);
     out += "<h2>Diagnoses</h2>\n";
     out += "<p>Evidence: gain in log-likelihood. Chance: of as clear a show without the effect.</p>\n";
-    for (report, library) in &diagnosed.reports {
-        out += &tables::diagnosis(report, library);
+    let last = diagnosed.reports.len();
+    for (number, (report, library)) in diagnosed.reports.iter().enumerate() {
+        out += &tables::diagnosis(report, library, number + 1 == last);
     }
     out + "</body>\n</html>\n"
 }

@@ -13,7 +13,7 @@ pub fn remainder_text(remainder: &RemainderReport) -> String {
         .named()
         .map(|found| {
             let name = found.correlate.name().replace('_', " ");
-            format!("{name} ({:.0} % of its variance, chance {:.4})", 100.0 * found.share, found.p_value)
+            format!("{name} ({:.0} % of its variance, {})", 100.0 * found.share, chance(found.p_value))
         })
         .collect();
     let mut parts = Vec::new();
@@ -24,11 +24,17 @@ pub fn remainder_text(remainder: &RemainderReport) -> String {
         let memory = &remainder.memory;
         let like = if memory.correlation > 0.0 { "like itself" } else { "the opposite of itself" };
         parts.push(format!(
-            "what is left is {like} after {:.1} s (correlation {:.2}, chance {:.4}), so it is no noise",
-            memory.apart_s, memory.correlation, memory.p_value
+            "what is left is {like} after {:.1} s (correlation {:.2}, {}), so it is no noise",
+            memory.apart_s,
+            memory.correlation,
+            chance(memory.p_value)
         ));
     }
     parts.join("; ")
+}
+
+fn chance(p_value: f32) -> String {
+    if p_value < 1e-4 { "chance under 0.0001".to_owned() } else { format!("chance {p_value:.4}") }
 }
 
 #[cfg(test)]

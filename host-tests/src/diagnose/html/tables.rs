@@ -108,13 +108,14 @@ pub(super) fn magnets(diagnosed: &Diagnosed) -> String {
     table(&["from, s", "to, s", "x, uT", "y, uT", "z, uT", ""], rows)
 }
 
-/// One diagnosis with all its candidates.
-pub(super) fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect]) -> String {
+/// One diagnosis with all its candidates, folded up or not.
+pub(super) fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_open: bool) -> String {
+    let open = if is_open { " open=\"open\"" } else { "" };
     let [gravity, field] = report.residual_before_rad.map(f32::to_degrees);
     let [gravity_after, field_after] = report.residual_after_rad.map(f32::to_degrees);
     let [nis, nis_after] = report.nis;
     let mut out = format!(
-        "<details>\n<summary>{:.1} to {:.1} s: {}</summary>\n<p>Residual of gravity {gravity:.2} to {gravity_after:.2} deg, of the field {field:.3} to {field_after:.3} deg rms; mean square of the field's in units of its noise {nis:.1} to {nis_after:.1}.</p>\n",
+        "<details{open}>\n<summary>{:.1} to {:.1} s: {}</summary>\n<p>Residual of gravity {gravity:.2} to {gravity_after:.2} deg, of the field {field:.3} to {field_after:.3} deg rms; mean square of the field's in units of its noise {nis:.1} to {nis_after:.1}.</p>\n",
         report.t_start_us as f64 * 1e-6,
         report.t_end_us as f64 * 1e-6,
         verdict_name(report.verdict).replace('_', " "),
