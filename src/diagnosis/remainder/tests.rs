@@ -23,7 +23,8 @@ fn seen(generator: &mut Xoshiro128PlusPlus, by_slope: bool) -> Vec<f32> {
     let length = 4 * FINE;
     let weight = |k: usize| {
         let angle = core::f32::consts::PI * (k as f32 + 0.5) / length as f32;
-        if by_slope { (2.0 * angle).sin() * 0.35 } else { angle.sin() * angle.sin() * 0.41 }
+        let sine = libm::sinf(angle);
+        if by_slope { 0.35 * libm::sinf(2.0 * angle) } else { 0.41 * sine * sine }
     };
     (0..TESTS).map(|test| (0..length).map(|k| weight(k) * white[test * FINE + k]).sum()).collect()
 }
@@ -114,7 +115,7 @@ fn what_comes_back_has_a_memory_of_half_its_period() {
     for seed in 0..50 {
         let report = said(seed, false, |_, number| {
             let phase = core::f32::consts::TAU * number as f32 / 14.0;
-            [Vector3::new(1.0, -1.0, 0.5) * phase.sin() * 2.5, NONE]
+            [Vector3::new(1.0, -1.0, 0.5) * libm::sinf(phase) * 2.5, NONE]
         });
         assert!(report.has_memory && report.memory.correlation.abs() > 0.5, "{seed}: {report:?}");
         let multiples = report.memory.apart_s / 3.5;

@@ -129,7 +129,7 @@ pub(super) fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_op
         let (evidence, p_value) =
             added.map_or((tried.evidence, tried.p_value), |found| (found.evidence, found.p_value));
         let outcome = added.map_or_else(
-            || why_refused(tried).to_owned(),
+            || why_refused(tried, report).to_owned(),
             |found| {
                 let remark = if found.believed { "" } else { "; larger than it can be, so not taken out" };
                 format!("added: turns its vector by {:.2} deg rms{remark}", found.size_rad.to_degrees())
@@ -142,12 +142,21 @@ pub(super) fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_op
     out + "</details>\n"
 }
 
-const fn why_refused(tried: &Tried) -> &'static str {
+/// Rate of false alarms of a diagnosis, which is shared out among the candidates (`docs/effects.md`).
+const FALSE_ALARMS: f32 = 0.01;
+
+/// A candidate that is one with what was added keeps what it showed before that.
+fn why_refused(tried: &Tried, report: &DiagnosisReport) -> &'static str {
+    let shows = tried.p_value * f32::from(report.candidates) <= FALSE_ALARMS;
     if tried.too_small {
         "refused: too small to matter"
     } else if tried.p_value >= 1.0 {
         "refused: could not be seen beside the model"
+    } else if shows && report.count > 0 {
+        "refused: showed before the last was added, not beside it"
+    } else if shows {
+        "refused: not worth its parameters"
     } else {
-        "refused: shows no more than chance and its parameters would"
+        "refused: shows no more than chance would"
     }
 }
