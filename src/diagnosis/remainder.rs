@@ -54,6 +54,7 @@ impl Remainder {
     }
 
     /// Begins a pass whose test windows begin every `hop` increments.
+    #[inline(never)]
     pub fn start(&mut self, hop: usize, interval_s: f32) {
         self.conditions.start(hop);
         self.moments = Moments::zero();
@@ -74,6 +75,7 @@ impl Remainder {
     }
 
     /// Takes gravity's (0) or the field's (1) residual of a test window, with its rows and its weight.
+    #[inline(never)]
     pub fn add(&mut self, vector: usize, rows: &Rows, residual: &[f32; 3], weight: f32) {
         for (row, r) in rows.iter().zip(residual) {
             let of_bias = row.iter().skip(GYRO - 3).take(3);
@@ -88,6 +90,7 @@ impl Remainder {
     }
 
     /// Ends the test window, the `number`th. Without a field it does not count: the verdict is about the field's.
+    #[inline(never)]
     pub fn end_test(&mut self, number: usize) {
         if let Some(field) = self.field.filter(|_| self.information > 0.0) {
             let pull = self.pull / libm::sqrtf(self.information);
@@ -98,6 +101,7 @@ impl Remainder {
     }
 
     /// What the remainder of the pass goes with.
+    #[inline(never)]
     pub fn report(&self) -> RemainderReport {
         let mut report = RemainderReport::default();
         let tests = self.moments.tests();

@@ -41,6 +41,7 @@ impl Conditions {
     }
 
     /// Takes the next instant.
+    #[inline(never)]
     pub fn take(&mut self, instant: &Instant) {
         if self.increments >= self.length {
             self.current = (self.current + 1) % UNDER_WAY as u8;
@@ -79,6 +80,7 @@ impl Conditions {
     }
 
     /// The regressors of the test window that has just been completed, the `number`th.
+    #[inline(never)]
     pub fn of_window(&self, number: usize) -> [f32; REGRESSORS] {
         let mut facts = [0.0; FACTS];
         for (age, (weight, slope)) in WEIGHTS.iter().zip(SLOPES).enumerate() {

@@ -27,7 +27,7 @@ enum View {
 
 /// The groups that are correlated with a view of the residual: what a gyro adds stays with the body; what is late turns a vector about the
 /// angular acceleration, whatever the body's attitude.
-const VIEWED: [(usize, View); 9] = [
+static VIEWED: [(usize, View); 9] = [
     (0, View::Body),
     (0, View::Earth),
     (1, View::Body),
@@ -44,7 +44,7 @@ const CROSS: usize = 20;
 
 /// The quantities, which of those groups they are in, and from which to which of its regressors; what comes before them is given. The
 /// model has P in it, which leaves nothing that goes with the rate: its square has to show beside it.
-const TESTS: [(Correlate, usize, core::ops::Range<usize>); 10] = [
+static TESTS: [(Correlate, usize, core::ops::Range<usize>); COUNT] = [
     (Correlate::Time, 0, 0..2),
     (Correlate::Time, 1, 0..2),
     (Correlate::Temperature, 2, 0..1),
@@ -58,7 +58,7 @@ const TESTS: [(Correlate, usize, core::ops::Range<usize>); 10] = [
 ];
 
 /// How many there are.
-pub(super) const COUNT: usize = TESTS.len();
+pub(super) const COUNT: usize = 10;
 
 /// Residuals of white noise that are worth one: test windows of sin^2 weights, each a quarter of its length after the one before, add
 /// up to 8/3 of the variance that they would have if they did not overlap (Harris, Proceedings of the IEEE 66 (1978) 51).
@@ -99,6 +99,7 @@ impl Moments {
     }
 
     /// Takes a test window's regressors and its residual, in the body's frame and in the earth's.
+    #[inline(never)]
     pub fn add(&mut self, regressors: &[f32; REGRESSORS], residuals: &[Vector3<f32>; 2]) {
         self.count += 1.0;
         let share = 1.0 / self.count;
@@ -130,7 +131,7 @@ impl Moments {
             rest = next;
         }
         let mut cross = self.cross.iter_mut();
-        for (group, view) in VIEWED {
+        for &(group, view) in &VIEWED {
             let first: usize = GROUPS.iter().take(group).sum();
             for (x, sum) in x.iter().skip(first).take(GROUPS[group]).zip(&mut cross) {
                 *sum += weighted[view as usize] * *x;
@@ -149,6 +150,7 @@ impl Moments {
         self.residuals[View::Body as usize]
     }
 
+    #[inline(never)]
     fn scatter_of(&self, view: View) -> (f32, f32) {
         let [xx, yy, zz, xy, xz, yz] = self.scatter[view as usize];
         let trace = xx + yy + zz;
@@ -158,15 +160,21 @@ impl Moments {
 
     /// Each quantity's share and its p-value; none where it does not vary, or too few test windows were seen.
     pub fn tests(&self) -> [Option<GoesWith>; COUNT] {
-        TESTS.map(|(correlate, viewed, counted)| {
-            let (share, p_value) = self.test(viewed, counted)?;
-            Some(GoesWith { correlate, share, p_value })
-        })
+        let mut found = [None; COUNT];
+        for (found, (correlate, viewed, counted)) in found.iter_mut().zip(&TESTS) {
+            *found = self.test(*viewed, counted.clone()).map(|(share, p_value)| GoesWith {
+                correlate: *correlate,
+                share,
+                p_value,
+            });
+        }
+        found
     }
 
     /// Share of the total variance that some regressors take beside those before them (redundancy analysis), and its p-value by the ratio of
     /// the variances, whose distribution is about that of F with its degrees of freedom times the number of components of equal
     /// variance (Box, Annals of Mathematical Statistics 25 (1954) 290).
+    #[inline(never)]
     fn test(&self, viewed: usize, counted: core::ops::Range<usize>) -> Option<(f32, f32)> {
         let (group, view) = VIEWED[viewed];
         let before = GROUPS.iter().take(group);
@@ -211,9 +219,11 @@ impl Moments {
 
 /// Probability that F with these degrees of freedom is larger (Paulson, Annals of Mathematical Statistics 13 (1942) 233: within a few
 /// hundredths of itself from 3 degrees of freedom on).
+#[inline(never)]
 fn chance_of_ratio(ratio: f32, freedom: f32, freedom_left: f32) -> f32 {
     let (a, b) = (2.0 / (9.0 * freedom), 2.0 / (9.0 * freedom_left));
-    let root = libm::cbrtf(ratio);
+    // The cube root, by functions that are there already.
+    let root = if ratio > 0.0 { libm::expf(libm::logf(ratio) / 3.0) } else { 0.0 };
     let deviate = ((1.0 - b) * root - (1.0 - a)) / libm::sqrtf(b * root * root + a);
     0.5 * libm::erfcf(deviate * core::f32::consts::FRAC_1_SQRT_2)
 }

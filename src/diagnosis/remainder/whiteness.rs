@@ -46,6 +46,7 @@ impl Whiteness {
     }
 
     /// Takes the residual of test window `number`, of which there are fewer than 255.
+    #[inline(never)]
     pub fn add(&mut self, number: usize, residual: &Vector3<f32>) {
         for (step, (sum, pairs)) in self.products.iter_mut().zip(&mut self.pairs).enumerate() {
             let Some(earlier) = number.checked_sub(UNDER_WAY + step) else { break };
@@ -59,6 +60,7 @@ impl Whiteness {
     }
 
     /// The distance at which the remainder is most like itself, or its opposite; p-value shared out among the distances (Bonferroni).
+    #[inline(never)]
     pub fn memory(&self, mean: &Vector3<f32>, (variance, components): (f32, f32), hop_s: f32) -> Memory {
         let mut most = (0.0, Memory { p_value: 1.0, ..Memory::default() });
         if variance <= 0.0 {
