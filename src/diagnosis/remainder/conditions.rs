@@ -46,7 +46,9 @@ impl Conditions {
         if self.increments >= self.length {
             self.current = (self.current + 1) % UNDER_WAY as u8;
             self.increments = 0;
-            self.hops[usize::from(self.current)] = [0.0; FACTS];
+            if let Some(hop) = self.hops.get_mut(usize::from(self.current)) {
+                *hop = [0.0; FACTS];
+            }
         }
         let is_looked_at = self.increments.is_multiple_of(STRIDE);
         self.increments += 1;
@@ -76,7 +78,8 @@ impl Conditions {
             turning.y,
             turning.z,
         ];
-        self.hops[usize::from(self.current)].iter_mut().zip(&facts).for_each(|(sum, fact)| *sum += fact);
+        let hop = self.hops.get_mut(usize::from(self.current));
+        hop.into_iter().flatten().zip(&facts).for_each(|(sum, fact)| *sum += fact);
     }
 
     /// The regressors of the test window that has just been completed, the `number`th.

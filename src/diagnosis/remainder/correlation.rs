@@ -25,6 +25,21 @@ enum View {
     Earth,
 }
 
+impl View {
+    /// Of a pair, what is of this view.
+    const fn of<T>(self, [body, earth]: &[T; 2]) -> &T {
+        match self {
+            Self::Body => body,
+            Self::Earth => earth,
+        }
+    }
+}
+
+/// Regressors of a group.
+fn width_of(group: usize) -> usize {
+    GROUPS.get(group).copied().unwrap_or(0)
+}
+
 /// The groups that are correlated with a view of the residual: what a gyro adds stays with the body; what is late turns a vector about the
 /// angular acceleration, whatever the body's attitude.
 static VIEWED: [(usize, View); 9] = [
@@ -133,8 +148,9 @@ impl Moments {
         let mut cross = self.cross.iter_mut();
         for &(group, view) in &VIEWED {
             let first: usize = GROUPS.iter().take(group).sum();
-            for (x, sum) in x.iter().skip(first).take(GROUPS[group]).zip(&mut cross) {
-                *sum += weighted[view as usize] * *x;
+            let residual = view.of(&weighted);
+            for (x, sum) in x.iter().skip(first).take(width_of(group)).zip(&mut cross) {
+                *sum += residual * *x;
             }
         }
     }
@@ -147,12 +163,12 @@ impl Moments {
 
     /// Its mean.
     pub const fn mean_in_body(&self) -> Vector3<f32> {
-        self.residuals[View::Body as usize]
+        *View::Body.of(&self.residuals)
     }
 
     #[inline(never)]
     fn scatter_of(&self, view: View) -> (f32, f32) {
-        let [xx, yy, zz, xy, xz, yz] = self.scatter[view as usize];
+        let [xx, yy, zz, xy, xz, yz] = *view.of(&self.scatter);
         let trace = xx + yy + zz;
         let squares = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
         (trace, if squares > 0.0 { trace * trace / squares } else { 0.0 })
@@ -176,35 +192,39 @@ impl Moments {
     /// variance (Box, Annals of Mathematical Statistics 25 (1954) 290).
     #[inline(never)]
     fn test(&self, viewed: usize, counted: core::ops::Range<usize>) -> Option<(f32, f32)> {
-        let (group, view) = VIEWED[viewed];
+        let &(group, view) = VIEWED.get(viewed)?;
         let before = GROUPS.iter().take(group);
-        let first: usize = before.clone().sum();
-        let products = self.squares.iter().skip(before.map(|width| width * (width + 1) / 2).sum());
-        let cross = self.cross.iter().skip(VIEWED.iter().take(viewed).map(|(group, _)| GROUPS[*group]).sum());
-        let mut triangle = [[0.0; WIDEST]; WIDEST];
-        let places = (0..GROUPS[group]).flat_map(|i| (0..=i).map(move |j| (i, j)));
-        places.zip(products).for_each(|((i, j), product)| triangle[i][j] = *product);
+        let means = self.regressors.iter().skip(before.clone().sum());
+        let mut products = self.squares.iter().skip(before.map(|width| width * (width + 1) / 2).sum());
+        let cross = self.cross.iter().skip(VIEWED.iter().take(viewed).map(|(group, _)| width_of(*group)).sum());
         let (total, components) = self.scatter_of(view);
         // What is explained, and by how many regressors: those that are given, and those that count.
         let mut explained = [0.0; 2];
         let mut ranks = [0.0; 2];
         let mut lower = [[0.0; WIDEST]; WIDEST];
         let mut z = [Vector3::zeros(); WIDEST];
-        for (i, cross) in cross.enumerate().take(counted.end) {
-            for j in 0..i {
-                let sum = (0..j).fold(triangle[i][j], |sum, k| sum - lower[i][k] * lower[j][k]);
-                lower[i][j] = if lower[j][j] > 0.0 { sum / lower[j][j] } else { 0.0 };
+        for (i, (cross, mean)) in (0..WIDEST).zip(cross.zip(means)).take(counted.end) {
+            let mut row = [0.0; WIDEST];
+            let mut own = 0.0;
+            for j in 0..WIDEST {
+                if j > i {
+                    break;
+                }
+                own = products.next().copied().unwrap_or(0.0);
+                let sum = (0..j).fold(own, |sum, k| sum - row[k] * lower[j][k]);
+                row[j] = if j < i && lower[j][j] > 0.0 { sum / lower[j][j] } else { 0.0 };
             }
-            let pivot = (0..i).fold(triangle[i][i], |sum, k| sum - lower[i][k] * lower[i][k]);
-            let mean = ROUNDING * self.regressors[first + i];
-            if !(pivot > COLLINEAR * triangle[i][i] && pivot > self.count * mean * mean) {
-                continue;
+            let pivot = row.iter().fold(own, |sum, l| sum - l * l);
+            let rounding = ROUNDING * mean;
+            if pivot > COLLINEAR * own && pivot > self.count * rounding * rounding {
+                let root = libm::sqrtf(pivot);
+                z[i] = row.iter().zip(&z).fold(*cross, |sum, (l, z)| sum - z * *l) / root;
+                row[i] = root;
+                let counts = usize::from(counted.contains(&i));
+                explained[counts] += z[i].norm_squared();
+                ranks[counts] += 1.0;
             }
-            lower[i][i] = libm::sqrtf(pivot);
-            z[i] = (0..i).fold(*cross, |sum, k| sum - z[k] * lower[i][k]) / lower[i][i];
-            let counts = usize::from(counted.contains(&i));
-            explained[counts] += z[i].norm_squared();
-            ranks[counts] += 1.0;
+            lower[i] = row;
         }
         let ([given, own], [given_rank, rank]) = (explained, ranks);
         let freedom = INDEPENDENT * self.count - given_rank - rank - 1.0;
