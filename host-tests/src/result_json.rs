@@ -17,6 +17,10 @@ use meerkat_mwd::{
 };
 use serde::Serialize;
 
+mod remainder;
+
+use remainder::RemainderJson;
+
 use crate::{
     diagnose::{Diagnosed, Found, VectorResidual, verdict_name},
     failure::Failure,
@@ -107,6 +111,8 @@ struct Diagnosis {
     verdict: Option<&'static str>,
     effects: Vec<EffectJson>,
     residual: VectorResidual,
+    /// `null` where the last diagnosis leaves nothing unexplained.
+    remainder: Option<RemainderJson>,
 }
 
 #[derive(Debug, Serialize)]
@@ -266,6 +272,7 @@ pub fn result_json(
                 diagnosed.effects.iter().map(EffectJson::new).chain(magnets).collect()
             },
             residual: diagnosed.residual,
+            remainder: diagnosed.remainder().map(RemainderJson::new),
         },
         reference,
     }

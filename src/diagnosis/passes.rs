@@ -3,6 +3,7 @@
 use super::{
     history::History,
     normal::{Factor, MAX_COLUMNS, Model, Normal},
+    remainder::Remainder,
     report::{DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
     sign_flip::{GROUPS, Scores, sign_flip},
     walk::Walk,
@@ -101,6 +102,7 @@ pub(crate) struct Diagnosis {
     nis_sums: [f32; 2],
     nis: f32,
     nis_before: f32,
+    remainder: Remainder,
     /// Whether the report is to be taken.
     done: bool,
 }
@@ -143,6 +145,7 @@ impl Diagnosis {
             nis_sums: [0.0; 2],
             nis: 0.0,
             nis_before: 0.0,
+            remainder: Remainder::zero(),
             done: false,
         }
     }
@@ -193,6 +196,9 @@ impl Diagnosis {
         self.taken_out = taken_out;
         self.residual_sums = [[0.0; 2]; 2];
         self.nis_sums = [0.0; 2];
+        if !self.is_final {
+            self.remainder.start(subject.stream.weak_form.hop(), subject.stream.grid.interval_s());
+        }
         for chosen in &mut self.chosen {
             chosen.turned = [0.0; 2];
             chosen.turned_by = [0.0; MAX_PARAMETERS];
@@ -242,6 +248,9 @@ impl Diagnosis {
         let read = instant.moment;
         self.taken_out.correct_vectors(subject.library, &mut instant.moment);
         self.measure_turns(subject, &read);
+        if !self.is_final {
+            self.remainder.watch(&instant);
+        }
         let weak_form = &subject.stream.weak_form;
         let moving = subject.config.identification.max_bias_rad_s;
         let library = (subject.library, &self.layout);

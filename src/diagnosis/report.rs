@@ -1,3 +1,4 @@
+use super::remainder::RemainderReport;
 use crate::compensation::{ActiveEffects, FoundEffect, MAX_ACTIVE};
 
 /// Most candidates of a library.
@@ -29,6 +30,8 @@ pub struct DiagnosisReport {
     pub residual_after_rad: [f32; 2],
     /// Mean square of the field's residual in units of its white noise, before and after (normalised innovation squared).
     pub nis: [f32; 2],
+    /// What the field's residual goes with, where more of it is left than can be explained; else nothing is said.
+    pub remainder: RemainderReport,
 }
 
 impl DiagnosisReport {

@@ -8,7 +8,10 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, HardIronInterval, Verdict},
 };
 
-use super::outcome::{Diagnosed, Found};
+use super::{
+    outcome::{Diagnosed, Found},
+    remainder_text::remainder_text,
+};
 use crate::{
     score::Reference,
     trace::{Trace, seconds},
@@ -93,7 +96,11 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
             format!("{} {:.0} ({:.2}){why}", effect.name(), tried.evidence, tried.p_value)
         })
         .collect();
-    writeln!(out, "  refused evidence (chance): {}", words.join(", "))
+    writeln!(out, "  refused evidence (chance): {}", words.join(", "))?;
+    if report.verdict == Verdict::UnexplainedResidual {
+        writeln!(out, "  {}", remainder_text(&report.remainder))?;
+    }
+    Ok(())
 }
 
 fn print_outcome(out: &mut impl Write, diagnosed: &Diagnosed) -> io::Result<()> {

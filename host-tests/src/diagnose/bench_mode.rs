@@ -74,7 +74,8 @@ pub(super) fn diagnose(trace: &Trace, config: &Config) -> anyhow::Result<(Flight
     reports.extend(of_vectors.reports);
     let verdict = joint(of_gyro.verdict, of_vectors.verdict);
     let magnets = of_vectors.magnets;
-    Ok((flight, Diagnosed { verdict, effects, magnets, reports, residual: of_vectors.residual }))
+    let (residual, residual_over_time) = (of_vectors.residual, of_vectors.residual_over_time);
+    Ok((flight, Diagnosed { verdict, effects, magnets, reports, residual, residual_over_time }))
 }
 
 /// The graver of two verdicts.

@@ -3,18 +3,21 @@
 
 mod account;
 mod bench_mode;
+mod html;
 mod outcome;
+mod remainder_text;
 mod vector_residual;
 
 use std::io;
 
 pub use account::{print_account, sentences, verdict_name};
+pub use html::page;
 pub use outcome::{Diagnosed, Found, diagnosed};
-pub use vector_residual::{BeforeAfter, VectorResidual};
+pub use remainder_text::remainder_text;
+pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual};
 
 use crate::{
     cli::{DiagnoseArgs, ReplayArgs},
-    failure::Failure,
     flight::fly,
     replay::{prepare, progress_bar, settings},
     result_json::result_json,
@@ -26,9 +29,6 @@ use crate::{
 /// # Errors
 /// Bad input or usage; see [`crate::failure::exit_status`].
 pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
-    if args.html.is_some() {
-        return Err(Failure::NotBuilt("--html").into());
-    }
     let (trace, config) = prepare(&ReplayArgs::of_diagnose(args))?;
     let (flight, diagnosed) = if args.against_reference {
         bench_mode::diagnose(&trace, &config)?
@@ -46,6 +46,9 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     let reference = score::score(&trace, &flight, &settings(&trace, &config));
     if let Some(path) = &args.json {
         result_json(&trace, &config, &flight, &diagnosed, reference).write(path)?;
+    }
+    if let Some(path) = &args.html {
+        html::write_page(path, &trace, &config, &diagnosed, reference.as_ref())?;
     }
     print_account(&mut io::stdout().lock(), &trace, &config, &diagnosed, reference.as_ref())?;
     Ok(())

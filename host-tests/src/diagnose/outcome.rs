@@ -3,10 +3,10 @@
 use meerkat_mwd::{
     Config,
     compensation::Effect,
-    diagnosis::{DiagnosisReport, EffectReport, HardIronInterval, Verdict},
+    diagnosis::{DiagnosisReport, EffectReport, HardIronInterval, RemainderReport, Verdict},
 };
 
-use super::vector_residual::{VectorResidual, vector_residual};
+use super::vector_residual::{ResidualOverTime, VectorResidual, vector_residual};
 use crate::{flight::Flight, trace::Trace};
 
 /// The outcome of the loop.
@@ -22,6 +22,21 @@ pub struct Diagnosed {
     pub reports: Vec<(DiagnosisReport, &'static [&'static dyn Effect])>,
     /// Residual of the vectors with the bias alone, and with all that flew.
     pub residual: VectorResidual,
+    /// What they are made of.
+    pub residual_over_time: ResidualOverTime,
+}
+
+impl Diagnosed {
+    /// What the residual goes with, where the verdict is that it is not explained.
+    #[must_use]
+    pub fn remainder(&self) -> Option<&RemainderReport> {
+        let latest_first = self.reports.iter().rev().map(|(report, _)| report);
+        let unexplained = latest_first.filter(|report| report.verdict == Verdict::UnexplainedResidual);
+        unexplained
+            .take(usize::from(self.verdict == Verdict::UnexplainedResidual))
+            .map(|report| &report.remainder)
+            .next()
+    }
 }
 
 /// An effect with what it is.
@@ -64,11 +79,13 @@ pub(super) fn diagnosed_with(
         Verdict::ModelSufficient | Verdict::NotEnoughExcitation if !flight.magnets.is_empty() => Verdict::EffectsFound,
         verdict => verdict,
     };
+    let (residual, residual_over_time) = vector_residual(library, trace, config, flight);
     Diagnosed {
         verdict,
         effects,
         magnets: flight.magnets.clone(),
         reports: reports.into_iter().map(|report| (*report, library)).collect(),
-        residual: vector_residual(library, trace, config, flight),
+        residual,
+        residual_over_time,
     }
 }

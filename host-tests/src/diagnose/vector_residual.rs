@@ -44,6 +44,15 @@ pub struct VectorResidual {
     pub nis: BeforeAfter,
 }
 
+/// The angles that those residuals are made of: time, seconds, and angle, degrees, of gravity and of the field.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ResidualOverTime {
+    /// With the factory's P, the bias alone and no effect.
+    pub before: [Vec<[f64; 2]>; 2],
+    /// With all that flew.
+    pub after: [Vec<[f64; 2]>; 2],
+}
+
 /// One way to read the sensors.
 struct Reading {
     t_s: Vec<f64>,
@@ -61,19 +70,23 @@ pub(super) fn vector_residual(
     trace: &Trace,
     config: &Config,
     flight: &Flight,
-) -> VectorResidual {
+) -> (VectorResidual, ResidualOverTime) {
     let from_s = config.freeze_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
-    let figures = |corrected: bool| residuals(&read(library, trace, config, flight, corrected), from_s);
-    let ([gravity_before, field_before], [gravity_after, field_after]) = (figures(false), figures(true));
+    let angles = |corrected: bool| residuals(&read(library, trace, config, flight, corrected), from_s);
+    let over_time = ResidualOverTime { before: angles(false), after: angles(true) };
+    let figures = |angles: &[Vec<[f64; 2]>; 2]| angles.each_ref().map(|angles| rms_of_kept(angles));
+    let ([gravity_before, field_before], [gravity_after, field_after]) =
+        (figures(&over_time.before), figures(&over_time.after));
     let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
-    VectorResidual {
+    let residual = VectorResidual {
         gravity_deg: BeforeAfter { before: gravity_before, after: gravity_after },
         magnetic_deg: BeforeAfter { before: field_before, after: field_after },
         nis: BeforeAfter {
             before: last.map(|report| f64::from(report.nis[0])),
             after: last.map(|report| f64::from(report.nis[1])),
         },
-    }
+    };
+    (residual, over_time)
 }
 
 /// The readings as they flew, or with the bias alone.
@@ -137,10 +150,10 @@ fn moment(sample: &Sample, config: &Config, model: &GyroModel, last: Option<(f64
     }
 }
 
-/// Angles of the residuals of gravity and field over the moving segments from `from_s` on, degrees rms.
-fn residuals(reading: &Reading, from_s: f64) -> [Option<f64>; 2] {
+/// Angles of the residuals of gravity and field over the moving segments from `from_s` on: middle of the segment, seconds, and degrees.
+fn residuals(reading: &Reading, from_s: f64) -> [Vec<[f64; 2]>; 2] {
     let at = |t_s: f64| reading.t_s.partition_point(|&t| t < t_s);
-    let mut angles: [Vec<f64>; 2] = [vec![], vec![]];
+    let mut angles: [Vec<[f64; 2]>; 2] = [vec![], vec![]];
     let (mut start_s, end_s) = (from_s, reading.t_s.last().copied().unwrap_or(0.0));
     while start_s + SEGMENT_S + MEAN_S <= end_s {
         let (first, second) =
@@ -156,16 +169,20 @@ fn residuals(reading: &Reading, from_s: f64) -> [Option<f64>; 2] {
                     (!read.is_empty()).then(|| read.iter().copied().sum::<Vector3<f64>>() / read.len() as f64)
                 };
                 if let (Some(a), Some(b)) = (mean(&first), mean(&second)) {
-                    angles.push(a.angle(&b).to_degrees());
+                    angles.push([start_s + 0.5 * (SEGMENT_S + MEAN_S), a.angle(&b).to_degrees()]);
                 }
             }
         }
         start_s += SEGMENT_S;
     }
-    angles.map(|mut angles| {
-        angles.sort_by(f64::total_cmp);
-        let kept = (angles.len() as f64 * KEPT) as usize;
-        let sum: f64 = angles.iter().take(kept).map(|a| a * a).sum();
-        (kept > 0).then(|| (sum / kept as f64).sqrt())
-    })
+    angles
+}
+
+/// Root mean square of those that count, degrees.
+fn rms_of_kept(angles: &[[f64; 2]]) -> Option<f64> {
+    let mut angles: Vec<f64> = angles.iter().map(|[_, angle]| *angle).collect();
+    angles.sort_by(f64::total_cmp);
+    let kept = (angles.len() as f64 * KEPT) as usize;
+    let sum: f64 = angles.iter().take(kept).map(|a| a * a).sum();
+    (kept > 0).then(|| (sum / kept as f64).sqrt())
 }

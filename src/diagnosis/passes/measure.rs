@@ -78,6 +78,9 @@ impl Diagnosis {
             let limit = HUBER * HUBER * 3.0;
             let huber = if z > limit { libm::sqrtf(limit / z) } else { 1.0 };
             let weight = huber / (thought[v] * self.scales[v]);
+            if !self.is_final {
+                self.remainder.add(v, rows, &r, weight);
+            }
             self.normal.add(rows, width, weight);
             if let Some(scores) = self.scores.as_chunks_mut::<COLUMNS>().0.get_mut(group) {
                 for (row, r) in rows.iter().zip(&r) {
@@ -92,6 +95,9 @@ impl Diagnosis {
                 self.nis_sums[0] += norm / (3.0 * noise_gain * test.field_noise_ut2);
                 self.nis_sums[1] += 1.0;
             }
+        }
+        if !self.is_final {
+            self.remainder.end_test(number);
         }
         self.measure_drifts(subject, test, under_way);
     }

@@ -3,6 +3,7 @@
 #![allow(clippy::indexing_slicing)] // Constant indices into pairs and threes.
 
 use super::*;
+use crate::diagnosis::remainder::RemainderReport;
 
 impl Diagnosis {
     /// The residual of the vector that shows an effect.
@@ -60,6 +61,11 @@ impl Diagnosis {
             residual_before_rad: self.residual_before_rad.unwrap_or(self.residual),
             residual_after_rad: self.residual,
             nis: [self.nis_before, self.left().0],
+            remainder: if verdict == Verdict::UnexplainedResidual {
+                self.remainder.report()
+            } else {
+                RemainderReport::default()
+            },
         }
     }
 
