@@ -18,8 +18,7 @@ pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual};
 
 use crate::{
     cli::{DiagnoseArgs, ReplayArgs},
-    flight::fly,
-    replay::{prepare, progress_bar, settings},
+    replay::{fly_with_bar, prepare, settings},
     result_json::result_json,
     score,
 };
@@ -33,13 +32,7 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     let (flight, diagnosed) = if args.against_reference {
         bench_mode::diagnose(&trace, &config)?
     } else {
-        let bar = progress_bar(trace.samples.len());
-        let flight = fly(&config, &trace.samples, |flown| {
-            if flown % 1_000 == 0 {
-                bar.set_position(flown as u64);
-            }
-        })?;
-        bar.finish_and_clear();
+        let flight = fly_with_bar(&trace, &config)?;
         let diagnosed = diagnosed(&trace, &config, &flight);
         (flight, diagnosed)
     };
