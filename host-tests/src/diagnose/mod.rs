@@ -16,12 +16,24 @@ pub use outcome::{Diagnosed, Found, diagnosed};
 pub use remainder_text::remainder_text;
 pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual};
 
+use meerkat_mwd::Config;
+
 use crate::{
     cli::{DiagnoseArgs, ReplayArgs},
+    flight::Flight,
     replay::{fly_with_bar, prepare, settings},
     result_json::result_json,
     score,
+    trace::Trace,
 };
+
+/// Flies the gyro of a trace against its reference attitude, and diagnoses all sensors.
+///
+/// # Errors
+/// The trace has no reference, or the configuration cannot be used.
+pub fn against_reference(trace: &Trace, config: &Config) -> anyhow::Result<(Flight, Diagnosed)> {
+    bench_mode::diagnose(trace, config)
+}
 
 /// Diagnoses a trace and prints the account.
 ///
@@ -30,7 +42,7 @@ use crate::{
 pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     let (trace, config) = prepare(&ReplayArgs::of_diagnose(args))?;
     let (flight, diagnosed) = if args.against_reference {
-        bench_mode::diagnose(&trace, &config)?
+        against_reference(&trace, &config)?
     } else {
         let flight = fly_with_bar(&trace, &config)?;
         let diagnosed = diagnosed(&trace, &config, &flight);

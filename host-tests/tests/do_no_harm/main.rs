@@ -4,6 +4,7 @@
 #[path = "../handheld/mod.rs"]
 mod handheld;
 mod played;
+mod recordings;
 mod study;
 
 use handheld::{GyroError, KINDS};
