@@ -93,7 +93,7 @@ fn in_short(diagnosed: &Diagnosed) -> String {
             parameters.iter().zip(found.report.found.parameters).map(|(of, x)| of.in_unit * x).collect();
         let unit =
             parameters.first().and_then(|parameter| parameter.name.rsplit_once('_')).map_or("", |(_, unit)| unit);
-        let size = sizes.iter().map(|x| x * x).sum::<f32>().sqrt();
+        let size = sizes.iter().map(|x| f64::from(x * x)).sum::<f64>().sqrt();
         // Of one direction, or a vector; elements of a matrix have no such thing.
         match sizes.as_slice() {
             [_] | [_, _, _] => format!("{} {size:.1} {unit}", found.effect.name()),

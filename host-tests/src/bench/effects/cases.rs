@@ -31,7 +31,8 @@ static WITHOUT_SOFT_IRON: [&dyn Effect; LIBRARY.len() - 1] = [
 /// One case.
 pub(super) struct Case {
     pub name: &'static str,
-    /// For each effect in it, its own name and those that it cannot be told from. Empty: outside the library, or nothing.
+    /// For each effect in it, its own name and those that it cannot be told from. Empty: nothing, or nothing like what the
+    /// library has.
     pub names: &'static [&'static [&'static str]],
     /// Adds it, with a size drawn at random in the range that data sheets give.
     pub add: fn(&mut Scenario, &mut Random),
@@ -162,7 +163,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: SOFT_IRON_OUTSIDE,
-        names: &[],
+        names: &[&["hard_iron", "axial_interference"]],
         // 1 % on the mean.
         add: |s, r| s.effects.mag_matrix = matrix(r, 0.0133),
     },
