@@ -106,3 +106,35 @@ pub(super) fn diagnose_and_score(
 fn scored(trace: &Trace, config: &Config, flight: &Flight) -> Reference {
     score::score(trace, flight, &settings(trace, config)).unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use meerkat_mwd::compensation::effects::LIBRARY;
+
+    use super::*;
+    use crate::bench::median;
+
+    /// A soft iron that nobody declared is worth more than a factor of five, held out; here it is asked for a half.
+    #[test]
+    fn the_loop_changes_nothing_where_nothing_is_and_takes_out_what_is() {
+        let mut ratios = Vec::new();
+        for seed in 50..53 {
+            let (clean, errors) = diagnose_and_score(&drilled(45.0, seed, |_, _| {}).unwrap(), seed, &LIBRARY).unwrap();
+            assert!(clean.names.is_empty(), "{seed}: {:?}", clean.names);
+            for [without, with] in [errors.rotation, errors.attitude] {
+                assert!(with <= 1.05 * without && with > 0.0, "{seed}: {with} {without}");
+            }
+            assert!(errors.bias_only > 5.0 * errors.rotation[1], "{seed}: P is off by percents");
+
+            let iron = drilled(45.0, seed, |scenario, random| {
+                scenario.effects.mag_matrix =
+                    [(); 3].map(|()| [(); 3].map(|()| random.sign() * random.between(0.015, 0.03)));
+            });
+            let (found, errors) = diagnose_and_score(&iron.unwrap(), seed, &LIBRARY).unwrap();
+            assert!(!found.names.is_empty(), "{seed}");
+            ratios.push(errors.rotation[1] / errors.rotation[0]);
+        }
+        assert!(median(&ratios) < 0.5, "{ratios:?}");
+    }
+}
