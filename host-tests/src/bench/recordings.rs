@@ -91,8 +91,11 @@ fn in_short(diagnosed: &Diagnosed) -> String {
         let parameters = found.effect.parameters();
         let sizes: Vec<f32> =
             parameters.iter().zip(found.report.found.parameters).map(|(of, x)| of.in_unit * x).collect();
-        let unit =
-            parameters.first().and_then(|parameter| parameter.name.rsplit_once('_')).map_or("", |(_, unit)| unit);
+        let unit = parameters
+            .first()
+            .and_then(|parameter| parameter.name.split_once('_'))
+            .map_or("", |(_, unit)| unit)
+            .replace('_', "/");
         let size = sizes.iter().map(|x| f64::from(x * x)).sum::<f64>().sqrt();
         // Of one direction, or a vector; elements of a matrix have no such thing.
         match sizes.as_slice() {
@@ -151,15 +154,23 @@ fn found(played: &[Played]) -> Table {
             "found against the reference",
             "field, before",
             "after",
+            "P",
         ],
     );
     for played in played {
         let [before, after] = played.without.field_deg.map(cell);
-        let p = if played.without.p_refused { "refused" } else { "accepted" };
-        let mut row = vec![played.name.as_str().into(), played.without.found.as_str().into(), before, after, p.into()];
+        let p = |way: &Way| if way.p_refused { "refused" } else { "accepted" };
+        let mut row = vec![
+            played.name.as_str().into(),
+            played.without.found.as_str().into(),
+            before,
+            after,
+            p(&played.without).into(),
+        ];
         if let Some(against) = &played.against {
             row.push(against.found.as_str().into());
             row.extend(against.field_deg.map(cell));
+            row.push(p(against).into());
         }
         table.row(row);
     }
