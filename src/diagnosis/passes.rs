@@ -93,6 +93,8 @@ pub(crate) struct Diagnosis {
     /// of 15 ms at 180 deg/s is seen a thousandth wrong to first order.
     taken_out: ActiveEffects,
     chosen: heapless::Vec<Chosen, MAX_ACTIVE>,
+    /// Columns that left the solution, one bit each.
+    left_out: u64,
     /// Candidates that are too small to matter, or did not fit: one bit each.
     banned: u32,
     tried: [Tried; MAX_CANDIDATES],
@@ -137,6 +139,7 @@ impl Diagnosis {
             x: [0.0; COLUMNS],
             taken_out: ActiveEffects::none(),
             chosen: heapless::Vec::new(),
+            left_out: 0,
             banned: 0,
             tried: [Tried { evidence: 0.0, p_value: 0.0, too_small: false }; MAX_CANDIDATES],
             residual: [0.0; 2],
@@ -166,6 +169,7 @@ impl Diagnosis {
         self.squares = [[0.0; 2]; MAX_TESTS];
         self.x = [0.0; COLUMNS];
         self.chosen.clear();
+        self.left_out = 0;
         self.banned = 0;
         self.tried = [Tried { p_value: 1.0, ..Tried::default() }; MAX_CANDIDATES];
         self.residual_before_rad = None;
@@ -179,11 +183,7 @@ impl Diagnosis {
         self.test = 0;
         self.usable_before = self.usable;
         self.usable = 0;
-        let scales = GyroScales::new(&subject.config.identification);
-        let flown_p = self.job.flown.p_matrix();
-        let flown_c = flown_p * Vector3::from(self.job.flown.b_rad_s);
-        self.p = Matrix3::from_fn(|i, j| flown_p[(i, j)] + scales.of_p(i, j) * self.x[3 * i + j]);
-        self.c = Vector3::from_fn(|i, _| flown_c[i] + scales.c_rad_s * self.x[9 + i]);
+        (self.p, self.c) = self.gyro(subject);
         self.walk.start(subject.stream, self.job.from, (&self.p, &self.c));
         self.columns.start(subject.stream.weak_form.hop());
         self.normal.clear();
@@ -311,6 +311,7 @@ impl Diagnosis {
         // Nothing more shows in this window by itself. What is left while P is free is what the verdict is about: what P itself lacks is the
         // identification's.
         self.is_final = true;
+        self.leave_out_unseen(subject);
         self.left = (self.nis, rms[1]);
         let p_is_wrong = self.p_is_wrong(&model);
         let added = self.add_by_history(subject, &model, history);
@@ -318,8 +319,8 @@ impl Diagnosis {
             self.p_is_held = true;
             self.x.iter_mut().take(P).for_each(|x| *x = 0.0);
         }
-        // More passes, to see what is left with P as it flies and what was added.
-        (added || !p_is_wrong) && self.changed(subject)
+        // More passes, to see what is left with P as it flies, what was added and what is not seen left out.
+        (added || !p_is_wrong || !self.chosen.is_empty()) && self.changed(subject)
     }
 
     /// The model has been changed: whether it can be solved.

@@ -6,6 +6,15 @@ use crate::{
     window::SampleStream,
 };
 use heapless::Vec;
+use nalgebra::Vector3;
+
+/// What changes beside the effects when a diagnosis takes effect.
+pub(super) struct Change {
+    /// The flown bias, by this: the constant part of what the effects add to the gyro's reading.
+    pub bias_rad_s: Vector3<f32>,
+    /// Whether there are other effects of the gyro than before, not only of other size.
+    pub others_of_gyro: bool,
+}
 
 /// When the samples are diagnosed, and when what was found takes effect.
 pub(super) struct DiagnosisSchedule {
@@ -89,16 +98,15 @@ impl DiagnosisSchedule {
         self.schedule(t_us, config);
     }
 
-    /// Before a sample is compensated: a diagnosis that is due takes effect, or was not done in time. Returns whether the effects
-    /// changed.
-    pub fn take_effect(&mut self, t_us: u64, stream: &mut SampleStream) -> bool {
+    /// Before a sample is compensated: a diagnosis that is due takes effect, or was not done in time.
+    pub fn take_effect(&mut self, t_us: u64, stream: &mut SampleStream) -> Option<Change> {
         if self.effect_us == 0 || t_us < self.effect_us {
-            return false;
+            return None;
         }
         self.effect_us = 0;
         let Some(mut report) = self.waiting.pop() else {
             self.overruns = self.overruns.saturating_add(1);
-            return false;
+            return None;
         };
         report.t_effect_us = t_us;
         let effects = report.active();
@@ -107,11 +115,14 @@ impl DiagnosisSchedule {
         }
         // Just emptied, so there is room.
         let _ = self.diagnosed.push(report);
-        let changed = effects != *stream.effects() && report.is_conclusive();
-        if changed {
-            stream.set_effects(&effects);
+        let before = *stream.effects();
+        if effects == before || !report.is_conclusive() {
+            return None;
         }
-        changed
+        stream.set_effects(&effects);
+        let same = |exactly: bool| effects.same_of_gyro(&before, stream.library(), exactly);
+        let bias_rad_s = if same(true) { Vector3::zeros() } else { report.bias_change_rad_s.into() };
+        Some(Change { bias_rad_s, others_of_gyro: !same(false) })
     }
 
     /// The latest diagnosis that nobody has taken.

@@ -14,6 +14,7 @@ use crate::{
     window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
 };
 use heapless::{Deque, Vec};
+use nalgebra::Vector3;
 
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
@@ -155,11 +156,24 @@ impl Identifier {
         self.start_window(t_us);
     }
 
-    /// Before a sample is compensated: a diagnosis that is due takes effect. Returns whether the effects changed.
+    /// Before a sample is compensated: a diagnosis that is due takes effect, and with it the bias that goes with it. Not while a window is
+    /// being fitted, whose result is about the effects as they were. Returns whether the effects changed.
     pub fn take_diagnosed(&mut self, t_us: u64) -> bool {
-        let changed = self.diagnosis.take_effect(t_us, &mut self.stream);
-        self.stale_tests |= changed;
-        changed
+        if self.state != State::Idle {
+            return false;
+        }
+        let Some(change) = self.diagnosis.take_effect(t_us, &mut self.stream) else { return false };
+        self.stale_tests = true;
+        let bias = Vector3::from(self.flown.b_rad_s) + change.bias_rad_s;
+        if bias.iter().all(|b| b.is_finite()) {
+            self.flown.b_rad_s = bias.into();
+            self.stream.change_model(&theta_of(&self.flown));
+        }
+        if change.others_of_gyro {
+            // What was learnt about P and bias was about readings with other effects in them.
+            self.carried = Carried::nothing();
+        }
+        true
     }
 
     /// The latest diagnosis that nobody has taken.

@@ -143,10 +143,13 @@ impl SampleStream {
         let Some(second) = self.rest_detector.push(rate, gravity, field, &self.rest_limits) else { return };
         self.rest_history = self.rest_history << 1 | u64::from(second.is_some());
         let Some(rest) = second else { return };
-        self.rest_bias = Some(self.rest_bias(t_us).map_or(RestBias::from_rest(&rest), |bias| bias.updated(&rest)));
+        let warming_k = temperature_c.map_or(0.0, |t| t - REFERENCE_TEMPERATURE_C);
+        let before = self.rest_as_read(t_us);
+        self.rest_bias =
+            Some(before.map_or(RestBias::from_rest(&rest, warming_k), |bias| bias.updated(&rest, warming_k)));
         self.rest_bias_us = t_us;
-        if let Some(norm) = rest.specific_force_m_s2 {
-            self.rest_norm.add(libm::fabsf(norm - self.gravity_m_s2));
+        if let Some(force_m_s2) = rest.force_m_s2 {
+            self.rest_norm.add(libm::fabsf(force_m_s2.norm() - self.gravity_m_s2));
         }
     }
 
@@ -269,8 +272,17 @@ impl SampleStream {
         }
     }
 
-    /// The bias from rests, aged to `t_us`.
+    /// The bias from rests, aged to `t_us`, without the part of the active effects.
     pub fn rest_bias(&self, t_us: u64) -> Option<RestBias> {
+        let mut bias = self.rest_as_read(t_us)?;
+        let mut moment = bias.moment();
+        self.effects.correct_rate(self.library(), &mut moment);
+        bias.rate += moment.rate_rad_s;
+        Some(bias)
+    }
+
+    /// The same with it.
+    pub fn rest_as_read(&self, t_us: u64) -> Option<RestBias> {
         let since_s = t_us.saturating_sub(self.rest_bias_us) as f32 * 1e-6;
         self.rest_bias.map(|bias| bias.aged(since_s, self.bias_walk_rad_s_rts))
     }

@@ -58,6 +58,7 @@ impl Diagnosis {
             count: if enough { self.chosen.len() as u8 } else { 0 },
             tried: self.tried,
             candidates: subject.library.len().min(MAX_CANDIDATES) as u8,
+            bias_change_rad_s: self.bias_change(subject).into(),
             residual_before_rad: self.residual_before_rad.unwrap_or(self.residual),
             residual_after_rad: self.residual,
             nis: [self.nis_before, self.left().0],
@@ -67,6 +68,15 @@ impl Diagnosis {
                 RemainderReport::default()
             },
         }
+    }
+
+    /// The raw bias of the solution less that of the model that flew.
+    fn bias_change(&self, subject: &Subject) -> Vector3<f32> {
+        let (p, c) = self.gyro(subject);
+        let bias = p.try_inverse().map(|inverse| inverse * c);
+        let change = bias.map_or(Vector3::zeros(), |bias| bias - Vector3::from(self.job.flown.b_rad_s));
+        // What no bias can be is none.
+        if change.amax() < subject.config.identification.max_bias_rad_s { change } else { Vector3::zeros() }
     }
 
     /// Whether more is left of the field's residual than its noise, and more than matters little.
