@@ -120,8 +120,8 @@ impl Diagnosis {
         true
     }
 
-    /// Drops a chosen effect that, as far as it is seen to be there, is too small to matter or not beyond its own deviation, or that, with
-    /// the others there, no longer shows.
+    /// Drops a chosen effect that, as far as it is seen to be there, is not beyond its own deviation, or that, with the others there, no
+    /// longer shows; notes which are too small to matter.
     pub(super) fn drop_one(&mut self, subject: &Subject) -> bool {
         for slot in 0..self.chosen.len() {
             let Some(&Chosen { index, by_history, .. }) = self.chosen.get(slot) else { break };
@@ -140,11 +140,12 @@ impl Diagnosis {
             let least_rad = if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
             let x = self.seen_parts(subject, slot);
             let (size_rad, sigma_rad) = self.chosen.get(slot).map_or((0.0, 0.0), |chosen| chosen.size_rad(&x));
-            let too_small = size_rad < least_rad || size_rad < SIGNIFICANT * sigma_rad;
-            if too_small || !shows {
-                if let Some(tried) = self.tried.get_mut(index) {
-                    tried.too_small = too_small;
-                }
+            let too_small = size_rad < least_rad;
+            if let (Some(chosen), Some(tried)) = (self.chosen.get_mut(slot), self.tried.get_mut(index)) {
+                chosen.too_small = too_small;
+                tried.too_small = too_small;
+            }
+            if !shows || size_rad < SIGNIFICANT * sigma_rad {
                 self.banned |= 1_u32.checked_shl(index as u32).unwrap_or(0);
                 let columns = self.columns_of(subject, index);
                 self.x.get_mut(columns).unwrap_or_default().fill(0.0);

@@ -50,12 +50,13 @@ impl Diagnosis {
         )
     }
 
-    /// Parts of the chosen effects that are not seen to be there leave the solution: what is taken out of the readings is the rest, and
+    /// Chosen effects that are too small, and parts of the others that are not seen to be there, leave the solution: what is taken out of the readings is the rest, and
     /// the bias has to fit to that.
     pub(super) fn leave_out_unseen(&mut self, subject: &Subject) {
         for slot in 0..self.chosen.len() {
             let Some(index) = self.chosen.get(slot).map(|chosen| usize::from(chosen.index)) else { return };
-            let seen = self.seen_parts(subject, slot);
+            let too_small = self.chosen.get(slot).is_some_and(|chosen| chosen.too_small);
+            let seen = if too_small { [0.0; MAX_PARAMETERS] } else { self.seen_parts(subject, slot) };
             for (column, x) in self.columns_of(subject, index).zip(seen) {
                 if x == 0.0 {
                     self.left_out |= 1_u64.checked_shl(column as u32).unwrap_or(0);

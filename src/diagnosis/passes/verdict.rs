@@ -17,7 +17,9 @@ impl Diagnosis {
     pub(super) fn report(&self, subject: &Subject) -> DiagnosisReport {
         let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.tested;
         let mut effects = [EffectReport::default(); MAX_ACTIVE];
-        for (slot, (report, chosen)) in effects.iter_mut().zip(&self.chosen).enumerate() {
+        let mut count = 0;
+        let taken_out = self.chosen.iter().enumerate().filter(|(_, chosen)| !chosen.too_small);
+        for (report, (slot, chosen)) in effects.iter_mut().zip(taken_out) {
             let index = usize::from(chosen.index);
             let Some(effect) = subject.library.get(index) else { continue };
             let mut parameters = self.parameters(subject, index);
@@ -30,6 +32,7 @@ impl Diagnosis {
                 }
             }
             let (size_rad, size_sigma_rad) = chosen.size_rad(&self.seen_parts(subject, slot));
+            count += 1;
             *report = EffectReport {
                 found: FoundEffect { index: chosen.index, parameters, sigma },
                 evidence: chosen.evidence,
@@ -44,7 +47,7 @@ impl Diagnosis {
             Verdict::NotEnoughExcitation
         } else if self.is_unexplained() {
             Verdict::UnexplainedResidual
-        } else if !self.chosen.is_empty() {
+        } else if count > 0 {
             Verdict::EffectsFound
         } else {
             Verdict::ModelSufficient
@@ -55,7 +58,7 @@ impl Diagnosis {
             t_effect_us: 0,
             verdict,
             effects,
-            count: if enough { self.chosen.len() as u8 } else { 0 },
+            count: if enough { count } else { 0 },
             tried: self.tried,
             candidates: subject.library.len().min(MAX_CANDIDATES) as u8,
             bias_change_rad_s: self.bias_change(subject).into(),
