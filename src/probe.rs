@@ -140,8 +140,9 @@ impl Probe {
         self.last_us = sample.t_us;
         self.counters.samples += 1;
 
-        if self.identifier.take_effect(sample.t_us) {
-            self.filter.model_changed();
+        let flown = *self.identifier.flown();
+        if let Some(sigma) = self.identifier.take_effect(sample.t_us) {
+            self.filter.model_changed(&flown, self.identifier.flown(), sigma);
         }
         if self.identifier.take_diagnosed(sample.t_us) {
             self.attitude_effects = self.effects().of_attitude(self.library());

@@ -8,6 +8,7 @@ use super::{
     toolface::{ToolAngleSigmas, ToolAngles, near_vertical},
 };
 use crate::{
+    compensation::GyroModel,
     config::{AttitudeConfig, Earth},
     rotation::{IDENTITY, exp_matrix, matrix, renormalised, rotate_back},
 };
@@ -235,11 +236,21 @@ impl AttitudeFilter {
         self.bias_rad_s
     }
 
-    /// The gyro model has been swapped: the residual bias belongs to the old one. The attitude does not move.
-    pub fn model_changed(&mut self) {
+    /// The gyro model has been swapped. The attitude does not move, and as long as P stays neither does the total bias: what the new
+    /// model takes off more or less goes into the residual one, whose deviation is kept, so that the filter alone owns the bias. A
+    /// residual bias beside another P was in part P's error: it is dropped, and `bias_sigma_rad_s` is that of the new model's bias.
+    pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, bias_sigma_rad_s: f32) {
         let Some((config, _)) = self.settings() else { return };
+        if old.p == new.p {
+            self.bias_rad_s += new.p_matrix() * (Vector3::from(old.b_rad_s) - Vector3::from(new.b_rad_s));
+            return;
+        }
         self.bias_rad_s = Vector3::zeros();
-        self.open_bias(&config);
+        let largest = config.gyro_bias_sigma_rad_s;
+        let sigma = if bias_sigma_rad_s < largest { bias_sigma_rad_s } else { largest };
+        for k in 0..3 {
+            self.errors.open(BIAS + k, sigma * sigma);
+        }
     }
 
     /// The rotation of this sample is uncertain by `angle_rad` about each axis, beyond the gyro's noise (held or clipped rate).
