@@ -194,7 +194,8 @@ impl Probe {
         self.identifier.push(sample.t_us, [gyro, gravity, mag], (!temperature).then_some(sample.temperature_c));
 
         let delay_us = self.effects().gyro_delay_s(self.library()) * 1e6;
-        let t_us = sample.t_us.saturating_add_signed(-(delay_us as i64));
+        // A gyro before its time is two late vector sensors: no output is valid later than its sample.
+        let t_us = sample.t_us.saturating_sub(delay_us as u64);
         Some(Output { t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
     }
 
