@@ -2,6 +2,10 @@
 //!
 //! Configuration is apart from state: a [`Config`] is checked once by [`Config::validate`] and never changes while drilling.
 
+mod latency;
+
+pub use latency::Latency;
+
 use crate::compensation::{GyroModel, VectorModel};
 
 /// What the whole pipeline needs to know about the probe, its sensors and where it is.
@@ -25,6 +29,8 @@ pub struct Config {
     pub accel: VectorModel,
     /// Magnetometer calibration.
     pub mag: VectorModel,
+    /// Known delays of the sensors' readings.
+    pub latency: Latency,
     /// The earth at the probe.
     pub earth: Earth,
     /// The attitude filter.
@@ -79,8 +85,6 @@ pub struct AttitudeConfig {
     /// Standard deviation of the residual gyro bias at the start and after a change of the gyro model, rad/s. Default 0.02
     /// (1.2 deg/s).
     pub gyro_bias_sigma_rad_s: f32,
-    /// Delay of the gyro's reading, seconds. Default `None`: half a sample, the delay of a mean over the sample interval.
-    pub gyro_delay_s: Option<f32>,
     /// Horizontal speed of the probe, m/s, the only thing assumed about its accelerations: they integrate to no more than
     /// this. Smaller: gravity is found faster, and long accelerations tilt it more. Default 0.5 (hand-held, tripping).
     pub velocity_sigma_m_s: f32,
@@ -89,8 +93,8 @@ pub struct AttitudeConfig {
     pub accel_sigma_m_s2: f32,
     /// Error of the calibrated field's direction, radians, correlated over some seconds of motion. Default 0.03.
     pub mag_sigma_rad: f32,
-    /// Uncertainty of the magnetometer's delay against the gyro, seconds. Default 0.015 (a 100 Hz magnetometer's conversion
-    /// and hold).
+    /// Uncertainty of the magnetometer's delay against the gyro while it is not known, seconds. Default 0.015 (a 100 Hz magnetometer's
+    /// conversion and hold). A delay that is configured or found leaves a hundredth of a second's hold, uniform.
     pub mag_timing_sigma_s: f32,
     /// A total field that differs from the reference by more than this part is disturbed and not used. Default 0.1.
     pub mag_norm_tolerance: f32,
@@ -172,6 +176,7 @@ impl Default for Config {
             gyro: GyroModel::IDENTITY,
             accel: VectorModel::IDENTITY,
             mag: VectorModel::IDENTITY,
+            latency: Latency::default(),
             earth: Earth::default(),
             attitude: AttitudeConfig::default(),
             identification: IdentificationConfig::default(),
@@ -204,7 +209,6 @@ impl AttitudeConfig {
         gyro_scale_sigma: 0.0,
         gyro_bias_walk_rad_s_rts: 0.0,
         gyro_bias_sigma_rad_s: 0.0,
-        gyro_delay_s: None,
         velocity_sigma_m_s: 0.0,
         accel_sigma_m_s2: 0.0,
         mag_sigma_rad: 0.0,
@@ -223,7 +227,6 @@ impl Default for AttitudeConfig {
             gyro_scale_sigma: 0.015,
             gyro_bias_walk_rad_s_rts: 2e-5,
             gyro_bias_sigma_rad_s: 0.02,
-            gyro_delay_s: None,
             velocity_sigma_m_s: 0.5,
             accel_sigma_m_s2: 0.03,
             mag_sigma_rad: 0.03,
@@ -284,6 +287,7 @@ impl Config {
         gyro: GyroModel::UNSET,
         accel: VectorModel { matrix: [[0.0; 3]; 3], offset: [0.0; 3] },
         mag: VectorModel { matrix: [[0.0; 3]; 3], offset: [0.0; 3] },
+        latency: Latency::UNSET,
         earth: Earth::UNSET,
         attitude: AttitudeConfig::UNSET,
         identification: IdentificationConfig::UNSET,
@@ -311,6 +315,7 @@ impl Config {
         check(optional(earth.dip_rad), "earth.dip_rad", "finite")?;
         check(optional(earth.declination_rad), "earth.declination_rad", "finite")?;
         check(optional(earth.latitude_rad), "earth.latitude_rad", "finite")?;
+        self.latency.validate()?;
         self.attitude.validate()?;
         self.identification.validate()
     }
@@ -336,8 +341,7 @@ impl AttitudeConfig {
         if self.gyro_bias_walk_rad_s_rts > 1.0 {
             return Err(ConfigError { field: "attitude.gyro_bias_walk_rad_s_rts", must_be: "at most 1" });
         }
-        let delay_ok = self.gyro_delay_s.is_none_or(|s| (0.0..=0.05).contains(&s));
-        if delay_ok { Ok(()) } else { Err(ConfigError { field: "attitude.gyro_delay_s", must_be: "0 to 0.05" }) }
+        Ok(())
     }
 }
 
@@ -404,5 +408,8 @@ mod tests {
         config = Config::default();
         config.gyro.p[0][0] = f32::NAN;
         assert_eq!(config.validate().map_err(|e| e.field), Err("gyro"));
+        config = Config::default();
+        config.latency.mag_s = Some(-0.001);
+        assert_eq!(config.validate().map_err(|e| e.field), Err("latency.mag_s"));
     }
 }

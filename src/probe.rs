@@ -1,6 +1,7 @@
 //! The whole pipeline behind two calls: [`Probe::push`] for every sample, [`Probe::poll`] whenever there is time.
 
 mod effects;
+mod latency;
 mod output;
 mod rail;
 mod readings;
@@ -103,6 +104,7 @@ impl Probe {
         self.staleness = [Staleness::zero(); 3];
         self.gyro_rails = [Rail::zero(); 3];
         self.filter.start(&config.attitude, &config.earth);
+        self.filter.mag_delay_known(self.mag_delay_sigma_s());
         self.identifier.configure(config);
         self.last_rate_rad_s = None;
         self.attitude_effects = ActiveEffects::none();
@@ -142,10 +144,11 @@ impl Probe {
 
         let flown = *self.identifier.flown();
         if let Some(sigma) = self.identifier.take_effect(sample.t_us) {
-            self.filter.model_changed(&flown, self.identifier.flown(), sigma);
+            self.filter.model_changed(&flown, self.identifier.flown(), &sigma);
         }
         if self.identifier.take_diagnosed(sample.t_us) {
             self.attitude_effects = self.effects().of_attitude(self.library());
+            self.filter.mag_delay_known(self.mag_delay_sigma_s());
         }
         let mut flags = self.flags(&sample);
         let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
@@ -160,8 +163,8 @@ impl Probe {
         } else {
             Reading::Good(raw)
         };
-        let accel = self.vector(1, &sample);
-        let mut mag = self.vector(2, &sample);
+        let vectors = [self.vector(1, &sample), self.vector(2, &sample)];
+        let [accel, mut mag] = self.at_gyro_time(vectors, &raw, step_us as f32 * 1e-6);
         let withheld = self.watch(sample.t_us, gyro, &mut mag);
         let compensated = self.identifier.flown().compensate(raw.into());
         let moment = self.corrected(&sample, &compensated, [accel, mag], step_us as f32 * 1e-6);
@@ -193,9 +196,9 @@ impl Probe {
         let temperature = sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         self.identifier.push(sample.t_us, [gyro, gravity, mag], (!temperature).then_some(sample.temperature_c));
 
-        let delay_us = self.effects().gyro_delay_s(self.library()) * 1e6;
+        let delay_s = self.effects().gyro_delay_s(self.library()) + self.config.latency.gyro_s.unwrap_or(0.0);
         // A gyro before its time is two late vector sensors: no output is valid later than its sample.
-        let t_us = sample.t_us.saturating_sub(delay_us as u64);
+        let t_us = sample.t_us.saturating_sub((delay_s * 1e6) as u64);
         Some(Output { t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
     }
 

@@ -301,9 +301,9 @@ impl Identifier {
         self.diagnosed.pop()
     }
 
-    /// Before a sample is compensated: a result that is due takes effect. If the model changed, the deviation of the new one's bias,
-    /// rad/s, that of its worst axis.
-    pub fn take_effect(&mut self, t_us: u64) -> Option<f32> {
+    /// Before a sample is compensated: a result that is due takes effect. If the model changed, the deviations of the new one, P
+    /// row-major, then b, rad/s.
+    pub fn take_effect(&mut self, t_us: u64) -> Option<[f32; 12]> {
         if self.state == State::Idle || t_us < self.job.effect_us {
             return None;
         }
@@ -315,8 +315,7 @@ impl Identifier {
             return None;
         };
         report.t_effect_us = Some(t_us);
-        let bias_sigma = report.sigma.iter().skip(9).fold(0.0, |most, sigma| if *sigma > most { *sigma } else { most });
-        let changed = (report.flown != self.flown).then_some(bias_sigma);
+        let changed = (report.flown != self.flown).then_some(report.sigma);
         if changed.is_some() {
             self.stream.change_model(&theta_of(&report.flown));
             self.flown = report.flown;

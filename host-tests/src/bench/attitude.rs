@@ -5,7 +5,7 @@
 
 use std::{env, path::PathBuf};
 
-use meerkat_mwd::{Config, Sample, SampleFlags};
+use meerkat_mwd::{Config, Sample, SampleFlags, config::Latency};
 use vqf_rs::VQF;
 
 use super::{
@@ -24,11 +24,16 @@ use crate::{
 /// An estimate of a trace's attitudes.
 type Estimator = fn(&Trace) -> anyhow::Result<Vec<TimedAttitude>>;
 
+/// Delays of the sensor of the BROAD recordings, found against their optical reference (`mwd diagnose --against-reference`): what a
+/// data sheet would say.
+pub const AKTOS_T: Latency = Latency { gyro_s: Some(0.004), accel_s: Some(0.002_5), mag_s: Some(0.015) };
+
 /// What is compared, in the order of the rows.
-pub const ESTIMATORS: [(&str, Estimator); 3] = [
+pub const ESTIMATORS: [(&str, Estimator); 4] = [
     ("VQF (vqf-rs 0.3)", |trace| Ok(vqf(trace))),
     ("ours, no effects", |trace| ours(trace, &Config { effects: false, ..of_trace(trace) })),
     ("ours", |trace| ours(trace, &of_trace(trace))),
+    ("ours, delays declared", |trace| ours(trace, &Config { latency: AKTOS_T, ..of_trace(trace) })),
 ];
 
 /// The recordings are played once, whatever the effort.

@@ -170,7 +170,7 @@ fn another_bias_in_the_model_moves_neither_the_attitude_nor_the_total_bias() {
     let before = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
     let old = GyroModel { p: [[1.1, 0.0, 0.02], [0.0, 0.9, 0.0], [0.01, 0.0, 1.0]], ..GyroModel::IDENTITY };
     let new = GyroModel { b_rad_s: [0.01, -0.02, 0.03], ..old };
-    bench.filter.model_changed(&old, &new, 1e-3);
+    bench.filter.model_changed(&old, &new, &[1e-3; 12]);
     let after = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
     assert_eq!(before, after);
     let raw = [0.1, 0.2, 0.3];
@@ -184,7 +184,7 @@ fn another_p_forgets_the_residual_bias_and_does_not_move_the_attitude() {
     let mut bench = with_bias(&Vector3::new(0.004, -0.003, 0.005));
     let before = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
     let new = GyroModel { p: [[1.1, 0.0, 0.02], [0.0, 0.9, 0.0], [0.01, 0.0, 1.0]], ..GyroModel::IDENTITY };
-    bench.filter.model_changed(&GyroModel::IDENTITY, &new, 1e-3);
+    bench.filter.model_changed(&GyroModel::IDENTITY, &new, &[1e-3; 12]);
     assert_eq!(bench.filter.attitude(AttitudeFlags::empty()).unwrap(), before);
     assert_eq!(bench.filter.residual_bias_rad_s(), Vector3::zeros());
     // the new model has taken the bias out
