@@ -77,8 +77,9 @@ fn errors<'a>(
     settings: &'a Settings,
     reference_to_ned: UnitQuaternion<f64>,
 ) -> impl Iterator<Item = UnitQuaternion<f64>> + 'a {
+    let gap_us = gap_us(trace);
     attitudes.filter(|(t_us, _)| *t_us >= settings.from_us).filter_map(move |(t_us, q)| {
-        let reference = reference_to_ned * reference_at(trace, t_us)?;
+        let reference = reference_to_ned * reference_at(trace, gap_us, t_us)?;
         Some(unit_quaternion(q)? * reference.inverse())
     })
 }
@@ -97,7 +98,7 @@ fn split(error: &UnitQuaternion<f64>) -> Error {
 }
 
 /// The reference at a time of validity, interpolated between samples where it falls between two.
-fn reference_at(trace: &Trace, t_us: u64) -> Option<UnitQuaternion<f64>> {
+fn reference_at(trace: &Trace, gap_us: f64, t_us: u64) -> Option<UnitQuaternion<f64>> {
     let scored = |i: usize| {
         let moving = trace.movement.as_ref().is_none_or(|m| m.get(i).copied().unwrap_or(false));
         trace.reference.get(i).copied().flatten().filter(|_| moving).and_then(unit_quaternion)
@@ -110,8 +111,7 @@ fn reference_at(trace: &Trace, t_us: u64) -> Option<UnitQuaternion<f64>> {
     let before = after.checked_sub(1)?;
     let previous = trace.samples.get(before)?;
     let (step, elapsed) = ((next.t_us - previous.t_us) as f64, (t_us - previous.t_us) as f64);
-    let gap = step > gap_us(trace);
-    if gap { None } else { scored(before)?.try_slerp(&scored(after)?, elapsed / step, 1e-9) }
+    if step > gap_us { None } else { scored(before)?.try_slerp(&scored(after)?, elapsed / step, 1e-9) }
 }
 
 fn to_ned(frame: EarthFrame) -> UnitQuaternion<f64> {
