@@ -167,6 +167,7 @@ impl Probe {
         let [accel, mut mag] = self.at_gyro_time(vectors, &raw, step_us as f32 * 1e-6);
         let withheld = self.watch(sample.t_us, gyro, &mut mag);
         let compensated = self.identifier.flown().compensate(raw.into());
+        let before = self.last_rate_rad_s.unwrap_or(compensated);
         let moment = self.corrected(&sample, &compensated, [accel, mag], step_us as f32 * 1e-6);
         let rate = moment.rate_rad_s;
 
@@ -176,7 +177,8 @@ impl Probe {
             flags.insert(AttitudeFlags::AFTER_GAP);
             self.unread_s = 0.0;
         } else {
-            self.filter.propagate(step_s, &rate);
+            // Readings are those at their sample's time, and from one to the next the rate changes linearly.
+            self.filter.propagate(step_s, &(rate + (before - compensated) * 0.5));
         }
         if let Reading::Good(_) = gyro {
             self.unread_s = 0.0;

@@ -9,7 +9,8 @@ const LONGEST_S: f32 = 0.1;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Latency {
-    /// Gyro, seconds, beyond that of a mean over the sample interval. The output's time of validity is that much before the sample's.
+    /// Gyro, seconds. The output's time of validity is that much before the sample's. A gyro that gives the mean over the interval that its
+    /// sample ends has half a sample period.
     pub gyro_s: Option<f32>,
     /// Accelerometer, seconds.
     pub accel_s: Option<f32>,

@@ -20,8 +20,8 @@ impl Probe {
         let [force, field] = vectors;
         [(force, force_s), (field, field_s)].map(|(reading, behind_s)| match reading {
             Reading::Good(v) => {
-                // a rate read is the mean over the step, and what is wanted is the mean over the delay
-                let turn = (rate - acceleration * (0.5 * (behind_s - step_s))) * behind_s;
+                // at the middle of the delay
+                let turn = (rate - acceleration * (0.5 * behind_s)) * behind_s;
                 Reading::Good(later(&v, &turn))
             }
             other => other,
