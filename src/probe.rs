@@ -149,6 +149,7 @@ impl Probe {
         if self.identifier.take_diagnosed(sample.t_us) {
             self.attitude_effects = self.effects().of_attitude(self.library());
             self.filter.mag_delay_known(self.mag_delay_sigma_s());
+            self.filter.field_changed();
         }
         let mut flags = self.flags(&sample);
         let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);

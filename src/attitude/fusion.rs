@@ -29,6 +29,8 @@ const UNSEEN_RATE_RAD_S: f32 = 0.3;
 const UNREAD_RATE_TIME_S: f32 = 0.5;
 /// A reading of a magnetometer is held for so long, seconds: one at 100 Hz (AK8963, mode 2).
 const HOLD_S: f32 = 0.01;
+/// A P that changes by more than so many deviations of what was thought of it (95 %) was another one.
+const DOUBTED: f32 = 2.0;
 /// A rotation less certain than this is found anew from gravity and field, radians.
 const LOST_RAD: f32 = 0.3;
 
@@ -259,6 +261,14 @@ impl AttitudeFilter {
             return;
         }
         self.bias_rad_s = Vector3::zeros();
+        let change = new.p_matrix() - old.p_matrix();
+        let of_axes = change.column_iter().map(|column| column.norm_squared() / 3.0);
+        let change = of_axes.fold(0.0, |most, x| if x > most { x } else { most });
+        if change > DOUBTED * DOUBTED * self.scale_sigma * self.scale_sigma && self.heading_blocks > 1 {
+            // the heading was carried by a gyro that is worse than was thought: it is taken from the next field
+            self.errors.open(HEADING, PI * PI);
+            self.heading_blocks = 1;
+        }
         let at_most = |x: f32, most: f32| if x < most { x } else { most };
         let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
         self.scale_sigma = at_most(libm::sqrtf(mean_square), config.gyro_scale_sigma);
@@ -266,6 +276,11 @@ impl AttitudeFilter {
             let sigma = at_most(*sigma, config.gyro_bias_sigma_rad_s);
             self.errors.open(BIAS + k, sigma * sigma);
         }
+    }
+
+    /// What is taken out of the field has changed: its reference is averaged anew.
+    pub const fn field_changed(&mut self) {
+        self.reference.relearn();
     }
 
     /// The magnetometer's delay against the gyro has been taken out, within `sigma_s` seconds; `None`: it is no longer known.

@@ -185,7 +185,9 @@ fn another_p_forgets_the_residual_bias_and_does_not_move_the_attitude() {
     let before = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
     let new = GyroModel { p: [[1.1, 0.0, 0.02], [0.0, 0.9, 0.0], [0.01, 0.0, 1.0]], ..GyroModel::IDENTITY };
     bench.filter.model_changed(&GyroModel::IDENTITY, &new, &[1e-3; 12]);
-    assert_eq!(bench.filter.attitude(AttitudeFlags::empty()).unwrap(), before);
+    let after = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
+    assert_eq!(after.q, before.q);
+    assert!(after.sigma_azimuth_rad > 3.0, "carried by a P that was off by percents");
     assert_eq!(bench.filter.residual_bias_rad_s(), Vector3::zeros());
     // the new model has taken the bias out
     let a = bench.run(10.0, STILL, Some, Some).unwrap();
