@@ -78,12 +78,12 @@ pub struct AttitudeConfig {
     /// value: MPU-9250 PS section 3.1).
     pub gyro_noise_rad_s_rthz: f32,
     /// Scale factor and coupling error of the compensated gyro, dimensionless. Larger: vectors weigh more while the probe turns.
-    /// Default 0.015 (uncalibrated MEMS: 1 to 3 %).
+    /// Default 0.015: sensitivity within 3 % and cross-axis within 2 % (MPU-9250 PS section 3.1), each uniform, are 0.014 rms over the
+    /// nine elements. An accepted P's own deviations take its place where they are smaller.
     pub gyro_scale_sigma: f32,
     /// Bias random walk, rad/s per root second. Default 2e-5: at this rate a bias wanders 0.02 deg/s in 5 minutes.
     pub gyro_bias_walk_rad_s_rts: f32,
-    /// Standard deviation of the residual gyro bias at the start and after a change of the gyro model, rad/s. Default 0.02
-    /// (1.2 deg/s).
+    /// Standard deviation of the residual gyro bias at the start, rad/s; after a change of P the largest. Default 0.02 (1.2 deg/s).
     pub gyro_bias_sigma_rad_s: f32,
     /// Horizontal speed of the probe, m/s, the only thing assumed about its accelerations: they integrate to no more than
     /// this. Smaller: gravity is found faster, and long accelerations tilt it more. Default 0.5 (hand-held, tripping).

@@ -41,10 +41,9 @@ impl Rest {
             self.quiet_s = 0.0;
             return;
         }
-        let force_m_s2 = force_m_s2.unwrap_or(&self.force_m_s2);
-        let force_m_s2 = &force_m_s2.clone_owned();
+        let force_m_s2 = force_m_s2.copied().unwrap_or(self.force_m_s2);
         if !self.started {
-            (self.rate_rad_s, self.force_m_s2, self.started) = (*rate_rad_s, *force_m_s2, true);
+            (self.rate_rad_s, self.force_m_s2, self.started) = (*rate_rad_s, force_m_s2, true);
         }
         let k = dt_s / (SMOOTHING_S + dt_s);
         self.rate_rad_s += (rate_rad_s - self.rate_rad_s) * k;

@@ -58,8 +58,11 @@ pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     Ok(tables)
 }
 
+/// One figure of a score.
+type Part = fn(&AttitudeRms) -> Option<f64>;
+
 /// A score's parts and their names.
-const PARTS: [(&str, fn(&AttitudeRms) -> Option<f64>); 3] =
+const PARTS: [(&str, Part); 3] =
     [("total", |s| s.total), ("heading", |s| s.heading), ("inclination", |s| s.inclination)];
 
 /// Of each estimator, as it is and without one constant heading offset.
