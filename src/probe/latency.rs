@@ -43,6 +43,7 @@ impl Probe {
 
 /// What a vector fixed in the earth reads after the body has turned by a rotation vector, to second order: within 6e-4 of its length at
 /// 0.15 rad (10 ms at 860 deg/s).
+#[inline(never)]
 fn later(v: &Vector3<f32>, turn_rad: &Vector3<f32>) -> Vector3<f32> {
     let halfway = v - turn_rad.cross(v) * 0.5;
     v - turn_rad.cross(&halfway)
