@@ -186,21 +186,22 @@ impl Identifier {
         (self.diagnosis.overruns, self.diagnosis.lost)
     }
 
-    /// Before a sample is compensated: a result that is due takes effect. Returns whether the model changed.
-    pub fn take_effect(&mut self, t_us: u64) -> bool {
+    /// Before a sample is compensated: a result that is due takes effect. If the model changed, the deviations of the new one, P
+    /// row-major, then b, rad/s.
+    pub fn take_effect(&mut self, t_us: u64) -> Option<[f32; 12]> {
         if self.state == State::Idle || t_us < self.job.effect_us {
-            return false;
+            return None;
         }
         let ready = self.state == State::Ready;
         self.state = State::Idle;
         let Some(mut report) = self.result.pop().filter(|_| ready) else {
             let job = self.job;
             self.announce_overrun(&job);
-            return false;
+            return None;
         };
         report.t_effect_us = Some(t_us);
-        let changed = report.flown != self.flown;
-        if changed {
+        let changed = (report.flown != self.flown).then_some(report.sigma);
+        if changed.is_some() {
             self.stream.change_model(&theta_of(&report.flown));
             self.flown = report.flown;
             self.bias_known_us = report.t_end_us;

@@ -1,5 +1,6 @@
 //! `mwd bench`: every figure that the README shows, from seeds, as tables on the terminal and as JSON.
 
+pub mod attitude;
 mod contaminated;
 pub mod contenders;
 mod coverage;
@@ -90,6 +91,7 @@ const SECTIONS: &[Section] = &[
     Section::on_host("swaps", swaps::run),
     Section::on_host("effects", effects::run),
     Section::on_host("recordings", recordings::run),
+    Section::on_host("attitude", attitude::run),
     Section { name: "target", place: Place::Target, run: target::run },
 ];
 

@@ -83,9 +83,7 @@ pub(super) fn diagnose_and_score(
     let longer = Scenario { duration_s: DATA_S + HELD_OUT_S, ..scenario.clone() };
     let (trace, _) = simulate(&longer, seed);
     let freeze_at_us = Some(trace.first_us() + (DATA_S * 1e6) as u64);
-    let mut with = Config { seed, freeze_at_us, ..of_trace(&trace) };
-    // A simulated reading is a mean around its time.
-    with.attitude.gyro_delay_s = Some(0.0);
+    let with = Config { seed, freeze_at_us, ..of_trace(&trace) };
     let without = Config { effects: false, ..with };
     let flown = |config: &Config| -> anyhow::Result<(Flight, Reference)> {
         let flight = fly_with(library, config, &trace.samples, |_| {})?;
