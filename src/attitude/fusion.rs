@@ -17,6 +17,12 @@ use nalgebra::{Matrix3, Quaternion, Vector2, Vector3};
 
 mod correction;
 
+/// What no twelve parameters take away of a gyro's scale: its nonlinearity, 0.1 % (MPU-9250 PS section 3.1).
+const LEAST_SCALE: f32 = 1e-3;
+
+/// What they do not take away of its bias: its sensitivity to 1 g, 0.1 deg/s (MPU-6000 PS section 6.1), rad/s.
+const LEAST_BIAS_RAD_S: f32 = 1.75e-3;
+
 /// Earth's rotation, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
 /// One filter step gathers samples for about this long, seconds.
@@ -269,11 +275,11 @@ impl AttitudeFilter {
             self.errors.open(HEADING, PI * PI);
             self.heading_blocks = 1;
         }
-        let at_most = |x: f32, most: f32| if x < most { x } else { most };
+        let between = |x: f32, least: f32, most: f32| if x > most { most } else if x > least { x } else { least };
         let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
-        self.scale_sigma = at_most(libm::sqrtf(mean_square), config.gyro_scale_sigma);
+        self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, config.gyro_scale_sigma);
         for (k, sigma) in sigma.iter().skip(9).enumerate() {
-            let sigma = at_most(*sigma, config.gyro_bias_sigma_rad_s);
+            let sigma = between(*sigma, LEAST_BIAS_RAD_S, config.gyro_bias_sigma_rad_s);
             self.errors.open(BIAS + k, sigma * sigma);
         }
     }
