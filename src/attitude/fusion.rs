@@ -275,7 +275,15 @@ impl AttitudeFilter {
             self.errors.open(HEADING, PI * PI);
             self.heading_blocks = 1;
         }
-        let between = |x: f32, least: f32, most: f32| if x > most { most } else if x > least { x } else { least };
+        let between = |x: f32, least: f32, most: f32| {
+            if x > most {
+                most
+            } else if x > least {
+                x
+            } else {
+                least
+            }
+        };
         let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
         self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, config.gyro_scale_sigma);
         for (k, sigma) in sigma.iter().skip(9).enumerate() {

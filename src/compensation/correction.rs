@@ -87,6 +87,16 @@ impl ActiveEffects {
         moment.rate_rad_s -= self.sum(library, Sensor::Gyro, moment);
     }
 
+    /// Variance of what the effects of the gyro add to the rate, by the deviations of their parameters: mean of the axes, (rad/s)^2.
+    pub(crate) fn rate_variance(&self, library: &[&dyn Effect], moment: &Moment) -> f32 {
+        self.iter().fold(0.0, |sum, found| {
+            let effect = library.get(usize::from(found.index)).filter(|effect| effect.sensor() == Sensor::Gyro);
+            let Some(effect) = effect else { return sum };
+            let sigmas = found.sigma.iter().enumerate().take(effect.parameters().len());
+            sigmas.fold(sum, |sum, (k, sigma)| sum + (effect.term(k, moment) * *sigma).norm_squared() / 3.0)
+        })
+    }
+
     /// Whether the effects of the gyro are the same as those of `other`, up to a delay of all of it; their parameters, too, when
     /// `exactly`.
     pub(crate) fn same_of_gyro(&self, other: &Self, library: &[&dyn Effect], exactly: bool) -> bool {

@@ -272,10 +272,12 @@ impl SampleStream {
         }
     }
 
-    /// The bias from rests, aged to `t_us`, without the part of the active effects.
+    /// The bias from rests, aged to `t_us`, without the part of the active effects and as uncertain as
+    /// that.
     pub fn rest_bias(&self, t_us: u64) -> Option<RestBias> {
         let mut bias = self.rest_as_read(t_us)?;
         let mut moment = bias.moment();
+        bias.variance += self.effects.rate_variance(self.library(), &moment);
         self.effects.correct_rate(self.library(), &mut moment);
         bias.rate += moment.rate_rad_s;
         Some(bias)

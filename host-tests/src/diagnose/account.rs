@@ -77,7 +77,11 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
     )?;
     for effect in report.found() {
         let Some(of) = library.get(usize::from(effect.found.index)) else { continue };
-        let remark = if effect.believed { "" } else { ": more than this effect can be, so named and not taken out" };
+        let remark = if effect.believed {
+            ""
+        } else {
+            ": too little of it is seen, or more than it can be, so named and not taken out"
+        };
         writeln!(
             out,
             "  added   {}: evidence {:.0}, chance {:.4}, turns its vector by {:.2} +- {:.2} deg rms{remark}",

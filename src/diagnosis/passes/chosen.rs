@@ -9,7 +9,7 @@ pub(super) struct Chosen {
     pub p_value: f32,
     /// Sum of squares of what its parameters turn that are seen to be there, and of how many.
     pub turned: [f32; 2],
-    /// The same of each of them alone, were it 1.
+    /// The same of each parameter alone, were it 1; of a vector sensor's, only of those.
     pub turned_by: [f32; MAX_PARAMETERS],
     pub residual_before_rad: f32,
     pub residual_after_rad: f32,
@@ -46,6 +46,14 @@ impl Chosen {
             self.turned_by.iter().zip(&self.sigma).zip(x).enumerate().filter(|(k, (_, x))| self.is_seen(*k, **x));
         let by_chance = seen.fold(0.0, |by_chance, (_, ((sum, sigma), _))| by_chance + sum * sigma * sigma);
         (libm::sqrtf(sum / count), libm::sqrtf(by_chance / count))
+    }
+
+    /// Whether what is seen of it stands out from the deviation of all its parts, the others included.
+    pub fn stands_out(&self) -> bool {
+        let [sum, count] = self.turned;
+        let by_chance =
+            self.turned_by.iter().zip(&self.sigma).fold(0.0, |by_chance, (sum, sigma)| by_chance + sum * sigma * sigma);
+        count > 0.0 && sum > SIGNIFICANT * SIGNIFICANT * by_chance
     }
 
     /// Whether scaled parameter `k` of value `x` is seen to be there: in a vertical hole the offset along the axis is not.

@@ -137,10 +137,7 @@ impl Diagnosis {
                 let turned = sum / square(test.norms[v]);
                 if turned > largest {
                     largest = turned;
-                    for ((by, column), x) in largest_by.iter_mut().zip(columns.clone()).zip(&x) {
-                        if *x == 0.0 {
-                            continue;
-                        }
+                    for (by, column) in largest_by.iter_mut().zip(columns.clone()) {
                         let rows = self.columns.rows(under_way, v).iter();
                         *by = rows.fold(0.0, |sum, row| sum + square(at(row, column))) / square(test.norms[v]);
                     }

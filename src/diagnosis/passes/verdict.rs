@@ -40,7 +40,9 @@ impl Diagnosis {
                 size_rad,
                 size_sigma_rad,
                 residual_rad: [chosen.residual_before_rad, chosen.residual_after_rad],
-                believed: effect.parameters().iter().zip(&parameters).all(|(parameter, x)| parameter.believes(*x)),
+                // Of a gyro's effect of which much is not seen, the bias and P hold that, and would be wrong by it beside the rest.
+                believed: effect.parameters().iter().zip(&parameters).all(|(parameter, x)| parameter.believes(*x))
+                    && (effect.sensor() != Sensor::Gyro || chosen.stands_out()),
             };
         }
         let verdict = if !enough {
