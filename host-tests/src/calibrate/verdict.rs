@@ -1,0 +1,142 @@
+//! Whether what was fitted may go on record.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{
+    held_out::HeldOut,
+    model::{Model, NAMES, Parameters},
+    norm_fit::{Fit, Observation, Problem},
+};
+
+/// The largest error of a calibrated direction that does no harm, rad (0.3 deg): the least change of rotation for which the library swaps
+/// P. Vectors that are to judge P must not be off by more.
+pub const LARGEST_HARMLESS_RAD: f64 = 5.2e-3;
+
+/// A parameter is named as not determined from this part of what it was uncertain by before, as in the library.
+const DETERMINED: f64 = 0.5;
+
+/// Whether a sensor's new values go on record.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// All nine parameters, and the direction is right to [`LARGEST_HARMLESS_RAD`].
+    Calibrated,
+    /// The directions that the motion determined are new, the others are those of a record that was there before.
+    Partly(String),
+    /// The old values stay.
+    Kept(String),
+}
+
+/// How far off a calibrated vector can be, of any direction: 95 % bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Of its norm, as a share of it.
+    pub norm: f64,
+    /// Of its direction, rad.
+    pub direction_rad: f64,
+    /// Direction in which that is worst, sensor axes.
+    pub worst: Vector3<f64>,
+}
+
+impl Bounds {
+    /// Over directions all around, at this norm.
+    #[must_use]
+    pub fn of(fit: &Fit, record: &Model, norm: f64) -> Self {
+        let mut bounds = Self { norm: 0.0, direction_rad: 0.0, worst: Vector3::x() };
+        let inverse = fit.model.matrix.try_inverse().unwrap_or_else(Matrix3::identity);
+        for direction in all_around() {
+            let change = fit.model.sensitivity(record, &(inverse * direction * norm + fit.model.offset));
+            let covariance = change * fit.covariance * change.transpose() / (norm * norm);
+            let across = Matrix3::identity() - direction * direction.transpose();
+            let sideways = (across * covariance * across).symmetric_eigenvalues().amax();
+            let along = (direction.transpose() * covariance * direction)[(0, 0)];
+            bounds.norm = bounds.norm.max(fit.quantile() * along.max(0.0).sqrt());
+            let direction_rad = fit.quantile() * sideways.max(0.0).sqrt();
+            if direction_rad > bounds.direction_rad {
+                (bounds.direction_rad, bounds.worst) = (direction_rad, direction);
+            }
+        }
+        bounds
+    }
+}
+
+/// Two hundred directions, evenly about the sphere (Fibonacci's spiral).
+fn all_around() -> impl Iterator<Item = Vector3<f64>> {
+    const COUNT: u32 = 200;
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    (0..COUNT).map(move |k| {
+        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(COUNT);
+        let radius = (1.0 - z * z).sqrt();
+        let (sine, cosine) = (golden * f64::from(k)).sin_cos();
+        Vector3::new(radius * cosine, radius * sine, z)
+    })
+}
+
+/// How the directions that a sensor saw are spread.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// Directions that are more than [`APART_DEG`] from each other.
+    pub orientations: usize,
+    /// Smallest mean square component of the unit vectors along any axis: 1/3 all around, 0 in a plane.
+    pub smallest: f64,
+}
+
+/// Two directions nearer to each other count once, degrees.
+pub const APART_DEG: f64 = 10.0;
+
+impl Spread {
+    /// Of the readings used.
+    #[must_use]
+    pub fn of(fit: &Fit, observations: &[Observation]) -> Self {
+        let used = observations.iter().zip(&fit.used).filter(|(_, used)| **used);
+        let units: Vec<Vector3<f64>> = used.map(|(o, _)| fit.model.calibrate(&o.raw).normalize()).collect();
+        let mut apart: Vec<Vector3<f64>> = Vec::new();
+        for unit in &units {
+            if apart.iter().all(|other| other.dot(unit) < APART_DEG.to_radians().cos()) {
+                apart.push(*unit);
+            }
+        }
+        let scatter = units.iter().map(|unit| unit * unit.transpose()).sum::<Matrix3<f64>>() / units.len().max(1) as f64;
+        Self { orientations: apart.len(), smallest: scatter.symmetric_eigenvalues().min().max(0.0) }
+    }
+}
+
+/// Names of the parameters that the readings do not determine.
+#[must_use]
+pub fn undetermined_of(prior: &Parameters, fit: &Fit) -> Vec<&'static str> {
+    let allowance = fit.quantile() / 1.96;
+    let sigma = fit.sigma();
+    let open = |k: &usize| !(sigma[*k] * allowance < DETERMINED * prior[*k]);
+    (0..NAMES.len()).filter(open).map(|k| NAMES[k]).collect()
+}
+
+/// The verdict on a fit. `on_record`: whether there was a record before, so that old values mean something.
+#[must_use]
+pub fn judge(problem: &Problem, fit: &Fit, bounds: &Bounds, held_out: Option<&HeldOut>, on_record: bool) -> Verdict {
+    let count = fit.used.iter().filter(|used| **used).count();
+    if fit.torn {
+        return Verdict::Kept(format!("more than a quarter of {} readings disagree with the others", fit.used.len()));
+    }
+    if fit.rank == 0 || fit.freedom < 1.0 {
+        return Verdict::Kept(format!("{count} readings for 9 parameters leave nothing to check them by"));
+    }
+    // Asked for what passes, so that a NaN does not.
+    if !held_out.is_none_or(|check| check.after < check.before) {
+        return Verdict::Kept("on readings that were held out it is no better than the old values".into());
+    }
+    let open = undetermined_of(&problem.prior, fit);
+    let reason = if fit.rank < NAMES.len() {
+        let names = if open.is_empty() { "a combination of them".into() } else { open.join(", ") };
+        format!("the motion determines {} of 9 directions of the parameters, not {names}", fit.rank)
+    } else if bounds.direction_rad < LARGEST_HARMLESS_RAD {
+        return if held_out.is_some() {
+            Verdict::Calibrated
+        } else {
+            Verdict::Kept("there are too few readings to hold any out".into())
+        };
+    } else {
+        let (found, limit) = (bounds.direction_rad.to_degrees(), LARGEST_HARMLESS_RAD.to_degrees());
+        let [x, y, z] = (bounds.worst).into();
+        format!("directions can be off by {found:.2} deg (95 %, about [{x:.1} {y:.1} {z:.1}]), {limit:.1} are allowed")
+    };
+    if on_record { Verdict::Partly(reason) } else { Verdict::Kept(reason) }
+}
