@@ -7,6 +7,7 @@ use super::{
     norm_fit::{Observation, Problem},
     rests::Rest,
     sensor::SensorCalibration,
+    verdict::Standard,
 };
 
 /// What an accelerometer without a calibration may be off by, one deviation each: the tolerances of a consumer part (MPU-6050 product
@@ -14,9 +15,7 @@ use super::{
 #[must_use]
 pub fn prior() -> Parameters {
     let (scale, cross, offset_m_s2) = (0.03, 0.02, 0.08 * 9.806_65);
-    Parameters::from_column_slice(&[
-        scale, scale, scale, cross, cross, cross, offset_m_s2, offset_m_s2, offset_m_s2,
-    ])
+    Parameters::from_column_slice(&[scale, scale, scale, cross, cross, cross, offset_m_s2, offset_m_s2, offset_m_s2])
 }
 
 /// Fits the nine parameters to the rests, each with the gravity of its place in m/s^2; `None` without any. Every second rest is the
@@ -30,5 +29,5 @@ pub fn calibrate(rests: &[(Rest, f64)], record: VectorModel) -> Option<SensorCal
     let norm = observations.first()?.norm;
     let problem =
         Problem { observations: &observations, record: Model::from(record), prior: prior(), correlated: false };
-    Some(SensorCalibration::of(&problem, norm, record != VectorModel::IDENTITY, |at| at % 2 == 0))
+    Some(SensorCalibration::of(&problem, norm, record != VectorModel::IDENTITY, Standard::ToJudgeBy, 2, |at| at % 2))
 }

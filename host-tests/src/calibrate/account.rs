@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use super::{
     Calibration,
     alignment::Alignment,
+    held_out::HeldOut,
     model::{NAMES, PARAMETERS},
     sensor::SensorCalibration,
     verdict::{APART_DEG, Verdict, undetermined_of},
@@ -16,6 +17,8 @@ struct Unit {
     of_error: &'static str,
     /// One of the sensor's in the error's.
     factor: f64,
+    /// Whether the noise of each reading was measured.
+    noise_known: bool,
 }
 
 /// Prints the account.
@@ -32,16 +35,18 @@ pub fn print_account(out: &mut impl Write, calibration: &Calibration) -> io::Res
     writeln!(out, "\nACCELEROMETER, from {} rests", calibration.rests.len())?;
     match &calibration.accel {
         Some(accel) => {
-            let unit = Unit { of_sensor: "m/s^2", of_error: "g", factor: 1.0 / accel.norm };
+            let unit = Unit { of_sensor: "m/s^2", of_error: "g", factor: 1.0 / accel.norm, noise_known: true };
             print_sensor(out, accel, &unit, "rests")?;
-            print_later(out, calibration, &unit)?;
+            if let Some(check) = &calibration.later {
+                print_check(out, check, "rests of the part held out", &unit)?;
+            }
         }
         None => writeln!(out, "  old values stay: {}", calibration.no_accel())?,
     }
     writeln!(out, "\nMAGNETOMETER, from turns")?;
     match &calibration.mag {
         Some(mag) => {
-            let unit = Unit { of_sensor: "uT", of_error: "uT", factor: 1.0 };
+            let unit = Unit { of_sensor: "uT", of_error: "uT", factor: 1.0, noise_known: false };
             print_sensor(out, mag, &unit, "readings")?;
             let how = if mag.norm_known { "given" } else { "fitted: the mean scale stays" };
             writeln!(out, "  field {:.2} uT, {how}", mag.norm)?;
@@ -69,15 +74,7 @@ fn print_sensor(out: &mut impl Write, sensor: &SensorCalibration, unit: &Unit, o
         writeln!(out, "  error of the norm, rms: {} before, {} after", told(before), told(after))?;
     }
     match &sensor.held_out {
-        Some(check) => writeln!(
-            out,
-            "  on {} {of} held out ({}): {} before, {} after, largest {}",
-            check.count,
-            check.how,
-            told(check.before),
-            told(check.after),
-            told(check.largest)
-        )?,
+        Some(check) => print_check(out, check, &format!("{of} held out ({})", check.how), unit)?,
         None => writeln!(out, "  too few to hold any out")?,
     }
     let (sigma, open) = (fit.sigma(), undetermined_of(&sensor.prior, fit));
@@ -92,6 +89,8 @@ fn print_sensor(out: &mut impl Write, sensor: &SensorCalibration, unit: &Unit, o
     if fit.rank == PARAMETERS {
         let (norm, direction) = (100.0 * sensor.bounds.norm, sensor.bounds.direction_rad.to_degrees());
         writeln!(out, "  a calibrated vector is right (95 %) to {norm:.3} % in norm, {direction:.3} deg in direction")?;
+        let (change, sigma) = (sensor.bounds.change_rad.to_degrees(), sensor.bounds.sigma_rad.to_degrees());
+        writeln!(out, "  directions change by {change:.3} deg rms, 1-sigma {sigma:.3}")?;
     }
     match &sensor.verdict {
         Verdict::Calibrated => writeln!(out, "  verdict: calibrated"),
@@ -100,18 +99,15 @@ fn print_sensor(out: &mut impl Write, sensor: &SensorCalibration, unit: &Unit, o
     }
 }
 
-/// The rests after what was calibrated on.
-fn print_later(out: &mut impl Write, calibration: &Calibration, unit: &Unit) -> io::Result<()> {
-    let Some(later) = &calibration.later else { return Ok(()) };
-    writeln!(
-        out,
-        "  at {} rests of the part held out: {:.5} {} before, {:.5} after, largest {:.5}",
-        later.count,
-        later.before * unit.factor,
-        unit.of_error,
-        later.after * unit.factor,
-        later.largest * unit.factor
-    )
+fn print_check(out: &mut impl Write, check: &HeldOut, of: &str, unit: &Unit) -> io::Result<()> {
+    let told = |x: f64| format!("{:.5} {}", x * unit.factor, unit.of_error);
+    let noise = if unit.noise_known {
+        format!(", {} of them the readings' own noise", told(check.noise))
+    } else {
+        String::new()
+    };
+    let (before, after, largest) = (told(check.before), told(check.after), told(check.largest));
+    writeln!(out, "  on {} {of}: {before} before, {after} after{noise}, largest {largest}", check.count)
 }
 
 fn print_alignment(out: &mut impl Write, alignment: &Alignment) -> io::Result<()> {

@@ -34,7 +34,9 @@ const STEPS: usize = 20;
 /// Finds the rotation; `None` without a rest that has both sensors.
 #[must_use]
 pub fn align(rests: &[Rest], accel: &Model, mag: &Model) -> Option<Alignment> {
-    let both = |rest: &Rest| Some((accel.calibrate(&rest.accel?.vector).normalize(), mag.calibrate(&rest.mag?.vector).normalize()));
+    let both = |rest: &Rest| {
+        Some((accel.calibrate(&rest.accel?.vector).normalize(), mag.calibrate(&rest.mag?.vector).normalize()))
+    };
     let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = rests.iter().filter_map(both).collect();
     if pairs.is_empty() {
         return None;
@@ -70,9 +72,8 @@ pub fn align(rests: &[Rest], accel: &Model, mag: &Model) -> Option<Alignment> {
     let dip_cosine = (1.0 - dip_sine * dip_sine).max(1e-6).sqrt();
     let deviation = after * dip_cosine;
     let inverse = information.try_inverse();
-    let sigma_rad = std::array::from_fn(|k| {
-        inverse.map_or(f64::INFINITY, |inverse| deviation * inverse[(k, k)].max(0.0).sqrt())
-    });
+    let sigma_rad =
+        std::array::from_fn(|k| inverse.map_or(f64::INFINITY, |inverse| deviation * inverse[(k, k)].max(0.0).sqrt()));
     let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
     let bound = quantile * sigma_rad.iter().fold(0.0, |largest: f64, sigma| largest.max(*sigma));
     let refused = if freedom < 1.0 {

@@ -12,13 +12,13 @@ use super::{
     model::{Covariance, Model, Parameters},
     norm_fit::{Observation, Problem},
     sensor::SensorCalibration,
-    verdict::Bounds,
+    verdict::{Bounds, Standard},
 };
 
 /// Readings that are nearer to each other than this share of the field's strength (2 deg) make one observation; the chord of their arc
 /// is then too short by 5e-5 of the strength at most.
 const TOGETHER: f64 = 0.035;
-/// Stretches into which the observations are cut, every second one to one half: next to each other they are too alike to check each other.
+/// Stretches into which the observations are cut to check one by the others: readings next to each other are too alike to check each other.
 const STRETCHES: usize = 10;
 
 /// Mean readings of a turn, one for each two degrees or so, in order; a rest makes one. Readings at full scale are left out.
@@ -28,7 +28,8 @@ pub fn turn(samples: &[Sample]) -> Vec<Vector3<f64>> {
     let read = samples.iter().filter(|sample| !sample.flags.intersects(unusable));
     let readings: Vec<Vector3<f64>> = read.map(|sample| Vector3::from(sample.mag_ut).map(f64::from)).collect();
     let extent = |axis: usize| {
-        let (low, high) = readings.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v[axis]), high.max(v[axis])));
+        let (low, high) =
+            readings.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v[axis]), high.max(v[axis])));
         high - low
     };
     let reach = TOGETHER * 0.5 * (0..3).map(extent).fold(0.0, f64::max);
@@ -57,6 +58,9 @@ pub fn prior() -> Parameters {
 /// scales stays. `None` without readings.
 #[must_use]
 pub fn calibrate(turns: &[Vector3<f64>], record: VectorModel, field_ut: Option<f64>) -> Option<SensorCalibration> {
+    if turns.is_empty() {
+        return None;
+    }
     let old = Model::from(record);
     let norm = field_ut.or_else(|| sphere_radius(turns, &old))?;
     // Equal weights: what disturbs is the field of the place and not the sensor's noise. A thousandth of the field (Earth's changes in a
@@ -65,7 +69,9 @@ pub fn calibrate(turns: &[Vector3<f64>], record: VectorModel, field_ut: Option<f
         turns.iter().map(|&raw| Observation { raw, norm, sigma: 1e-3 * norm }).collect();
     let problem = Problem { observations: &observations, record: old, prior: prior(), correlated: true };
     let stretch = turns.len().div_ceil(STRETCHES).max(1);
-    let found = SensorCalibration::of(&problem, norm, record != VectorModel::IDENTITY, |at| at / stretch % 2 == 0);
+    let found = SensorCalibration::of(&problem, norm, record != VectorModel::IDENTITY, Standard::ClearlyBetter, |at| {
+        at / stretch % 2 == 0
+    });
     Some(if field_ut.is_some() { found } else { at_mean_scale(found) })
 }
 
@@ -94,8 +100,13 @@ fn at_mean_scale(mut found: SensorCalibration) -> SensorCalibration {
     let norms: Vec<f64> = found.observations.iter().map(|o| found.record.calibrate(&o.raw).norm()).collect();
     let own = norms.iter().sum::<f64>() / norms.len().max(1) as f64;
     let scatter = norms.iter().map(|norm| (norm - own).powi(2)).sum::<f64>() / norms.len().max(1) as f64;
-    found.held_out =
-        found.held_out.map(|h| HeldOut { before: scatter.sqrt(), after: h.after * scale, largest: h.largest * scale, ..h });
+    found.held_out = found.held_out.map(|h| HeldOut {
+        before: scatter.sqrt(),
+        after: h.after * scale,
+        noise: h.noise * scale,
+        largest: h.largest * scale,
+        ..h
+    });
     found.bounds = Bounds::of(&found.fit, &found.record, found.norm);
     found.norm_known = false;
     found

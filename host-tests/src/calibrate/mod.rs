@@ -180,6 +180,7 @@ fn checked_later(accel: &SensorCalibration, later: &[(Rest, f64)]) -> Option<Hel
         count: observations.len(),
         before: rms(errors(accel.record))?,
         after: rms(errors(accel.fit.model))?,
+        noise: rms(observations.iter().map(|observation| observation.sigma))?,
         largest: errors(accel.fit.model).fold(0.0, |largest: f64, error| largest.max(error.abs())),
     })
 }
@@ -192,7 +193,8 @@ fn clipping_note(samples: &[Sample], config: &Config) -> Option<String> {
     if scales.accel_m_s2.is_none() && scales.mag_ut.is_none() {
         Some("no full scale of the vector sensors is known: clipped readings cannot be told".into())
     } else {
-        (accel + mag > 0).then(|| format!("at full scale and left out: {accel} of the accelerometer, {mag} of the magnetometer"))
+        (accel + mag > 0)
+            .then(|| format!("at full scale and left out: {accel} of the accelerometer, {mag} of the magnetometer"))
     }
 }
 

@@ -14,6 +14,8 @@ const LEFT_OUT_BY_CHANCE: f64 = 0.01;
 const MOST_LEFT_OUT: f64 = 0.25;
 /// Most Gauss-Newton steps; four or five are needed.
 const STEPS: usize = 50;
+/// After so many the residuals are those of the readings and not of the start.
+const SETTLED: usize = 8;
 
 /// One reading of which the norm is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,13 +127,17 @@ impl Problem<'_> {
         for step in 0..STEPS {
             let rows = self.linearised(used, &self.scaled(&y));
             let (information, gradient, square) = sums(&rows);
-            if step >= STEPS / 2 {
+            if step >= SETTLED {
                 // Each direction takes as much freedom as the readings have a say in it.
                 let spent: f64 = information.symmetric_eigenvalues().iter().map(|l| l / (l + misfit)).sum();
                 misfit = (square / (rows.len() as f64 - spent).max(1.0)).max(1.0);
             }
             let Some(cholesky) = (information / misfit + Covariance::identity()).cholesky() else { break };
-            y -= cholesky.solve(&(gradient / misfit + y));
+            let change: Parameters = cholesky.solve(&(gradient / misfit + y));
+            y -= change;
+            if step > SETTLED && change.amax() < 1e-9 {
+                break;
+            }
         }
         (self.scaled(&y), misfit)
     }
@@ -202,9 +208,12 @@ impl Problem<'_> {
 
 /// Information matrix, gradient and sum of squares of rows with their residuals.
 fn sums(rows: &[(Parameters, f64)]) -> (Covariance, Parameters, f64) {
-    rows.iter().fold((Covariance::zeros(), Parameters::zeros(), 0.0), |(information, gradient, square), (row, residual)| {
-        (information + row * row.transpose(), gradient + row * *residual, square + residual * residual)
-    })
+    rows.iter().fold(
+        (Covariance::zeros(), Parameters::zeros(), 0.0),
+        |(information, gradient, square), (row, residual)| {
+            (information + row * row.transpose(), gradient + row * *residual, square + residual * residual)
+        },
+    )
 }
 
 /// The readings that all the others contradict: residual over its deviation when left out, against Student's t shared out among all

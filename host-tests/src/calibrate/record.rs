@@ -4,13 +4,7 @@ use std::{fmt::Write, path::Path};
 
 use meerkat_mwd::compensation::VectorModel;
 
-use super::{
-    Calibration,
-    alignment::Alignment,
-    model::NAMES,
-    sensor::SensorCalibration,
-    verdict::Verdict,
-};
+use super::{Calibration, alignment::Alignment, model::NAMES, sensor::SensorCalibration, verdict::Verdict};
 use crate::failure::Failure;
 
 /// Writes the record.
@@ -79,7 +73,11 @@ fn comment(out: &mut String, sensor: &SensorCalibration, unit: &str, alignment: 
         let _ = writeln!(out, "# error of the norm, rms: {before:.5} before, {after:.5} after");
     }
     if let Some(check) = &sensor.held_out {
-        let _ = writeln!(out, "# on readings held out ({}): {:.5} before, {:.5} after", check.how, check.before, check.after);
+        let _ = writeln!(
+            out,
+            "# on readings held out ({}): {:.5} before, {:.5} after",
+            check.how, check.before, check.after
+        );
     }
     if let Verdict::Partly(reason) = &sensor.verdict {
         let _ = writeln!(out, "# partly as it was on record: {reason}");
@@ -93,6 +91,7 @@ fn comment(out: &mut String, sensor: &SensorCalibration, unit: &str, alignment: 
     if let Some(turn) = alignment.filter(|alignment| alignment.refused.is_none()) {
         let [x, y, z] = turn.turn_rad.map(f64::to_degrees);
         let largest = turn.sigma_rad.iter().fold(0.0_f64, |a, b| a.max(*b)).to_degrees();
-        let _ = writeln!(out, "# axes turned into the accelerometer's by [{x:.3} {y:.3} {z:.3}] deg, 1-sigma {largest:.3}");
+        let _ =
+            writeln!(out, "# axes turned into the accelerometer's by [{x:.3} {y:.3} {z:.3}] deg, 1-sigma {largest:.3}");
     }
 }

@@ -94,7 +94,10 @@ impl Rest {
             let read = || samples.iter().filter(|sample| !sample.flags.intersects(missing | SampleFlags::FAULT));
             let any_clipped = read().any(|sample| sample.flags.contains(clipped));
             // A clipped reading is a bound, and left out the mean would be of the others alone.
-            (mean(read().map(|sample| Vector3::from(vector(sample)).map(f64::from))).filter(|_| !any_clipped), any_clipped)
+            (
+                mean(read().map(|sample| Vector3::from(vector(sample)).map(f64::from))).filter(|_| !any_clipped),
+                any_clipped,
+            )
         };
         let (accel, accel_clipped) = mean(|s| s.accel_m_s2, SampleFlags::ACCEL_MISSING, SampleFlags::ACCEL_CLIPPED);
         let (mag, mag_clipped) = mean(|s| s.mag_ut, SampleFlags::MAG_MISSING, SampleFlags::MAG_CLIPPED);

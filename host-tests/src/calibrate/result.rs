@@ -7,8 +7,9 @@ use serde_json::{Value, json};
 
 use super::{
     Calibration,
-    held_out::HeldOut,
+    held_out::{HeldOut, norm_error},
     model::NAMES,
+    rests::Rest,
     sensor::SensorCalibration,
     verdict::{Verdict, undetermined_of},
 };
@@ -43,12 +44,30 @@ pub fn value(calibration: &Calibration) -> Value {
     json!({
         "schema": "meerkat-mwd/calibration/1",
         "traces": calibration.traces,
-        "rests": calibration.rests.len(),
+        "rests": rests(calibration),
         "accel": accel.unwrap_or_else(|| kept(calibration.no_accel())),
         "accel_later_rests_m_s2": calibration.later.as_ref().map(check),
         "mag": mag.unwrap_or_else(|| kept(calibration.no_mag())),
         "alignment": alignment,
     })
+}
+
+/// Where the rests are, and the accelerometer's norm there with the old and the new values.
+fn rests(calibration: &Calibration) -> Vec<Value> {
+    let mut place = 0;
+    let rest = |rest: &Rest| {
+        let told = calibration.accel.as_ref().filter(|_| rest.accel.is_some()).map(|accel| {
+            let at = place;
+            place += 1;
+            let observation = &accel.observations[at];
+            json!({
+                "sigma": observation.sigma, "used": accel.fit.used[at],
+                "before": norm_error(&accel.record, observation), "after": accel.fit.residuals[at],
+            })
+        });
+        json!({ "from_s": rest.from_us as f64 * 1e-6, "to_s": rest.to_us as f64 * 1e-6, "norm_error_m_s2": told })
+    };
+    calibration.rests.iter().map(rest).collect()
 }
 
 fn sensor(sensor: &SensorCalibration, model: VectorModel, unit: &str) -> Value {
@@ -77,6 +96,8 @@ fn sensor(sensor: &SensorCalibration, model: VectorModel, unit: &str) -> Value {
         "quantile_95": fit.quantile(),
         "direction_95_deg": sensor.bounds.direction_rad.to_degrees(),
         "norm_95": sensor.bounds.norm,
+        "change_deg": sensor.bounds.change_rad.to_degrees(),
+        "change_sigma_deg": sensor.bounds.sigma_rad.to_degrees(),
         "norm": sensor.norm,
         "norm_known": sensor.norm_known,
         "norm_error_rms": sensor.before_after().map(|(before, after)| json!({ "before": before, "after": after })),
@@ -88,6 +109,7 @@ fn sensor(sensor: &SensorCalibration, model: VectorModel, unit: &str) -> Value {
 
 fn check(check: &HeldOut) -> Value {
     json!({
-        "how": check.how, "count": check.count, "before": check.before, "after": check.after, "largest": check.largest,
+        "how": check.how, "count": check.count, "before": check.before, "after": check.after, "noise": check.noise,
+        "largest": check.largest,
     })
 }

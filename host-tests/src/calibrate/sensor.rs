@@ -4,7 +4,7 @@ use super::{
     held_out::{HeldOut, held_out, norm_error, rms},
     model::Model,
     norm_fit::{Fit, Observation, Problem},
-    verdict::{Bounds, Spread, Verdict, judge},
+    verdict::{Bounds, Spread, Standard, Verdict, judge},
 };
 
 /// The calibration of one vector sensor.
@@ -33,13 +33,14 @@ pub struct SensorCalibration {
 }
 
 impl SensorCalibration {
-    /// Fits, checks and judges. `half` tells to which half a reading belongs when one half is fitted and the other checks.
+    /// Fits, checks and judges. `part` tells to which of `parts` a reading belongs when one checks and the others are
+    /// fitted.
     #[must_use]
-    pub fn of(problem: &Problem, norm: f64, on_record: bool, half: impl Fn(usize) -> bool) -> Self {
+    pub fn of(problem: &Problem, norm: f64, on_record: bool, standard: Standard, half: impl Fn(usize) -> bool) -> Self {
         let fit = problem.solve();
         let bounds = Bounds::of(&fit, &problem.record, norm);
-        let held_out = held_out(problem, &fit, half);
-        let verdict = judge(problem, &fit, &bounds, held_out.as_ref(), on_record);
+        let held_out = held_out(problem, &fit, parts, part);
+        let verdict = judge(problem, &fit, &bounds, held_out.as_ref(), on_record, standard);
         Self {
             observations: problem.observations.to_vec(),
             record: problem.record,

@@ -12,6 +12,10 @@ use super::{
 /// P. Vectors that are to judge P must not be off by more.
 pub const LARGEST_HARMLESS_RAD: f64 = 5.2e-3;
 
+/// By how many of its own deviations a change has to stand out where it is let through without being harmless to
+/// [`LARGEST_HARMLESS_RAD`], as in the library: the error that goes is then ten times that which comes, in square.
+const LEAST_CHANGE_SIGMAS: f64 = 3.0;
+
 /// A parameter is named as not determined from this part of what it was uncertain by before, as in the library.
 const DETERMINED: f64 = 0.5;
 
@@ -26,6 +30,16 @@ pub enum Verdict {
     Kept(String),
 }
 
+/// What new values have to be good for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standard {
+    /// To judge a gyro by: no direction may be off by more than [`LARGEST_HARMLESS_RAD`]. The library lets gravity alone judge P as soon
+    /// as a calibration of the accelerometer is on record.
+    ToJudgeBy,
+    /// To be clearly better than the old: the change of direction stands out from its own deviation.
+    ClearlyBetter,
+}
+
 /// How far off a calibrated vector can be, of any direction: 95 % bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -35,19 +49,27 @@ pub struct Bounds {
     pub direction_rad: f64,
     /// Direction in which that is worst, sensor axes.
     pub worst: Vector3<f64>,
+    /// Deviation of the direction, rad, root mean square all around.
+    pub sigma_rad: f64,
+    /// By how much the new values turn a direction, rad, root mean square all around.
+    pub change_rad: f64,
 }
 
 impl Bounds {
     /// Over directions all around, at this norm.
     #[must_use]
     pub fn of(fit: &Fit, record: &Model, norm: f64) -> Self {
-        let mut bounds = Self { norm: 0.0, direction_rad: 0.0, worst: Vector3::x() };
+        let mut bounds = Self { norm: 0.0, direction_rad: 0.0, worst: Vector3::x(), sigma_rad: 0.0, change_rad: 0.0 };
+        let (mut variance, mut change_square) = (0.0, 0.0);
         let inverse = fit.model.matrix.try_inverse().unwrap_or_else(Matrix3::identity);
         for direction in all_around() {
-            let change = fit.model.sensitivity(record, &(inverse * direction * norm + fit.model.offset));
+            let raw = inverse * direction * norm + fit.model.offset;
+            change_square += record.calibrate(&raw).angle(&direction).powi(2);
+            let change = fit.model.sensitivity(record, &raw);
             let covariance = change * fit.covariance * change.transpose() / (norm * norm);
             let across = Matrix3::identity() - direction * direction.transpose();
             let sideways = (across * covariance * across).symmetric_eigenvalues().amax();
+            variance += (across * covariance).trace();
             let along = (direction.transpose() * covariance * direction)[(0, 0)];
             bounds.norm = bounds.norm.max(fit.quantile() * along.max(0.0).sqrt());
             let direction_rad = fit.quantile() * sideways.max(0.0).sqrt();
@@ -55,16 +77,19 @@ impl Bounds {
                 (bounds.direction_rad, bounds.worst) = (direction_rad, direction);
             }
         }
-        bounds
+        let mean = |sum: f64| (sum / f64::from(ALL_AROUND)).max(0.0).sqrt();
+        Self { sigma_rad: mean(variance), change_rad: mean(change_square), ..bounds }
     }
 }
 
-/// Two hundred directions, evenly about the sphere (Fibonacci's spiral).
+/// So many directions show every ellipsoid's worst one to 10 deg.
+const ALL_AROUND: u32 = 200;
+
+/// Directions evenly about the sphere (Fibonacci's spiral).
 fn all_around() -> impl Iterator<Item = Vector3<f64>> {
-    const COUNT: u32 = 200;
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    (0..COUNT).map(move |k| {
-        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(COUNT);
+    (0..ALL_AROUND).map(move |k| {
+        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(ALL_AROUND);
         let radius = (1.0 - z * z).sqrt();
         let (sine, cosine) = (golden * f64::from(k)).sin_cos();
         Vector3::new(radius * cosine, radius * sine, z)
@@ -95,7 +120,8 @@ impl Spread {
                 apart.push(*unit);
             }
         }
-        let scatter = units.iter().map(|unit| unit * unit.transpose()).sum::<Matrix3<f64>>() / units.len().max(1) as f64;
+        let scatter =
+            units.iter().map(|unit| unit * unit.transpose()).sum::<Matrix3<f64>>() / units.len().max(1) as f64;
         Self { orientations: apart.len(), smallest: scatter.symmetric_eigenvalues().min().max(0.0) }
     }
 }
@@ -111,12 +137,19 @@ pub fn undetermined_of(prior: &Parameters, fit: &Fit) -> Vec<&'static str> {
 
 /// The verdict on a fit. `on_record`: whether there was a record before, so that old values mean something.
 #[must_use]
-pub fn judge(problem: &Problem, fit: &Fit, bounds: &Bounds, held_out: Option<&HeldOut>, on_record: bool) -> Verdict {
+pub fn judge(
+    problem: &Problem,
+    fit: &Fit,
+    bounds: &Bounds,
+    held_out: Option<&HeldOut>,
+    on_record: bool,
+    standard: Standard,
+) -> Verdict {
     let count = fit.used.iter().filter(|used| **used).count();
     if fit.torn {
         return Verdict::Kept(format!("more than a quarter of {} readings disagree with the others", fit.used.len()));
     }
-    if fit.rank == 0 || fit.freedom < 1.0 {
+    if fit.rank == 0 || (fit.rank == NAMES.len() && fit.freedom < 1.0) {
         return Verdict::Kept(format!("{count} readings for 9 parameters leave nothing to check them by"));
     }
     // Asked for what passes, so that a NaN does not.
@@ -127,16 +160,26 @@ pub fn judge(problem: &Problem, fit: &Fit, bounds: &Bounds, held_out: Option<&He
     let reason = if fit.rank < NAMES.len() {
         let names = if open.is_empty() { "a combination of them".into() } else { open.join(", ") };
         format!("the motion determines {} of 9 directions of the parameters, not {names}", fit.rank)
-    } else if bounds.direction_rad < LARGEST_HARMLESS_RAD {
+    } else if bounds.direction_rad < LARGEST_HARMLESS_RAD
+        || (standard == Standard::ClearlyBetter && bounds.change_rad > LEAST_CHANGE_SIGMAS * bounds.sigma_rad)
+    {
         return if held_out.is_some() {
             Verdict::Calibrated
         } else {
             Verdict::Kept("there are too few readings to hold any out".into())
         };
     } else {
-        let (found, limit) = (bounds.direction_rad.to_degrees(), LARGEST_HARMLESS_RAD.to_degrees());
-        let [x, y, z] = (bounds.worst).into();
-        format!("directions can be off by {found:.2} deg (95 %, about [{x:.1} {y:.1} {z:.1}]), {limit:.1} are allowed")
+        let [x, y, z] = bounds.worst.into();
+        let found = bounds.direction_rad.to_degrees();
+        let limit = match standard {
+            Standard::ToJudgeBy => format!("{:.1} are allowed", LARGEST_HARMLESS_RAD.to_degrees()),
+            Standard::ClearlyBetter => format!(
+                "and the change of {:.2} deg is no {LEAST_CHANGE_SIGMAS:.0} times its own deviation of {:.2}",
+                bounds.change_rad.to_degrees(),
+                bounds.sigma_rad.to_degrees()
+            ),
+        };
+        format!("directions can be off by {found:.2} deg (95 %, about [{x:.1} {y:.1} {z:.1}]), {limit}")
     };
     if on_record { Verdict::Partly(reason) } else { Verdict::Kept(reason) }
 }
