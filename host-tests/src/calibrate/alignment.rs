@@ -63,7 +63,8 @@ pub fn align(rests: &[Rest], accel: &Model, mag: &Model) -> Option<Alignment> {
         let step: SVector<f64, 4> = -cholesky.solve(&gradient);
         turn = Rotation3::new(step.fixed_rows::<3>(0).into_owned()) * turn;
         dip_sine += step[3];
-        if step.amax() < 1e-12 || !(step.amax() < 1.0) {
+        // Nearly blind to an angle it does not settle, and the deviations say so.
+        if !(1e-12..1.0).contains(&step.amax()) {
             break;
         }
     }
@@ -76,17 +77,16 @@ pub fn align(rests: &[Rest], accel: &Model, mag: &Model) -> Option<Alignment> {
         std::array::from_fn(|k| inverse.map_or(f64::INFINITY, |inverse| deviation * inverse[(k, k)].max(0.0).sqrt()));
     let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
     let bound = quantile * sigma_rad.iter().fold(0.0, |largest: f64, sigma| largest.max(*sigma));
+    let limit = LARGEST_HARMLESS_RAD.to_degrees();
+    // Asked for what passes, so that a NaN does not.
     let refused = if freedom < 1.0 {
         Some(format!("{} rests for three angles and the dip leave nothing to check them by", pairs.len()))
-    } else if !(bound < LARGEST_HARMLESS_RAD) {
-        let limit = LARGEST_HARMLESS_RAD.to_degrees();
-        Some(if bound < 1.0 {
-            format!("an angle can be off by {:.2} deg (95 %), {limit:.1} are allowed", bound.to_degrees())
-        } else {
-            "east-west has not been seen all around by the probe: an angle looks like another dip".into()
-        })
-    } else {
+    } else if bound < LARGEST_HARMLESS_RAD {
         None
+    } else if bound < 1.0 {
+        Some(format!("an angle can be off by {:.2} deg (95 %), {limit:.1} are allowed", bound.to_degrees()))
+    } else {
+        Some("east-west has not been seen all around by the probe: an angle looks like another dip".into())
     };
     let turn_rad = turn.scaled_axis();
     Some(Alignment {

@@ -69,9 +69,14 @@ pub fn calibrate(turns: &[Vector3<f64>], record: VectorModel, field_ut: Option<f
         turns.iter().map(|&raw| Observation { raw, norm, sigma: 1e-3 * norm }).collect();
     let problem = Problem { observations: &observations, record: old, prior: prior(), correlated: true };
     let stretch = turns.len().div_ceil(STRETCHES).max(1);
-    let found = SensorCalibration::of(&problem, norm, record != VectorModel::IDENTITY, Standard::ClearlyBetter, |at| {
-        at / stretch % 2 == 0
-    });
+    let found = SensorCalibration::of(
+        &problem,
+        norm,
+        record != VectorModel::IDENTITY,
+        Standard::ClearlyBetter,
+        STRETCHES,
+        |at| at / stretch,
+    );
     Some(if field_ut.is_some() { found } else { at_mean_scale(found) })
 }
 

@@ -12,10 +12,12 @@ const DETERMINED: f64 = 0.5;
 const LEFT_OUT_BY_CHANCE: f64 = 0.01;
 /// Where more than this share of the readings disagrees, nothing says who is right: a quarter, the breakdown of a hinged median.
 const MOST_LEFT_OUT: f64 = 0.25;
-/// Most Gauss-Newton steps; four or five are needed.
+/// Most Gauss-Newton steps; four or five are needed, more from a large hard iron.
 const STEPS: usize = 50;
-/// After so many the residuals are those of the readings and not of the start.
-const SETTLED: usize = 8;
+/// Halvings of a step that does not go down, before the point is taken for the lowest.
+const CUTS: usize = 10;
+/// How often the misfit is taken anew; it settles in two.
+const MISFITS: usize = 4;
 
 /// One reading of which the norm is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,8 +62,6 @@ pub struct Fit {
     pub residuals: Vec<f64>,
     /// Whether more readings disagree than may be left out.
     pub torn: bool,
-    /// Square of residuals over that of the readings' own noise.
-    pub misfit: f64,
 }
 
 impl Fit {
@@ -90,20 +90,16 @@ impl Problem<'_> {
         let mut used = vec![true; count];
         let most = (MOST_LEFT_OUT * count as f64) as usize;
         loop {
-            let (fit, leverage) = self.solve_with(&used);
-            let worst = contradicted(&fit, &leverage, self.observations);
+            let start = self.with_prior(&used);
+            let worst = contradicted(&start);
             let left_out = used.iter().filter(|used| !**used).count();
             if worst.is_empty() || left_out + worst.len() > most {
-                return Fit { torn: !worst.is_empty(), ..fit };
+                let (basis, rank) = self.determined(&used, &start);
+                return Fit { torn: !worst.is_empty(), ..self.within(&used, &start.x, &basis, rank) };
             }
-            worst.into_iter().for_each(|at| used[at] = false);
+            let places: Vec<usize> = (0..count).filter(|&at| used[at]).collect();
+            worst.into_iter().for_each(|at| used[places[at]] = false);
         }
-    }
-
-    fn solve_with(&self, used: &[bool]) -> (Fit, Vec<f64>) {
-        let (start, misfit) = self.with_prior(used);
-        let (basis, rank) = self.determined(used, &start, misfit);
-        self.within(used, &basis, rank)
     }
 
     /// Rows of the sensitivity to parameters in deviations of the prior, with their residuals, both over the readings' noise.
@@ -120,32 +116,53 @@ impl Problem<'_> {
         .collect()
     }
 
-    /// The most probable point with the values on record as prior knowledge, and the misfit there. It is where the directions are judged.
-    fn with_prior(&self, used: &[bool]) -> (Parameters, f64) {
-        let mut y = Parameters::zeros();
-        let mut misfit = 1.0;
-        for step in 0..STEPS {
-            let rows = self.linearised(used, &self.scaled(&y));
-            let (information, gradient, square) = sums(&rows);
-            if step >= SETTLED {
-                // Each direction takes as much freedom as the readings have a say in it.
-                let spent: f64 = information.symmetric_eigenvalues().iter().map(|l| l / (l + misfit)).sum();
-                misfit = (square / (rows.len() as f64 - spent).max(1.0)).max(1.0);
-            }
+    /// The most probable point with the values on record as prior knowledge. It is where readings and directions are judged.
+    fn with_prior(&self, used: &[bool]) -> MostProbable {
+        let (mut misfit, mut spent) = (1.0, 0.0);
+        // First as if the readings had only their own noise: with a large misfit the prior would hold the start.
+        let mut y = self.most_probable(used, Parameters::zeros(), misfit);
+        for _ in 0..MISFITS {
+            let (information, _, square) = sums(&self.linearised(used, &self.scaled(&y)));
+            // Each direction takes as much freedom as the readings have a say in it.
+            spent = information.symmetric_eigenvalues().iter().map(|l| l / (l + misfit)).sum();
+            misfit = (square / (used.iter().filter(|used| **used).count() as f64 - spent).max(1.0)).max(1.0);
+            y = self.most_probable(used, y, misfit);
+        }
+        let x = self.scaled(&y);
+        let rows = self.linearised(used, &x);
+        let covariance = (sums(&rows).0 / misfit + Covariance::identity()).try_inverse().unwrap_or_default();
+        let rows = rows.iter().map(|(row, residual)| (*residual, row.dot(&(covariance * row)) / misfit)).collect();
+        MostProbable { x, misfit, spent, rows }
+    }
+
+    /// Gauss-Newton from `y`, in deviations of the prior, each step cut until it is one down.
+    fn most_probable(&self, used: &[bool], mut y: Parameters, misfit: f64) -> Parameters {
+        let linearised = |y: &Parameters| sums(&self.linearised(used, &self.scaled(y)));
+        let (mut information, mut gradient, mut square) = linearised(&y);
+        for _ in 0..STEPS {
             let Some(cholesky) = (information / misfit + Covariance::identity()).cholesky() else { break };
-            let change: Parameters = cholesky.solve(&(gradient / misfit + y));
-            y -= change;
-            if step > SETTLED && change.amax() < 1e-9 {
+            let mut step: Parameters = -cholesky.solve(&(gradient / misfit + y));
+            if step.amax() < 1e-9 {
                 break;
             }
+            let cost = square / misfit + y.norm_squared();
+            let down = (0..CUTS).find_map(|_| {
+                let next = y + step;
+                let sums = linearised(&next);
+                step *= 0.5;
+                (sums.2 / misfit + next.norm_squared() < cost).then_some((next, sums))
+            });
+            let Some((next, sums)) = down else { break };
+            y = next;
+            (information, gradient, square) = sums;
         }
-        (self.scaled(&y), misfit)
+        y
     }
 
     /// The directions, in deviations of the prior, that the readings determine: so many first columns. They are orthogonal in both
     /// metrics, so that what is not determined does not leak into what is.
-    fn determined(&self, used: &[bool], x: &Parameters, misfit: f64) -> (Covariance, usize) {
-        let rows = self.linearised(used, x);
+    fn determined(&self, used: &[bool], start: &MostProbable) -> (Covariance, usize) {
+        let rows = self.linearised(used, &start.x);
         let eigen = SymmetricEigen::new(sums(&rows).0);
         let mut order: [usize; PARAMETERS] = std::array::from_fn(|k| k);
         order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
@@ -155,16 +172,16 @@ impl Problem<'_> {
             let freedom = rows.len().saturating_sub(rank) as f64;
             if freedom < 1.0 { f64::INFINITY } else { (student(freedom, 0.975) / 1.96).powi(2) }
         };
-        let holds = |rank: usize| eigen.eigenvalues[order[rank - 1]] > least * misfit * allowance(rank);
+        let holds = |rank: usize| eigen.eigenvalues[order[rank - 1]] > least * start.misfit * allowance(rank);
         let rank = (1..=PARAMETERS).rev().find(|&rank| holds(rank)).unwrap_or(0);
         (Covariance::from_fn(|row, column| eigen.eigenvectors[(row, order[column])]), rank)
     }
 
-    /// Least squares within the first `rank` columns of `basis`, with the leverage of every reading used.
-    fn within(&self, used: &[bool], basis: &Covariance, rank: usize) -> (Fit, Vec<f64>) {
+    /// Least squares from `start` within the first `rank` columns of `basis`.
+    fn within(&self, used: &[bool], start: &Parameters, basis: &Covariance, rank: usize) -> Fit {
         let inside = Covariance::from_fn(|row, column| if row == column && row < rank { 1.0 } else { 0.0 });
         let (basis, outside) = (basis * inside, Covariance::identity() - inside);
-        let mut z = Parameters::zeros();
+        let mut z = basis.tr_mul(&start.component_div(&self.prior));
         let mut inverse = Covariance::zeros();
         for _ in 0..STEPS {
             let (information, gradient, _) = sums(&self.linearised(used, &self.scaled(&(basis * z))));
@@ -179,7 +196,6 @@ impl Problem<'_> {
         let x = self.scaled(&(basis * z));
         let rows = self.linearised(used, &x);
         let spread = basis * inverse * basis.transpose();
-        let leverage = rows.iter().map(|(row, _)| row.dot(&(spread * row))).collect();
         let residuals: Vec<f64> = rows.iter().map(|(_, residual)| *residual).collect();
         let (count, spent) = (rows.len() as f64, rank as f64);
         let misfit = sums(&rows).2 / (count - spent).max(1.0);
@@ -187,7 +203,7 @@ impl Problem<'_> {
         let whitened = spread * (misfit * inflation) + Covariance::identity() - basis * basis.transpose();
         let covariance = Covariance::from_fn(|i, j| whitened[(i, j)] * self.prior[i] * self.prior[j]);
         let model = self.record.corrected(&x);
-        let fit = Fit {
+        Fit {
             x,
             covariance,
             model,
@@ -196,9 +212,7 @@ impl Problem<'_> {
             used: used.to_vec(),
             residuals: self.observations.iter().map(|o| model.calibrate(&o.raw).norm() - o.norm).collect(),
             torn: false,
-            misfit,
-        };
-        (fit, leverage)
+        }
     }
 
     fn scaled(&self, y: &Parameters) -> Parameters {
@@ -216,29 +230,34 @@ fn sums(rows: &[(Parameters, f64)]) -> (Covariance, Parameters, f64) {
     )
 }
 
-/// The readings that all the others contradict: residual over its deviation when left out, against Student's t shared out among all
-/// readings (Bonferroni). One at a time, or of many the worst fiftieth: a bad one shifts the residuals of the good.
-fn contradicted(fit: &Fit, leverage: &[f64], observations: &[Observation]) -> Vec<usize> {
-    let places: Vec<usize> = (0..observations.len()).filter(|&at| fit.used[at]).collect();
-    let freedom = places.len() as f64 - fit.rank as f64;
+/// The point of [`Problem::with_prior`].
+struct MostProbable {
+    x: Parameters,
+    /// Square of the residuals over that of the readings' own noise, at least 1.
+    misfit: f64,
+    /// Degrees of freedom that the parameters take.
+    spent: f64,
+    /// Residual over the reading's noise, and leverage, of each reading used.
+    rows: Vec<(f64, f64)>,
+}
+
+/// Which of the readings used all the others contradict: residual over its deviation when left out, against Student's t shared out among
+/// all readings (Bonferroni). One at a time, or of many the worst fiftieth: a bad one shifts the residuals of the good.
+fn contradicted(start: &MostProbable) -> Vec<usize> {
+    let count = start.rows.len();
+    let freedom = count as f64 - start.spent;
     if freedom < 2.0 {
         return Vec::new();
     }
-    let limit = student(freedom - 1.0, 1.0 - LEFT_OUT_BY_CHANCE / (2.0 * places.len() as f64));
-    let whole = fit.misfit * freedom;
-    let mut odd: Vec<(f64, usize)> = places
-        .iter()
-        .zip(leverage)
-        .filter_map(|(&at, &leverage)| {
-            let free = (1.0 - leverage).max(1e-9);
-            let square = (fit.residuals[at] / observations[at].sigma).powi(2) / free;
-            let others = ((whole - square) / (freedom - 1.0)).max(1e-12);
-            let t = (square / others).sqrt();
-            (t > limit).then_some((t, at))
-        })
-        .collect();
+    let limit = student(freedom - 1.0, 1.0 - LEFT_OUT_BY_CHANCE / (2.0 * count as f64));
+    let whole: f64 = start.rows.iter().map(|(residual, _)| residual * residual).sum();
+    let t = |&(residual, leverage): &(f64, f64)| {
+        let square = residual * residual / (1.0 - leverage).max(1e-9);
+        (square / ((whole - square) / (freedom - 1.0)).max(1e-12)).sqrt()
+    };
+    let mut odd: Vec<(f64, usize)> = start.rows.iter().map(t).zip(0..).filter(|(t, _)| *t > limit).collect();
     odd.sort_by(|a, b| b.0.total_cmp(&a.0));
-    odd.truncate((places.len() / 50).max(1));
+    odd.truncate((count / 50).max(1));
     odd.into_iter().map(|(_, at)| at).collect()
 }
 

@@ -36,7 +36,14 @@ impl SensorCalibration {
     /// Fits, checks and judges. `part` tells to which of `parts` a reading belongs when one checks and the others are
     /// fitted.
     #[must_use]
-    pub fn of(problem: &Problem, norm: f64, on_record: bool, standard: Standard, half: impl Fn(usize) -> bool) -> Self {
+    pub fn of(
+        problem: &Problem,
+        norm: f64,
+        on_record: bool,
+        standard: Standard,
+        parts: usize,
+        part: impl Fn(usize) -> usize,
+    ) -> Self {
         let fit = problem.solve();
         let bounds = Bounds::of(&fit, &problem.record, norm);
         let held_out = held_out(problem, &fit, parts, part);

@@ -131,7 +131,10 @@ impl Spread {
 pub fn undetermined_of(prior: &Parameters, fit: &Fit) -> Vec<&'static str> {
     let allowance = fit.quantile() / 1.96;
     let sigma = fit.sigma();
-    let open = |k: &usize| !(sigma[*k] * allowance < DETERMINED * prior[*k]);
+    let open = |k: &usize| {
+        let determined = sigma[*k] * allowance < DETERMINED * prior[*k];
+        !determined
+    };
     (0..NAMES.len()).filter(open).map(|k| NAMES[k]).collect()
 }
 

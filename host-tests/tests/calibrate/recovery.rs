@@ -22,7 +22,7 @@ fn assert_coverage(what: &str, covered: usize, count: usize) {
 
 #[test]
 fn nine_in_ten_intervals_and_not_all_hold_the_truth() {
-    let (mut accel, mut mag, mut scaled) = (0, 0, 0);
+    let (mut calibrated, mut accel, mut mag, mut scaled) = (0, 0, 0, 0);
     for seed in 0..SEEDS {
         let mut random = Random::new(seed);
         let probe = Probe::drawn(&mut random);
@@ -30,7 +30,7 @@ fn nine_in_ten_intervals_and_not_all_hold_the_truth() {
         let mut trace = probe.turned(&attitudes, &mut random);
         let found = calibrate(std::slice::from_ref(&trace), None, None).unwrap();
         let sensor = found.accel.unwrap();
-        assert_eq!(sensor.verdict, Verdict::Calibrated, "seed {seed}");
+        calibrated += usize::from(sensor.verdict == Verdict::Calibrated);
         let check = sensor.held_out.as_ref().unwrap();
         assert!(check.after < 0.1 * check.before, "{check:?}");
         accel += covered(&sensor, &probe.accel_errors);
@@ -49,6 +49,8 @@ fn nine_in_ten_intervals_and_not_all_hold_the_truth() {
         relative[3..6].iter_mut().for_each(|x| *x /= mean);
         scaled += covered(&sensor, &relative);
     }
+    // A few random sets of attitudes leave a direction to more than 0.3 deg, and are told so.
+    assert!(calibrated as u64 >= SEEDS * 9 / 10, "{calibrated}");
     let count = 9 * SEEDS as usize;
     assert_coverage("accelerometer", accel, count);
     assert_coverage("magnetometer", mag, count);
