@@ -61,6 +61,7 @@ fn fitted_without(problem: &Problem, used: &[usize], harmless: bool, out: impl F
     let norm = kept.first()?.norm;
     let fit = Problem { observations: &kept, ..*problem }.solve();
     let enough = fit.rank == PARAMETERS
+        && fit.freedom >= 1.0
         && (!harmless || Bounds::of(&fit, &problem.record, norm).direction_rad < LARGEST_HARMLESS_RAD);
     let checked = used.iter().filter(|at| out(**at)).map(|&at| norm_error(&fit.model, &problem.observations[at]));
     enough.then(|| checked.collect())

@@ -1,5 +1,6 @@
 //! Whether what was fitted may go on record.
 
+use meerkat_mwd::compensation::VectorModel;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
@@ -154,6 +155,9 @@ pub fn judge(
     }
     if fit.rank == 0 || (fit.rank == NAMES.len() && fit.freedom < 1.0) {
         return Verdict::Kept(format!("{count} readings for 9 parameters leave nothing to check them by"));
+    }
+    if !VectorModel::from(fit.model).is_valid() {
+        return Verdict::Kept("the fit is no sensor: its matrix mirrors or flattens".into());
     }
     // Asked for what passes, so that a NaN does not.
     if !held_out.is_none_or(|check| check.after < check.before) {
