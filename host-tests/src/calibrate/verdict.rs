@@ -156,7 +156,8 @@ pub fn judge(
     if fit.rank == 0 || (fit.rank == NAMES.len() && fit.freedom < 1.0) {
         return Verdict::Kept(format!("{count} readings for 9 parameters leave nothing to check them by"));
     }
-    if !VectorModel::from(fit.model).is_valid() {
+    let is_sensor = VectorModel::from(fit.model).is_valid();
+    if fit.rank == NAMES.len() && !is_sensor {
         return Verdict::Kept("the fit is no sensor: its matrix mirrors or flattens".into());
     }
     // Asked for what passes, so that a NaN does not.
@@ -188,5 +189,5 @@ pub fn judge(
         };
         format!("directions can be off by {found:.2} deg (95 %, about [{x:.1} {y:.1} {z:.1}]), {limit}")
     };
-    if on_record { Verdict::Partly(reason) } else { Verdict::Kept(reason) }
+    if on_record && is_sensor { Verdict::Partly(reason) } else { Verdict::Kept(reason) }
 }
