@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use meerkat_mwd::config::OptimizerKind;
 
 use crate::{
-    bench, diagnose, emulate,
+    bench, calibrate, diagnose, emulate,
     failure::{Failure, exit_status},
     main_job, replay, simulate,
 };
@@ -122,11 +122,21 @@ pub struct DiagnoseArgs {
 /// Options of `calibrate`.
 #[derive(Debug, Clone, Args)]
 pub struct CalibrateArgs {
-    /// The trace, .csv or .csv.gz
-    pub trace: PathBuf,
-    /// Where to write the models
+    /// Traces of one probe, .csv or .csv.gz
+    #[arg(required = true, value_name = "TRACE")]
+    pub traces: Vec<PathBuf>,
+    /// Where to write the models, for --config
     #[arg(short, value_name = "FILE.toml")]
     pub output: Option<PathBuf>,
+    /// Write the result
+    #[arg(long, value_name = "OUT.json")]
+    pub json: Option<PathBuf>,
+    /// Configuration on top of what the traces say; its models of the sensors are the old values
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Do not calibrate on the last fraction F of each trace, only check there
+    #[arg(long, value_name = "F", value_parser = hold_out)]
+    pub hold_out: Option<f64>,
 }
 
 /// Options of `simulate`.
@@ -239,7 +249,7 @@ fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
         Some(Command::Emulate(args)) => emulate::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Diagnose(args)) => diagnose::run(&args),
-        Some(Command::Calibrate(_)) => Err(Failure::NotBuilt("calibrate").into()),
+        Some(Command::Calibrate(args)) => calibrate::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
     }
 }

@@ -27,6 +27,20 @@ pub fn configuration(trace: &Trace, args: &ReplayArgs) -> Result<Config, Failure
     if let Some(fraction) = args.hold_out {
         config.freeze_at_us = Some(freeze_at_us(trace, fraction));
     }
+    checked(config, trace)
+}
+
+/// The configuration of a trace with a file's on top, where nothing is flown.
+///
+/// # Errors
+/// A configuration file that cannot be read or used, or a field out of its range.
+pub fn of_file(trace: &Trace, path: Option<&Path>) -> Result<Config, Failure> {
+    let base = of_trace(trace);
+    let config = path.map_or(Ok(base), |path| overlaid(&base, path))?;
+    checked(config, trace)
+}
+
+fn checked(config: Config, trace: &Trace) -> Result<Config, Failure> {
     config.validate().map_err(|error| {
         // What is wrong without the user's file is the trace's.
         if of_trace(trace).validate() != Err(error) {

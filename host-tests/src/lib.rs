@@ -2,6 +2,7 @@
 
 pub mod attitude_csv;
 pub mod bench;
+pub mod calibrate;
 pub mod cli;
 pub mod configuration;
 pub mod deadline;

@@ -1,0 +1,130 @@
+//! What a calibration tells.
+
+use std::io::{self, Write};
+
+use super::{
+    Calibration,
+    alignment::Alignment,
+    held_out::HeldOut,
+    model::{NAMES, PARAMETERS},
+    sensor::SensorCalibration,
+    verdict::{APART_DEG, Verdict, undetermined_of},
+};
+
+/// A sensor's unit and in which unit its errors are told: as a share of the norm, with this factor.
+struct Unit {
+    of_sensor: &'static str,
+    of_error: &'static str,
+    /// One of the sensor's in the error's.
+    factor: f64,
+    /// Whether the noise of each reading was measured.
+    noise_known: bool,
+}
+
+/// Prints the account.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn print_account(out: &mut impl Write, calibration: &Calibration) -> io::Result<()> {
+    for trace in &calibration.traces {
+        writeln!(out, "{trace}")?;
+    }
+    for note in &calibration.notes {
+        writeln!(out, "note: {note}")?;
+    }
+    writeln!(out, "\nACCELEROMETER, from {} rests", calibration.rests.len())?;
+    match &calibration.accel {
+        Some(accel) => {
+            let unit = Unit { of_sensor: "m/s^2", of_error: "g", factor: 1.0 / accel.norm, noise_known: true };
+            print_sensor(out, accel, &unit, "rests")?;
+            if let Some(check) = &calibration.later {
+                print_check(out, check, "rests of the part held out", &unit)?;
+            }
+        }
+        None => writeln!(out, "  old values stay: {}", calibration.no_accel())?,
+    }
+    writeln!(out, "\nMAGNETOMETER, from turns")?;
+    match &calibration.mag {
+        Some(mag) => {
+            let unit = Unit { of_sensor: "uT", of_error: "uT", factor: 1.0, noise_known: false };
+            print_sensor(out, mag, &unit, "readings")?;
+            let how = if mag.norm_known { "given" } else { "fitted: the mean scale stays" };
+            writeln!(out, "  field {:.2} uT, {how}", mag.norm)?;
+        }
+        None => writeln!(out, "  old values stay: {}", calibration.no_mag())?,
+    }
+    if let Some(alignment) = &calibration.alignment {
+        print_alignment(out, alignment)?;
+    }
+    Ok(())
+}
+
+fn print_sensor(out: &mut impl Write, sensor: &SensorCalibration, unit: &Unit, of: &str) -> io::Result<()> {
+    let (spread, fit) = (&sensor.spread, &sensor.fit);
+    let used = sensor.observations.len() - sensor.left_out();
+    writeln!(
+        out,
+        "  {used} {of} used, {} contradicted by the others; {} orientations over {APART_DEG:.0} deg apart, least spread {:.3} (all around 0.333)",
+        sensor.left_out(),
+        spread.orientations,
+        spread.smallest,
+    )?;
+    let told = |x: f64| format!("{:.5} {}", x * unit.factor, unit.of_error);
+    if let Some((before, after)) = sensor.before_after() {
+        writeln!(out, "  error of the norm, rms: {} before, {} after", told(before), told(after))?;
+    }
+    match &sensor.held_out {
+        Some(check) => print_check(out, check, &format!("{of} held out ({})", check.how), unit)?,
+        None => writeln!(out, "  too few to hold any out")?,
+    }
+    let (sigma, open) = (fit.sigma(), undetermined_of(&sensor.prior, fit));
+    writeln!(out, "  {:<9} {:>11} {:>11} {:>11}  ", "", "value", "1-sigma", "+- 95 %")?;
+    for k in 0..PARAMETERS {
+        let (in_unit, name) = if k < 6 { (100.0, "%") } else { (1.0, unit.of_sensor) };
+        let remark = if open.contains(&NAMES[k]) { "  not determined" } else { "" };
+        let bound = fit.quantile() * sigma[k];
+        let [value, sigma, bound] = [fit.x[k], sigma[k], bound].map(|x| x * in_unit);
+        writeln!(out, "  {:<9} {value:>11.4} {sigma:>11.4} {bound:>11.4} {name}{remark}", NAMES[k])?;
+    }
+    if fit.rank == PARAMETERS {
+        let (norm, direction) = (100.0 * sensor.bounds.norm, sensor.bounds.direction_rad.to_degrees());
+        writeln!(out, "  a calibrated vector is right (95 %) to {norm:.3} % in norm, {direction:.3} deg in direction")?;
+        let (change, sigma) = (sensor.bounds.change_rad.to_degrees(), sensor.bounds.sigma_rad.to_degrees());
+        writeln!(out, "  directions change by {change:.3} deg rms, 1-sigma {sigma:.3}")?;
+    }
+    match &sensor.verdict {
+        Verdict::Calibrated => writeln!(out, "  verdict: calibrated"),
+        Verdict::Partly(reason) => writeln!(out, "  verdict: new where determined, else as on record: {reason}"),
+        Verdict::Kept(reason) => writeln!(out, "  verdict: old values stay: {reason}"),
+    }
+}
+
+fn print_check(out: &mut impl Write, check: &HeldOut, of: &str, unit: &Unit) -> io::Result<()> {
+    let told = |x: f64| format!("{:.5} {}", x * unit.factor, unit.of_error);
+    let noise = if unit.noise_known {
+        format!(", {} of them the readings' own noise", told(check.noise))
+    } else {
+        String::new()
+    };
+    let (before, after, largest) = (told(check.before), told(check.after), told(check.largest));
+    writeln!(out, "  on {} {of}: {before} before, {after} after{noise}, largest {largest}", check.count)
+}
+
+fn print_alignment(out: &mut impl Write, alignment: &Alignment) -> io::Result<()> {
+    writeln!(out, "\nMAGNETOMETER'S AXES against the accelerometer's, from {} rests", alignment.rests)?;
+    let [x, y, z] = alignment.turn_rad.map(f64::to_degrees);
+    let [sx, sy, sz] = alignment.sigma_rad.map(f64::to_degrees);
+    writeln!(out, "  turned by [{x:.3} {y:.3} {z:.3}] deg, 1-sigma [{sx:.3} {sy:.3} {sz:.3}]")?;
+    let (before, after) = alignment.scatter_rad;
+    writeln!(
+        out,
+        "  dip {:.2} deg, from rest to rest {:.3} deg before, {:.3} after",
+        alignment.dip_rad.to_degrees(),
+        before.to_degrees(),
+        after.to_degrees()
+    )?;
+    match &alignment.refused {
+        None => writeln!(out, "  verdict: turned"),
+        Some(reason) => writeln!(out, "  verdict: not turned: {reason}"),
+    }
+}

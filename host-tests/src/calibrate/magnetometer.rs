@@ -1,0 +1,136 @@
+//! The magnetometer from turns: whatever the orientation, it has to read the field's strength. Hard iron shifts the sphere of its
+//! readings, soft iron makes it an ellipsoid.
+
+use meerkat_mwd::{
+    Sample, SampleFlags,
+    compensation::{VectorModel, effects::LIBRARY},
+};
+use nalgebra::{Matrix4, Vector3, Vector4};
+
+use super::{
+    held_out::HeldOut,
+    model::{Covariance, Model, Parameters},
+    norm_fit::{Observation, Problem},
+    sensor::SensorCalibration,
+    verdict::{Bounds, Standard},
+};
+
+/// Readings that are nearer to each other than this share of the field's strength (2 deg) make one observation; the chord of their arc
+/// is then too short by 5e-5 of the strength at most.
+const TOGETHER: f64 = 0.035;
+/// Stretches into which the observations are cut to check one by the others: readings next to each other are too alike to check each other.
+const STRETCHES: usize = 10;
+
+/// Mean readings of a turn, one for each two degrees or so, in order; a rest makes one. Readings at full scale are left out.
+#[must_use]
+pub fn turn(samples: &[Sample]) -> Vec<Vector3<f64>> {
+    let unusable = SampleFlags::MAG_MISSING | SampleFlags::MAG_CLIPPED | SampleFlags::FAULT;
+    let read = samples.iter().filter(|sample| !sample.flags.intersects(unusable));
+    let readings: Vec<Vector3<f64>> = read.map(|sample| Vector3::from(sample.mag_ut).map(f64::from)).collect();
+    let extent = |axis: usize| {
+        let (low, high) =
+            readings.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v[axis]), high.max(v[axis])));
+        high - low
+    };
+    let reach = TOGETHER * 0.5 * (0..3).map(extent).fold(0.0, f64::max);
+    let mut means = Vec::new();
+    let mut rest = readings.as_slice();
+    while let Some(&first) = rest.first() {
+        let count = rest.iter().take_while(|v| (*v - first).norm() <= reach).count().max(1);
+        means.push(rest[..count].iter().sum::<Vector3<f64>>() / count as f64);
+        rest = &rest[count..];
+    }
+    means
+}
+
+/// What a magnetometer without a calibration may be off by: the largest soft and hard iron that the library believes.
+#[must_use]
+pub fn prior() -> Parameters {
+    let largest = |name: &str| {
+        let effect = LIBRARY.iter().find(|effect| effect.name() == name);
+        effect.and_then(|effect| effect.parameters().first()).map_or(1.0, |parameter| f64::from(parameter.largest))
+    };
+    let (soft, hard_ut) = (largest("soft_iron"), largest("hard_iron"));
+    Parameters::from_fn(|k, _| if k < 6 { soft } else { hard_ut })
+}
+
+/// Fits the nine parameters to the readings of turns. Without a known strength of the field it is fitted, and the mean of the three
+/// scales stays. `None` without readings.
+#[must_use]
+pub fn calibrate(turns: &[Vector3<f64>], record: VectorModel, field_ut: Option<f64>) -> Option<SensorCalibration> {
+    if turns.is_empty() {
+        return None;
+    }
+    let old = Model::from(record);
+    let norm = field_ut.or_else(|| sphere_radius(turns, &old))?;
+    // Equal weights: what disturbs is the field of the place and not the sensor's noise. A thousandth of the field (Earth's changes in a
+    // day) is the least that it is believed to be.
+    let observations: Vec<Observation> =
+        turns.iter().map(|&raw| Observation { raw, norm, sigma: 1e-3 * norm }).collect();
+    let problem = Problem { observations: &observations, record: old, prior: prior(), correlated: true };
+    let stretch = turns.len().div_ceil(STRETCHES).max(1);
+    let found = SensorCalibration::of(
+        &problem,
+        norm,
+        record != VectorModel::IDENTITY,
+        Standard::ClearlyBetter,
+        STRETCHES,
+        |at| at / stretch,
+    );
+    Some(if field_ut.is_some() { found } else { at_mean_scale(found) })
+}
+
+/// The same calibration with the mean of its scales as on record and the field's strength changed instead.
+fn at_mean_scale(mut found: SensorCalibration) -> SensorCalibration {
+    let x = found.fit.x;
+    let mean = 1.0 + (x[0] + x[1] + x[2]) / 3.0;
+    let scale = 1.0 / mean;
+    // d of (I + S) / mean: its own part, and that of the mean, a third of each scale.
+    let change = Covariance::from_fn(|row, column| {
+        let own = if row == column { if row < 6 { scale } else { 1.0 } } else { 0.0 };
+        let value = if row < 3 { 1.0 + x[row] } else { x[row] };
+        let through_mean = if row < 6 && column < 3 { value * scale * scale / 3.0 } else { 0.0 };
+        own - through_mean
+    });
+    found.fit.covariance = change * found.fit.covariance * change.transpose();
+    for k in 0..6 {
+        let one = if k < 3 { 1.0 } else { 0.0 };
+        found.fit.x[k] = (one + x[k]) * scale - one;
+    }
+    found.fit.model = found.record.corrected(&found.fit.x);
+    found.fit.residuals.iter_mut().for_each(|residual| *residual *= scale);
+    found.norm *= scale;
+    found.observations.iter_mut().for_each(|observation| observation.norm *= scale);
+    // The old values have no norm to be compared with but their own mean: what they leave is the scatter about it.
+    let norms: Vec<f64> = found.observations.iter().map(|o| found.record.calibrate(&o.raw).norm()).collect();
+    let own = norms.iter().sum::<f64>() / norms.len().max(1) as f64;
+    let scatter = norms.iter().map(|norm| (norm - own).powi(2)).sum::<f64>() / norms.len().max(1) as f64;
+    found.held_out = found.held_out.map(|h| HeldOut {
+        before: scatter.sqrt(),
+        after: h.after * scale,
+        noise: h.noise * scale,
+        largest: h.largest * scale,
+        ..h
+    });
+    found.bounds = Bounds::of(&found.fit, &found.record, found.norm);
+    found.norm_known = false;
+    found
+}
+
+/// Radius of the sphere through the readings, by linear least squares (|m|^2 = 2 m.c + r^2 - |c|^2).
+fn sphere_radius(turns: &[Vector3<f64>], record: &Model) -> Option<f64> {
+    let vectors: Vec<Vector3<f64>> = turns.iter().map(|raw| record.calibrate(raw)).collect();
+    let (mut normal, mut right, mut squares) = (Matrix4::zeros(), Vector4::zeros(), 0.0);
+    for vector in &vectors {
+        let row = Vector4::new(2.0 * vector.x, 2.0 * vector.y, 2.0 * vector.z, 1.0);
+        normal += row * row.transpose();
+        right += row * vector.norm_squared();
+        squares += vector.norm_squared();
+    }
+    let mean = (squares / vectors.len().max(1) as f64).sqrt();
+    let solved = normal.cholesky().map(|cholesky| cholesky.solve(&right));
+    let radius = solved.map(|c| (c[3] + c[0] * c[0] + c[1] * c[1] + c[2] * c[2]).sqrt());
+    // Of a plane's readings any radius is as good: the largest reading bounds what is plausible.
+    let plausible = radius.filter(|r| r.is_finite() && *r > 0.0 && *r < 10.0 * mean);
+    plausible.or_else(|| (mean > 0.0).then_some(mean))
+}

@@ -1,0 +1,215 @@
+//! `mwd calibrate`: accelerometer and magnetometer models from rests and turns, as a factory record with its account.
+
+mod accelerometer;
+mod account;
+mod alignment;
+mod held_out;
+mod library_rest;
+mod magnetometer;
+mod model;
+mod norm_fit;
+pub mod record;
+pub mod result;
+mod rests;
+mod sensor;
+mod verdict;
+
+use std::{io, path::Path};
+
+use meerkat_mwd::{Config, Sample, SampleFlags, compensation::VectorModel};
+
+pub use account::print_account;
+pub use alignment::Alignment;
+pub use held_out::HeldOut;
+pub use model::{Model, NAMES};
+pub use rests::{Mean, Rest, rests};
+pub use sensor::SensorCalibration;
+pub use verdict::Verdict;
+
+use crate::{
+    cli::CalibrateArgs,
+    configuration::{freeze_at_us, of_file},
+    failure::Failure,
+    trace::Trace,
+};
+use held_out::{norm_error, rms};
+use norm_fit::Observation;
+
+/// What was on record before.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Record {
+    /// The accelerometer's model.
+    pub accel: VectorModel,
+    /// The magnetometer's.
+    pub mag: VectorModel,
+}
+
+/// All that a calibration found.
+#[derive(Clone, Debug, Default)]
+pub struct Calibration {
+    /// The traces, by name.
+    pub traces: Vec<String>,
+    /// Remarks for the user.
+    pub notes: Vec<String>,
+    /// What was on record before.
+    pub record: Record,
+    /// The rests.
+    pub rests: Vec<Rest>,
+    /// The accelerometer; `None` without rests that have its readings.
+    pub accel: Option<SensorCalibration>,
+    /// Its norm at the rests of the part held out.
+    pub later: Option<HeldOut>,
+    /// The magnetometer; `None` without readings.
+    pub mag: Option<SensorCalibration>,
+    /// The magnetometer's axes; `None` unless both sensors are on record, as they were or now.
+    pub alignment: Option<Alignment>,
+}
+
+/// Calibrates, prints the account and writes the files asked for.
+///
+/// # Errors
+/// Bad input or usage; see [`crate::failure::exit_status`].
+pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
+    check_outputs(args)?;
+    let traces = args.traces.iter().map(|path| Trace::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let calibration = calibrate(&traces, args.config.as_deref(), args.hold_out)?;
+    print_account(&mut io::stdout().lock(), &calibration)?;
+    if let Some(path) = &args.json {
+        result::write(&calibration, path)?;
+    }
+    if let Some(path) = &args.output {
+        record::write(&calibration, path)?;
+    }
+    Ok(())
+}
+
+/// Calibrates the sensors of one probe by all traces together, on top of the record in `config`; the last `hold_out` of each trace only
+/// checks.
+///
+/// # Errors
+/// A configuration that cannot be used.
+pub fn calibrate(traces: &[Trace], config: Option<&Path>, hold_out: Option<f64>) -> Result<Calibration, Failure> {
+    let mut found = Calibration::default();
+    let (mut rests_and_gravity, mut later, mut turns) = (Vec::new(), Vec::new(), Vec::new());
+    let mut fields_ut = Vec::new();
+    for trace in traces {
+        let config = of_file(trace, config)?;
+        let mut samples = trace.clone();
+        samples.mark_clipped(&config.full_scale);
+        let freeze_us = hold_out.map_or(u64::MAX, |fraction| freeze_at_us(trace, fraction));
+        let split = samples.samples.partition_point(|sample| sample.t_us < freeze_us);
+        let (first, last) = samples.samples.split_at(split);
+        let gravity_m_s2 = f64::from(config.earth.gravity_m_s2);
+        let with_gravity = |rest| (rest, gravity_m_s2);
+        rests_and_gravity.extend(rests(first, &config).into_iter().map(with_gravity));
+        later.extend(rests(last, &config).into_iter().map(with_gravity));
+        turns.extend(magnetometer::turn(first));
+        fields_ut.push(config.earth.magnetic_field_ut.map(f64::from));
+        found.record = Record { accel: config.accel, mag: config.mag };
+        found.traces.push(trace.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()));
+        found.notes.extend(trace.notes.iter().cloned());
+        found.notes.extend(clipping_note(&samples.samples, &config));
+    }
+    // Traces of different places have different fields; then none is known for all.
+    let same = fields_ut.windows(2).all(|pair| pair[0] == pair[1]);
+    let field_ut = fields_ut.first().copied().flatten().filter(|_| same);
+    found.rests = rests_and_gravity.iter().map(|(rest, _)| *rest).collect();
+    found.accel = accelerometer::calibrate(&rests_and_gravity, found.record.accel);
+    found.later = found.accel.as_ref().and_then(|accel| checked_later(accel, &later));
+    found.mag = magnetometer::calibrate(&turns, found.record.mag, field_ut);
+    found.alignment = found.aligned();
+    Ok(found)
+}
+
+impl Calibration {
+    fn aligned(&self) -> Option<Alignment> {
+        let on_record = |sensor: Option<&SensorCalibration>, old: VectorModel| {
+            sensor.is_some_and(SensorCalibration::is_new) || old != VectorModel::IDENTITY
+        };
+        let both = on_record(self.accel.as_ref(), self.record.accel) && on_record(self.mag.as_ref(), self.record.mag);
+        let accel = self.accel.as_ref()?.model();
+        both.then(|| alignment::align(&self.rests, &accel, &self.mag.as_ref()?.model())).flatten()
+    }
+
+    /// The accelerometer's model that goes on record.
+    #[must_use]
+    pub fn accel_model(&self) -> VectorModel {
+        let new = self.accel.as_ref().filter(|sensor| sensor.is_new());
+        new.map_or(self.record.accel, |sensor| sensor.model().into())
+    }
+
+    /// The magnetometer's.
+    #[must_use]
+    pub fn mag_model(&self) -> VectorModel {
+        let old = self.record.mag;
+        let Some(mag) = &self.mag else { return old };
+        let turned = self.alignment.as_ref().filter(|alignment| alignment.refused.is_none());
+        match (mag.is_new(), turned) {
+            (false, None) => old,
+            (_, None) => mag.model().into(),
+            (_, Some(alignment)) => alignment.applied(&mag.model()).into(),
+        }
+    }
+
+    /// Why there is no calibration of the accelerometer at all.
+    #[must_use]
+    pub fn no_accel(&self) -> String {
+        if self.rests.is_empty() {
+            return "no rest was found (a second in which neither gyro nor vectors move)".into();
+        }
+        let clipped = self.rests.iter().filter(|rest| rest.clipped).count();
+        format!("none of {} rests has usable readings of it ({clipped} with a sensor at full scale)", self.rests.len())
+    }
+
+    /// Why there is no calibration of the magnetometer at all.
+    #[must_use]
+    pub fn no_mag(&self) -> String {
+        "there are no readings of a magnetometer".into()
+    }
+}
+
+/// The norm at rests after those that were fitted.
+fn checked_later(accel: &SensorCalibration, later: &[(Rest, f64)]) -> Option<HeldOut> {
+    let observation = |(rest, norm): &(Rest, f64)| {
+        rest.accel.map(|mean| Observation { raw: mean.vector, norm: *norm, sigma: mean.sigma })
+    };
+    let observations: Vec<Observation> = later.iter().filter_map(observation).collect();
+    let errors = |model: Model| observations.iter().map(move |observation| norm_error(&model, observation));
+    Some(HeldOut {
+        how: "fitted to the part before",
+        count: observations.len(),
+        before: rms(errors(accel.record))?,
+        after: rms(errors(accel.fit.model))?,
+        noise: rms(observations.iter().map(|observation| observation.sigma))?,
+        largest: errors(accel.fit.model).fold(0.0, |largest: f64, error| largest.max(error.abs())),
+    })
+}
+
+/// Which readings were at full scale, or that it cannot be known.
+fn clipping_note(samples: &[Sample], config: &Config) -> Option<String> {
+    let count = |flag| samples.iter().filter(|sample| sample.flags.contains(flag)).count();
+    let (accel, mag) = (count(SampleFlags::ACCEL_CLIPPED), count(SampleFlags::MAG_CLIPPED));
+    let scales = &config.full_scale;
+    if scales.accel_m_s2.is_none() && scales.mag_ut.is_none() {
+        Some("no full scale of the vector sensors is known: clipped readings cannot be told".into())
+    } else {
+        (accel + mag > 0)
+            .then(|| format!("at full scale and left out: {accel} of the accelerometer, {mag} of the magnetometer"))
+    }
+}
+
+/// No result may overwrite what is read, nor another result.
+fn check_outputs(args: &CalibrateArgs) -> Result<(), Failure> {
+    let outputs: Vec<&Path> = [&args.output, &args.json].into_iter().flatten().map(AsRef::as_ref).collect();
+    let inputs = args.traces.iter().chain(&args.config);
+    for output in &outputs {
+        let same = |other: &Path| matches!((output.canonicalize(), other.canonicalize()), (Ok(a), Ok(b)) if a == b && a.is_file());
+        if inputs.clone().any(|input| same(input)) {
+            return Err(Failure::BadInput(format!("{}: the result would overwrite what is read", output.display())));
+        }
+    }
+    match outputs.as_slice() {
+        [a, b] if a == b => Err(Failure::BadInput(format!("{}: the result would overwrite another one", a.display()))),
+        _ => Ok(()),
+    }
+}

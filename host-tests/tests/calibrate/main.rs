@@ -1,0 +1,10 @@
+//! `calibrate`: sensors with errors drawn at random are recovered within their own stated deviations, and what the motion does not
+//! determine is refused by name.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod bad_input;
+mod recorded;
+mod recovery;
+mod record;
+mod too_little;
+mod turntable;

@@ -1,0 +1,51 @@
+//! The written record is a configuration.
+
+use meerkat_mwd::compensation::VectorModel;
+use mwd::{
+    calibrate::{calibrate, record},
+    configuration::of_file,
+};
+
+use crate::turntable::{Probe, Random, all_around};
+
+#[test]
+fn the_record_comes_back_to_the_last_bit() {
+    for seed in 0..10 {
+        let mut random = Random::new(seed);
+        let probe = Probe::drawn(&mut random);
+        let attitudes = all_around(24, &mut random);
+        let trace = probe.turned(&attitudes, &mut random);
+        let found = calibrate(std::slice::from_ref(&trace), None, None).unwrap();
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("factory.toml");
+        record::write(&found, &file).unwrap();
+        let config = of_file(&trace, Some(&file)).unwrap();
+        assert_eq!((config.accel, config.mag), (found.accel_model(), found.mag_model()));
+        assert!(config.accel != VectorModel::IDENTITY && config.mag != VectorModel::IDENTITY);
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(text.contains("1-sigma") && text.contains("held out"), "{text}");
+
+        // On top of itself nothing is left to improve on readings held out, or only within what is stated.
+        let again = calibrate(&[trace], Some(&file), None).unwrap();
+        let (old, new) = (config.accel, again.accel_model());
+        let near = |axis: usize| (old.offset[axis] - new.offset[axis]).abs() < 1e-3;
+        assert!((0..3).all(near), "{old:?} {new:?}");
+    }
+}
+
+#[test]
+fn a_sensor_without_new_values_keeps_those_of_the_old_record() {
+    let mut random = Random::new(20);
+    let mut probe = Probe::drawn(&mut random);
+    probe.has_mag = false;
+    let attitudes = all_around(24, &mut random);
+    let trace = probe.turned(&attitudes, &mut random);
+    let directory = tempfile::tempdir().unwrap();
+    let (old, new) = (directory.path().join("old.toml"), directory.path().join("new.toml"));
+    std::fs::write(&old, "[mag]\nmatrix = [[1.1, 0, 0], [0, 1, 0], [0, 0, 1]]\noffset = [5.5, 0, 0]\n").unwrap();
+    let found = calibrate(std::slice::from_ref(&trace), Some(&old), None).unwrap();
+    record::write(&found, &new).unwrap();
+    let config = of_file(&trace, Some(&new)).unwrap();
+    assert_eq!(config.mag.offset, [5.5, 0.0, 0.0]);
+    assert_eq!(config.accel, found.accel_model());
+}

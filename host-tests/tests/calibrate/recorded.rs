@@ -1,0 +1,60 @@
+//! Two real, uncalibrated MPU-9150 (see `traces/README.md`).
+
+use std::path::Path;
+
+use mwd::{
+    calibrate::{Calibration, Verdict, calibrate, record},
+    configuration::of_file,
+    flight::fly,
+    replay::settings,
+    score,
+    trace::Trace,
+};
+
+fn trace(name: &str) -> Trace {
+    Trace::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("traces").join(name)).unwrap()
+}
+
+fn calibrated(trace: &Trace, hold_out: Option<f64>) -> Calibration {
+    let found = calibrate(std::slice::from_ref(trace), None, hold_out).unwrap();
+    assert_eq!(found.accel.as_ref().unwrap().verdict, Verdict::Calibrated);
+    found
+}
+
+#[test]
+fn the_norm_at_rests_that_were_held_out_is_gravity() {
+    for name in ["multipos_mpu9150_imu0.csv.gz", "multipos_mpu9150_imu1.csv.gz"] {
+        let trace = trace(name);
+        let check = calibrated(&trace, None).accel.unwrap().held_out.unwrap();
+        // Noise of the rests' own means, and that of parameters fitted to a dozen rests.
+        assert!(check.before > 0.2 && check.after < 2.0 * check.noise, "{name}: {check:?}");
+        let later = calibrated(&trace, Some(0.35)).later.unwrap();
+        assert!(later.count >= 8 && later.after < 0.0005 * 9.80665, "{name}: {later:?}");
+    }
+}
+
+#[test]
+fn half_of_the_orientations_are_refused() {
+    for name in ["multipos_mpu9150_imu0.csv.gz", "multipos_mpu9150_imu1.csv.gz"] {
+        let found = calibrate(&[trace(name)], None, Some(0.5)).unwrap();
+        let accel = found.accel.as_ref().unwrap();
+        assert!(matches!(accel.verdict, Verdict::Kept(_)), "{name}: the z axis has not been down: {:?}", accel.verdict);
+        assert!(record::text(&found).is_none());
+    }
+}
+
+#[test]
+fn gravity_carried_to_held_out_rests_is_nearer_with_the_record() {
+    let trace = trace("multipos_mpu9150_imu0.csv.gz");
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("factory.toml");
+    record::write(&calibrated(&trace, Some(0.35)), &file).unwrap();
+    let bias_only_deg = |file: Option<&Path>| {
+        let mut config = of_file(&trace, file).unwrap();
+        config.freeze_at_us = Some(mwd::configuration::freeze_at_us(&trace, 0.35));
+        let flight = fly(&config, &trace.samples, |_| {}).unwrap();
+        score::score(&trace, &flight, &settings(&trace, &config)).unwrap().rest_gravity_deg.bias_only.unwrap()
+    };
+    let (before, after) = (bias_only_deg(None), bias_only_deg(Some(&file)));
+    assert!(after < before / 2.0, "{before} deg before, {after} deg after");
+}

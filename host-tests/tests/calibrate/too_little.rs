@@ -1,0 +1,97 @@
+//! Motion that does not determine the parameters is refused with a reason, and the old values stay.
+
+use meerkat_mwd::compensation::VectorModel;
+use mwd::calibrate::{Verdict, calibrate};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::turntable::{Probe, Random, all_around};
+
+fn kept(verdict: &Verdict) -> &str {
+    assert!(matches!(verdict, Verdict::Kept(_)), "{verdict:?}");
+    if let Verdict::Kept(reason) = verdict { reason } else { "" }
+}
+
+#[test]
+fn one_orientation_is_refused_by_name() {
+    let mut random = Random::new(1);
+    let probe = Probe::drawn(&mut random);
+    // The same attitude again and again, with another in between that is no rest.
+    let here = random.attitude();
+    let there = here * UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.3));
+    let found = calibrate(&[probe.turned(&[here, there, here, there, here], &mut random)], None, None).unwrap();
+    let accel = found.accel.as_ref().unwrap();
+    let reason = kept(&accel.verdict);
+    assert!(reason.contains("of 9 directions") && reason.contains("scale_x"), "{reason}");
+    assert!(accel.spread.orientations <= 2 && accel.fit.rank < 4);
+    assert_eq!(found.accel_model(), VectorModel::IDENTITY);
+    assert_eq!(found.mag_model(), VectorModel::IDENTITY);
+    assert_eq!(found.alignment, None, "no sensor is on record");
+}
+
+#[test]
+fn turning_about_one_axis_leaves_what_lies_along_it() {
+    for seed in 0..10 {
+        let mut random = Random::new(seed);
+        let probe = Probe::drawn(&mut random);
+        // The body's x stays east: gravity and the field turn in the y-z plane.
+        let about_east = |k: usize| {
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2)
+                * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.5 * k as f64)
+        };
+        let attitudes: Vec<_> = (0..26).map(about_east).collect();
+        let found = calibrate(&[probe.turned(&attitudes, &mut random)], None, None).unwrap();
+        let accel = found.accel.as_ref().unwrap();
+        let reason = kept(&accel.verdict);
+        assert!(reason.contains("scale_x") && reason.contains("offset_x"), "seed {seed}: {reason}");
+        assert!(!reason.contains("scale_y") && !reason.contains("offset_z"), "seed {seed}: {reason}");
+        assert!(accel.spread.smallest < 0.02, "{:?}", accel.spread);
+        // Of the magnetometer an offset along x, which may be large, also looks like scales across.
+        let reason = kept(&found.mag.as_ref().unwrap().verdict);
+        assert!(reason.contains("scale_x"), "seed {seed}: {reason}");
+        assert_eq!(found.accel_model(), VectorModel::IDENTITY);
+    }
+}
+
+#[test]
+fn a_cap_of_orientations_is_refused_or_right() {
+    // Within 60 deg of one attitude; what is let through has to be right to the 0.3 deg that it is let through for.
+    for seed in 0..20 {
+        let mut random = Random::new(300 + seed);
+        let probe = Probe::drawn(&mut random);
+        let near = |random: &mut Random| {
+            UnitQuaternion::from_scaled_axis(random.normal3().normalize() * 1.05 * random.uniform())
+        };
+        let attitudes: Vec<_> = (0..24).map(|_| near(&mut random)).collect();
+        let found = calibrate(&[probe.turned(&attitudes, &mut random)], None, None).unwrap();
+        let accel = found.accel.unwrap();
+        let error =
+            (0..9).map(|k| (accel.model().offset[k % 3] - probe.accel_errors[6 + k % 3]).abs()).fold(0.0, f64::max);
+        assert!(!accel.is_new() || error < 0.1, "seed {seed}: {error} m/s^2 let through");
+    }
+}
+
+#[test]
+fn few_rests_leave_nothing_to_check_by() {
+    let mut random = Random::new(2);
+    let probe = Probe::drawn(&mut random);
+    let attitudes = all_around(6, &mut random);
+    let found = calibrate(&[probe.turned(&attitudes, &mut random)], None, None).unwrap();
+    kept(&found.accel.unwrap().verdict);
+}
+
+#[test]
+fn on_a_record_that_was_there_before_only_what_is_determined_changes() {
+    let mut random = Random::new(3);
+    let mut probe = Probe::drawn(&mut random);
+    probe.accel_errors = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.3, 0.3, 0.3];
+    let about_x = |k: usize| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.5 * k as f64);
+    let attitudes: Vec<_> = (0..26).map(about_x).collect();
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("old.toml");
+    std::fs::write(&file, "[accel]\nmatrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\noffset = [0.25, 0, 0]\n").unwrap();
+    let found = calibrate(&[probe.turned(&attitudes, &mut random)], Some(&file), None).unwrap();
+    assert!(matches!(found.accel.as_ref().unwrap().verdict, Verdict::Partly(_)), "{:?}", found.accel.unwrap().verdict);
+    let offset = found.accel_model().offset;
+    assert!((offset[0] - 0.25).abs() < 0.01, "x cannot be seen: {offset:?}");
+    assert!((offset[1] - 0.3).abs() < 0.02 && (offset[2] - 0.3).abs() < 0.02, "{offset:?}");
+}
