@@ -55,11 +55,17 @@ impl ErrorState {
     /// Gives a state a variance of its own, independent of all others. Out of line: copies of it would be a kilobyte of flash.
     #[inline(never)]
     pub(crate) fn open(&mut self, state: usize, variance: f32) {
-        for other in 0..STATES {
-            self.covariance[state][other] = 0.0;
-            self.covariance[other][state] = 0.0;
+        // Beyond the states there is nothing to open; said so that no panic can be reached.
+        let Some(row) = self.covariance.get_mut(state) else { return };
+        *row = [0.0; STATES];
+        for row in &mut self.covariance {
+            if let Some(element) = row.get_mut(state) {
+                *element = 0.0;
+            }
         }
-        self.covariance[state][state] = variance;
+        if let Some(element) = self.covariance.get_mut(state).and_then(|row| row.get_mut(state)) {
+            *element = variance;
+        }
     }
 
     /// Adds to the variance of a state, up to a limit.

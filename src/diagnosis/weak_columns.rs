@@ -76,11 +76,14 @@ pub(super) struct GyroScales {
 }
 
 impl GyroScales {
-    pub const fn new(identification: &IdentificationConfig) -> Self {
+    /// Those of the prior, but not less than a data sheet's: a P that is thought to be known better than it is must not be found as effects.
+    pub fn new(identification: &IdentificationConfig) -> Self {
+        let sheet = IdentificationConfig::default();
+        let at_least = |x: f32, least: f32| if x > least { x } else { least };
         Self {
-            diagonal: identification.prior_sigma_diagonal,
-            off_diagonal: identification.prior_sigma_off_diagonal,
-            c_rad_s: identification.prior_sigma_bias_rad_s,
+            diagonal: at_least(identification.prior_sigma_diagonal, sheet.prior_sigma_diagonal),
+            off_diagonal: at_least(identification.prior_sigma_off_diagonal, sheet.prior_sigma_off_diagonal),
+            c_rad_s: at_least(identification.prior_sigma_bias_rad_s, sheet.prior_sigma_bias_rad_s),
         }
     }
 
