@@ -157,12 +157,16 @@ impl Survey {
 }
 
 /// Remembers which toolface applied, so that noise at the limit does not toggle it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct ToolfaceSwitch {
     magnetic: bool,
 }
 
 impl ToolfaceSwitch {
+    pub(crate) const fn new() -> Self {
+        Self { magnetic: false }
+    }
+
     pub(crate) fn observe(&mut self, inclination_rad: f32, config: &SurveyConfig) -> ToolfaceKind {
         let (limit, hysteresis) = (config.near_vertical_rad, config.near_vertical_hysteresis_rad);
         self.magnetic = near_vertical(self.magnetic, inclination_rad, limit, hysteresis);
@@ -179,7 +183,7 @@ mod tests {
     fn the_offset_is_added_to_both_toolfaces_and_the_switch_has_hysteresis() {
         let covariance = SixAxisCovariance { gravity: Matrix3::identity() * 1e-5, field: Matrix3::identity() * 1e-3 };
         let config = SurveyConfig { toolface_offset_rad: 350.0_f32.to_radians(), ..SurveyConfig::default() };
-        let mut switch = ToolfaceSwitch::default();
+        let mut switch = ToolfaceSwitch::new();
         let mut taken = |inclination_deg: f32| {
             let (s, c) = libm::sincosf(inclination_deg.to_radians());
             // toolface 0 and azimuth 0: gravity towards -x, field in the same plane
