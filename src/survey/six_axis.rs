@@ -38,12 +38,10 @@ impl SixAxis {
             return None;
         }
         let down = gravity_m_s2 / gravity;
-        let steep = |b: &Vector3<f32>| {
-            let across = down.cross(b).norm_squared();
-            // also true of what is not a number
-            !(across > LEAST_HORIZONTAL * LEAST_HORIZONTAL * b.norm_squared())
-        };
-        let field = field_ut.filter(|b| !steep(b));
+        // false of what is not a number, too
+        let level =
+            |b: &&Vector3<f32>| down.cross(b).norm_squared() > LEAST_HORIZONTAL * LEAST_HORIZONTAL * b.norm_squared();
+        let field = field_ut.filter(level);
         let arbitrary = if down.x * down.x < 0.5 { Vector3::x() } else { Vector3::z() };
         let east = down.cross(field.unwrap_or(&arbitrary));
         let east = east / libm::sqrtf(east.norm_squared());

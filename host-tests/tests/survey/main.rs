@@ -1,0 +1,6 @@
+//! Surveys of simulated tools with known truth.
+
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+mod monte_carlo;
+mod tool;
