@@ -1,4 +1,7 @@
-use crate::attitude::Attitude;
+use crate::{
+    attitude::Attitude,
+    sample::{BEYOND_ANY_ACCEL_M_S2, BEYOND_ANY_GYRO_RAD_S, BEYOND_ANY_MAG_UT},
+};
 
 /// What one sample gives to surveys. Vectors in tool axes; `None`: not read, or not to be believed.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -25,16 +28,17 @@ pub struct SurveyInput {
 }
 
 impl SurveyInput {
-    /// The same with every vector that is not finite taken for missing.
+    /// The same with every vector that is not finite, or beyond what any sensor can read, taken for missing.
     pub(super) fn sanitised(&self) -> Self {
-        let finite = |v: Option<[f32; 3]>| v.filter(|v| v.iter().all(|x| x.is_finite()));
-        let raw = |v: [f32; 3]| if v.iter().all(|x| x.is_finite()) { v } else { [0.0; 3] };
+        // a NaN is not below the limit either
+        let sound = |v: &[f32; 3], limit: f32| v.iter().all(|x| libm::fabsf(*x) < limit);
+        let raw = |v: [f32; 3], limit: f32| if sound(&v, limit) { v } else { [0.0; 3] };
         Self {
-            rate_rad_s: finite(self.rate_rad_s),
-            force_m_s2: finite(self.force_m_s2),
-            field_ut: finite(self.field_ut),
-            raw_accel_m_s2: raw(self.raw_accel_m_s2),
-            raw_mag_ut: raw(self.raw_mag_ut),
+            rate_rad_s: self.rate_rad_s.filter(|v| sound(v, BEYOND_ANY_GYRO_RAD_S)),
+            force_m_s2: self.force_m_s2.filter(|v| sound(v, BEYOND_ANY_ACCEL_M_S2)),
+            field_ut: self.field_ut.filter(|v| sound(v, BEYOND_ANY_MAG_UT)),
+            raw_accel_m_s2: raw(self.raw_accel_m_s2, BEYOND_ANY_ACCEL_M_S2),
+            raw_mag_ut: raw(self.raw_mag_ut, BEYOND_ANY_MAG_UT),
             temperature_c: self.temperature_c.filter(|x| x.is_finite()),
             ..*self
         }
