@@ -46,13 +46,18 @@ impl SixAxis {
         let east = down.cross(field.unwrap_or(&arbitrary));
         let east = east / libm::sqrtf(east.norm_squared());
         let north = east.cross(&down);
-        let c = Matrix3::from_rows(&[north.transpose(), east.transpose(), down.transpose()]);
+        let c = Matrix3::new(north.x, north.y, north.z, east.x, east.y, east.z, down.x, down.y, down.z);
         Some(Self { c, gravity_m_s2: gravity, field_ut: field.map(|b| c * b) })
     }
 
     /// Azimuth and magnetic toolface count from magnetic north; arbitrary without a field.
     pub(crate) fn angles(&self) -> ToolAngles {
         ToolAngles::of(&self.c)
+    }
+
+    /// In tool axes.
+    fn down(&self) -> Vector3<f32> {
+        Vector3::new(self.c.m31, self.c.m32, self.c.m33)
     }
 
     pub(crate) const fn gravity_m_s2(&self) -> f32 {
@@ -90,15 +95,14 @@ impl SixAxis {
 
     /// 1-sigma of |G|, m/s^2.
     pub(crate) fn gravity_sigma_m_s2(&self, covariance: &SixAxisCovariance) -> f32 {
-        let down = self.c.row(2).transpose();
-        sigma(&down, &covariance.gravity)
+        sigma(&self.down(), &covariance.gravity)
     }
 
     /// 1-sigma of |B|, microtesla, and of the dip, radians: gravity's error along north tilts the horizon.
     pub(crate) fn field_sigmas(&self, covariance: &SixAxisCovariance) -> Option<(f32, f32)> {
         let b = self.field_ut?;
         let total = libm::sqrtf(b.norm_squared());
-        let (north, down) = (self.c.row(0).transpose(), self.c.row(2).transpose());
+        let (north, down) = (Vector3::new(self.c.m11, self.c.m12, self.c.m13), self.down());
         let along = (north * b.x + down * b.z) / total;
         let deeper = (down * b.x - north * b.z) / (total * total);
         let of_field = sigma(&deeper, &covariance.field);

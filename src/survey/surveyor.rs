@@ -19,6 +19,18 @@ bitflags::bitflags! {
 }
 
 /// Takes surveys of every kind from the samples of a probe. Everything is inside; nothing allocates and nothing can panic.
+///
+/// Once a sample:
+/// ```
+/// # use meerkat_mwd::{Config, config::SurveyConfig, survey::{SurveyInput, SurveyNews, Surveyor}};
+/// # let (input, config) = (SurveyInput::default(), Config::default());
+/// let mut surveyor = Surveyor::new();
+/// surveyor.configure(&config.earth, &SurveyConfig::default())?;
+/// if surveyor.push(&input).contains(SurveyNews::STATIONARY) {
+///     // surveyor.stationary() has it, with its quality and the six-axis means
+/// }
+/// # Ok::<(), meerkat_mwd::config::ConfigError>(())
+/// ```
 pub struct Surveyor {
     settings: Option<(Earth, SurveyConfig)>,
     last_us: Option<u64>,
@@ -35,7 +47,7 @@ pub struct Surveyor {
 }
 
 impl Surveyor {
-    /// One that is not configured and takes no surveys; for a static.
+    /// One that is not configured and takes no surveys; for a static, where it takes 2 KiB of RAM and as much flash.
     #[must_use]
     pub const fn new() -> Self {
         let toolface = ToolfaceSwitch::new();
