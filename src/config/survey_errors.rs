@@ -1,8 +1,9 @@
 use super::{ConfigError, all_positive};
 
 /// One standard deviation of what is left in the calibrated sensors and in the reference field, by the terms of the ISCWSA MWD error
-/// model: magnitudes of revisions 4 and 5 (Definition of the ISCWSA Error Model, revision 4.3, 2017; H. Williamson, Accuracy prediction
-/// for directional measurement while drilling, SPE 67616, 2000). They go into every sigma that a survey states.
+/// model. Sensor terms are those of its revisions 4 and 5, AMIL too; DEC and DBH those of revision 4 without its random parts DECR and
+/// DBHR (revision 5 splits them by source). MFI and MDI belong to the model's axial-correction variants; their values here are those
+/// usually quoted from H. Williamson, SPE 67616 (2000). They go into every sigma that a survey states.
 ///
 /// What a survey cannot see is not among them: how the tool lies in the hole (XYM1 to XYM4, SAG) and depth.
 #[derive(Clone, Copy, Debug, PartialEq)]

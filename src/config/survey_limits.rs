@@ -12,7 +12,7 @@ pub struct SurveyLimits {
     pub field_ut: f32,
     /// Dip, radians. Default 0.25 deg (same source).
     pub dip_rad: f32,
-    /// Total gravity, m/s^2. Default 2.5 mg. Standard gravity, the default reference, is up to 2.7 mg off where the well is: configure
+    /// Total gravity, m/s^2. Default 2.5 mg, a common rule without a source here. Standard gravity, the default reference, is up to 2.7 mg off where the well is: configure
     /// the local one.
     pub gravity_m_s2: f32,
     /// Standard deviations within which a survey is good, where limits are propagated. Default 2 (95 %).

@@ -2,8 +2,8 @@
 //!
 //! Readings across the axis are turned back by the gyro's angle and averaged together with the axial ones, weighted by the angle that
 //! each sample covers, over whole turns. A bias across the axis, and the centrifugal force of a sensor off the axis, then cancel even
-//! where the speed varies; gravity and field do not turn and stay. (The same quantities as in US 5,012,412, Helm 1991: axial means,
-//! and amplitude and phase of the fundamentals across.) What remains of the gyro's bias turns both vectors alike and moves neither
+//! where the speed varies; gravity and field do not turn and stay. (Measuring azimuth while the string turns is old: see US 5,012,412,
+//! Helm.) What remains of the gyro's bias turns both vectors alike and moves neither
 //! inclination nor azimuth; the magnetometer's delay against the accelerometer turns the azimuth.
 
 use super::{

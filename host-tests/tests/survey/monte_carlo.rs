@@ -15,7 +15,7 @@ const AZIMUTHS_DEG: [f64; 4] = [0.0, 30.0, 60.0, 90.0];
 /// Below this east component of the tool axis the drill string's field, which an east-west level tool has wholly in its azimuth, is in it
 /// by less than half.
 const EASTWARD: f64 = 0.45;
-/// Fields of the first two wells of the ISCWSA's set of test wells.
+/// Round figures of total field and dip at high and at middle latitude.
 const NORTH_SEA: Place = Place { name: "North Sea", field_ut: 50.0, dip_deg: 72.0 };
 const GULF: Place = Place { name: "Gulf of Mexico", field_ut: 48.0, dip_deg: 58.0 };
 

@@ -127,8 +127,8 @@ fn covariance(g: &Vector3<f32>, b: &Vector3<f32>, errors: &SurveyErrors) -> SixA
     }
 }
 
-/// Azimuth and inclination variance by the weighting functions that the ISCWSA error model prints for a tool that slides at any
-/// toolface (Definition of the ISCWSA Error Model, revision 4.3, section on the MWD weighting functions).
+/// Azimuth and inclination variance by the weighting functions of the ISCWSA MWD error model for a tool that slides at any toolface, as
+/// the public implementation `welleng` has them (revision 4).
 fn iscwsa_variances(i: f64, a: f64, dip: f64, total_ut: f64, e: &SurveyErrors) -> [f64; 2] {
     let ((si, ci), (sa, ca), tan) = (libm::sincos(i), libm::sincos(a), libm::tan(dip));
     let (g, horizontal) = (9.81, total_ut * libm::cos(dip));
