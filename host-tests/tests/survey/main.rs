@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::indexing_slicing)]
 
+mod flown;
 mod garbage;
 mod monte_carlo;
 mod tool;

@@ -31,7 +31,7 @@ impl Draw {
         libm::sqrt(-2.0 * libm::log(1.0 - self.uniform())) * cos(core::f64::consts::TAU * self.uniform())
     }
 
-    fn three(&mut self, sigma: f64) -> [f64; 3] {
+    pub fn three(&mut self, sigma: f64) -> [f64; 3] {
         std::array::from_fn(|_| sigma * self.normal())
     }
 }
@@ -113,7 +113,7 @@ impl Tool {
 }
 
 /// A vector of magnetic NED in tool axes: turned by azimuth about down, inclination about the new y, toolface about the tool axis.
-fn into_tool(v: [f64; 3], [inclination, azimuth, toolface]: [f64; 3]) -> [f64; 3] {
+pub fn into_tool(v: [f64; 3], [inclination, azimuth, toolface]: [f64; 3]) -> [f64; 3] {
     let about_z = |v: [f64; 3], a: f64| [cos(a) * v[0] + sin(a) * v[1], cos(a) * v[1] - sin(a) * v[0], v[2]];
     let v = about_z(v, azimuth);
     let (s, c) = (sin(inclination), cos(inclination));
