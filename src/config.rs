@@ -4,21 +4,29 @@
 
 mod attitude;
 mod diagnosis;
+mod drilling_dynamics;
 mod earth;
 mod error;
 mod full_scale;
 mod identification;
 mod latency;
 mod optimizer_kind;
+mod survey;
+mod survey_errors;
+mod survey_limits;
 
 pub use attitude::AttitudeConfig;
 pub use diagnosis::DiagnosisConfig;
+pub use drilling_dynamics::DynamicsConfig;
 pub use earth::Earth;
 pub use error::ConfigError;
 pub use full_scale::FullScale;
 pub use identification::IdentificationConfig;
 pub use latency::Latency;
 pub use optimizer_kind::OptimizerKind;
+pub use survey::SurveyConfig;
+pub use survey_errors::SurveyErrors;
+pub use survey_limits::SurveyLimits;
 
 use crate::compensation::{GyroModel, VectorModel};
 use error::all_positive;

@@ -6,6 +6,7 @@
 pub mod sample; // SI units, timestamp, flags
 pub mod compensation; // gyro model (P, b), accelerometer and magnetometer models
 pub mod attitude; // propagation, fusion, inclination, azimuth, toolface
+pub mod survey; // stationary and rotating surveys, their quality, drilling dynamics
 mod window; // increments, weak-form equations, nodes, rests
 mod objective; // what a candidate is worth on a window
 pub mod optimizer; // IMOA and others, over any cost

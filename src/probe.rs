@@ -6,6 +6,7 @@ mod output;
 mod rail;
 mod readings;
 mod staleness;
+mod survey;
 
 pub use output::{Counters, Output};
 pub use readings::CLIPPED_SHARE;
@@ -24,6 +25,7 @@ use output::count;
 use rail::Rail;
 use readings::STALE_INERTIAL_PART;
 use staleness::Staleness;
+use survey::Calibrated;
 
 /// Units of work in a second (a unit is some 300 instructions): 29 % of a Cortex-M4F at 168 MHz while there is work. A window takes
 /// some 16,000, one that is disturbed some 35,000; a diagnosis some 80,000 a pass. The dearest slice, with a piece that is not cut up, is
@@ -55,6 +57,8 @@ pub struct Probe {
     /// What is taken out of the readings for the attitude.
     attitude_effects: ActiveEffects,
     watch: HardIronWatch,
+    /// Of the last sample, for surveys.
+    calibrated: Calibrated,
 }
 
 impl Probe {
@@ -87,6 +91,7 @@ impl Probe {
             square_force_m2_s4: 0.0,
             attitude_effects: ActiveEffects::none(),
             watch: HardIronWatch::zero(),
+            calibrated: Calibrated::NONE,
         }
     }
 
@@ -196,6 +201,7 @@ impl Probe {
             Reading::Good(force) => Reading::Good(-force),
             _ => accel,
         };
+        self.calibrated = Calibrated::of(&sample, [gyro, accel, mag], &moment);
         let temperature = sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         self.identifier.push(sample.t_us, [gyro, gravity, mag], (!temperature).then_some(sample.temperature_c));
 

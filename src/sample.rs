@@ -26,9 +26,9 @@ bitflags::bitflags! {
 
 /// Beyond what any sensor can read, per axis: 57,000 deg/s, 1,000 g, 10 millitesla (the squares of what is under them stay far
 /// inside an f32). Such a number is a defect of the driver, not a large reading.
-const BEYOND_ANY_GYRO_RAD_S: f32 = 1e3;
-const BEYOND_ANY_ACCEL_M_S2: f32 = 1e4;
-const BEYOND_ANY_MAG_UT: f32 = 1e4;
+pub(crate) const BEYOND_ANY_GYRO_RAD_S: f32 = 1e3;
+pub(crate) const BEYOND_ANY_ACCEL_M_S2: f32 = 1e4;
+pub(crate) const BEYOND_ANY_MAG_UT: f32 = 1e4;
 
 /// One reading of all sensors in SI units, in the body frame, as the sensors give it (nothing compensated).
 ///

@@ -1,5 +1,7 @@
 //! What the firmware sends: one [`Record`] after another, self-delimiting in postcard's encoding.
 
+#[cfg(feature = "survey-records")]
+use crate::survey::{DrillingDynamics, SurveyReport};
 use crate::{
     diagnosis::{DiagnosisReport, HardIronInterval},
     identification::WindowReport,
@@ -27,6 +29,12 @@ pub enum Record {
     HardIron(HardIronInterval),
     /// The trace is over; the last record.
     End(Summary),
+    /// A stationary or a rotating survey, right after the output of the sample that completed it.
+    #[cfg(feature = "survey-records")]
+    Survey(SurveyReport),
+    /// A window of drilling dynamics, right after the output of the sample that completed it.
+    #[cfg(feature = "survey-records")]
+    Dynamics(DrillingDynamics),
 }
 
 /// What a run cost, and what was counted in it.

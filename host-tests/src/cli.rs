@@ -4,11 +4,12 @@ use std::{io, path::PathBuf, process::ExitCode};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use meerkat_mwd::config::OptimizerKind;
+use world_magnetic_model::time::Date;
 
 use crate::{
     bench, calibrate, diagnose, emulate,
     failure::{Failure, exit_status},
-    main_job, replay, simulate,
+    main_job, reference_field, replay, simulate,
 };
 
 /// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores. Without a
@@ -36,6 +37,8 @@ pub enum Command {
     Simulate(SimulateArgs),
     /// Measure speed and accuracy
     Bench(BenchArgs),
+    /// The reference field and gravity of a place, as a configuration
+    Field(FieldArgs),
 }
 
 /// Options of `replay` and `emulate`.
@@ -173,6 +176,23 @@ pub struct BenchArgs {
     pub json: Option<PathBuf>,
 }
 
+/// Options of `field`.
+#[derive(Debug, Clone, Args)]
+pub struct FieldArgs {
+    /// Geodetic latitude, degrees north
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub latitude: f64,
+    /// Longitude, degrees east
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub longitude: f64,
+    /// Height above the WGS 84 ellipsoid, metres
+    #[arg(long, value_name = "M", allow_negative_numbers = true, default_value_t = 0.0)]
+    pub altitude: f64,
+    /// Day, 2020 to 2029
+    #[arg(long, value_name = "YYYY-MM-DD", value_parser = reference_field::day)]
+    pub date: Date,
+}
+
 /// Names of `--optimizer`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Optimizer {
@@ -251,6 +271,7 @@ fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
         Some(Command::Diagnose(args)) => diagnose::run(&args),
         Some(Command::Calibrate(args)) => calibrate::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
+        Some(Command::Field(args)) => reference_field::run(&args),
     }
 }
 

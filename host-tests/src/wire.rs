@@ -3,6 +3,7 @@
 use crate::flight::Flight;
 use meerkat_mwd::{
     Config, Sample,
+    survey::{DrillingDynamics, SurveyReport},
     telemetry::{Record, Summary},
 };
 
@@ -15,6 +16,10 @@ pub struct Landed {
     pub poll_instructions: Vec<u64>,
     /// Costs of the run.
     pub summary: Summary,
+    /// Stationary and rotating surveys.
+    pub surveys: Vec<SurveyReport>,
+    /// Windows of drilling dynamics.
+    pub dynamics: Vec<DrillingDynamics>,
 }
 
 /// Why bytes are not a whole flight.
@@ -60,10 +65,11 @@ pub fn decode_flight(bytes: &[u8]) -> Result<Landed, WireError> {
     let mut outputs = Vec::new();
     let mut reports = Vec::new();
     let (mut diagnoses, mut magnets) = (Vec::new(), Vec::new());
+    let (mut surveys, mut dynamics) = (Vec::new(), Vec::new());
     let mut poll_instructions = Vec::new();
     let mut rest = bytes;
     loop {
-        let records = outputs.len() + reports.len() + diagnoses.len() + magnets.len();
+        let records = outputs.len() + reports.len() + diagnoses.len() + magnets.len() + surveys.len() + dynamics.len();
         if rest.is_empty() {
             return Err(WireError::NoSummary { records });
         }
@@ -78,9 +84,11 @@ pub fn decode_flight(bytes: &[u8]) -> Result<Landed, WireError> {
             }
             Record::Diagnosis(report) => diagnoses.push(report),
             Record::HardIron(interval) => magnets.push(interval),
+            Record::Survey(report) => surveys.push(report),
+            Record::Dynamics(window) => dynamics.push(window),
             Record::End(summary) if rest.is_empty() => {
                 let flight = Flight { outputs, reports, diagnoses, magnets, counters: summary.counters };
-                return Ok(Landed { flight, poll_instructions, summary });
+                return Ok(Landed { flight, poll_instructions, summary, surveys, dynamics });
             }
             Record::End(_) => return Err(WireError::AfterSummary { bytes: rest.len() }),
             _ => return Err(malformed),

@@ -195,7 +195,9 @@ fn no_panic_can_be_reached_from_the_pipeline() {
     let Some(toolchain) = toolchain() else { return };
     let Firmware { elf, .. } = emulate::build_firmware(&toolchain, Board::Bare).unwrap();
     let image = Image::parse(&elf).unwrap();
-    for call in ["configure_probe", "push_sample", "poll_probe"] {
+    for call in
+        ["configure_probe", "push_sample", "poll_probe", "configure_surveyor", "push_survey", "continuous_survey"]
+    {
         assert!(image.has_function(call), "{call} is not in the image: nothing is shown");
     }
     // Length and name, as the mangling writes the module of core; and the handler that every panic ends in.

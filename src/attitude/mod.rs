@@ -9,6 +9,8 @@ mod rest;
 mod toolface;
 
 pub use fusion::AttitudeFilter;
+pub(crate) use rest::Rest;
+pub(crate) use toolface::{ToolAngleSigmas, ToolAngles, near_vertical, positive_angle};
 
 bitflags::bitflags! {
     /// What a reader of an [`Attitude`] has to know about it.

@@ -72,7 +72,7 @@ pub(crate) fn near_vertical(before: bool, inclination_rad: f32, limit_rad: f32, 
 }
 
 /// An angle of -2 pi to 2 pi brought to 0 (included) to 2 pi (excluded).
-fn positive_angle(angle_rad: f32) -> f32 {
+pub(crate) fn positive_angle(angle_rad: f32) -> f32 {
     let turned = if angle_rad < 0.0 { angle_rad + TAU } else { angle_rad };
     // a tiny negative angle rounds to a whole turn
     if turned < TAU { turned } else { 0.0 }

@@ -1,0 +1,8 @@
+//! Surveys of simulated tools with known truth.
+
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+mod flown;
+mod garbage;
+mod monte_carlo;
+mod tool;

@@ -1,0 +1,41 @@
+use super::{ConfigError, all_positive};
+
+/// What is said of shaking and rotation over a window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct DynamicsConfig {
+    /// Length of a window, seconds. Default 30: three periods of the slowest stick-slip, 0.1 Hz (of 0.1 to 2 Hz).
+    pub window_s: f32,
+    /// Rates are averaged over this long before the least and the largest are taken, seconds. Default 0.1: a fifth of the fastest
+    /// stick-slip's period, over the periods of lateral vibration.
+    pub rate_averaging_s: f32,
+    /// Vibration above this is a shock, m/s^2. Default 10 g: a choice, which a 16 g accelerometer can
+    /// see with gravity on top.
+    pub shock_m_s2: f32,
+    /// A shock is over when vibration has been below half of `shock_m_s2` for this long, seconds. Default 0.02: a choice, so
+    /// that the ringing after one blow, above 50 Hz, is not counted again.
+    pub shock_pause_s: f32,
+}
+
+impl DynamicsConfig {
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        all_positive(&[
+            (self.window_s, "survey.dynamics.window_s"),
+            (self.rate_averaging_s, "survey.dynamics.rate_averaging_s"),
+            (self.shock_m_s2, "survey.dynamics.shock_m_s2"),
+            (self.shock_pause_s, "survey.dynamics.shock_pause_s"),
+        ])?;
+        if self.window_s >= 2.0 * self.rate_averaging_s {
+            Ok(())
+        } else {
+            Err(ConfigError { field: "survey.dynamics.window_s", must_be: "at least twice rate_averaging_s" })
+        }
+    }
+}
+
+impl Default for DynamicsConfig {
+    fn default() -> Self {
+        Self { window_s: 30.0, rate_averaging_s: 0.1, shock_m_s2: 10.0 * 9.806_65, shock_pause_s: 0.02 }
+    }
+}

@@ -1,0 +1,102 @@
+use super::{ConfigError, DynamicsConfig, SurveyErrors, SurveyLimits, all_positive};
+use core::f32::consts::TAU;
+
+/// How surveys are taken and judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct SurveyConfig {
+    /// At rest for this long before averaging begins, seconds: the drill string untwists. Default 5.
+    pub settle_s: f32,
+    /// Length of the average, seconds. Default 10: of an accelerometer with 0.15 mg per root hertz 0.03 mg is left, under a tenth of
+    /// its bias (ABXY, 0.4 mg).
+    pub average_s: f32,
+    /// A survey starts over when gravity or field has turned by more than this since the average began, radians. Default 0.5 deg: the
+    /// average of a steady turn is then within a quarter of a degree of both its ends.
+    pub max_turn_rad: f32,
+    /// Rotating from this axial rate on, rad/s; no longer below half of it. Default 5 rpm: a choice, well below the
+    /// speeds of rotary drilling.
+    pub rotating_rad_s: f32,
+    /// Whole turns in one rotating survey. Default 10.
+    pub rotating_turns: u16,
+    /// Below this inclination the magnetic toolface is the one that applies, radians. Default 5 deg.
+    pub near_vertical_rad: f32,
+    /// Above that limit by this the gravity toolface applies again, radians. Default 0.5 deg.
+    pub near_vertical_hysteresis_rad: f32,
+    /// From the probe's highside (x axis) to the one that is steered by, the motor's scribe line, radians clockwise looking down-hole.
+    /// It is added to both toolfaces. Default 0.
+    pub toolface_offset_rad: f32,
+    /// Grid convergence, radians, grid north east of true north: grid azimuth is true azimuth less this. Default `None`: no grid azimuth.
+    pub grid_convergence_rad: Option<f32>,
+    /// What is left in sensors and reference.
+    pub errors: SurveyErrors,
+    /// When a survey is good.
+    pub limits: SurveyLimits,
+    /// Vibration, shocks, stick-slip.
+    pub dynamics: DynamicsConfig,
+}
+
+impl SurveyConfig {
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first field that cannot be used.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        all_positive(&[
+            (self.settle_s, "survey.settle_s"),
+            (self.average_s, "survey.average_s"),
+            (self.max_turn_rad, "survey.max_turn_rad"),
+            (self.rotating_rad_s, "survey.rotating_rad_s"),
+            (self.near_vertical_rad, "survey.near_vertical_rad"),
+            (self.near_vertical_hysteresis_rad, "survey.near_vertical_hysteresis_rad"),
+        ])?;
+        let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
+        check((0.5..=600.0).contains(&self.average_s), "survey.average_s", "0.5 to 600")?;
+        check((1..=1_000).contains(&self.rotating_turns), "survey.rotating_turns", "1 to 1000")?;
+        let angle = |x: f32| (-TAU..=TAU).contains(&x);
+        check(angle(self.toolface_offset_rad), "survey.toolface_offset_rad", "within a whole turn")?;
+        check(self.grid_convergence_rad.is_none_or(angle), "survey.grid_convergence_rad", "within a whole turn")?;
+        self.errors.validate()?;
+        self.limits.validate()?;
+        self.dynamics.validate()
+    }
+}
+
+impl Default for SurveyConfig {
+    fn default() -> Self {
+        Self {
+            settle_s: 5.0,
+            average_s: 10.0,
+            max_turn_rad: 0.5_f32.to_radians(),
+            rotating_rad_s: 5.0 * TAU / 60.0,
+            rotating_turns: 10,
+            near_vertical_rad: 5.0_f32.to_radians(),
+            near_vertical_hysteresis_rad: 0.5_f32.to_radians(),
+            toolface_offset_rad: 0.0,
+            grid_convergence_rad: None,
+            errors: SurveyErrors::default(),
+            limits: SurveyLimits::default(),
+            dynamics: DynamicsConfig::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_is_valid_and_a_bad_field_is_named() {
+        assert_eq!(SurveyConfig::default().validate(), Ok(()));
+        let named = |change: fn(&mut SurveyConfig)| {
+            let mut config = SurveyConfig::default();
+            change(&mut config);
+            config.validate().map_err(|error| error.field)
+        };
+        assert_eq!(named(|c| c.rotating_turns = 0), Err("survey.rotating_turns"));
+        assert_eq!(named(|c| c.toolface_offset_rad = f32::NAN), Err("survey.toolface_offset_rad"));
+        assert_eq!(named(|c| c.errors.mag_bias_ut = -1.0), Err("survey.errors.mag_bias_ut"));
+        assert_eq!(named(|c| c.limits.bad_over_limit = 0.5), Err("survey.limits.bad_over_limit"));
+        assert_eq!(named(|c| c.dynamics.window_s = 0.1), Err("survey.dynamics.window_s"));
+    }
+}

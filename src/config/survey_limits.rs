@@ -1,0 +1,53 @@
+use super::{ConfigError, all_positive};
+
+/// How far |G|, |B| and dip may be from their references.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct SurveyLimits {
+    /// Whether the limits are taken from the error model: `deviations` standard deviations of measured less reference at that
+    /// attitude. `false`, the default: the three limits below.
+    pub propagated: bool,
+    /// Total field, microtesla. Default 0.3 (300 nT: the ISCWSA's Introduction to wellbore positioning, 22.1 Checking raw data).
+    pub field_ut: f32,
+    /// Dip, radians. Default 0.25 deg (same source).
+    pub dip_rad: f32,
+    /// Total gravity, m/s^2. Default 2.5 mg, a common rule without a source here. Standard gravity, the default reference, is up to 2.7 mg off where the well is: configure
+    /// the local one.
+    pub gravity_m_s2: f32,
+    /// Standard deviations within which a survey is good, where limits are propagated. Default 2 (95 %).
+    pub deviations: f32,
+    /// A survey is bad beyond this many limits, doubtful between one and this. Default 1.5: with a limit at two deviations, bad is
+    /// beyond three.
+    pub bad_over_limit: f32,
+}
+
+impl SurveyLimits {
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        all_positive(&[
+            (self.field_ut, "survey.limits.field_ut"),
+            (self.dip_rad, "survey.limits.dip_rad"),
+            (self.gravity_m_s2, "survey.limits.gravity_m_s2"),
+            (self.deviations, "survey.limits.deviations"),
+            (self.bad_over_limit, "survey.limits.bad_over_limit"),
+        ])?;
+        if self.bad_over_limit >= 1.0 {
+            Ok(())
+        } else {
+            Err(ConfigError { field: "survey.limits.bad_over_limit", must_be: "at least 1" })
+        }
+    }
+}
+
+impl Default for SurveyLimits {
+    fn default() -> Self {
+        Self {
+            propagated: false,
+            field_ut: 0.3,
+            dip_rad: 0.25_f32.to_radians(),
+            gravity_m_s2: 2.5e-3 * 9.806_65,
+            deviations: 2.0,
+            bad_over_limit: 1.5,
+        }
+    }
+}

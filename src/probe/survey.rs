@@ -1,0 +1,69 @@
+//! What a sample leaves for a [`Surveyor`](crate::survey::Surveyor).
+
+use super::{Output, Probe};
+use crate::{
+    compensation::Moment,
+    sample::{Sample, SampleFlags},
+    survey::SurveyInput,
+    window::Reading,
+};
+use nalgebra::Vector3;
+
+/// The vectors of the last sample, as far as its output does not have them; small, for it stands in static RAM.
+pub(super) struct Calibrated {
+    /// Without the effects that have been found, m/s^2.
+    force_m_s2: [f32; 3],
+    /// Without the effects that have been found, microtesla.
+    field_ut: [f32; 3],
+    gyro_good: bool,
+    accel_good: bool,
+    mag_good: bool,
+    accel_clipped: bool,
+}
+
+impl Calibrated {
+    /// Nothing, before the first sample.
+    pub(super) const NONE: Self = Self {
+        force_m_s2: [0.0; 3],
+        field_ut: [0.0; 3],
+        gyro_good: false,
+        accel_good: false,
+        mag_good: false,
+        accel_clipped: false,
+    };
+
+    pub(super) fn of(sample: &Sample, [gyro, accel, mag]: [Reading; 3], moment: &Moment) -> Self {
+        let good = |reading| matches!(reading, Reading::Good(_));
+        Self {
+            force_m_s2: moment.force_m_s2.into(),
+            field_ut: moment.field_ut.into(),
+            gyro_good: good(gyro),
+            accel_good: good(accel),
+            mag_good: good(mag),
+            accel_clipped: sample.flags.contains(SampleFlags::ACCEL_CLIPPED),
+        }
+    }
+}
+
+impl Probe {
+    /// What a sample gives to surveys, right after it was pushed and gave `output`: compensated rate without the filter's residual bias,
+    /// calibrated vectors without the effects that have been found, the raw vectors and the attitude. It is for
+    /// [`Surveyor::push`](crate::survey::Surveyor::push).
+    #[must_use]
+    pub fn survey_input(&self, sample: &Sample, output: &Output) -> SurveyInput {
+        let kept = &self.calibrated;
+        let rate = Vector3::from(output.rate_rad_s) - self.filter.residual_bias_rad_s();
+        let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+        SurveyInput {
+            t_us: sample.t_us,
+            rate_rad_s: kept.gyro_good.then(|| rate.into()),
+            force_m_s2: kept.accel_good.then_some(kept.force_m_s2),
+            field_ut: kept.mag_good.then_some(kept.field_ut),
+            raw_accel_m_s2: sample.accel_m_s2,
+            raw_mag_ut: sample.mag_ut,
+            accel_clipped: kept.accel_clipped,
+            temperature_c: warm.then_some(sample.temperature_c),
+            attitude: output.attitude,
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Vibration, shocks and stick-slip over a window.
+
+use super::SurveyInput;
+use crate::{
+    attitude::Attitude,
+    config::{DynamicsConfig, Earth},
+    rotation::rotate_back,
+};
+use core::f32::consts::TAU;
+use nalgebra::{Quaternion, Vector3};
+
+/// What one window says of shaking and rotation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct DrillingDynamics {
+    /// First sample of the window, microseconds.
+    pub t_start_us: u64,
+    /// Last sample of the window, microseconds.
+    pub t_end_us: u64,
+    /// Root mean square of vibration along the tool axis, m/s^2. Vibration is specific force less what gravity makes of it by the
+    /// attitude. `None`: no reading with an attitude.
+    pub axial_rms_m_s2: Option<f32>,
+    /// The same across the axis.
+    pub lateral_rms_m_s2: Option<f32>,
+    /// Largest vibration, m/s^2; a lower bound where `clipped` is not 0.
+    pub peak_m_s2: Option<f32>,
+    /// Shocks: vibration beyond the configured level, or a clipped accelerometer, until it has been quiet.
+    pub shocks: u32,
+    /// Samples with a clipped accelerometer.
+    pub clipped: u32,
+    /// Rotation. `None`: fewer than two averages of the rate.
+    pub rotation: Option<Rotation>,
+}
+
+/// Rotation about the tool axis over a window, clockwise looking down-hole positive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Rotation {
+    /// Least speed, revolutions per minute.
+    pub min_rpm: f32,
+    /// Mean speed, revolutions per minute.
+    pub mean_rpm: f32,
+    /// Largest speed, revolutions per minute.
+    pub max_rpm: f32,
+    /// (largest - least) / (2 mean): 0 steady, 1 sticks fully with a symmetric swing. `None` where the mean is below the speed from
+    /// which the tool counts as rotating.
+    pub stick_slip_index: Option<f32>,
+}
+
+/// Gathers one window after another, without overlap.
+pub(crate) struct DynamicsWindow {
+    start_us: Option<u64>,
+    last_us: u64,
+    readings: u32,
+    axial_square: f32,
+    lateral_square: f32,
+    peak_square: f32,
+    shocks: u32,
+    clipped: u32,
+    /// Since when vibration has been below half the level; `None`: not in a shock.
+    shock_quiet_s: Option<f32>,
+    rates: RateSpread,
+}
+
+impl DynamicsWindow {
+    pub(crate) const fn new() -> Self {
+        Self {
+            start_us: None,
+            last_us: 0,
+            readings: 0,
+            axial_square: 0.0,
+            lateral_square: 0.0,
+            peak_square: 0.0,
+            shocks: 0,
+            clipped: 0,
+            shock_quiet_s: None,
+            rates: RateSpread::new(),
+        }
+    }
+
+    /// Takes a sample; some: its window is complete.
+    pub(crate) fn push(
+        &mut self,
+        input: &SurveyInput,
+        earth: &Earth,
+        config: &DynamicsConfig,
+        rotating_rad_s: f32,
+    ) -> Option<DrillingDynamics> {
+        let start_us = *self.start_us.get_or_insert(input.t_us);
+        let step_s = match self.last_us {
+            0 => 0.0,
+            last => input.t_us.saturating_sub(last) as f32 * 1e-6,
+        };
+        self.last_us = input.t_us;
+        self.shake(input, earth, config, step_s);
+        if let Some([.., rate]) = input.rate_rad_s {
+            self.rates.add(rate, step_s, config.rate_averaging_s);
+        }
+        if (input.t_us.saturating_sub(start_us) as f32) * 1e-6 < config.window_s {
+            return None;
+        }
+        let part = |square: f32| (self.readings > 0).then(|| libm::sqrtf(square / self.readings as f32));
+        let window = DrillingDynamics {
+            t_start_us: start_us,
+            t_end_us: input.t_us,
+            axial_rms_m_s2: part(self.axial_square),
+            lateral_rms_m_s2: part(self.lateral_square),
+            peak_m_s2: (self.readings > 0).then(|| libm::sqrtf(self.peak_square)),
+            shocks: self.shocks,
+            clipped: self.clipped,
+            rotation: self.rates.rotation(rotating_rad_s),
+        };
+        *self = Self { last_us: self.last_us, shock_quiet_s: self.shock_quiet_s, ..Self::new() };
+        Some(window)
+    }
+
+    fn shake(&mut self, input: &SurveyInput, earth: &Earth, config: &DynamicsConfig, step_s: f32) {
+        let vibration = match (input.force_m_s2, &input.attitude) {
+            (Some(force), Some(attitude)) => Some(Vector3::from(force) + gravity_in_tool(attitude, earth)),
+            _ => None,
+        };
+        let square = vibration.map_or(0.0, |v| v.norm_squared());
+        if let Some(v) = vibration {
+            self.readings = self.readings.saturating_add(1);
+            self.axial_square += v.z * v.z;
+            self.lateral_square += v.x * v.x + v.y * v.y;
+            if square > self.peak_square {
+                self.peak_square = square;
+            }
+        }
+        if input.accel_clipped {
+            self.clipped = self.clipped.saturating_add(1);
+        }
+        let level = config.shock_m_s2 * config.shock_m_s2;
+        let hit = input.accel_clipped || square >= level;
+        self.shock_quiet_s = match self.shock_quiet_s {
+            None if hit => {
+                self.shocks = self.shocks.saturating_add(1);
+                Some(0.0)
+            }
+            None => None,
+            Some(_) if hit || square >= 0.25 * level => Some(0.0),
+            Some(quiet_s) => (quiet_s + step_s < config.shock_pause_s).then_some(quiet_s + step_s),
+        };
+    }
+}
+
+/// What gravity adds to a downward vector in tool axes, m/s^2.
+fn gravity_in_tool(attitude: &Attitude, earth: &Earth) -> Vector3<f32> {
+    let [w, x, y, z] = attitude.q;
+    rotate_back(&Quaternion::new(w, x, y, z), &Vector3::new(0.0, 0.0, earth.gravity_m_s2))
+}
+
+/// Least, mean and largest of short averages of the axial rate.
+struct RateSpread {
+    angle_rad: f32,
+    time_s: f32,
+    least_rad_s: f32,
+    largest_rad_s: f32,
+    sum_rad_s: f32,
+    count: u32,
+}
+
+impl RateSpread {
+    const fn new() -> Self {
+        Self { angle_rad: 0.0, time_s: 0.0, least_rad_s: 0.0, largest_rad_s: 0.0, sum_rad_s: 0.0, count: 0 }
+    }
+
+    fn add(&mut self, rate_rad_s: f32, step_s: f32, averaging_s: f32) {
+        if step_s > averaging_s {
+            // what came before a gap is no average with what comes after it
+            (self.angle_rad, self.time_s) = (0.0, 0.0);
+            return;
+        }
+        self.angle_rad += rate_rad_s * step_s;
+        self.time_s += step_s;
+        if self.time_s + 0.5 * step_s < averaging_s {
+            return;
+        }
+        let mean = self.angle_rad / self.time_s;
+        if self.count == 0 || mean < self.least_rad_s {
+            self.least_rad_s = mean;
+        }
+        if self.count == 0 || mean > self.largest_rad_s {
+            self.largest_rad_s = mean;
+        }
+        self.sum_rad_s += mean;
+        self.count = self.count.saturating_add(1);
+        (self.angle_rad, self.time_s) = (0.0, 0.0);
+    }
+
+    fn rotation(&self, rotating_rad_s: f32) -> Option<Rotation> {
+        if self.count < 2 {
+            return None;
+        }
+        let mean = self.sum_rad_s / self.count as f32;
+        let index = (self.largest_rad_s - self.least_rad_s) / (2.0 * mean.abs());
+        let rpm = 60.0 / TAU;
+        Some(Rotation {
+            min_rpm: self.least_rad_s * rpm,
+            mean_rpm: mean * rpm,
+            max_rpm: self.largest_rad_s * rpm,
+            stick_slip_index: (mean.abs() >= rotating_rad_s).then_some(index),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

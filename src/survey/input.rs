@@ -1,0 +1,46 @@
+use crate::{
+    attitude::Attitude,
+    sample::{BEYOND_ANY_ACCEL_M_S2, BEYOND_ANY_GYRO_RAD_S, BEYOND_ANY_MAG_UT},
+};
+
+/// What one sample gives to surveys. Vectors in tool axes; `None`: not read, or not to be believed.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SurveyInput {
+    /// Time of acquisition, microseconds; increasing.
+    pub t_us: u64,
+    /// Compensated body rate, rad/s.
+    pub rate_rad_s: Option<[f32; 3]>,
+    /// Calibrated specific force, m/s^2: at rest it points up.
+    pub force_m_s2: Option<[f32; 3]>,
+    /// Calibrated field, microtesla.
+    pub field_ut: Option<[f32; 3]>,
+    /// The accelerometer as it reads, m/s^2, for the six-axis record.
+    pub raw_accel_m_s2: [f32; 3],
+    /// The magnetometer as it reads, microtesla, for the six-axis record.
+    pub raw_mag_ut: [f32; 3],
+    /// Whether an accelerometer axis is at its full scale.
+    pub accel_clipped: bool,
+    /// Temperature, degrees Celsius.
+    pub temperature_c: Option<f32>,
+    /// The attitude filter's output.
+    pub attitude: Option<Attitude>,
+}
+
+impl SurveyInput {
+    /// The same with every vector that is not finite, or beyond what any sensor can read, taken for missing.
+    pub(super) fn sanitised(&self) -> Self {
+        // a NaN is not below the limit either
+        let sound = |v: &[f32; 3], limit: f32| v.iter().all(|x| libm::fabsf(*x) < limit);
+        let raw = |v: [f32; 3], limit: f32| if sound(&v, limit) { v } else { [0.0; 3] };
+        Self {
+            rate_rad_s: self.rate_rad_s.filter(|v| sound(v, BEYOND_ANY_GYRO_RAD_S)),
+            force_m_s2: self.force_m_s2.filter(|v| sound(v, BEYOND_ANY_ACCEL_M_S2)),
+            field_ut: self.field_ut.filter(|v| sound(v, BEYOND_ANY_MAG_UT)),
+            raw_accel_m_s2: raw(self.raw_accel_m_s2, BEYOND_ANY_ACCEL_M_S2),
+            raw_mag_ut: raw(self.raw_mag_ut, BEYOND_ANY_MAG_UT),
+            temperature_c: self.temperature_c.filter(|x| x.is_finite()),
+            ..*self
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! Surveys: where the tool points at a station, while rotating and at every sample, whether that is to be believed, and how the tool is
+//! shaken and turned.
+//!
+//! A [`Surveyor`] is fed with one [`SurveyInput`] a sample. Gravity and field come calibrated and in tool axes; the sigmas are those of the
+//! ISCWSA MWD error model ([`crate::config::SurveyErrors`]), with the noise that the averages themselves show.
+
+mod continuous;
+mod dynamics;
+mod input;
+mod means;
+mod north;
+mod quality;
+mod record;
+mod rotating;
+mod sensor_errors;
+mod six_axis;
+mod stationary;
+mod surveyor;
+mod turn;
+mod uncertain;
+
+pub use dynamics::{DrillingDynamics, Rotation};
+pub use input::SurveyInput;
+pub use quality::{Check, Checked, Grade, Quality};
+pub use record::{Survey, SurveyKind, ToolfaceKind};
+pub use stationary::{SixAxisAverages, StationaryState, SurveyReport};
+pub use surveyor::{SurveyNews, Surveyor};
+pub use uncertain::Uncertain;

@@ -1,0 +1,56 @@
+//! From magnetic north to true north and to the grid's.
+
+use super::Uncertain;
+use crate::{
+    attitude::positive_angle,
+    config::{Earth, SurveyConfig},
+};
+use core::f32::consts::PI;
+
+/// A magnetic azimuth, counted from the other two norths.
+pub(crate) struct Norths {
+    /// Magnetic azimuth plus declination. `None`: no declination is configured.
+    pub(crate) true_azimuth_rad: Option<Uncertain>,
+    /// True azimuth less grid convergence. `None`: one of the two is not configured.
+    pub(crate) grid_azimuth_rad: Option<Uncertain>,
+}
+
+impl Norths {
+    /// `horizontal_ut`: horizontal field. The declination's error is that of the reference, DEC and DBH over the horizontal field.
+    pub(crate) fn of(magnetic: Uncertain, horizontal_ut: f32, earth: &Earth, config: &SurveyConfig) -> Self {
+        let errors = &config.errors;
+        let of_field = if horizontal_ut > 0.0 { errors.declination_rad_ut / horizontal_ut } else { PI };
+        let variance =
+            magnetic.sigma * magnetic.sigma + errors.declination_rad * errors.declination_rad + of_field * of_field;
+        let sigma = if variance < PI * PI { libm::sqrtf(variance) } else { PI };
+        let turned = |azimuth: f32, by: f32| positive_angle(libm::remainderf(azimuth + by, 2.0 * PI));
+        let true_azimuth_rad = earth.declination_rad.map(|by| Uncertain { value: turned(magnetic.value, by), sigma });
+        let grid_azimuth_rad = true_azimuth_rad
+            .zip(config.grid_convergence_rad)
+            .map(|(azimuth, by)| Uncertain { value: turned(azimuth.value, -by), sigma });
+        Self { true_azimuth_rad, grid_azimuth_rad }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn true_is_magnetic_plus_declination_and_grid_is_true_less_convergence() {
+        let earth = Earth { declination_rad: Some(-4.0_f32.to_radians()), ..Earth::default() };
+        let config = SurveyConfig { grid_convergence_rad: Some(1.5_f32.to_radians()), ..SurveyConfig::default() };
+        for (magnetic, true_deg, grid_deg) in [(100.0, 96.0, 94.5), (2.0, 358.0, 356.5), (5.0, 1.0, 359.5_f32)] {
+            let azimuth = Uncertain { value: f32::to_radians(magnetic), sigma: 0.003 };
+            let norths = Norths::of(azimuth, 16.0, &earth, &config);
+            let near = |x: Option<Uncertain>, deg: f32| (x.unwrap().value.to_degrees() - deg).abs() < 1e-3;
+            assert!(near(norths.true_azimuth_rad, true_deg) && near(norths.grid_azimuth_rad, grid_deg), "{magnetic}");
+            // 0.36 deg and 5,000 deg nT / 16,000 nT beside 0.003 rad
+            let expected = libm::hypotf(0.003, libm::hypotf(0.36, 5_000.0 / 16_000.0).to_radians());
+            assert!((norths.true_azimuth_rad.unwrap().sigma / expected - 1.0).abs() < 1e-5);
+        }
+        let azimuth = Uncertain { value: 1.0, sigma: 0.003 };
+        let unknown = Norths::of(azimuth, 16.0, &Earth::default(), &config);
+        assert!(unknown.true_azimuth_rad.is_none() && unknown.grid_azimuth_rad.is_none());
+    }
+}

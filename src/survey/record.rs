@@ -1,0 +1,205 @@
+use super::{
+    Uncertain,
+    north::Norths,
+    six_axis::{SixAxis, SixAxisCovariance},
+};
+use crate::{
+    attitude::{ToolAngleSigmas, ToolAngles, near_vertical, positive_angle},
+    config::{Earth, SurveyConfig},
+};
+
+/// How a survey came about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum SurveyKind {
+    /// The attitude filter's angles at one sample.
+    Continuous,
+    /// From mean vectors at rest.
+    Stationary,
+    /// From mean vectors over whole turns.
+    Rotating,
+}
+
+/// Which toolface applies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum ToolfaceKind {
+    /// From the highside.
+    Gravity,
+    /// From magnetic north, near the vertical.
+    Magnetic,
+}
+
+/// Where the tool points, and the earth as its sensors see it. Tool frame: z down-hole, x highside at toolface 0. All angles 0 to 2 pi
+/// but inclination (0 to pi) and dip (below the horizon, -pi/2 to pi/2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Survey {
+    /// How it came about.
+    pub kind: SurveyKind,
+    /// First sample in it, microseconds.
+    pub t_start_us: u64,
+    /// Last sample in it, microseconds.
+    pub t_end_us: u64,
+    /// Angle of the tool axis from the vertical, radians.
+    pub inclination_rad: Uncertain,
+    /// Azimuth of the tool axis from magnetic north, radians. `None`: no usable field, or north never found.
+    pub magnetic_azimuth_rad: Option<Uncertain>,
+    /// From true north; its sigma has the declination's in it. `None`: no declination is configured.
+    pub true_azimuth_rad: Option<Uncertain>,
+    /// From grid north; its sigma has the declination's in it. `None`: no declination or no grid convergence is configured.
+    pub grid_azimuth_rad: Option<Uncertain>,
+    /// From the highside, clockwise looking down-hole, radians, with the toolface offset; singular at the vertical. `None` while
+    /// rotating.
+    pub gravity_toolface_rad: Option<Uncertain>,
+    /// Magnetic azimuth plus gravity toolface, radians, with the toolface offset: exact for every inclination under pi. `None` while
+    /// rotating and without an azimuth.
+    pub magnetic_toolface_rad: Option<Uncertain>,
+    /// Which toolface applies: gravity, or magnetic near the vertical, with hysteresis from survey to survey.
+    pub toolface_kind: ToolfaceKind,
+    /// |G|, m/s^2. `None` where the accelerometer gave nothing.
+    pub gravity_m_s2: Option<Uncertain>,
+    /// |B|, microtesla.
+    pub field_ut: Option<Uncertain>,
+    /// Dip below the horizon, radians.
+    pub dip_rad: Option<Uncertain>,
+    /// Mean temperature, degrees Celsius.
+    pub temperature_c: Option<f32>,
+    /// Whether the tool turned about its axis.
+    pub rotating: bool,
+}
+
+/// Angles counted from magnetic north with their sigmas, without the toolface offset.
+pub(crate) struct Angles {
+    pub(crate) angles: ToolAngles,
+    pub(crate) sigmas: ToolAngleSigmas,
+    pub(crate) north_known: bool,
+    /// Horizontal field, microtesla; for the declination's error.
+    pub(crate) horizontal_ut: f32,
+}
+
+impl Survey {
+    /// A survey of the two mean vectors.
+    pub(crate) fn of_six_axis(
+        kind: SurveyKind,
+        span_us: [u64; 2],
+        six: &SixAxis,
+        covariance: &SixAxisCovariance,
+        toolface: &mut ToolfaceSwitch,
+        (earth, config): (&Earth, &SurveyConfig),
+    ) -> Self {
+        let field = six.field();
+        let angles = Angles {
+            angles: six.angles(),
+            sigmas: six.angle_sigmas(covariance),
+            north_known: field.is_some(),
+            horizontal_ut: field.as_ref().map_or(0.0, |field| field.horizontal_ut),
+        };
+        let mut survey = Self::of_angles(kind, span_us, &angles, toolface, (earth, config));
+        survey.gravity_m_s2 = Some(Uncertain { value: six.gravity_m_s2(), sigma: six.gravity_sigma_m_s2(covariance) });
+        if let (Some(field), Some((total, dip))) = (field, six.field_sigmas(covariance)) {
+            survey.field_ut = Some(Uncertain { value: field.total_ut, sigma: total });
+            survey.dip_rad = Some(Uncertain { value: field.dip_rad, sigma: dip });
+        }
+        survey
+    }
+
+    /// A survey of known angles; nothing in it of the vectors.
+    pub(crate) fn of_angles(
+        kind: SurveyKind,
+        [t_start_us, t_end_us]: [u64; 2],
+        known: &Angles,
+        toolface: &mut ToolfaceSwitch,
+        (earth, config): (&Earth, &SurveyConfig),
+    ) -> Self {
+        let Angles { angles, sigmas, north_known, horizontal_ut } = known;
+        let azimuth = Uncertain { value: angles.azimuth_rad, sigma: sigmas.azimuth_rad };
+        let magnetic_azimuth_rad = north_known.then_some(azimuth);
+        let norths = magnetic_azimuth_rad.map(|azimuth| Norths::of(azimuth, *horizontal_ut, earth, config));
+        let from_scribe_line =
+            |angle: f32| positive_angle(libm::remainderf(angle + config.toolface_offset_rad, core::f32::consts::TAU));
+        let rotating = kind == SurveyKind::Rotating;
+        Self {
+            kind,
+            t_start_us,
+            t_end_us,
+            inclination_rad: Uncertain { value: angles.inclination_rad, sigma: sigmas.inclination_rad },
+            magnetic_azimuth_rad,
+            true_azimuth_rad: norths.as_ref().and_then(|norths| norths.true_azimuth_rad),
+            grid_azimuth_rad: norths.as_ref().and_then(|norths| norths.grid_azimuth_rad),
+            gravity_toolface_rad: (!rotating).then(|| Uncertain {
+                value: from_scribe_line(angles.gravity_toolface_rad),
+                sigma: sigmas.gravity_toolface_rad,
+            }),
+            magnetic_toolface_rad: (*north_known && !rotating).then(|| Uncertain {
+                value: from_scribe_line(angles.magnetic_toolface_rad),
+                sigma: sigmas.magnetic_toolface_rad,
+            }),
+            toolface_kind: toolface.observe(angles.inclination_rad, config),
+            gravity_m_s2: None,
+            field_ut: None,
+            dip_rad: None,
+            temperature_c: None,
+            rotating,
+        }
+    }
+
+    /// The toolface that applies, radians, with the toolface offset.
+    #[must_use]
+    pub const fn toolface_rad(&self) -> Option<Uncertain> {
+        match self.toolface_kind {
+            ToolfaceKind::Gravity => self.gravity_toolface_rad,
+            ToolfaceKind::Magnetic => self.magnetic_toolface_rad,
+        }
+    }
+}
+
+/// Remembers which toolface applied, so that noise at the limit does not toggle it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ToolfaceSwitch {
+    magnetic: bool,
+}
+
+impl ToolfaceSwitch {
+    pub(crate) const fn new() -> Self {
+        Self { magnetic: false }
+    }
+
+    pub(crate) fn observe(&mut self, inclination_rad: f32, config: &SurveyConfig) -> ToolfaceKind {
+        let (limit, hysteresis) = (config.near_vertical_rad, config.near_vertical_hysteresis_rad);
+        self.magnetic = near_vertical(self.magnetic, inclination_rad, limit, hysteresis);
+        if self.magnetic { ToolfaceKind::Magnetic } else { ToolfaceKind::Gravity }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix3, Vector3};
+
+    #[test]
+    fn the_offset_is_added_to_both_toolfaces_and_the_switch_has_hysteresis() {
+        let covariance = SixAxisCovariance { gravity: Matrix3::identity() * 1e-5, field: Matrix3::identity() * 1e-3 };
+        let config = SurveyConfig { toolface_offset_rad: 350.0_f32.to_radians(), ..SurveyConfig::default() };
+        let mut switch = ToolfaceSwitch::new();
+        let mut taken = |inclination_deg: f32| {
+            let (s, c) = libm::sincosf(inclination_deg.to_radians());
+            // toolface 0 and azimuth 0: gravity towards -x, field in the same plane
+            let (g, b) =
+                (Vector3::new(-9.8 * s, 0.0, 9.8 * c), Vector3::new(20.0 * c - 45.0 * s, 0.0, 20.0 * s + 45.0 * c));
+            let six = SixAxis::of(&g, Some(&b)).unwrap();
+            let settings = (&Earth::default(), &config);
+            Survey::of_six_axis(SurveyKind::Stationary, [0, 1], &six, &covariance, &mut switch, settings)
+        };
+        let degrees = |x: Option<Uncertain>| x.unwrap().value.to_degrees();
+        let survey = taken(30.0);
+        assert!((degrees(survey.gravity_toolface_rad) - 350.0).abs() < 1e-3);
+        assert!((degrees(survey.magnetic_toolface_rad) - 350.0).abs() < 1e-3);
+        let kinds = [6.0, 5.2, 4.9, 5.2, 5.6, 5.2].map(|inclination| taken(inclination).toolface_kind);
+        use ToolfaceKind::{Gravity, Magnetic};
+        assert_eq!(kinds, [Gravity, Gravity, Magnetic, Magnetic, Gravity, Gravity]);
+        assert_eq!(taken(3.0).toolface_rad(), taken(3.0).magnetic_toolface_rad);
+    }
+}

@@ -1,0 +1,233 @@
+//! The survey while rotating, from means over whole turns.
+//!
+//! Readings across the axis are turned back by the gyro's angle and averaged together with the axial ones, weighted by the angle that
+//! each sample covers, over whole turns. A bias across the axis, and the centrifugal force of a sensor off the axis, then cancel even
+//! where the speed varies; gravity and field do not turn and stay. (Measuring azimuth while the string turns is old: see US 5,012,412,
+//! Helm.) What remains of the gyro's bias turns both vectors alike and moves neither
+//! inclination nor azimuth; the magnetometer's delay against the accelerometer turns the azimuth.
+
+use super::{
+    Quality, SixAxisAverages, Survey, SurveyInput, SurveyKind, SurveyReport,
+    means::{BlockMean, MeanOfBlocks},
+    record::ToolfaceSwitch,
+    sensor_errors::turned_covariance,
+    six_axis::{SixAxis, SixAxisCovariance},
+    turn::Turn,
+};
+use crate::config::{Earth, SurveyConfig};
+use core::f32::consts::TAU;
+use nalgebra::{Matrix3, Vector3};
+
+/// Smoothing of the axial rate that decides whether the tool rotates, seconds: a stuck string is still rotating for some seconds.
+const SMOOTHING_S: f32 = 2.0;
+/// Most turn between two samples that are used, radians: readings between them are bridged by straight lines.
+const LONGEST_STEP_RAD: f32 = 0.5;
+/// A longer pause ends the survey in progress, seconds.
+const LONGEST_PAUSE_US: u64 = 100_000;
+
+/// Takes surveys while rotating, fed sample by sample.
+pub(crate) struct RotatingSurvey {
+    rotating: bool,
+    smooth_rad_s: f32,
+    last_us: Option<u64>,
+    start_us: u64,
+    samples: u32,
+    /// Angle since the start.
+    turn: Turn,
+    /// Angle in the turn in progress, radians, signed.
+    angle_rad: f32,
+    /// Angle at the last sample that was used, and that sample's readings.
+    last: Option<Used>,
+    force_angle: Vector3<f32>,
+    field_angle: Vector3<f32>,
+    force: MeanOfBlocks,
+    field: MeanOfBlocks,
+    field_whole: bool,
+    warmth: BlockMean,
+}
+
+/// Readings of a sample that is used, and the angle in the turn at it.
+#[derive(Clone, Copy)]
+struct Used {
+    angle_rad: f32,
+    force: Vector3<f32>,
+    field: Vector3<f32>,
+    /// The two, turned back.
+    force_back: Vector3<f32>,
+    field_back: Vector3<f32>,
+}
+
+impl RotatingSurvey {
+    pub(crate) const fn new() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self {
+            rotating: false,
+            smooth_rad_s: 0.0,
+            last_us: None,
+            start_us: 0,
+            samples: 0,
+            turn: Turn::NONE,
+            angle_rad: 0.0,
+            last: None,
+            force_angle: zero,
+            field_angle: zero,
+            force: MeanOfBlocks::new(),
+            field: MeanOfBlocks::new(),
+            field_whole: true,
+            warmth: BlockMean::new(),
+        }
+    }
+
+    /// Whether the tool turns about its axis.
+    pub(crate) const fn is_rotating(&self) -> bool {
+        self.rotating
+    }
+
+    /// Takes a sample; some: the configured number of turns is complete.
+    pub(crate) fn push(
+        &mut self,
+        input: &SurveyInput,
+        toolface: &mut ToolfaceSwitch,
+        (earth, config): (&Earth, &SurveyConfig),
+    ) -> Option<SurveyReport> {
+        // Without a rate the time of the last one stays, and the next one covers both intervals.
+        let [.., rate] = input.rate_rad_s?;
+        let step_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
+        self.last_us = Some(input.t_us);
+        if step_us > LONGEST_PAUSE_US {
+            self.begin(input.t_us);
+            return None;
+        }
+        let step_s = step_us as f32 * 1e-6;
+        self.smooth_rad_s += (rate - self.smooth_rad_s) * (step_s / (SMOOTHING_S + step_s));
+        let limit = config.rotating_rad_s * if self.rotating { 0.5 } else { 1.0 };
+        let rotating = self.smooth_rad_s.abs() >= limit;
+        if rotating != self.rotating {
+            self.rotating = rotating;
+            self.begin(input.t_us);
+        }
+        if !rotating {
+            return None;
+        }
+        self.turn.by(rate * step_s);
+        self.angle_rad += rate * step_s;
+        self.add(input);
+        if self.force.count() < config.rotating_turns {
+            return None;
+        }
+        let report = self.report(input.t_us, toolface, (earth, config));
+        self.begin(input.t_us);
+        report
+    }
+
+    /// Begins at an angle of zero with nothing.
+    fn begin(&mut self, t_us: u64) {
+        *self = Self {
+            rotating: self.rotating,
+            smooth_rad_s: self.smooth_rad_s,
+            last_us: self.last_us,
+            start_us: t_us,
+            ..Self::new()
+        };
+    }
+
+    fn add(&mut self, input: &SurveyInput) {
+        let Some(force) = input.force_m_s2.filter(|_| !input.accel_clipped) else { return };
+        // A field that is missing now and then is bridged like a force; one that stays away is none.
+        if input.field_ut.is_none() && self.field_whole {
+            let since = self.angle_rad - self.last.map_or(0.0, |last| last.angle_rad);
+            if since.abs() < 0.5 * LONGEST_STEP_RAD {
+                return;
+            }
+            self.field_whole = false;
+        }
+        let (force, field) = (Vector3::from(force), Vector3::from(input.field_ut.unwrap_or_default()));
+        let (force_back, field_back) = (self.turn.back(&force), self.turn.back(&field));
+        let now = Used { angle_rad: self.angle_rad, force, field, force_back, field_back };
+        if let Some(temperature) = input.temperature_c {
+            self.warmth.add(&Vector3::new(temperature, 0.0, 0.0));
+        }
+        self.samples = self.samples.saturating_add(1);
+        let Some(last) = self.last.replace(now) else {
+            self.begin_turn(now, 0.0);
+            return;
+        };
+        let step_rad = now.angle_rad - last.angle_rad;
+        if step_rad.abs() > LONGEST_STEP_RAD {
+            self.begin_turn(now, 0.0);
+        } else if now.angle_rad.abs() < TAU {
+            self.force_angle += (last.force_back + force_back) * (0.5 * step_rad);
+            self.field_angle += (last.field_back + field_back) * (0.5 * step_rad);
+        } else {
+            self.close_turn(&last, now);
+        }
+    }
+
+    /// The turn became whole between two samples. Both get their part of the step, by readings between the two in proportion.
+    fn close_turn(&mut self, last: &Used, now: Used) {
+        let step_rad = now.angle_rad - last.angle_rad;
+        let over_rad = now.angle_rad - if now.angle_rad > 0.0 { TAU } else { -TAU };
+        let (before_rad, share) = (step_rad - over_rad, over_rad / step_rad);
+        let mut turn = self.turn;
+        turn.by(-over_rad);
+        let between = |last: &Vector3<f32>, now: &Vector3<f32>| turn.back(&(now + (last - now) * share));
+        let force = between(&last.force, &now.force);
+        let field = between(&last.field, &now.field);
+        let whole = now.angle_rad - over_rad;
+        self.force.add(&((self.force_angle + (last.force_back + force) * (0.5 * before_rad)) / whole));
+        self.field.add(&((self.field_angle + (last.field_back + field) * (0.5 * before_rad)) / whole));
+        self.begin_turn(now, over_rad);
+        self.force_angle = (force + now.force_back) * (0.5 * over_rad);
+        self.field_angle = (field + now.field_back) * (0.5 * over_rad);
+    }
+
+    fn begin_turn(&mut self, now: Used, angle_rad: f32) {
+        self.angle_rad = angle_rad;
+        self.last = Some(Used { angle_rad, ..now });
+        (self.force_angle, self.field_angle) = (Vector3::zeros(), Vector3::zeros());
+    }
+
+    fn report(
+        &self,
+        t_us: u64,
+        toolface: &mut ToolfaceSwitch,
+        (earth, config): (&Earth, &SurveyConfig),
+    ) -> Option<SurveyReport> {
+        let errors = &config.errors;
+        let gravity = -self.force.mean();
+        let field = self.field.mean();
+        let seen = self.field_whole.then_some(field);
+        let six = SixAxis::of(&gravity, seen.as_ref())?;
+        let time_s = t_us.saturating_sub(self.start_us) as f32 * 1e-6;
+        let rate_rad_s = TAU * f32::from(self.force.count()) / if time_s > 0.0 { time_s } else { 1.0 };
+        let late = Vector3::new(-field.y, field.x, 0.0) * (rate_rad_s * errors.mag_timing_s);
+        let interference = errors.axial_interference_ut;
+        let axial = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, interference * interference));
+        let covariance = SixAxisCovariance {
+            gravity: turned_covariance(&gravity, errors.accel_bias_m_s2, errors.accel_scale) + self.force.covariance(),
+            field: turned_covariance(&field, errors.mag_bias_ut, errors.mag_scale)
+                + late * late.transpose()
+                + axial
+                + self.field.covariance(),
+        };
+        let span = [self.start_us, t_us];
+        let settings = (earth, config);
+        let mut survey = Survey::of_six_axis(SurveyKind::Rotating, span, &six, &covariance, toolface, settings);
+        survey.temperature_c = self.warmth.mean().map(|warmth| warmth.x);
+        Some(SurveyReport {
+            survey,
+            quality: Quality::of(&survey, earth, config),
+            averages: SixAxisAverages {
+                samples: self.samples,
+                raw_accel_m_s2: [0.0; 3],
+                raw_mag_ut: None,
+                force_m_s2: self.force.mean().into(),
+                field_ut: seen.map(Into::into),
+                rate_rad_s: [0.0, 0.0, self.smooth_rad_s],
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,253 @@
+//! The survey at rest: settle, average, latch.
+
+use super::{
+    Quality, Survey, SurveyInput, SurveyKind,
+    means::{BlockMean, MeanOfBlocks},
+    record::ToolfaceSwitch,
+    sensor_errors,
+    six_axis::{SixAxis, SixAxisCovariance},
+};
+use crate::{
+    attitude::Rest,
+    config::{Earth, SurveyConfig},
+};
+use nalgebra::Vector3;
+
+/// Blocks of an average. Their scatter gives the mean's noise, with 7 degrees of freedom.
+const BLOCKS: u16 = 8;
+/// A longer pause between readings breaks the survey off, seconds: one could have moved and come back.
+const LONGEST_PAUSE_US: u64 = 100_000;
+
+/// Where a stationary survey is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum StationaryState {
+    /// The tool moves, or has not been quiet for long enough to tell.
+    #[default]
+    Moving,
+    /// At rest; the average has not begun.
+    Settling,
+    /// Readings are being averaged.
+    Averaging,
+    /// The survey is taken; the next one needs motion first.
+    Latched,
+}
+
+/// Mean readings of a stationary survey: the six-axis record. Tool axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SixAxisAverages {
+    /// Samples in the means.
+    pub samples: u32,
+    /// Accelerometer as it reads, m/s^2.
+    pub raw_accel_m_s2: [f32; 3],
+    /// Magnetometer as it reads, microtesla; `None`: it did not read throughout.
+    pub raw_mag_ut: Option<[f32; 3]>,
+    /// Calibrated specific force, m/s^2.
+    pub force_m_s2: [f32; 3],
+    /// Calibrated field, microtesla; `None`: it was not to be believed throughout.
+    pub field_ut: Option<[f32; 3]>,
+    /// Compensated body rate, rad/s: what is left of the gyro's bias and, where it was not taken out, the earth's rotation.
+    pub rate_rad_s: [f32; 3],
+}
+
+/// A survey from mean vectors, and what it is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SurveyReport {
+    /// The survey.
+    pub survey: Survey,
+    /// Its totals against their references.
+    pub quality: Quality,
+    /// The mean readings. For a rotating survey those across the axis are in the frame that does not turn, and raw means are zero.
+    pub averages: SixAxisAverages,
+}
+
+/// One pair of sums for each sensor.
+#[derive(Clone, Copy)]
+struct Sums<T> {
+    force: T,
+    field: T,
+    raw_accel: T,
+    raw_mag: T,
+    rate: T,
+}
+
+/// Takes stationary surveys, fed sample by sample.
+pub(crate) struct StationarySurvey {
+    state: StationaryState,
+    rest: Rest,
+    last_us: Option<u64>,
+    since_us: u64,
+    samples: u32,
+    warmth: BlockMean,
+    block: Sums<BlockMean>,
+    means: Sums<MeanOfBlocks>,
+    field_whole: bool,
+}
+
+impl StationarySurvey {
+    pub(crate) const fn new() -> Self {
+        let (block, mean) = (BlockMean::new(), MeanOfBlocks::new());
+        Self {
+            state: StationaryState::Moving,
+            rest: Rest::new(),
+            last_us: None,
+            since_us: 0,
+            samples: 0,
+            warmth: block,
+            block: Sums { force: block, field: block, raw_accel: block, raw_mag: block, rate: block },
+            means: Sums { force: mean, field: mean, raw_accel: mean, raw_mag: mean, rate: mean },
+            field_whole: true,
+        }
+    }
+
+    pub(crate) const fn state(&self) -> StationaryState {
+        self.state
+    }
+
+    /// Takes a sample; some: a survey has just been latched.
+    pub(crate) fn push(
+        &mut self,
+        input: &SurveyInput,
+        toolface: &mut ToolfaceSwitch,
+        (earth, config): (&Earth, &SurveyConfig),
+    ) -> Option<SurveyReport> {
+        if input.accel_clipped {
+            self.start_over();
+        }
+        let (Some(force), Some(rate)) = (input.force_m_s2, input.rate_rad_s) else { return None };
+        let (force, rate) = (Vector3::from(force), Vector3::from(rate));
+        let pause_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
+        if pause_us > LONGEST_PAUSE_US {
+            self.start_over();
+        }
+        self.last_us = Some(input.t_us);
+        self.rest.observe(&rate, Some(&force), pause_us as f32 * 1e-6);
+        if !self.rest.detected() {
+            self.state = StationaryState::Moving;
+            return None;
+        }
+        let elapsed_s = input.t_us.saturating_sub(self.since_us) as f32 * 1e-6;
+        match self.state {
+            StationaryState::Moving => {
+                self.state = StationaryState::Settling;
+                self.since_us = input.t_us;
+                None
+            }
+            StationaryState::Settling => {
+                if elapsed_s >= config.settle_s {
+                    self.begin_average(input.t_us);
+                    self.add(input, &force, &rate);
+                }
+                None
+            }
+            StationaryState::Averaging => {
+                self.add(input, &force, &rate);
+                let blocks = f32::from(self.means.force.count() + 1);
+                if elapsed_s >= blocks * config.average_s / f32::from(BLOCKS) {
+                    self.close_block(config);
+                }
+                if self.means.force.count() < BLOCKS {
+                    return None;
+                }
+                self.state = StationaryState::Latched;
+                self.report(input.t_us, toolface, (earth, config))
+            }
+            StationaryState::Latched => None,
+        }
+    }
+
+    fn start_over(&mut self) {
+        self.state = StationaryState::Moving;
+        self.rest = Rest::new();
+    }
+
+    fn begin_average(&mut self, t_us: u64) {
+        let Self { rest, last_us, .. } = core::mem::replace(self, Self::new());
+        (self.rest, self.last_us) = (rest, last_us);
+        (self.state, self.since_us) = (StationaryState::Averaging, t_us);
+    }
+
+    fn add(&mut self, input: &SurveyInput, force: &Vector3<f32>, rate: &Vector3<f32>) {
+        let block = &mut self.block;
+        block.force.add(force);
+        block.rate.add(rate);
+        block.raw_accel.add(&input.raw_accel_m_s2.into());
+        if let Some(field) = input.field_ut {
+            block.field.add(&field.into());
+            block.raw_mag.add(&input.raw_mag_ut.into());
+        }
+        if let Some(temperature) = input.temperature_c {
+            self.warmth.add(&Vector3::new(temperature, 0.0, 0.0));
+        }
+        self.samples = self.samples.saturating_add(1);
+    }
+
+    /// Keeps the block's means; starts over when a vector has turned since the first block.
+    fn close_block(&mut self, config: &SurveyConfig) {
+        let block = self.block;
+        let empty = BlockMean::new();
+        self.block = Sums { force: empty, field: empty, raw_accel: empty, raw_mag: empty, rate: empty };
+        let means = &mut self.means;
+        for (means, block) in [
+            (&mut means.force, &block.force),
+            (&mut means.raw_accel, &block.raw_accel),
+            (&mut means.rate, &block.rate),
+            (&mut means.field, &block.field),
+            (&mut means.raw_mag, &block.raw_mag),
+        ] {
+            if let Some(mean) = block.mean() {
+                means.add(&mean);
+            }
+        }
+        let field = block.field.mean();
+        self.field_whole &= field.is_some();
+        let turned = |first: &Vector3<f32>, mean: Option<Vector3<f32>>| {
+            let sine = libm::sinf(config.max_turn_rad);
+            mean.is_some_and(|mean| {
+                first.cross(&mean).norm_squared() > sine * sine * first.norm_squared() * mean.norm_squared()
+            })
+        };
+        if turned(self.means.force.first(), block.force.mean()) || turned(self.means.field.first(), field) {
+            self.start_over();
+            self.means.force = MeanOfBlocks::new();
+        }
+    }
+
+    fn report(
+        &self,
+        t_us: u64,
+        toolface: &mut ToolfaceSwitch,
+        (earth, config): (&Earth, &SurveyConfig),
+    ) -> Option<SurveyReport> {
+        let means = &self.means;
+        let gravity = -means.force.mean();
+        let field = self.field_whole.then(|| means.field.mean());
+        let six = SixAxis::of(&gravity, field.as_ref())?;
+        let covariance = SixAxisCovariance {
+            gravity: sensor_errors::gravity_covariance(&gravity, &config.errors) + means.force.covariance(),
+            field: sensor_errors::field_covariance(&means.field.mean(), &config.errors) + means.field.covariance(),
+        };
+        let settings = (earth, config);
+        let mut survey =
+            Survey::of_six_axis(SurveyKind::Stationary, [self.since_us, t_us], &six, &covariance, toolface, settings);
+        survey.temperature_c = self.warmth.mean().map(|warmth| warmth.x);
+        Some(SurveyReport {
+            survey,
+            quality: Quality::of(&survey, earth, config),
+            averages: SixAxisAverages {
+                samples: self.samples,
+                raw_accel_m_s2: means.raw_accel.mean().into(),
+                raw_mag_ut: self.field_whole.then(|| means.raw_mag.mean().into()),
+                force_m_s2: means.force.mean().into(),
+                field_ut: field.map(Into::into),
+                rate_rad_s: means.rate.mean().into(),
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,152 @@
+use super::{
+    DrillingDynamics, StationaryState, Survey, SurveyInput, SurveyReport, continuous::Continuous,
+    dynamics::DynamicsWindow, record::ToolfaceSwitch, rotating::RotatingSurvey, stationary::StationarySurvey,
+};
+use crate::config::{ConfigError, Earth, SurveyConfig};
+
+bitflags::bitflags! {
+    /// What a sample completed; the results stay with the [`Surveyor`] until the next ones.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+    #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+    pub struct SurveyNews: u8 {
+        /// A stationary survey: [`Surveyor::stationary`].
+        const STATIONARY = 1;
+        /// A rotating survey: [`Surveyor::rotating`].
+        const ROTATING = 1 << 1;
+        /// A window of drilling dynamics: [`Surveyor::dynamics`].
+        const DYNAMICS = 1 << 2;
+    }
+}
+
+/// Takes surveys of every kind from the samples of a probe. Everything is inside; nothing allocates and nothing can panic.
+///
+/// Once a sample:
+/// ```
+/// # use meerkat_mwd::{Config, config::SurveyConfig, survey::{SurveyInput, SurveyNews, Surveyor}};
+/// # let (input, config) = (SurveyInput::default(), Config::default());
+/// let mut surveyor = Surveyor::new();
+/// surveyor.configure(&config.earth, &SurveyConfig::default())?;
+/// if surveyor.push(&input).contains(SurveyNews::STATIONARY) {
+///     // surveyor.stationary() has it, with its quality and the six-axis means
+/// }
+/// # Ok::<(), meerkat_mwd::config::ConfigError>(())
+/// ```
+pub struct Surveyor {
+    settings: Option<(Earth, SurveyConfig)>,
+    last_us: Option<u64>,
+    continuous: Continuous,
+    continuous_toolface: ToolfaceSwitch,
+    stationary: StationarySurvey,
+    stationary_toolface: ToolfaceSwitch,
+    rotating: RotatingSurvey,
+    rotating_toolface: ToolfaceSwitch,
+    dynamics: DynamicsWindow,
+    last_stationary: Option<SurveyReport>,
+    last_rotating: Option<SurveyReport>,
+    last_dynamics: Option<DrillingDynamics>,
+}
+
+impl Surveyor {
+    /// One that is not configured and takes no surveys; for a static, where it takes 2 KiB of RAM and as much flash.
+    #[must_use]
+    pub const fn new() -> Self {
+        let toolface = ToolfaceSwitch::new();
+        Self {
+            settings: None,
+            last_us: None,
+            continuous: Continuous::new(),
+            continuous_toolface: toolface,
+            stationary: StationarySurvey::new(),
+            stationary_toolface: toolface,
+            rotating: RotatingSurvey::new(),
+            rotating_toolface: toolface,
+            dynamics: DynamicsWindow::new(),
+            last_stationary: None,
+            last_rotating: None,
+            last_dynamics: None,
+        }
+    }
+
+    /// Checks the configuration and starts afresh from it. `earth` is that of the probe: its declination says whether the attitudes
+    /// count from true or from magnetic north.
+    ///
+    /// # Errors
+    /// The field that cannot be used; the surveyor then stays as it was.
+    pub fn configure(&mut self, earth: &Earth, config: &SurveyConfig) -> Result<(), ConfigError> {
+        config.validate()?;
+        *self = Self { settings: Some((*earth, *config)), ..Self::new() };
+        Ok(())
+    }
+
+    /// Takes one sample. Nothing happens before a configuration, and with a sample whose time does not increase.
+    pub fn push(&mut self, input: &SurveyInput) -> SurveyNews {
+        let mut news = SurveyNews::empty();
+        let Some((earth, config)) = &self.settings else { return news };
+        if self.last_us.is_some_and(|last| input.t_us <= last) {
+            return news;
+        }
+        let input = input.sanitised();
+        let step_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
+        self.last_us = Some(input.t_us);
+        if let Some(attitude) = &input.attitude {
+            self.continuous_toolface.observe(attitude.inclination_rad, config);
+        }
+        self.continuous.push(&input, step_us as f32 * 1e-6);
+        if let Some(report) = self.stationary.push(&input, &mut self.stationary_toolface, (earth, config)) {
+            self.last_stationary = Some(report);
+            news.insert(SurveyNews::STATIONARY);
+        }
+        if let Some(report) = self.rotating.push(&input, &mut self.rotating_toolface, (earth, config)) {
+            self.last_rotating = Some(report);
+            news.insert(SurveyNews::ROTATING);
+        }
+        if let Some(window) = self.dynamics.push(&input, earth, &config.dynamics, config.rotating_rad_s) {
+            self.last_dynamics = Some(window);
+            news.insert(SurveyNews::DYNAMICS);
+        }
+        news
+    }
+
+    /// The survey at the last sample, from the attitude filter; azimuth from magnetic, true and grid north. `None`: no attitude.
+    #[must_use]
+    pub fn continuous(&self) -> Option<Survey> {
+        let (earth, config) = self.settings.as_ref()?;
+        self.continuous.survey(self.continuous_toolface, self.rotating.is_rotating(), (earth, config))
+    }
+
+    /// The latest stationary survey, latched.
+    #[must_use]
+    pub const fn stationary(&self) -> Option<&SurveyReport> {
+        self.last_stationary.as_ref()
+    }
+
+    /// The latest rotating survey.
+    #[must_use]
+    pub const fn rotating(&self) -> Option<&SurveyReport> {
+        self.last_rotating.as_ref()
+    }
+
+    /// The latest window of drilling dynamics.
+    #[must_use]
+    pub const fn dynamics(&self) -> Option<&DrillingDynamics> {
+        self.last_dynamics.as_ref()
+    }
+
+    /// Where the stationary survey is.
+    #[must_use]
+    pub const fn state(&self) -> StationaryState {
+        self.stationary.state()
+    }
+
+    /// Whether the tool turns about its axis.
+    #[must_use]
+    pub const fn is_rotating(&self) -> bool {
+        self.rotating.is_rotating()
+    }
+}
+
+impl Default for Surveyor {
+    fn default() -> Self {
+        Self::new()
+    }
+}
