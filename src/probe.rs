@@ -186,8 +186,12 @@ impl Probe {
         if self.identifier.take_effect(sample.t_us) {
             self.filter.model_changed();
         }
-        if self.identifier.take_diagnosed(sample.t_us) {
+        let [effects_changed, bias_stepped] = self.identifier.take_diagnosed(sample.t_us);
+        if effects_changed {
             self.attitude_effects = self.effects().of_attitude(self.library());
+        }
+        if bias_stepped {
+            self.filter.model_changed();
         }
         let mut flags = self.flags(&sample);
         let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
@@ -278,6 +282,7 @@ impl Probe {
             force_m_s2: force,
             square_force_m2_s4: self.square_force_m2_s4,
             field_ut: field,
+            before_shock: 0.0,
             warming_k: if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { 0.0 },
         };
         self.attitude_effects.correct(self.library(), &mut moment);

@@ -1,10 +1,11 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
+    bias_step::{BiasStep, RateErrors, Shocks, Timing},
     history::History,
     normal::{Factor, MAX_COLUMNS, Model, Normal},
     remainder::Remainder,
-    report::{DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
+    report::{BiasStepReport, DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
     sign_flip::{GROUPS, Scores, sign_flip},
     walk::Walk,
     weak_columns::{COLUMNS, GYRO, GyroScales, Layout, TestFacts, WeakColumns},
@@ -14,10 +15,11 @@ use crate::{
     algebra::quantile,
     compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE, Moment, Sensor, effect::MAX_PARAMETERS},
     config::Config,
-    window::SampleStream,
+    window::{SampleStream, UNDER_WAY},
 };
 use nalgebra::{Matrix3, Vector3};
 
+mod bias_steps;
 mod chosen;
 mod limits;
 mod measure;
@@ -92,6 +94,11 @@ pub(crate) struct Diagnosis {
     /// The part of it that is taken out of the readings before the equations are made, so that they are about the solution: a lag
     /// of 15 ms at 180 deg/s is seen a thousandth wrong to first order.
     taken_out: ActiveEffects,
+    /// The step of the bias that is taken out, and the one that the last pass shows.
+    step: BiasStep,
+    shown_step: BiasStep,
+    /// Sums of the raw and of the compensated rates after the step, rad/s.
+    rate_sums: [Vector3<f32>; 2],
     chosen: heapless::Vec<Chosen, MAX_ACTIVE>,
     /// Candidates that are too small to matter, or did not fit: one bit each.
     banned: u32,
@@ -136,6 +143,9 @@ impl Diagnosis {
             scales: [0.0; 2],
             x: [0.0; COLUMNS],
             taken_out: ActiveEffects::none(),
+            step: BiasStep::NONE,
+            shown_step: BiasStep::NONE,
+            rate_sums: [Vector3::new(0.0, 0.0, 0.0); 2],
             chosen: heapless::Vec::new(),
             banned: 0,
             tried: [Tried { evidence: 0.0, p_value: 0.0, too_small: false }; MAX_CANDIDATES],
@@ -165,6 +175,8 @@ impl Diagnosis {
         self.scales = [1.0; 2];
         self.squares = [[0.0; 2]; MAX_TESTS];
         self.x = [0.0; COLUMNS];
+        self.step = BiasStep::NONE;
+        self.shown_step = BiasStep::NONE;
         self.chosen.clear();
         self.banned = 0;
         self.tried = [Tried { p_value: 1.0, ..Tried::default() }; MAX_CANDIDATES];
@@ -184,12 +196,17 @@ impl Diagnosis {
         let flown_c = flown_p * Vector3::from(self.job.flown.b_rad_s);
         self.p = Matrix3::from_fn(|i, j| flown_p[(i, j)] + scales.of_p(i, j) * self.x[3 * i + j]);
         self.c = Vector3::from_fn(|i, _| flown_c[i] + scales.c_rad_s * self.x[9 + i]);
-        self.walk.start(subject.stream, self.job.from, (&self.p, &self.c));
+        self.walk.start(subject.stream, self.job.from, (&self.p, &self.c, &self.step));
+        RateErrors::new(self.factor.scratch()).clear();
+        self.rate_sums = [Vector3::zeros(); 2];
         self.columns.start(subject.stream.weak_form.hop());
         self.normal.clear();
         self.scores.fill(0.0);
         let mut taken_out = ActiveEffects::none();
         for &Chosen { index, .. } in &self.chosen {
+            if self.columns_of(subject, usize::from(index)).is_empty() {
+                continue;
+            }
             let parameters = self.parameters(subject, usize::from(index));
             taken_out.add(FoundEffect { index, parameters, ..FoundEffect::default() });
         }
@@ -244,7 +261,11 @@ impl Diagnosis {
     #[inline(never)]
     fn take(&mut self, subject: &Subject, index: u32) {
         let scales = GyroScales::new(&subject.config.identification);
-        let mut instant = self.walk.advance((subject.stream, self.job.to), index, (&self.p, &self.c));
+        let mut instant = self.walk.advance((subject.stream, self.job.to), index, (&self.p, &self.c, &self.step));
+        if index >= self.step.until {
+            self.rate_sums[0] += instant.raw_rad_s;
+            self.rate_sums[1] += instant.moment.rate_rad_s;
+        }
         let read = instant.moment;
         self.taken_out.correct_vectors(subject.library, &mut instant.moment);
         self.measure_turns(subject, &read);
@@ -268,6 +289,7 @@ impl Diagnosis {
         }
         // The first residuals are those of the errors that are looked for.
         let is_stable = self.pass > 0 && self.rescale();
+        let is_stable = self.find_step(subject) && is_stable;
         // The solution that made these residuals comes from the pass before: it has settled when the scales had by then.
         let has_settled = is_stable && self.was_stable;
         self.was_stable = is_stable;
@@ -303,6 +325,9 @@ impl Diagnosis {
             // There is room.
             let _ =
                 self.chosen.push(Chosen { index: index as u8, evidence, p_value, residual_before_rad, ..Chosen::NONE });
+            if Self::is_bias_step(subject, index) {
+                self.step = self.shown_step;
+            }
             return self.changed(subject);
         }
         if !has_settled {

@@ -7,6 +7,7 @@ mod whiteness;
 #[cfg(test)]
 mod tests;
 
+pub(in crate::diagnosis) use correlation::chance_of_ratio;
 pub use correlate::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
 
 use super::{

@@ -2,10 +2,11 @@ use super::{micros, work::Work};
 use crate::{
     compensation::GyroModel,
     config::Config,
-    diagnosis::{DiagnosisJob, DiagnosisReport, History, Subject},
+    diagnosis::{BiasStepReport, DiagnosisJob, DiagnosisReport, History, Subject},
     window::SampleStream,
 };
 use heapless::Vec;
+use nalgebra::Vector3;
 
 /// When the samples are diagnosed, and when what was found takes effect.
 pub(super) struct DiagnosisSchedule {
@@ -90,15 +91,19 @@ impl DiagnosisSchedule {
     }
 
     /// Before a sample is compensated: a diagnosis that is due takes effect, or was not done in time. Returns whether the effects
-    /// changed.
-    pub fn take_effect(&mut self, t_us: u64, stream: &mut SampleStream) -> bool {
+    /// changed, and the step of the bias that it found.
+    pub fn take_effect(
+        &mut self,
+        t_us: u64,
+        stream: &mut SampleStream,
+    ) -> (bool, Option<(BiasStepReport, Vector3<f32>)>) {
         if self.effect_us == 0 || t_us < self.effect_us {
-            return false;
+            return (false, None);
         }
         self.effect_us = 0;
         let Some(mut report) = self.waiting.pop() else {
             self.overruns = self.overruns.saturating_add(1);
-            return false;
+            return (false, None);
         };
         report.t_effect_us = t_us;
         let effects = report.active();
@@ -111,7 +116,7 @@ impl DiagnosisSchedule {
         if changed {
             stream.set_effects(&effects);
         }
-        changed
+        (changed, report.believed_step())
     }
 
     /// The latest diagnosis that nobody has taken.

@@ -67,6 +67,7 @@ pub(crate) struct Identifier {
     pub overruns: u32,
 }
 
+mod bias_step;
 mod closing;
 
 impl Identifier {
@@ -155,11 +156,12 @@ impl Identifier {
         self.start_window(t_us);
     }
 
-    /// Before a sample is compensated: a diagnosis that is due takes effect. Returns whether the effects changed.
-    pub fn take_diagnosed(&mut self, t_us: u64) -> bool {
-        let changed = self.diagnosis.take_effect(t_us, &mut self.stream);
-        self.stale_tests |= changed;
-        changed
+    /// Before a sample is compensated: a diagnosis that is due takes effect. Returns whether the effects changed, and whether the model did.
+    pub fn take_diagnosed(&mut self, t_us: u64) -> [bool; 2] {
+        let (changed, step) = self.diagnosis.take_effect(t_us, &mut self.stream);
+        let stepped = step.is_some_and(|(step, by)| self.follow_step(t_us, &step, &by));
+        self.stale_tests |= changed || stepped;
+        [changed, stepped]
     }
 
     /// The latest diagnosis that nobody has taken.

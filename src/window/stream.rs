@@ -21,6 +21,7 @@ pub(crate) struct SampleStream {
     pub weak_form: WeakForm,
     theta: [f32; GYRO],
     effects: ActiveEffects,
+    bias_steps: [BiasStep; BIAS_STEPS],
     library: Option<&'static [&'static dyn Effect]>,
     tests: [TestEquations; TESTS],
     /// Test windows completed since the start of the stream; the ring holds the last of them.
@@ -46,6 +47,22 @@ pub(crate) struct StreamSettings {
     pub bias_walk_rad_s_rts: f32,
     pub gravity_m_s2: f32,
     pub scales: Scales,
+}
+
+/// Steps of the bias that are known at a time: a diagnosis finds one at most, and less than two of them fit in what is kept.
+const BIAS_STEPS: usize = 2;
+
+/// The gyro's bias became another.
+#[derive(Clone, Copy)]
+struct BiasStep {
+    /// First increment after it; 0: there is none.
+    until: u32,
+    /// What a raw reading before it lacks to be as after it, rad/s.
+    step_rad_s: Vector3<f32>,
+}
+
+impl BiasStep {
+    const NONE: Self = Self { until: 0, step_rad_s: Vector3::new(0.0, 0.0, 0.0) };
 }
 
 /// A second walk over increments whose test windows were made with other effects.
@@ -83,6 +100,7 @@ impl SampleStream {
             weak_form: WeakForm::zero(),
             theta: [0.0; GYRO],
             effects: ActiveEffects::none(),
+            bias_steps: [BiasStep::NONE; BIAS_STEPS],
             library: None,
             tests: [TestEquations::zero(); TESTS],
             tests_completed: 0,
@@ -117,6 +135,7 @@ impl SampleStream {
     pub fn start(&mut self, t_us: u64, theta: &[f32; GYRO]) {
         self.increments.start(self.scales);
         self.surroundings.start();
+        self.bias_steps = [BiasStep::NONE; BIAS_STEPS];
         self.accumulator.start(t_us, self.grid, self.sample_period_us);
         self.weak_form.start(theta);
         self.theta = *theta;
@@ -183,9 +202,24 @@ impl SampleStream {
         self.weak_form.change_model(&self.theta.clone());
     }
 
+    /// From here on what was read before increment `until`, at `t_us`, is made to look like what is read after it: by that much more, raw.
+    pub fn step_bias(&mut self, until: u32, t_us: u64, step_rad_s: Vector3<f32>) {
+        self.bias_steps = [BiasStep { until, step_rad_s }, self.bias_steps[0]];
+        if let Some(bias) = self.rest_bias.as_mut().filter(|_| self.rest_bias_us < t_us) {
+            bias.rate += step_rad_s;
+        }
+    }
+
+    /// Increment `index` as it would have been read with the bias of the latest.
+    pub fn read(&self, index: u32) -> Increment {
+        let read = self.increments.get(index);
+        let steps = self.bias_steps.iter().filter(|step| index < step.until);
+        Increment { rate: read.rate.map(|rate| steps.fold(rate, |rate, step| rate + step.step_rad_s)), ..read }
+    }
+
     /// Increment `index` without the active effects.
     pub fn increment(&self, index: u32) -> Increment {
-        let read = self.increments.get(index);
+        let read = self.read(index);
         if self.effects.is_empty() {
             return read;
         }
@@ -195,7 +229,7 @@ impl SampleStream {
             Matrix3::new(p00, p01, p02, p10, p11, p12, p20, p21, p22) * raw - Vector3::new(c0, c1, c2)
         };
         let rate = nominal(raw);
-        let before = self.increments.get(index.wrapping_sub(1)).rate.map_or(rate, nominal);
+        let before = self.read(index.wrapping_sub(1)).rate.map_or(rate, nominal);
         // Not of the next one: whether it is there already depends on when this is asked.
         let acceleration = (rate - before) / self.grid.interval_s();
         let surroundings = self.surroundings.get(index);
@@ -206,6 +240,7 @@ impl SampleStream {
             force_m_s2: -read.gravity.unwrap_or_default(),
             square_force_m2_s4: surroundings.square_force_m2_s4,
             field_ut: read.field.unwrap_or_default(),
+            before_shock: 0.0,
             warming_k: surroundings.temperature_c.map_or(0.0, |t| t - REFERENCE_TEMPERATURE_C),
         };
         self.effects.correct(self.library(), &mut moment);

@@ -82,6 +82,7 @@ impl Diagnosis {
                 self.remainder.add(v, rows, &r, weight);
             }
             self.normal.add(rows, width, weight);
+            RateErrors::new(self.factor.scratch()).add(number, rows, &r, weight);
             if let Some(scores) = self.scores.as_chunks_mut::<COLUMNS>().0.get_mut(group) {
                 for (row, r) in rows.iter().zip(&r) {
                     scores.iter_mut().zip(row).take(width).for_each(|(sum, a)| *sum += weight * a * r);

@@ -29,7 +29,10 @@ impl Diagnosis {
                     *x = 0.0;
                 }
             }
-            let (size_rad, size_sigma_rad) = chosen.size_rad(&self.seen_parts(subject, slot));
+            if Self::is_bias_step(subject, index) {
+                [parameters, sigma] = self.step_parameters();
+            }
+            let (size_rad, size_sigma_rad) = self.size_rad(subject, slot);
             *report = EffectReport {
                 found: FoundEffect { index: chosen.index, parameters, sigma },
                 evidence: chosen.evidence,
@@ -55,6 +58,7 @@ impl Diagnosis {
             t_effect_us: 0,
             verdict,
             effects,
+            bias_step: if enough { self.step_report(subject) } else { None },
             count: if enough { self.chosen.len() as u8 } else { 0 },
             tried: self.tried,
             candidates: subject.library.len().min(MAX_CANDIDATES) as u8,
