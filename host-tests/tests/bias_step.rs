@@ -11,10 +11,12 @@ use meerkat_mwd::{
 use mwd::{
     configuration::of_trace,
     flight::{Flight, fly},
-    simulate::{Random, Scenario, Truth, simulate},
+    simulate::{Scenario, simulate},
     trace::Trace,
 };
 use nalgebra::Vector3;
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
 
 const SCENARIOS: [&str; 2] = ["drilling_45deg.toml", "drilling_vertical.toml"];
 
@@ -60,10 +62,13 @@ fn measure() {
     for name in SCENARIOS {
         let (mut named, mut n) = (0, 0);
         for seed in 0..std::env::var("SEEDS").map_or(10, |s| s.parse().unwrap()) {
-            let mut random = Random::new(seed ^ 0x57e9);
-            let length = random.between(0.2, 0.5);
-            let step_deg_s = random.direction().map(|x| x * length);
-            let after_s = random.between(36.0, 70.0);
+            let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed ^ 0x57e9);
+            let mut between =
+                |low: f64, high: f64| low + (high - low) * f64::from(generator.next_u32()) / f64::from(u32::MAX);
+            let length = between(0.2, 0.5);
+            let step_deg_s = Vector3::from([(); 3].map(|()| between(-1.0, 1.0))).normalize() * length;
+            let step_deg_s: [f64; 3] = step_deg_s.into();
+            let after_s = between(36.0, 70.0);
             let scenario = scenario(name, |s| {
                 s.duration_s = 170.0;
                 s.effects.bias_step_deg_s = step_deg_s;

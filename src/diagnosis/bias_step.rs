@@ -6,6 +6,7 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
+    passes::LEAST_LEAD,
     remainder::chance_of_ratio,
     sign_flip::GROUPS,
     weak_columns::{COLUMNS, GYRO},
@@ -180,8 +181,8 @@ impl<'a> RateErrors<'a> {
         let (until, twice_the_gain, fit) = best_at_shock?;
         let (dispersion, freedom) = self.dispersion(timing, until, &fit)?;
         let noise = if dispersion > 1.0 { dispersion } else { 1.0 };
-        // A straight line has as many parameters; and at the shock itself.
-        if twice_the_gain < drift + AS_LIKELY * dispersion || twice_the_gain < best - AS_LIKELY * dispersion {
+        // A straight line has as many parameters, and is the likelier of the two; and at the shock itself.
+        if twice_the_gain < drift + 2.0 * LEAST_LEAD * dispersion || twice_the_gain < best - AS_LIKELY * dispersion {
             return None;
         }
         let p_value = shocks.count() as f32 * chance_of_ratio(twice_the_gain / (3.0 * dispersion), 3.0, freedom);

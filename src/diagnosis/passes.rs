@@ -28,6 +28,7 @@ mod solution;
 mod verdict;
 
 use chosen::Chosen;
+pub(super) use limits::LEAST_LEAD;
 use limits::*;
 
 /// Increments that are walked in one piece of work.

@@ -8,10 +8,15 @@ use crate::{
 use heapless::Vec;
 use nalgebra::Vector3;
 
+/// What is kept of the increments, seconds, as long as a window; the configuration leaves room for the latency.
+const MOST_KEPT_S: f32 = 50.0;
+
 /// When the samples are diagnosed, and when what was found takes effect.
 pub(super) struct DiagnosisSchedule {
-    /// When the next one begins.
+    /// When the next one is due to begin.
     next_us: u64,
+    /// Increments that diagnoses have looked at.
+    seen_to: u32,
     /// When the last one before a freeze begins, early enough for what it finds.
     final_us: u64,
     /// When what is being found takes effect; 0: nothing is.
@@ -33,6 +38,7 @@ impl DiagnosisSchedule {
     pub const fn zero() -> Self {
         Self {
             next_us: 0,
+            seen_to: 0,
             final_us: 0,
             effect_us: 0,
             to_do: None,
@@ -49,6 +55,7 @@ impl DiagnosisSchedule {
         self.final_us = final_close_us.saturating_sub(micros(config.diagnosis.latency_s));
         self.next_us = u64::MAX;
         self.effect_us = 0;
+        self.seen_to = 0;
         self.to_do = None;
         self.history = History::zero();
         self.waiting.clear();
@@ -70,13 +77,28 @@ impl DiagnosisSchedule {
         };
     }
 
-    /// After a sample: a diagnosis of the latest ones that is due is to begin.
-    pub fn pushed(&mut self, t_us: u64, stream: &SampleStream, stream_from: u32, config: &Config, flown: &GyroModel) {
-        if t_us < self.next_us {
+    /// After a sample: a diagnosis of the latest ones that is due is to begin. One that the fit of a window would soon break off waits until that
+    /// window closes, and looks at what comes until then, too.
+    pub fn pushed(
+        &mut self,
+        t_us: u64,
+        (stream, stream_from): (&SampleStream, u32),
+        next_close_us: u64,
+        config: &Config,
+        flown: &GyroModel,
+    ) {
+        let latency_us = micros(config.diagnosis.latency_s);
+        let breaks_off = next_close_us > t_us && next_close_us - t_us < latency_us && self.next_us != self.final_us;
+        if t_us < self.next_us || breaks_off {
             return;
         }
+        let due_us = self.next_us;
         let count = stream.increments.count();
-        let most = stream.grid.increments_in(config.diagnosis.window_s) as u32;
+        let window = stream.grid.increments_in(config.diagnosis.window_s) as u32;
+        let kept = stream.grid.increments_in(MOST_KEPT_S - config.diagnosis.latency_s) as u32;
+        let unseen = count.saturating_sub(self.seen_to);
+        let most = if t_us > due_us && unseen > window { unseen.min(kept) } else { window };
+        self.seen_to = count;
         let from = stream_from.max(count.saturating_sub(most));
         let length_us = u64::from(count - from) * u64::from(stream.grid.interval_us);
         self.to_do = Some(DiagnosisJob {
@@ -86,8 +108,8 @@ impl DiagnosisSchedule {
             to: count,
             flown: *flown,
         });
-        self.effect_us = t_us.saturating_add(micros(config.diagnosis.latency_s));
-        self.schedule(t_us, config);
+        self.effect_us = t_us.saturating_add(latency_us);
+        self.schedule(due_us, config);
     }
 
     /// Before a sample is compensated: a diagnosis that is due takes effect, or was not done in time. Returns whether the effects

@@ -200,7 +200,8 @@ impl Identifier {
     /// Takes one sample (raw rate, calibrated vectors).
     pub fn push(&mut self, t_us: u64, [rate, gravity, field]: [Reading; 3], temperature_c: Option<f32>) {
         self.stream.push(t_us, rate, gravity, field, temperature_c);
-        self.diagnosis.pushed(t_us, &self.stream, self.stream_from, &self.config, &self.flown);
+        let latest = (&self.stream, self.stream_from);
+        self.diagnosis.pushed(t_us, latest, self.next_close_us, &self.config, &self.flown);
         if t_us >= self.next_close_us {
             // The last window before a freeze closes at its first sample at or after the instant that leaves it the latency: by less
             // than a sample period its result would come after the freeze.

@@ -80,6 +80,14 @@ pub(super) const CASES: &[Case] = &[
         },
     },
     Case {
+        name: "gyro_bias_step",
+        names: &[&["gyro_bias_step"]],
+        add: |s, r| {
+            (s.effects.bias_step_deg_s, s.effects.bias_step_after_s) = (vector(r, 0.5), r.between(76.0, 100.0));
+            s.shocks.peak_g = [15.0, 20.0];
+        },
+    },
+    Case {
         name: "vibration_rectification",
         names: &[&["vibration_rectification"]],
         add: |s, r| s.effects.vibration_rectification_deg_s_g2 = vector(r, 1.0),

@@ -27,7 +27,8 @@ impl Diagnosis {
             return true;
         }
         let before = core::mem::replace(&mut self.step, self.shown_step);
-        before.until == self.step.until
+        let moved = (self.step.step_rad_s - before.step_rad_s).component_div(&self.step.sigma_rad_s);
+        before.until == self.step.until && moved.iter().all(|sigmas| libm::fabsf(*sigmas) < STEP_SETTLED)
     }
 
     /// The step in the unit of its effect's parameters, and its deviations; those of its axes that are not seen to be there 0.

@@ -11,7 +11,7 @@ pub(super) const LEAST_WORTH: f32 = 3.0;
 
 /// By how much a candidate has to show more than one that stands before it in the library, where the likelier of two that look alike
 /// come first: odds of 7 to 1.
-pub(super) const LEAST_LEAD: f32 = 2.0;
+pub(in crate::diagnosis) const LEAST_LEAD: f32 = 2.0;
 
 /// Huber's constant, in deviations of a vector residual's component.
 pub(super) const HUBER: f32 = 3.0;
@@ -50,6 +50,9 @@ pub(super) const P: usize = 9;
 
 /// Share of the misfit that P has to explain to be taken for wrong; what a window of the identification has to, as well.
 pub(super) const EXPLAINED: f32 = 0.75;
+
+/// A step of the bias has settled when it changes by less of its deviation.
+pub(super) const STEP_SETTLED: f32 = 0.1;
 
 /// Passes after which candidates are tried though the solution has not settled: a model that lacks a large effect may never do so.
 pub(super) const PATIENCE: u8 = 4;

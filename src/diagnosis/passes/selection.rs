@@ -200,7 +200,7 @@ impl Diagnosis {
 
     /// Evidence of a candidate less what its parameters cost (Schwarz, Annals of Statistics 6 (1978) 461).
     pub(super) fn worth(&self, subject: &Subject, index: usize, evidence: f32) -> f32 {
-        let parameters = self.columns_of(subject, index).len() as f32;
+        let parameters = subject.library.get(index).map_or(0, |effect| effect.parameters().len()) as f32;
         evidence - 0.5 * parameters * libm::logf(self.usable as f32)
     }
 }
