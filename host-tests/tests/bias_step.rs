@@ -82,6 +82,7 @@ fn measure() {
             let flight = fly(&config, &trace.samples, |_| {}).unwrap();
             let off = fly(&Config { effects: false, ..config }, &trace.samples, |_| {}).unwrap();
             n += 1;
+            let expected = truth.gyro.p_matrix().cast::<f64>() * Vector3::from(step_deg_s);
             print!("{name} seed {seed:2} step {length:.2} at {at_s:6.2} ({:4.1} g ms) ", Vector3::from(shock.peak_m_s2).norm() / 9.8 * shock.length_s * 1e3);
             for report in &flight.diagnoses {
                 let names: Vec<_> = report.found().map(|f| LIBRARY[usize::from(f.found.index)].name()).collect();
@@ -89,7 +90,7 @@ fn measure() {
                     named += 1;
                     let t_s = report.bias_step.unwrap().t_us as f64 * 1e-6;
                     let z = [0, 1, 2].map(|k| {
-                        (f64::from(found.found.parameters[k]).to_degrees() - step_deg_s[k]) / f64::from(found.found.sigma[k]).to_degrees()
+                        (f64::from(found.found.parameters[k]).to_degrees() - expected[k]) / f64::from(found.found.sigma[k]).to_degrees()
                     });
                     print!("| found {t_s:6.2} p {:.0e} gain {:.0} z {:.1?} sigma {:.3?} ", found.p_value, found.evidence, z, found.found.sigma.map(f32::to_degrees)[0]);
                 } else {

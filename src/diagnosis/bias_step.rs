@@ -6,7 +6,6 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
-    passes::LEAST_LEAD,
     remainder::chance_of_ratio,
     sign_flip::GROUPS,
     weak_columns::{COLUMNS, GYRO},
@@ -158,7 +157,7 @@ impl<'a> RateErrors<'a> {
         let total = (all.of_one + Matrix3::identity()).try_inverse()?;
         let drift = line.fit(&all, &total)?.1;
         // Over all times, and over those at a shock.
-        let (mut best, mut best_at_shock): (f32, Option<(u32, f32, Fit)>) = (0.0, None);
+        let (mut best, mut best_at_shock): ((u32, f32), Option<(u32, f32, Fit)>) = ((0, 0.0), None);
         let mut before = Sums::ZERO;
         let mut whole = 0;
         for until in shocks.times() {
@@ -173,7 +172,7 @@ impl<'a> RateErrors<'a> {
                 sums.add(&score, &information, timing.share(test, until));
             }
             let Some((fit, gain)) = sums.fit(&all, &total) else { continue };
-            best = if gain > best { gain } else { best };
+            best = if gain > best.1 { (until, gain) } else { best };
             if shocks.is_shock(until) && best_at_shock.is_none_or(|(_, most, _)| gain > most) {
                 best_at_shock = Some((until, gain, fit));
             }
@@ -181,8 +180,11 @@ impl<'a> RateErrors<'a> {
         let (until, twice_the_gain, fit) = best_at_shock?;
         let (dispersion, freedom) = self.dispersion(timing, until, &fit)?;
         let noise = if dispersion > 1.0 { dispersion } else { 1.0 };
-        // A straight line has as many parameters, and is the likelier of the two; and at the shock itself.
-        if twice_the_gain < drift + 2.0 * LEAST_LEAD * dispersion || twice_the_gain < best - AS_LIKELY * dispersion {
+        // At the shock: no other time is likelier, or none that is farther off than the test windows tell apart.
+        let is_at_shock =
+            best.0.abs_diff(until) <= timing.hop || twice_the_gain >= best.1 - AS_LIKELY * dispersion;
+        // A straight line has as many parameters.
+        if twice_the_gain <= drift || !is_at_shock {
             return None;
         }
         let p_value = shocks.count() as f32 * chance_of_ratio(twice_the_gain / (3.0 * dispersion), 3.0, freedom);

@@ -28,7 +28,6 @@ mod solution;
 mod verdict;
 
 use chosen::Chosen;
-pub(super) use limits::LEAST_LEAD;
 use limits::*;
 
 /// Increments that are walked in one piece of work.

@@ -11,7 +11,7 @@ pub(super) const LEAST_WORTH: f32 = 3.0;
 
 /// By how much a candidate has to show more than one that stands before it in the library, where the likelier of two that look alike
 /// come first: odds of 7 to 1.
-pub(in crate::diagnosis) const LEAST_LEAD: f32 = 2.0;
+pub(super) const LEAST_LEAD: f32 = 2.0;
 
 /// Huber's constant, in deviations of a vector residual's component.
 pub(super) const HUBER: f32 = 3.0;
