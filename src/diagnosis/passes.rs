@@ -97,7 +97,7 @@ pub(crate) struct Diagnosis {
     /// The step of the bias that is taken out, and the one that the last pass shows.
     step: BiasStep,
     shown_step: BiasStep,
-    /// Sums of the raw and of the compensated rates after the step, rad/s.
+    /// Sums of the raw and of the compensated rates of the pass, rad/s.
     rate_sums: [Vector3<f32>; 2],
     chosen: heapless::Vec<Chosen, MAX_ACTIVE>,
     /// Candidates that are too small to matter, or did not fit: one bit each.
@@ -262,10 +262,8 @@ impl Diagnosis {
     fn take(&mut self, subject: &Subject, index: u32) {
         let scales = GyroScales::new(&subject.config.identification);
         let mut instant = self.walk.advance((subject.stream, self.job.to), index, (&self.p, &self.c, &self.step));
-        if index >= self.step.until {
-            self.rate_sums[0] += instant.raw_rad_s;
-            self.rate_sums[1] += instant.moment.rate_rad_s;
-        }
+        self.rate_sums[0] += instant.raw_rad_s;
+        self.rate_sums[1] += instant.moment.rate_rad_s;
         let read = instant.moment;
         self.taken_out.correct_vectors(subject.library, &mut instant.moment);
         self.measure_turns(subject, &read);

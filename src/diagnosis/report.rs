@@ -83,7 +83,8 @@ pub struct BiasStepReport {
     pub t_us: u64,
     /// First increment after it.
     pub(crate) until: u32,
-    /// Mean raw rate after it, rad/s, and the mean rate that it stands for: they tell the bias for whatever P.
+    /// Mean raw rate of the samples looked at, rad/s, as if the bias had been the new one all along, and the mean rate that it stands for:
+    /// they tell the bias for whatever P.
     pub(crate) raw_rad_s: [f32; 3],
     pub(crate) rate_rad_s: [f32; 3],
 }

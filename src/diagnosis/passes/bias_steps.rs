@@ -52,9 +52,12 @@ impl Diagnosis {
     /// What is to be done about the step: when it was, and the rates that tell the bias after it.
     pub(super) fn step_report(&self, subject: &Subject) -> Option<BiasStepReport> {
         let chosen = self.chosen.iter().find(|chosen| Self::is_bias_step(subject, usize::from(chosen.index)))?;
-        let after = self.job.to.saturating_sub(self.step.until);
-        let since_us = u64::from(after) * u64::from(subject.stream.grid.interval_us);
-        let [raw, rate] = self.rate_sums.map(|sum| sum / after as f32);
+        let since_us = u64::from(self.job.to.saturating_sub(self.step.until));
+        let since_us = since_us * u64::from(subject.stream.grid.interval_us);
+        let count = (self.job.to - self.job.from) as f32;
+        let [raw, rate] = self.rate_sums.map(|sum| sum / count);
+        let before = self.step.until.saturating_sub(self.job.from) as f32 / count;
+        let raw = raw + self.p.try_inverse()? * self.step.step_rad_s * before;
         Some(BiasStepReport {
             effect: chosen.index,
             t_us: self.job.t_end_us.saturating_sub(since_us),
