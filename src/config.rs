@@ -8,6 +8,7 @@ mod earth;
 mod error;
 mod full_scale;
 mod identification;
+mod latency;
 mod optimizer_kind;
 
 pub use attitude::AttitudeConfig;
@@ -16,6 +17,7 @@ pub use earth::Earth;
 pub use error::ConfigError;
 pub use full_scale::FullScale;
 pub use identification::IdentificationConfig;
+pub use latency::Latency;
 pub use optimizer_kind::OptimizerKind;
 
 use crate::compensation::{GyroModel, VectorModel};
@@ -42,6 +44,8 @@ pub struct Config {
     pub accel: VectorModel,
     /// Magnetometer calibration.
     pub mag: VectorModel,
+    /// Known delays of the sensors' readings.
+    pub latency: Latency,
     /// The earth at the probe.
     pub earth: Earth,
     /// The attitude filter.
@@ -63,6 +67,7 @@ impl Default for Config {
             gyro: GyroModel::IDENTITY,
             accel: VectorModel::IDENTITY,
             mag: VectorModel::IDENTITY,
+            latency: Latency::default(),
             earth: Earth::default(),
             attitude: AttitudeConfig::default(),
             identification: IdentificationConfig::default(),
@@ -82,6 +87,7 @@ impl Config {
         gyro: GyroModel::UNSET,
         accel: VectorModel { matrix: [[0.0; 3]; 3], offset: [0.0; 3] },
         mag: VectorModel { matrix: [[0.0; 3]; 3], offset: [0.0; 3] },
+        latency: Latency::UNSET,
         earth: Earth::UNSET,
         attitude: AttitudeConfig::UNSET,
         identification: IdentificationConfig::UNSET,
@@ -110,6 +116,7 @@ impl Config {
         check(optional(earth.dip_rad), "earth.dip_rad", "finite")?;
         check(optional(earth.declination_rad), "earth.declination_rad", "finite")?;
         check(optional(earth.latitude_rad), "earth.latitude_rad", "finite")?;
+        self.latency.validate()?;
         self.attitude.validate()?;
         self.identification.validate()?;
         self.diagnosis.validate()
@@ -129,5 +136,8 @@ mod tests {
         config = Config::default();
         config.gyro.p[0][0] = f32::NAN;
         assert_eq!(config.validate().map_err(|e| e.field), Err("gyro"));
+        config = Config::default();
+        config.latency.mag_s = Some(-0.001);
+        assert_eq!(config.validate().map_err(|e| e.field), Err("latency.mag_s"));
     }
 }

@@ -1,19 +1,28 @@
 //! The whole pipeline behind two calls: [`Probe::push`] for every sample, [`Probe::poll`] whenever there is time.
 
+mod effects;
+mod latency;
+mod output;
 mod rail;
+mod readings;
 mod staleness;
 
+pub use output::{Counters, Output};
+pub use readings::CLIPPED_SHARE;
+
 use crate::{
-    attitude::{Attitude, AttitudeFilter, AttitudeFlags},
-    compensation::{ActiveEffects, Effect, GyroModel, Moment, effect::REFERENCE_TEMPERATURE_C, effects::LIBRARY},
+    attitude::{AttitudeFilter, AttitudeFlags},
+    compensation::{ActiveEffects, Effect, GyroModel, effects::LIBRARY},
     config::{Config, ConfigError},
-    diagnosis::{DiagnosisReport, FieldUse, HardIronCounts, HardIronInterval, HardIronWatch},
+    diagnosis::{DiagnosisReport, HardIronCounts, HardIronInterval, HardIronWatch},
     identification::{Identifier, WindowCost, WindowReport},
     sample::{Sample, SampleFlags},
     window::Reading,
 };
 use nalgebra::Vector3;
+use output::count;
 use rail::Rail;
+use readings::STALE_INERTIAL_PART;
 use staleness::Staleness;
 
 /// Units of work in a second (a unit is some 300 instructions): 29 % of a Cortex-M4F at 168 MHz while there is work. A window takes
@@ -23,57 +32,6 @@ const WORK_UNITS_PER_SECOND: u32 = 160_000;
 
 /// A step of time over this many nominal periods is a gap.
 pub const GAP_PERIODS: u32 = 3;
-
-/// Share of full scale from which a reading counts as clipped: data sheets name full scales in round figures, and a saturated 16-bit
-/// word can stand for as little as 99.9 % of them (2,000 deg/s at 16.4 LSB per deg/s saturate at 1,998.0: MPU-9250 PS section 3.1).
-pub const CLIPPED_SHARE: f32 = 0.998;
-
-/// Over how long the shaking is averaged, seconds; as the diagnosis does.
-const SHAKING_S: f32 = 0.2;
-
-/// Part of a second after which a gyro or an accelerometer that reads the same on all axes is not used: a live one has noise, and
-/// what is read until a dead one is found out is wrong and believed. A gyro that reads no rotation, and read none before, gets the
-/// whole second: the noise of a quiet one is below its resolution (ICM-42688-P: 20 mdps in 50 Hz against 61 mdps).
-const STALE_INERTIAL_PART: u32 = 20;
-
-/// The same for a magnetometer, of which some read only 8 to 10 times a second.
-const STALE_MAG_PART: u32 = 4;
-
-/// What one sample gives.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Output {
-    /// Time of validity, microseconds.
-    pub t_us: u64,
-    /// Compensated body rate relative to the earth, rad/s; the last one, where the gyro gave no reading.
-    pub rate_rad_s: [f32; 3],
-    /// Attitude; `None` until the first gravity reading has aligned it.
-    pub attitude: Option<Attitude>,
-}
-
-/// Events counted since the start; nothing is lost without being counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Counters {
-    /// Samples taken.
-    pub samples: u64,
-    /// Samples refused because their time did not increase.
-    pub out_of_order: u32,
-    /// Steps in time over 3 nominal periods.
-    pub gaps: u32,
-    /// Samples with a clipped sensor.
-    pub clipped: u32,
-    /// Samples without a gyro reading (the last rate was held).
-    pub gyro_missing: u32,
-    /// Windows whose result was not ready in time.
-    pub overruns: u32,
-    /// Window reports dropped because nobody polled them.
-    pub reports_lost: u32,
-    /// Diagnoses that were not ready in time.
-    pub diagnosis_overruns: u32,
-    /// Diagnoses' reports dropped because nobody took them.
-    pub diagnoses_lost: u32,
-}
 
 /// The pipeline. All buffers are inside; [`Probe::new`] is all zero bytes, so that a `static` of it costs no flash.
 pub struct Probe {
@@ -146,6 +104,7 @@ impl Probe {
         self.staleness = [Staleness::zero(); 3];
         self.gyro_rails = [Rail::zero(); 3];
         self.filter.start(&config.attitude, &config.earth);
+        self.filter.mag_delay_known(self.mag_delay_sigma_s());
         self.identifier.configure(config);
         self.last_rate_rad_s = None;
         self.attitude_effects = ActiveEffects::none();
@@ -183,15 +142,19 @@ impl Probe {
         self.last_us = sample.t_us;
         self.counters.samples += 1;
 
-        if self.identifier.take_effect(sample.t_us) {
-            self.filter.model_changed();
+        let flown = *self.identifier.flown();
+        if let Some(sigma) = self.identifier.take_effect(sample.t_us) {
+            self.filter.model_changed(&flown, self.identifier.flown(), &sigma);
         }
+        let flown = *self.identifier.flown();
         let [effects_changed, bias_stepped] = self.identifier.take_diagnosed(sample.t_us);
         if effects_changed {
             self.attitude_effects = self.effects().of_attitude(self.library());
+            self.filter.mag_delay_known(self.mag_delay_sigma_s());
+            self.filter.field_changed();
         }
         if bias_stepped {
-            self.filter.model_changed();
+            self.filter.model_changed(&flown, self.identifier.flown(), &[0.0; 12]);
         }
         let mut flags = self.flags(&sample);
         let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
@@ -206,10 +169,11 @@ impl Probe {
         } else {
             Reading::Good(raw)
         };
-        let accel = self.vector(1, &sample);
-        let mut mag = self.vector(2, &sample);
+        let vectors = [self.vector(1, &sample), self.vector(2, &sample)];
+        let [accel, mut mag] = self.at_gyro_time(vectors, &raw, step_us as f32 * 1e-6);
         let withheld = self.watch(sample.t_us, gyro, &mut mag);
         let compensated = self.identifier.flown().compensate(raw.into());
+        let before = self.last_rate_rad_s.unwrap_or(compensated);
         let moment = self.corrected(&sample, &compensated, [accel, mag], step_us as f32 * 1e-6);
         let rate = moment.rate_rad_s;
 
@@ -219,7 +183,8 @@ impl Probe {
             flags.insert(AttitudeFlags::AFTER_GAP);
             self.unread_s = 0.0;
         } else {
-            self.filter.propagate(step_s, &rate);
+            // Readings are those at their sample's time, and from one to the next the rate changes linearly.
+            self.filter.propagate(step_s, &(rate + (before - compensated) * 0.5));
         }
         if let Reading::Good(_) = gyro {
             self.unread_s = 0.0;
@@ -239,8 +204,9 @@ impl Probe {
         let temperature = sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         self.identifier.push(sample.t_us, [gyro, gravity, mag], (!temperature).then_some(sample.temperature_c));
 
-        let delay_us = self.effects().gyro_delay_s(self.library()) * 1e6;
-        let t_us = sample.t_us.saturating_add_signed(-(delay_us as i64));
+        let delay_s = self.effects().gyro_delay_s(self.library()) + self.config.latency.gyro_s.unwrap_or(0.0);
+        // A gyro before its time is two late vector sensors: no output is valid later than its sample.
+        let t_us = sample.t_us.saturating_sub((delay_s * 1e6) as u64);
         Some(Output { t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
     }
 
@@ -259,34 +225,6 @@ impl Probe {
             spent += units;
         }
         self.identifier.take_report()
-    }
-
-    /// The sample's readings without the effects that have been found.
-    fn corrected(&mut self, sample: &Sample, rate: &Vector3<f32>, [accel, mag]: [Reading; 2], step_s: f32) -> Moment {
-        let reading = |reading: Reading| if let Reading::Good(v) = reading { v } else { Vector3::zeros() };
-        let (force, field) = (reading(accel), reading(mag));
-        let acceleration = match self.last_rate_rad_s {
-            Some(last) if step_s > 0.0 => (rate - last) / step_s,
-            _ => Vector3::zeros(),
-        };
-        self.last_rate_rad_s = Some(*rate);
-        if let Reading::Good(force) = accel {
-            let share = step_s / SHAKING_S;
-            self.square_force_m2_s4 +=
-                (force.norm_squared() - self.square_force_m2_s4) * if share < 1.0 { share } else { 1.0 };
-        }
-        let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
-        let mut moment = Moment {
-            rate_rad_s: *rate,
-            acceleration_rad_s2: acceleration,
-            force_m_s2: force,
-            square_force_m2_s4: self.square_force_m2_s4,
-            field_ut: field,
-            before_shock: 0.0,
-            warming_k: if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { 0.0 },
-        };
-        self.attitude_effects.correct(self.library(), &mut moment);
-        moment
     }
 
     /// Sets the effects that are looked for, and starts afresh with them; without a call they are those of [`LIBRARY`].
@@ -357,107 +295,6 @@ impl Probe {
     pub const fn hard_iron_counts(&self) -> HardIronCounts {
         self.watch.counts()
     }
-
-    /// Takes from the calibrated field what a magnet on the probe adds to it; makes it missing while it is not to be believed and
-    /// returns whether that is so.
-    fn watch(&mut self, t_us: u64, gyro: Reading, mag: &mut Reading) -> bool {
-        if !self.config.effects {
-            return false;
-        }
-        let stream = &self.identifier.stream;
-        if let (Some(rest_us), Some(bias)) = (stream.last_rest_us(), stream.rest_bias(t_us)) {
-            self.watch.rest(rest_us, &bias);
-        }
-        self.watch.push(t_us, gyro, *mag);
-        match (*mag, self.watch.field_use()) {
-            (Reading::Good(field), FieldUse::Less(offset)) => {
-                *mag = Reading::Good(field - offset);
-                false
-            }
-            (_, FieldUse::Withheld) => {
-                *mag = Reading::Missing;
-                true
-            }
-            _ => false,
-        }
-    }
-
-    fn mark_clipped(&mut self, sample: &mut Sample) {
-        let at_full_scale = |reading: &[f32; 3], full_scale: Option<f32>| {
-            full_scale.is_some_and(|limit| reading.iter().any(|x| libm::fabsf(*x) >= CLIPPED_SHARE * limit))
-        };
-        let full_scale = &self.config.full_scale;
-        let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
-        let rails = self.gyro_rails.iter_mut().zip(sample.gyro_rad_s);
-        let railed = !missing && rails.fold(false, |railed, (rail, x)| rail.observe(x) || railed);
-        if railed || at_full_scale(&sample.gyro_rad_s, full_scale.gyro_rad_s) {
-            sample.flags.insert(SampleFlags::GYRO_CLIPPED);
-        }
-        if at_full_scale(&sample.accel_m_s2, full_scale.accel_m_s2) {
-            sample.flags.insert(SampleFlags::ACCEL_CLIPPED);
-        }
-        if at_full_scale(&sample.mag_ut, full_scale.mag_ut) {
-            sample.flags.insert(SampleFlags::MAG_CLIPPED);
-        }
-    }
-
-    /// Counts what is wrong with a sample and turns it into the attitude's flags.
-    fn flags(&mut self, sample: &Sample) -> AttitudeFlags {
-        let clipped = SampleFlags::GYRO_CLIPPED | SampleFlags::ACCEL_CLIPPED | SampleFlags::MAG_CLIPPED;
-        let mut flags = AttitudeFlags::empty();
-        if sample.flags.intersects(clipped) {
-            count(&mut self.counters.clipped);
-        }
-        if sample.flags.contains(SampleFlags::GYRO_MISSING) {
-            count(&mut self.counters.gyro_missing);
-            flags.insert(AttitudeFlags::GYRO_HELD);
-        }
-        flags.set(AttitudeFlags::GYRO_CLIPPED, sample.flags.contains(SampleFlags::GYRO_CLIPPED));
-        flags.set(AttitudeFlags::FAULT, sample.flags.contains(SampleFlags::FAULT));
-        let readings = [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut];
-        let missing = [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
-        for ((stale, reading), missing) in self.staleness.iter_mut().zip(readings).zip(missing) {
-            if !sample.flags.contains(missing) {
-                stale.observe(reading);
-                if stale.same > self.samples_per_second {
-                    flags.insert(AttitudeFlags::FROZEN_SENSOR);
-                }
-            }
-        }
-        flags
-    }
-
-    /// Whether a sensor (0 gyro, 1 accelerometer, 2 magnetometer) has read the same for one `part`-th of a second.
-    fn is_stale(&self, sensor: usize, part: u32) -> bool {
-        let limit = self.config.identification.max_bias_rad_s;
-        self.staleness.get(sensor).is_some_and(|stale| {
-            let part = if sensor == 0 && stale.is_still(limit) { 1 } else { part };
-            stale.same > self.samples_per_second.checked_div(part).unwrap_or(0)
-        })
-    }
-
-    /// The calibrated reading of the accelerometer (1) or the magnetometer (2). A stale one, or exact zeros, are none.
-    fn vector(&self, sensor: usize, sample: &Sample) -> Reading {
-        let (raw, model, missing, clipped, part) = if sensor == 1 {
-            let flags = (SampleFlags::ACCEL_MISSING, SampleFlags::ACCEL_CLIPPED);
-            (sample.accel_m_s2, &self.config.accel, flags.0, flags.1, STALE_INERTIAL_PART)
-        } else {
-            let flags = (SampleFlags::MAG_MISSING, SampleFlags::MAG_CLIPPED);
-            (sample.mag_ut, &self.config.mag, flags.0, flags.1, STALE_MAG_PART)
-        };
-        if sample.flags.contains(missing) || raw == [0.0; 3] {
-            Reading::Missing
-        } else if sample.flags.contains(clipped) || self.is_stale(sensor, part) {
-            Reading::Clipped
-        } else {
-            Reading::Good(model.calibrate(raw))
-        }
-    }
-}
-
-/// Counts one more; a full counter stays.
-const fn count(counter: &mut u32) {
-    *counter = counter.saturating_add(1);
 }
 
 impl Default for Probe {

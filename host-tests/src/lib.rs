@@ -13,6 +13,7 @@ pub mod image;
 pub mod known_error;
 pub mod main_job;
 pub mod rates_csv;
+pub mod recordings;
 pub mod refusal_text;
 pub mod replay;
 pub mod result_json;

@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// A real recording: BROAD trial 06, cut to 110 s (attribution in the folder's README).
-const RECORDING: &str = "traces/broad_06_fast_rotation_110s.csv.gz";
+const RECORDING: &str = "broad_06_fast_rotation_110s.csv.gz";
 
 /// Share of the recording that is kept back for the scores.
 const HOLD_OUT: f64 = 0.5;
@@ -29,7 +29,13 @@ const KNOWN_ERROR_SEED: u64 = 1;
 /// Where the bundled recording is.
 #[must_use]
 pub fn recording() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(RECORDING)
+    bundled().join(RECORDING)
+}
+
+/// The folder of the bundled recordings.
+#[must_use]
+pub fn bundled() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("traces")
 }
 
 /// Plays the bundled recording, as it is and with a known error, on the emulated chip (on this machine, with a note, where

@@ -51,7 +51,6 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         Refusal::RolledBack { p_value } => format!(
             "the P that flew no longer beats the factory's on unseen blocks (p of the factory's win = {p_value:.3}), and is rolled back"
         ),
-        Refusal::BiasStepped => "the gyro's bias stepped, which was found when the fit had begun".to_owned(),
         Refusal::Contradiction { square } => format!(
             "the window contradicts what earlier ones taught, which is forgotten: squared distance {square:.0} of 12 parameters"
         ),

@@ -6,7 +6,7 @@ use std::{
 };
 
 use indicatif::{ProgressBar, ProgressStyle};
-use meerkat_mwd::Config;
+use meerkat_mwd::{Config, config::ConfigError};
 
 use crate::{
     attitude_csv::write_attitude_csv,
@@ -29,16 +29,25 @@ use crate::{
 /// Bad input or usage; see [`crate::failure::exit_status`].
 pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
     let (trace, config) = prepare(args)?;
+    let flight = fly_with_bar(&trace, &config)?;
+    deliver(args, &trace, &config, &flight, "on this machine")?;
+    Ok(())
+}
+
+/// Flies a trace on the host and shows how far it is.
+///
+/// # Errors
+/// The field of the configuration that cannot be used.
+pub fn fly_with_bar(trace: &Trace, config: &Config) -> Result<Flight, ConfigError> {
     let bar = progress_bar(trace.samples.len());
-    let flight = fly(&config, &trace.samples, |flown| {
+    let flight = fly(config, &trace.samples, |flown| {
         // A thousand samples fly in well under a frame.
         if flown % 1_000 == 0 {
             bar.set_position(flown as u64);
         }
-    })?;
+    });
     bar.finish_and_clear();
-    deliver(args, &trace, &config, &flight, "on this machine")?;
-    Ok(())
+    flight
 }
 
 /// Reads the trace and makes its configuration; everything that can be wrong with the arguments shows here.

@@ -140,7 +140,9 @@ fn every_section_runs_and_says_in_json_what_they_print() {
     let tables = document["tables"].as_array().unwrap();
     let mut sections: Vec<&str> = tables.iter().map(|entry| entry["section"].as_str().unwrap()).collect();
     sections.dedup();
-    for name in ["rate_error", "inclination", "paper", "coverage", "turntable", "hour", "swaps"] {
+    for name in
+        ["rate_error", "inclination", "paper", "coverage", "turntable", "hour", "swaps", "effects", "recordings"]
+    {
         assert_eq!(sections.iter().filter(|section| **section == name).count(), 1, "{name}");
     }
     for entry in tables {

@@ -21,8 +21,7 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 const SCENARIOS: [&str; 2] = ["drilling_45deg.toml", "drilling_vertical.toml"];
 
 fn scenario(name: &str, change: impl Fn(&mut Scenario)) -> Scenario {
-    let mut scenario =
-        Scenario::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)).unwrap();
+    let mut scenario = Scenario::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)).unwrap();
     change(&mut scenario);
     scenario.validate().unwrap();
     scenario
@@ -42,7 +41,7 @@ fn rate_error_deg_s(trace: &Trace, flight: &Flight, from_s: f64, to_s: f64) -> f
         .zip(rates)
         .zip(&flight.outputs)
         .map(|((sample, truth), output)| {
-            let truth: [f64; 3] = (*truth).map(|x| f64::from(x));
+            let truth: [f64; 3] = (*truth).map(f64::from);
             let put_out = Vector3::from(output.rate_rad_s.map(f64::from));
             (sample.t_us as f64 * 1e-6, put_out - Vector3::from(truth))
         })
@@ -55,77 +54,91 @@ fn rate_error_deg_s(trace: &Trace, flight: &Flight, from_s: f64, to_s: f64) -> f
     (seconds.iter().sum::<f64>() / seconds.len() as f64).sqrt().to_degrees()
 }
 
+/// Steps of 0.2 to 0.5 deg/s at hard shocks. Of 80 runs with other seeds too 73 are named; the others were too near the end of a diagnosis,
+/// or their shock fell between two samples and does not stand out of the vibration.
 #[test]
-#[ignore]
-fn measure() {
-    let largest = std::env::var("PEAK").map_or([5.0, 20.0], |p| { let p: f64 = p.parse().unwrap(); [0.75 * p, p] });
+fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
+    const SEEDS: u64 = 12;
     for name in SCENARIOS {
-        let (mut named, mut n) = (0, 0);
-        for seed in 0..std::env::var("SEEDS").map_or(10, |s| s.parse().unwrap()) {
+        let mut named = 0;
+        for seed in 0..SEEDS {
             let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed ^ 0x57e9);
             let mut between =
                 |low: f64, high: f64| low + (high - low) * f64::from(generator.next_u32()) / f64::from(u32::MAX);
-            let length = between(0.2, 0.5);
-            let step_deg_s = Vector3::from([(); 3].map(|()| between(-1.0, 1.0))).normalize() * length;
-            let step_deg_s: [f64; 3] = step_deg_s.into();
-            let after_s = between(36.0, 70.0);
-            let scenario = scenario(name, |s| {
-                s.duration_s = 170.0;
-                s.effects.bias_step_deg_s = step_deg_s;
-                s.effects.bias_step_after_s = after_s;
-                s.shocks.peak_g = largest;
+            let length_deg_s = between(0.2, 0.5);
+            let direction = Vector3::from([(); 3].map(|()| between(-1.0, 1.0))).normalize();
+            let (step_deg_s, after_s) = (direction * length_deg_s, between(36.0, 70.0));
+            let scenario = scenario(name, |scenario| {
+                scenario.duration_s = 170.0;
+                scenario.effects.bias_step_deg_s = step_deg_s.into();
+                scenario.effects.bias_step_after_s = after_s;
+                scenario.shocks.peak_g = [15.0, 20.0];
             });
             let (trace, truth) = simulate(&scenario, seed);
-            let at_s = truth.shocks.iter().map(|s| s.start_s).find(|t| *t >= after_s).unwrap();
-            let shock = truth.shocks.iter().find(|s| s.start_s >= after_s).unwrap();
+            let at_s = truth.shocks.iter().map(|shock| shock.start_s).find(|start_s| *start_s >= after_s).unwrap();
             let config = of_trace(&trace);
             let flight = fly(&config, &trace.samples, |_| {}).unwrap();
-            let off = fly(&Config { effects: false, ..config }, &trace.samples, |_| {}).unwrap();
-            n += 1;
-            let expected = truth.gyro.p_matrix().cast::<f64>() * Vector3::from(step_deg_s);
-            print!("{name} seed {seed:2} step {length:.2} at {at_s:6.2} ({:4.1} g ms) ", Vector3::from(shock.peak_m_s2).norm() / 9.8 * shock.length_s * 1e3);
-            for report in &flight.diagnoses {
-                let names: Vec<_> = report.found().map(|f| LIBRARY[usize::from(f.found.index)].name()).collect();
-                if let Some(found) = step_of(report) {
-                    named += 1;
-                    let t_s = report.bias_step.unwrap().t_us as f64 * 1e-6;
-                    let z = [0, 1, 2].map(|k| {
-                        (f64::from(found.found.parameters[k]).to_degrees() - expected[k]) / f64::from(found.found.sigma[k]).to_degrees()
-                    });
-                    print!("| found {t_s:6.2} p {:.0e} gain {:.0} z {:.1?} sigma {:.3?} ", found.p_value, found.evidence, z, found.found.sigma.map(f32::to_degrees)[0]);
-                } else {
-                    print!("| {names:?} {:?} ", report.tried[14].p_value);
-                }
+            let steps: Vec<_> = flight.diagnoses.iter().filter_map(|r| Some((r, step_of(r)?))).collect();
+            let Some((report, found)) = steps.first() else { continue };
+            named += 1;
+            assert_eq!(steps.len(), 1, "{name} {seed}: once");
+            let found_s = report.bias_step.unwrap().t_us as f64 * 1e-6;
+            assert!((found_s - at_s).abs() < 2.0, "{name} {seed}: {found_s} for {at_s}");
+            let expected = truth.gyro.p_matrix().cast::<f64>() * step_deg_s;
+            for k in 0..3 {
+                let [size, sigma] =
+                    [found.found.parameters[k], found.found.sigma[k]].map(|x| f64::from(x).to_degrees());
+                // Of 72 components: 3 sigma, and an axis under 3 sigma is not taken for one.
+                assert!(
+                    (size - expected[k]).abs() < 3.7 * sigma,
+                    "{name} {seed}: {size} for {} +- {sigma}",
+                    expected[k]
+                );
             }
-            let landing_s = if at_s < 72.0 { 82.0 } else { 118.0 };
+            let off = fly(&Config { effects: false, ..config }, &trace.samples, |_| {}).unwrap();
+            let landing_s = report.t_effect_us as f64 * 1e-6;
+            let [on, off] = [&flight, &off].map(|flight| rate_error_deg_s(&trace, flight, landing_s, landing_s + 60.0));
             println!(
-                "| error {:.3} off {:.3}; late {:.3} off {:.3}",
-                rate_error_deg_s(&trace, &flight, landing_s, landing_s + 50.0),
-                rate_error_deg_s(&trace, &off, landing_s, landing_s + 50.0),
-                rate_error_deg_s(&trace, &flight, 150.0, 170.0),
-                rate_error_deg_s(&trace, &off, 150.0, 170.0),
+                "{name} seed {seed:2}: {length_deg_s:.2} deg/s at {at_s:.1}, found {found_s:.1}; rate error {on:.3}, without {off:.3} deg/s"
             );
+            assert!(on < off, "{name} {seed}: {on} {off}");
+            // Its bias is the new one: no jump back.
+            let last = flight.reports.last().unwrap().flown;
+            let new = Vector3::from(*truth.bias_rad_s.last().unwrap());
+            let error = (Vector3::from(last.b_rad_s) - new).map(|x| f64::from(x).to_degrees());
+            assert!(error.norm() < 0.5 * length_deg_s, "{name} {seed}: {error}");
         }
-        println!("{name}: {named} of {n}");
+        assert!(named >= 10, "{name}: {named} of {SEEDS}");
     }
 }
 
+/// Of 1,100 diagnoses with 50 seeds each one names a step.
 #[test]
-#[ignore]
-fn clean() {
+fn shocks_without_a_step_are_not_taken_for_one() {
+    let (mut diagnoses, mut false_alarms) = (0, 0);
     for name in SCENARIOS {
-        let (mut diagnoses, mut false_alarms) = (0, 0);
-        for seed in 100..std::env::var("SEEDS").map_or(110, |s| 100 + s.parse::<u64>().unwrap()) {
+        for seed in 100..105 {
             let (trace, _) = simulate(&scenario(name, |_| {}), seed);
             let flight = fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap();
-            for report in &flight.diagnoses {
-                diagnoses += 1;
-                if let Some(found) = step_of(report) {
-                    false_alarms += 1;
-                    println!("{name} seed {seed} at {:?} p {:.1e} {:?}", report.bias_step.unwrap().t_us, found.p_value, found.found.parameters.map(f32::to_degrees));
-                }
-            }
+            diagnoses += flight.diagnoses.len();
+            false_alarms += flight.diagnoses.iter().filter_map(step_of).count();
         }
-        println!("{name}: {false_alarms} of {diagnoses}");
+    }
+    assert!(diagnoses >= 100 && 100 * false_alarms <= diagnoses, "{false_alarms} of {diagnoses}");
+}
+
+/// A step of the bias while nothing hits the tool has another cause.
+#[test]
+fn a_step_without_a_shock_is_not_named() {
+    for seed in 0..3 {
+        let calm = scenario("drilling_45deg.toml", |scenario| {
+            scenario.duration_s = 125.0;
+            scenario.effects.bias_step_deg_s = [0.3, -0.2, 0.3];
+            scenario.effects.bias_step_after_s = 55.0;
+            scenario.shocks.per_minute = 0.0;
+        });
+        let trace = simulate(&calm, seed).0;
+        let flight = fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap();
+        assert_eq!(flight.diagnoses.iter().filter_map(step_of).count(), 0, "{seed}");
     }
 }

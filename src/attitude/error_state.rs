@@ -52,7 +52,8 @@ impl ErrorState {
         Matrix3::from_fn(|r, c| self.covariance[r][c])
     }
 
-    /// Gives a state a variance of its own, independent of all others.
+    /// Gives a state a variance of its own, independent of all others. Out of line: copies of it would be a kilobyte of flash.
+    #[inline(never)]
     pub(crate) fn open(&mut self, state: usize, variance: f32) {
         for other in 0..STATES {
             self.covariance[state][other] = 0.0;

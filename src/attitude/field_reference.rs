@@ -26,6 +26,8 @@ pub(crate) struct FieldReference {
     dip_rad: f32,
     /// How long the reference has been averaged, up to its time constant, seconds.
     age_s: f32,
+    /// Whether both numbers were given.
+    configured: bool,
     smooth_norm_ut: f32,
     smooth_dip_rad: f32,
     quiet_s: f32,
@@ -40,6 +42,7 @@ impl FieldReference {
             norm_ut: 0.0,
             dip_rad: 0.0,
             age_s: 0.0,
+            configured: false,
             smooth_norm_ut: 0.0,
             smooth_dip_rad: 0.0,
             quiet_s: 0.0,
@@ -56,9 +59,17 @@ impl FieldReference {
             reference.norm_ut = norm_ut;
             reference.dip_rad = dip_rad;
             reference.age_s = REFERENCE_TIME_S;
+            reference.configured = true;
             reference.quiet_s = QUIET_S;
         }
         reference
+    }
+
+    /// Averages the reference anew, from fields that agree with the old one; a configured one stays.
+    pub(crate) const fn relearn(&mut self) {
+        if !self.configured {
+            self.age_s = 0.0;
+        }
     }
 
     /// Compares the field of the last `dt_s` with the reference. Some: undisturbed, with the squared deviation in parts of the

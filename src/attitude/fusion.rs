@@ -8,6 +8,7 @@ use super::{
     toolface::{ToolAngleSigmas, ToolAngles, near_vertical},
 };
 use crate::{
+    compensation::GyroModel,
     config::{AttitudeConfig, Earth},
     rotation::{IDENTITY, exp_matrix, matrix, renormalised, rotate_back},
 };
@@ -15,6 +16,12 @@ use core::f32::consts::PI;
 use nalgebra::{Matrix3, Quaternion, Vector2, Vector3};
 
 mod correction;
+
+/// What no twelve parameters take away of a gyro's scale: its nonlinearity, 0.1 % (MPU-9250 PS section 3.1).
+const LEAST_SCALE: f32 = 1e-3;
+
+/// What they do not take away of its bias: its sensitivity to 1 g, 0.1 deg/s (MPU-6000 PS section 6.1), rad/s.
+const LEAST_BIAS_RAD_S: f32 = 1.75e-3;
 
 /// Earth's rotation, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
@@ -26,6 +33,10 @@ const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
 const UNSEEN_RATE_RAD_S: f32 = 0.3;
 /// A rate that is not read is another one after this time, seconds.
 const UNREAD_RATE_TIME_S: f32 = 0.5;
+/// A reading of a magnetometer is held for so long, seconds: one at 100 Hz (AK8963, mode 2).
+const HOLD_S: f32 = 0.01;
+/// A P that changes by more than so many deviations of what was thought of it (95 %) was another one.
+const DOUBTED: f32 = 2.0;
 /// A rotation less certain than this is found anew from gravity and field, radians.
 const LOST_RAD: f32 = 0.3;
 
@@ -51,6 +62,10 @@ pub struct AttitudeFilter {
     rest: Rest,
     block: Block,
     bias_rad_s: Vector3<f32>,
+    /// Of what is left of the gyro's scale factors and couplings.
+    scale_sigma: f32,
+    /// Of the magnetometer's delay against the gyro.
+    timing_variance_s2: f32,
     velocity_m_s: Vector2<f32>,
     rate_rad_s: Vector3<f32>,
     step_s: f32,
@@ -89,6 +104,8 @@ impl AttitudeFilter {
             rest: Rest::new(),
             block: Block::new(),
             bias_rad_s: ZERO,
+            scale_sigma: 0.0,
+            timing_variance_s2: 0.0,
             velocity_m_s: Vector2::new(0.0, 0.0),
             rate_rad_s: ZERO,
             step_s: 0.0,
@@ -120,6 +137,8 @@ impl AttitudeFilter {
             let (sine, cosine) = libm::sincosf(latitude_rad);
             self.earth_rate_ned_rad_s = Vector3::new(cosine, 0.0, -sine) * EARTH_RATE_RAD_S;
         }
+        self.scale_sigma = config.gyro_scale_sigma;
+        self.mag_delay_known(None);
         self.open_all();
     }
 
@@ -135,7 +154,9 @@ impl AttitudeFilter {
     /// Steps over the `dt_s` seconds that end with this sample, with its compensated body rate relative to the earth (or the
     /// last one held).
     pub fn propagate(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
-        let Some((config, _)) = self.settings() else { return };
+        if !self.started {
+            return;
+        }
         // beyond any gyro (57,000 deg/s): a defect of the reading, about which nothing is known
         let plausible = rate_rad_s.norm_squared() < 1e6;
         self.rate_rad_s = if plausible { *rate_rad_s } else { Vector3::zeros() };
@@ -147,7 +168,7 @@ impl AttitudeFilter {
             self.doubt(PI);
         }
         let rate = self.rate_rad_s - self.bias_rad_s;
-        self.propagation.step(dt_s, &rate, config.gyro_delay_s);
+        self.propagation.step(dt_s, &rate);
         self.block.turn(&matrix(&self.propagation.q), &rate, dt_s);
     }
 
@@ -235,11 +256,54 @@ impl AttitudeFilter {
         self.bias_rad_s
     }
 
-    /// The gyro model has been swapped: the residual bias belongs to the old one. The attitude does not move.
-    pub fn model_changed(&mut self) {
+    /// The gyro model has been swapped. The attitude does not move, and as long as P stays neither does the total bias: what the new
+    /// model takes off more or less goes into the residual one, whose deviation is kept, so that the filter alone owns the bias. A
+    /// residual bias beside another P was in part P's error: it is dropped, and the deviations of the new model (P row-major, then b, rad/s)
+    /// take the place of the configured ones where they are smaller.
+    pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {
         let Some((config, _)) = self.settings() else { return };
+        if old.p == new.p {
+            self.bias_rad_s += new.p_matrix() * (Vector3::from(old.b_rad_s) - Vector3::from(new.b_rad_s));
+            return;
+        }
         self.bias_rad_s = Vector3::zeros();
-        self.open_bias(&config);
+        let change = new.p_matrix() - old.p_matrix();
+        let of_axes = change.column_iter().map(|column| column.norm_squared() / 3.0);
+        let change = of_axes.fold(0.0, |most, x| if x > most { x } else { most });
+        if change > DOUBTED * DOUBTED * self.scale_sigma * self.scale_sigma && self.heading_blocks > 1 {
+            // the heading was carried by a gyro that is worse than was thought: it is taken from the next field
+            self.errors.open(HEADING, PI * PI);
+            self.heading_blocks = 1;
+        }
+        let between = |x: f32, least: f32, most: f32| {
+            if x > most {
+                most
+            } else if x > least {
+                x
+            } else {
+                least
+            }
+        };
+        let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
+        self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, config.gyro_scale_sigma);
+        for (k, sigma) in sigma.iter().skip(9).enumerate() {
+            let sigma = between(*sigma, LEAST_BIAS_RAD_S, config.gyro_bias_sigma_rad_s);
+            self.errors.open(BIAS + k, sigma * sigma);
+        }
+    }
+
+    /// What is taken out of the field has changed: its reference is averaged anew.
+    pub const fn field_changed(&mut self) {
+        self.reference.relearn();
+    }
+
+    /// The magnetometer's delay against the gyro has been taken out, within `sigma_s` seconds; `None`: it is no longer known.
+    pub fn mag_delay_known(&mut self, sigma_s: Option<f32>) {
+        let Some((config, _)) = self.settings() else { return };
+        self.timing_variance_s2 = match sigma_s {
+            Some(sigma_s) => sigma_s * sigma_s + HOLD_S * HOLD_S / 12.0,
+            None => config.mag_timing_sigma_s * config.mag_timing_sigma_s,
+        };
     }
 
     /// The rotation of this sample is uncertain by `angle_rad` about each axis, beyond the gyro's noise (held or clipped rate).

@@ -5,13 +5,11 @@ use nalgebra::{Quaternion, Vector3, Vector4};
 ///
 /// Each interval's increment is made a rotation vector with the coning term `a0 x a1 / 12` of the previous increment and this
 /// one (Savage, Strapdown inertial navigation integration algorithm design part 1, J. Guidance 21(1), 1998). For readings that
-/// are means over their interval that leaves under 1 % of the coning drift up to 0.2 rad of phase per step; for point readings
-/// with a stated delay, half of it. The quaternion step itself errs by less than 3e-7 (see `rotation`), and its norm is held
+/// are means over their interval that leaves under 1 % of the coning drift up to 0.2 rad of phase per step. The quaternion step itself errs by less than 3e-7 (see `rotation`), and its norm is held
 /// within 1e-6 of one.
 pub(crate) struct Propagation {
     /// Body to earth.
     pub(crate) q: Quaternion<f32>,
-    rate_rad_s: Vector3<f32>,
     increment_rad: Vector3<f32>,
     moving: bool,
 }
@@ -21,7 +19,6 @@ impl Propagation {
     pub(crate) const fn new() -> Self {
         Self {
             q: Quaternion::from_vector(Vector4::new(0.0, 0.0, 0.0, 0.0)),
-            rate_rad_s: Vector3::new(0.0, 0.0, 0.0),
             increment_rad: Vector3::new(0.0, 0.0, 0.0),
             moving: false,
         }
@@ -32,23 +29,16 @@ impl Propagation {
         self.moving = false;
     }
 
-    /// Steps over the `dt_s` seconds that end now, with the rate read now and, if known, the delay of that reading. Without
-    /// one, the reading is taken as the mean over the interval, which is a delay of `dt_s / 2`.
-    /// Returns the rotation vector of the step, body frame.
-    pub(crate) fn step(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>, delay_s: Option<f32>) -> Vector3<f32> {
-        let mut increment = rate_rad_s * dt_s;
+    /// Steps over the `dt_s` seconds that end now, with their mean rate.
+    pub(crate) fn step(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
+        let increment = rate_rad_s * dt_s;
         let mut rotation = increment;
         if self.moving {
-            if let Some(delay_s) = delay_s {
-                increment += (rate_rad_s - self.rate_rad_s) * (delay_s - 0.5 * dt_s);
-            }
-            rotation = increment + self.increment_rad.cross(&increment) * (1.0 / 12.0);
+            rotation += self.increment_rad.cross(&increment) * (1.0 / 12.0);
         }
         self.q = renormalised(&(self.q * exp_quaternion(&rotation)));
-        self.rate_rad_s = *rate_rad_s;
         self.increment_rad = increment;
         self.moving = true;
-        rotation
     }
 
     /// Turns the estimate by a rotation vector in the earth frame.
@@ -73,7 +63,7 @@ mod tests {
         let mut p = level();
         for i in 0..720_000_u32 {
             let phase = f32::from(u16::try_from(i % 1_000).unwrap_or(0)) * 0.002 - 1.0;
-            p.step(DT_S, &Vector3::new(20.0 * phase, 8.0, -30.0 * phase * phase), None);
+            p.step(DT_S, &Vector3::new(20.0 * phase, 8.0, -30.0 * phase * phase));
         }
         assert!((p.q.norm_squared() - 1.0).abs() < 1e-6);
     }
@@ -83,13 +73,13 @@ mod tests {
         let mut p = level();
         let rate = Vector3::new(0.6, 0.0, 0.8) * core::f32::consts::TAU;
         for _ in 0..2_000 {
-            p.step(DT_S, &rate, Some(0.0));
+            p.step(DT_S, &rate);
         }
         assert!((matrix(&p.q) - nalgebra::Matrix3::identity()).norm() < 2e-4, "{}", matrix(&p.q));
     }
 
     /// Classical coning: the body z axis draws a cone and the true attitude is known in closed form.
-    fn coning_drift_rad_s(delay: Option<f32>, mean_rates: bool) -> f64 {
+    fn coning_drift_rad_s() -> f64 {
         let (half_angle, omega, dt) = (0.1_f64, 40.0, f64::from(DT_S));
         let truth = |t: f64| {
             let (c, s) = (libm::cos(half_angle / 2.0), libm::sin(half_angle / 2.0));
@@ -117,8 +107,8 @@ mod tests {
         let steps = 2_000_u16;
         for i in 1..=steps {
             let t = f64::from(i) * dt;
-            let w = if mean_rates { mean(t) } else { rate_at(t) };
-            p.step(DT_S, &Vector3::new(w[0] as f32, w[1] as f32, w[2] as f32), delay);
+            let w = mean(t);
+            p.step(DT_S, &Vector3::new(w[0] as f32, w[1] as f32, w[2] as f32));
         }
         let end = f64::from(steps) * dt;
         let q1 = truth(end);
@@ -127,11 +117,9 @@ mod tests {
     }
 
     #[test]
-    fn coning_drift_is_taken_out_of_mean_rates_and_halved_in_point_rates() {
-        // (w / 2) sin^2(a) (1 - sinc(w dt)) for mean rates, 1.33e-3 rad/s here, without the coning term; twice that for trapezia
-        // of point rates
+    fn coning_drift_is_taken_out() {
+        // (w / 2) sin^2(a) (1 - sinc(w dt)) for mean rates, 1.33e-3 rad/s here, without the coning term
         let uncorrected = 20.0 * libm::sin(0.1) * libm::sin(0.1) * (1.0 - libm::sin(0.2) / 0.2);
-        assert!(coning_drift_rad_s(None, true) < 0.02 * uncorrected, "{}", coning_drift_rad_s(None, true));
-        assert!(coning_drift_rad_s(Some(0.0), false) < 1.1 * uncorrected, "{}", coning_drift_rad_s(Some(0.0), false));
+        assert!(coning_drift_rad_s() < 0.02 * uncorrected, "{}", coning_drift_rad_s());
     }
 }

@@ -10,12 +10,16 @@ const FORCE_M_S2: f32 = 0.5;
 /// Quiet for this long is rest, seconds (VQF's default).
 const QUIET_S: f32 = 1.5;
 
+/// A force that has not been read for this long is no sign of rest, seconds: accelerometers are read at 12.5 Hz and faster.
+const UNSEEN_S: f32 = 0.1;
+
 /// Tells rest from motion by readings that stay the same. A slow and perfectly steady rotation cannot be told from a bias;
 /// who uses the answer bounds what it may claim.
 pub(crate) struct Rest {
     rate_rad_s: Vector3<f32>,
     force_m_s2: Vector3<f32>,
     quiet_s: f32,
+    unseen_s: f32,
     started: bool,
 }
 
@@ -25,18 +29,21 @@ impl Rest {
             rate_rad_s: Vector3::new(0.0, 0.0, 0.0),
             force_m_s2: Vector3::new(0.0, 0.0, 0.0),
             quiet_s: 0.0,
+            unseen_s: 0.0,
             started: false,
         }
     }
 
-    /// Takes a reading; a missing force is no sign of rest.
+    /// Takes a reading; a force may be missing for moments, where the accelerometer is read less often than the gyro.
     pub(crate) fn observe(&mut self, rate_rad_s: &Vector3<f32>, force_m_s2: Option<&Vector3<f32>>, dt_s: f32) {
-        let Some(force_m_s2) = force_m_s2 else {
+        self.unseen_s = if force_m_s2.is_some() { 0.0 } else { self.unseen_s + dt_s };
+        if self.unseen_s > UNSEEN_S || (force_m_s2.is_none() && !self.started) {
             self.quiet_s = 0.0;
             return;
-        };
+        }
+        let force_m_s2 = force_m_s2.copied().unwrap_or(self.force_m_s2);
         if !self.started {
-            (self.rate_rad_s, self.force_m_s2, self.started) = (*rate_rad_s, *force_m_s2, true);
+            (self.rate_rad_s, self.force_m_s2, self.started) = (*rate_rad_s, force_m_s2, true);
         }
         let k = dt_s / (SMOOTHING_S + dt_s);
         self.rate_rad_s += (rate_rad_s - self.rate_rad_s) * k;

@@ -72,7 +72,7 @@ impl ActiveEffects {
         if self.is_empty() {
             return;
         }
-        moment.rate_rad_s -= self.sum(library, Sensor::Gyro, moment);
+        self.correct_rate(library, moment);
         self.correct_vectors(library, moment);
         let delay_s = self.gyro_delay_s(library);
         if delay_s != 0.0 {
@@ -80,6 +80,27 @@ impl ActiveEffects {
             moment.force_m_s2 += turn.cross(&moment.force_m_s2);
             moment.field_ut += turn.cross(&moment.field_ut);
         }
+    }
+
+    /// Takes those of the gyro out of the rate.
+    pub(crate) fn correct_rate(&self, library: &[&dyn Effect], moment: &mut Moment) {
+        moment.rate_rad_s -= self.sum(library, Sensor::Gyro, moment);
+    }
+
+    /// Whether the effects of the gyro are the same as those of `other`, up to a delay of all of it; their parameters, too, when
+    /// `exactly`.
+    pub(crate) fn same_of_gyro(&self, other: &Self, library: &[&dyn Effect], exactly: bool) -> bool {
+        let of_gyro = |found: &&FoundEffect| {
+            library
+                .get(usize::from(found.index))
+                .is_some_and(|effect| effect.sensor() == Sensor::Gyro && effect.gyro_delay_s(&found.parameters) == 0.0)
+        };
+        let held = |found: &FoundEffect| {
+            let same = |x: &FoundEffect| x.index == found.index && (!exactly || x.parameters == found.parameters);
+            other.iter().any(same)
+        };
+        self.iter().filter(of_gyro).all(held)
+            && self.iter().filter(of_gyro).count() == other.iter().filter(of_gyro).count()
     }
 
     /// Takes those of accelerometer and magnetometer out. The terms are those halfway between what is read and the truth, so that a

@@ -9,15 +9,13 @@ pub struct AttitudeConfig {
     /// value: MPU-9250 PS section 3.1).
     pub gyro_noise_rad_s_rthz: f32,
     /// Scale factor and coupling error of the compensated gyro, dimensionless. Larger: vectors weigh more while the probe turns.
-    /// Default 0.015 (uncalibrated MEMS: 1 to 3 %).
+    /// Default 0.015: sensitivity within 3 % and cross-axis within 2 % (MPU-9250 PS section 3.1), each uniform, are 0.014 rms over the
+    /// nine elements. An accepted P's own deviations take its place where they are smaller.
     pub gyro_scale_sigma: f32,
     /// Bias random walk, rad/s per root second. Default 2e-5: at this rate a bias wanders 0.02 deg/s in 5 minutes.
     pub gyro_bias_walk_rad_s_rts: f32,
-    /// Standard deviation of the residual gyro bias at the start and after a change of the gyro model, rad/s. Default 0.02
-    /// (1.2 deg/s).
+    /// Standard deviation of the residual gyro bias at the start, rad/s; after a change of P the largest. Default 0.02 (1.2 deg/s).
     pub gyro_bias_sigma_rad_s: f32,
-    /// Delay of the gyro's reading, seconds. Default `None`: half a sample, the delay of a mean over the sample interval.
-    pub gyro_delay_s: Option<f32>,
     /// Horizontal speed of the probe, m/s, the only thing assumed about its accelerations: they integrate to no more than
     /// this. Smaller: gravity is found faster, and long accelerations tilt it more. Default 0.5 (hand-held, tripping).
     pub velocity_sigma_m_s: f32,
@@ -26,8 +24,8 @@ pub struct AttitudeConfig {
     pub accel_sigma_m_s2: f32,
     /// Error of the calibrated field's direction, radians, correlated over some seconds of motion. Default 0.03.
     pub mag_sigma_rad: f32,
-    /// Uncertainty of the magnetometer's delay against the gyro, seconds. Default 0.015 (a 100 Hz magnetometer's conversion
-    /// and hold).
+    /// Uncertainty of the magnetometer's delay against the gyro while it is not known, seconds. Default 0.015 (a 100 Hz magnetometer's
+    /// conversion and hold). A delay that is configured or found leaves a hundredth of a second's hold, uniform.
     pub mag_timing_sigma_s: f32,
     /// A total field that differs from the reference by more than this part is disturbed and not used. Default 0.1.
     pub mag_norm_tolerance: f32,
@@ -47,7 +45,6 @@ impl AttitudeConfig {
         gyro_scale_sigma: 0.0,
         gyro_bias_walk_rad_s_rts: 0.0,
         gyro_bias_sigma_rad_s: 0.0,
-        gyro_delay_s: None,
         velocity_sigma_m_s: 0.0,
         accel_sigma_m_s2: 0.0,
         mag_sigma_rad: 0.0,
@@ -77,8 +74,7 @@ impl AttitudeConfig {
         if self.gyro_bias_walk_rad_s_rts > 1.0 {
             return Err(ConfigError { field: "attitude.gyro_bias_walk_rad_s_rts", must_be: "at most 1" });
         }
-        let delay_ok = self.gyro_delay_s.is_none_or(|s| (0.0..=0.05).contains(&s));
-        if delay_ok { Ok(()) } else { Err(ConfigError { field: "attitude.gyro_delay_s", must_be: "0 to 0.05" }) }
+        Ok(())
     }
 }
 
@@ -89,7 +85,6 @@ impl Default for AttitudeConfig {
             gyro_scale_sigma: 0.015,
             gyro_bias_walk_rad_s_rts: 2e-5,
             gyro_bias_sigma_rad_s: 0.02,
-            gyro_delay_s: None,
             velocity_sigma_m_s: 0.5,
             accel_sigma_m_s2: 0.03,
             mag_sigma_rad: 0.03,

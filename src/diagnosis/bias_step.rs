@@ -139,13 +139,7 @@ impl<'a> RateErrors<'a> {
 
     /// The step that explains most, of those at a shock; `known` is one that has been taken out already. `None`: nothing can be told, or
     /// there was no shock when the residual changed, or it did not change at once.
-    pub fn find(
-        &mut self,
-        known: &BiasStep,
-        timing: &Timing,
-        shocks: &Shocks,
-        unit_rad_s: f32,
-    ) -> Option<BiasStep> {
+    pub fn find(&mut self, known: &BiasStep, timing: &Timing, shocks: &Shocks, unit_rad_s: f32) -> Option<BiasStep> {
         self.put_back(known, timing, unit_rad_s);
         let mut all = Sums::ZERO;
         let mut line = Sums::ZERO;
@@ -157,7 +151,8 @@ impl<'a> RateErrors<'a> {
         let total = (all.of_one + Matrix3::identity()).try_inverse()?;
         let drift = line.fit(&all, &total)?.1;
         // Over all times, and over those at a shock.
-        let (mut best, mut best_at_shock): ((u32, f32), Option<(u32, f32, Fit)>) = ((0, 0.0), None);
+        let mut best = (0_u32, 0.0);
+        let mut best_at_shock: Option<(u32, f32, Fit)> = None;
         let mut before = Sums::ZERO;
         let mut whole = 0;
         for until in shocks.times() {
@@ -181,8 +176,7 @@ impl<'a> RateErrors<'a> {
         let (dispersion, freedom) = self.dispersion(timing, until, &fit)?;
         let noise = if dispersion > 1.0 { dispersion } else { 1.0 };
         // At the shock: no other time is likelier, or none that is farther off than the test windows tell apart.
-        let is_at_shock =
-            best.0.abs_diff(until) <= timing.hop || twice_the_gain >= best.1 - AS_LIKELY * dispersion;
+        let is_at_shock = best.0.abs_diff(until) <= timing.hop || twice_the_gain >= best.1 - AS_LIKELY * dispersion;
         // A straight line has as many parameters.
         if twice_the_gain <= drift || !is_at_shock {
             return None;

@@ -100,6 +100,8 @@ pub(crate) struct Diagnosis {
     /// Sums of the raw and of the compensated rates of the pass, rad/s.
     rate_sums: [Vector3<f32>; 2],
     chosen: heapless::Vec<Chosen, MAX_ACTIVE>,
+    /// Columns that left the solution, one bit each.
+    left_out: u64,
     /// Candidates that are too small to matter, or did not fit: one bit each.
     banned: u32,
     tried: [Tried; MAX_CANDIDATES],
@@ -147,6 +149,7 @@ impl Diagnosis {
             shown_step: BiasStep::NONE,
             rate_sums: [Vector3::new(0.0, 0.0, 0.0); 2],
             chosen: heapless::Vec::new(),
+            left_out: 0,
             banned: 0,
             tried: [Tried { evidence: 0.0, p_value: 0.0, too_small: false }; MAX_CANDIDATES],
             residual: [0.0; 2],
@@ -178,6 +181,7 @@ impl Diagnosis {
         self.step = BiasStep::NONE;
         self.shown_step = BiasStep::NONE;
         self.chosen.clear();
+        self.left_out = 0;
         self.banned = 0;
         self.tried = [Tried { p_value: 1.0, ..Tried::default() }; MAX_CANDIDATES];
         self.residual_before_rad = None;
@@ -191,11 +195,7 @@ impl Diagnosis {
         self.test = 0;
         self.usable_before = self.usable;
         self.usable = 0;
-        let scales = GyroScales::new(&subject.config.identification);
-        let flown_p = self.job.flown.p_matrix();
-        let flown_c = flown_p * Vector3::from(self.job.flown.b_rad_s);
-        self.p = Matrix3::from_fn(|i, j| flown_p[(i, j)] + scales.of_p(i, j) * self.x[3 * i + j]);
-        self.c = Vector3::from_fn(|i, _| flown_c[i] + scales.c_rad_s * self.x[9 + i]);
+        (self.p, self.c) = self.gyro(subject);
         self.walk.start(subject.stream, self.job.from, (&self.p, &self.c, &self.step));
         RateErrors::new(self.factor.scratch()).clear();
         self.rate_sums = [Vector3::zeros(); 2];
@@ -334,6 +334,7 @@ impl Diagnosis {
         // Nothing more shows in this window by itself. What is left while P is free is what the verdict is about: what P itself lacks is the
         // identification's.
         self.is_final = true;
+        self.leave_out_unseen(subject);
         self.left = (self.nis, rms[1]);
         let p_is_wrong = self.p_is_wrong(&model);
         let added = self.add_by_history(subject, &model, history);
@@ -341,8 +342,8 @@ impl Diagnosis {
             self.p_is_held = true;
             self.x.iter_mut().take(P).for_each(|x| *x = 0.0);
         }
-        // More passes, to see what is left with P as it flies and what was added.
-        (added || !p_is_wrong) && self.changed(subject)
+        // More passes, to see what is left with P as it flies, what was added and what is not seen left out.
+        (added || !p_is_wrong || !self.chosen.is_empty()) && self.changed(subject)
     }
 
     /// The model has been changed: whether it can be solved.

@@ -7,8 +7,8 @@ mod whiteness;
 #[cfg(test)]
 mod tests;
 
-pub(in crate::diagnosis) use correlation::chance_of_ratio;
 pub use correlate::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
+pub(in crate::diagnosis) use correlation::chance_of_ratio;
 
 use super::{
     walk::Instant,

@@ -27,6 +27,9 @@ pub struct DiagnosisReport {
     pub tried: [Tried; MAX_CANDIDATES],
     /// How many there are.
     pub candidates: u8,
+    /// By how much the gyro's bias is another one with these effects than without, rad/s: the constant part of what they add to its
+    /// reading.
+    pub bias_change_rad_s: [f32; 3],
     /// Residual of gravity's and of the field's rows with the gyro's parameters alone: angle, radians rms.
     pub residual_before_rad: [f32; 2],
     /// The same with the effects.

@@ -44,12 +44,7 @@ impl Walk {
     }
 
     /// Begins at increment `from`.
-    pub fn start(
-        &mut self,
-        stream: &SampleStream,
-        from: u32,
-        (p, c, step): (&Matrix3<f32>, &Vector3<f32>, &BiasStep),
-    ) {
+    pub fn start(&mut self, stream: &SampleStream, from: u32, (p, c, step): (&Matrix3<f32>, &Vector3<f32>, &BiasStep)) {
         *self = Self { attitude: IDENTITY, ..Self::zero() };
         let first = stream.read(from).rate;
         let raw = first.unwrap_or_default();

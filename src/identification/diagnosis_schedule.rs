@@ -11,6 +11,18 @@ use nalgebra::Vector3;
 /// What is kept of the increments, seconds, as long as a window; the configuration leaves room for the latency.
 const MOST_KEPT_S: f32 = 50.0;
 
+/// What changes when a diagnosis takes effect.
+pub(super) struct Change {
+    /// Whether the effects do.
+    pub effects: bool,
+    /// The flown bias, by this: the constant part of what the effects add to the gyro's reading.
+    pub bias_rad_s: Vector3<f32>,
+    /// Whether there are other effects of the gyro than before, not only of other size.
+    pub others_of_gyro: bool,
+    /// The bias stepped, by so much, compensated frame, rad/s.
+    pub step: Option<(BiasStepReport, Vector3<f32>)>,
+}
+
 /// When the samples are diagnosed, and when what was found takes effect.
 pub(super) struct DiagnosisSchedule {
     /// When the next one is due to begin.
@@ -112,20 +124,15 @@ impl DiagnosisSchedule {
         self.schedule(due_us, config);
     }
 
-    /// Before a sample is compensated: a diagnosis that is due takes effect, or was not done in time. Returns whether the effects
-    /// changed, and the step of the bias that it found.
-    pub fn take_effect(
-        &mut self,
-        t_us: u64,
-        stream: &mut SampleStream,
-    ) -> (bool, Option<(BiasStepReport, Vector3<f32>)>) {
+    /// Before a sample is compensated: a diagnosis that is due takes effect, or was not done in time.
+    pub fn take_effect(&mut self, t_us: u64, stream: &mut SampleStream) -> Option<Change> {
         if self.effect_us == 0 || t_us < self.effect_us {
-            return (false, None);
+            return None;
         }
         self.effect_us = 0;
         let Some(mut report) = self.waiting.pop() else {
             self.overruns = self.overruns.saturating_add(1);
-            return (false, None);
+            return None;
         };
         report.t_effect_us = t_us;
         let effects = report.active();
@@ -134,11 +141,15 @@ impl DiagnosisSchedule {
         }
         // Just emptied, so there is room.
         let _ = self.diagnosed.push(report);
-        let changed = effects != *stream.effects() && report.is_conclusive();
-        if changed {
-            stream.set_effects(&effects);
+        let before = *stream.effects();
+        let step = report.believed_step();
+        if (effects == before && step.is_none()) || !report.is_conclusive() {
+            return None;
         }
-        (changed, report.believed_step())
+        stream.set_effects(&effects);
+        let same = |exactly: bool| effects.same_of_gyro(&before, stream.library(), exactly);
+        let bias_rad_s = if same(true) { Vector3::zeros() } else { report.bias_change_rad_s.into() };
+        Some(Change { effects: effects != before, bias_rad_s, others_of_gyro: !same(false), step })
     }
 
     /// The latest diagnosis that nobody has taken.

@@ -14,6 +14,7 @@ use crate::{
     window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
 };
 use heapless::{Deque, Vec};
+use nalgebra::Vector3;
 
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
@@ -156,12 +157,25 @@ impl Identifier {
         self.start_window(t_us);
     }
 
-    /// Before a sample is compensated: a diagnosis that is due takes effect. Returns whether the effects changed, and whether the model did.
+    /// Before a sample is compensated: a diagnosis that is due takes effect, and with it the bias that goes with it. Not while a window is
+    /// being fitted, whose result is about the effects as they were. Returns whether the effects changed, and whether the bias stepped.
     pub fn take_diagnosed(&mut self, t_us: u64) -> [bool; 2] {
-        let (changed, step) = self.diagnosis.take_effect(t_us, &mut self.stream);
-        let stepped = step.is_some_and(|(step, by)| self.follow_step(t_us, &step, &by));
-        self.stale_tests |= changed || stepped;
-        [changed, stepped]
+        if self.state != State::Idle {
+            return [false; 2];
+        }
+        let Some(change) = self.diagnosis.take_effect(t_us, &mut self.stream) else { return [false; 2] };
+        self.stale_tests = true;
+        let bias = Vector3::from(self.flown.b_rad_s) + change.bias_rad_s;
+        if bias.iter().all(|b| b.is_finite()) {
+            self.flown.b_rad_s = bias.into();
+            self.stream.change_model(&theta_of(&self.flown));
+        }
+        if change.others_of_gyro {
+            // What was learnt about P and bias was about readings with other effects in them.
+            self.carried = Carried::nothing();
+        }
+        let stepped = change.step.is_some_and(|(step, by)| self.follow_step(t_us, &step, &by));
+        [change.effects, stepped]
     }
 
     /// The latest diagnosis that nobody has taken.
@@ -174,21 +188,22 @@ impl Identifier {
         (self.diagnosis.overruns, self.diagnosis.lost)
     }
 
-    /// Before a sample is compensated: a result that is due takes effect. Returns whether the model changed.
-    pub fn take_effect(&mut self, t_us: u64) -> bool {
+    /// Before a sample is compensated: a result that is due takes effect. If the model changed, the deviations of the new one, P
+    /// row-major, then b, rad/s.
+    pub fn take_effect(&mut self, t_us: u64) -> Option<[f32; 12]> {
         if self.state == State::Idle || t_us < self.job.effect_us {
-            return false;
+            return None;
         }
         let ready = self.state == State::Ready;
         self.state = State::Idle;
         let Some(mut report) = self.result.pop().filter(|_| ready) else {
             let job = self.job;
             self.announce_overrun(&job);
-            return false;
+            return None;
         };
         report.t_effect_us = Some(t_us);
-        let changed = report.flown != self.flown;
-        if changed {
+        let changed = (report.flown != self.flown).then_some(report.sigma);
+        if changed.is_some() {
             self.stream.change_model(&theta_of(&report.flown));
             self.flown = report.flown;
             self.bias_known_us = report.t_end_us;

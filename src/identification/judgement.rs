@@ -49,11 +49,11 @@ pub(crate) fn unidentified(context: &Context, job: &Job, refusal: Refusal) -> Wi
 }
 
 /// The flown and the factory's P, both with the bias from rest where there is one; the flown model keeps a bias that was learnt
-/// since.
+/// since. The factory's is what would fly without the effects, so its bias holds their part.
 fn with_rest_bias(context: &Context, job: &Job) -> (GyroModel, GyroModel) {
     let kept = context.flown.b_rad_s;
-    let b_rad_s = job.rest.map_or(kept, |rest| rest.rate.into());
-    let flown = if job.rest_is_news { b_rad_s } else { kept };
+    let flown = job.rest.filter(|_| job.rest_is_news).map_or(kept, |rest| rest.rate.into());
+    let b_rad_s = job.rest_as_read.map_or(kept, |rest| rest.rate.into());
     (GyroModel { b_rad_s: flown, ..*context.flown }, GyroModel { b_rad_s, ..context.config.gyro })
 }
 
@@ -162,7 +162,7 @@ impl WindowFit {
             self.fitted_bias(context, &mut bias_only, decision, &mut flown);
         }
         if let Some(p_value) = self.is_rolled_back(context, decision) {
-            flown = bias_only;
+            flown = GyroModel { b_rad_s: flown.b_rad_s, ..context.config.gyro };
             decision = Decision::Refused(Refusal::RolledBack { p_value });
         }
         let sigma = sigma(&posterior, &jackknife, &drift, &fitted);

@@ -142,7 +142,12 @@ mod tests {
 
     #[test]
     fn with_a_rest_the_prior_costs_nothing_on_every_p_whose_c_is_p_times_the_bias() {
-        let rest = RestBias { rate: Vector3::new(0.03, -0.02, 0.01), variance: 1e-8 };
+        let rest = RestBias {
+            rate: Vector3::new(0.03, -0.02, 0.01),
+            variance: 1e-8,
+            force_m_s2: Vector3::zeros(),
+            warming_k: 0.0,
+        };
         let config = IdentificationConfig::default();
         let prior = Prior::new(&config, &GyroModel::IDENTITY, Some(&rest));
         let mut model = GyroModel { b_rad_s: rest.rate.into(), ..GyroModel::IDENTITY };

@@ -117,8 +117,6 @@ pub enum Refusal {
         /// By how many standard deviations of chance more often.
         sigmas: f32,
     },
-    /// The gyro's bias stepped in it or before it, which was found when its fit had begun.
-    BiasStepped,
     /// The window contradicts what earlier ones taught, which is forgotten; the next one stands by itself.
     Contradiction {
         /// Squared distance between the two in their own deviations, of 12 parameters.

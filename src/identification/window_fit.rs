@@ -22,6 +22,8 @@ pub(crate) struct Job {
     pub to: u32,
     /// The bias from rests until the close.
     pub rest: Option<RestBias>,
+    /// The same with what the effects that are taken out added to it.
+    pub rest_as_read: Option<RestBias>,
     /// Whether a rest came after what the flown bias was learnt from.
     pub rest_is_news: bool,
     pub rest_s: f32,
@@ -38,6 +40,7 @@ impl Job {
             from: 0,
             to: 0,
             rest: None,
+            rest_as_read: None,
             rest_is_news: false,
             rest_s: 0.0,
             rest_norm_error_m_s2: None,

@@ -2,6 +2,7 @@
 
 mod accumulator;
 mod equations;
+mod bias_steps;
 mod grid;
 mod increment;
 mod increment_ring;

@@ -35,8 +35,8 @@ pub(crate) struct Rest {
     /// Variance of one sample of the raw rate, mean of the axes, (rad/s)^2.
     pub variance: f32,
     pub samples: u16,
-    /// Norm of the mean specific force, m/s^2; `None` without readings.
-    pub specific_force_m_s2: Option<f32>,
+    /// Mean specific force, m/s^2; `None` without readings.
+    pub force_m_s2: Option<Vector3<f32>>,
 }
 
 /// Sums over the first and the second half of the second.
@@ -164,8 +164,9 @@ impl RestDetector {
         if !quiet || !alive || !bias_like || self.gravity.turned(turn) || self.field.turned(turn) {
             return None;
         }
-        let specific_force_m_s2 = self.gravity.mean().map(|g| g.norm());
-        Some(Rest { rate, variance: variance.sum() / 3.0, samples: self.rates, specific_force_m_s2 })
+        // Specific force is minus gravity's reading.
+        let force_m_s2 = self.gravity.mean().map(|g| -g);
+        Some(Rest { rate, variance: variance.sum() / 3.0, samples: self.rates, force_m_s2 })
     }
 }
 
@@ -222,7 +223,7 @@ mod tests {
             let rest = second(0.03, 0.004, 0.0, seed).unwrap();
             // Uniform noise of width 0.004: standard deviation 0.0012, of the mean of 200 8e-5; 5 sigma.
             assert!((rest.rate - Vector3::repeat(0.03)).amax() < 4e-4);
-            assert!((rest.specific_force_m_s2.unwrap() - 9.81).abs() < 0.02);
+            assert!((rest.force_m_s2.unwrap().norm() - 9.81).abs() < 0.02);
             assert!(second(0.03, 0.05, 0.0, seed).is_none(), "vibrating");
             assert!(second(0.03, 0.004, 1.0, seed).is_none(), "turning fast");
             assert!(

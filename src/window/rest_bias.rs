@@ -1,4 +1,5 @@
 use super::rest::Rest;
+use crate::compensation::Moment;
 use nalgebra::Vector3;
 
 /// Bias of the raw gyro from seconds of rest: a scalar-variance Kalman filter with a random walk between them.
@@ -8,6 +9,9 @@ pub(crate) struct RestBias {
     pub rate: Vector3<f32>,
     /// Variance on each axis, (rad/s)^2.
     pub variance: f32,
+    /// What else was there: specific force, m/s^2, and how much warmer than the reference temperature, K.
+    pub force_m_s2: Vector3<f32>,
+    pub warming_k: f32,
 }
 
 impl RestBias {
@@ -15,8 +19,22 @@ impl RestBias {
     /// consumer MEMS gyros show in their Allan plots.
     const INSTABILITY_RAD_S: f32 = 1.75e-4;
 
-    pub fn from_rest(rest: &Rest) -> Self {
-        Self { rate: rest.rate, variance: measurement_variance(rest) }
+    pub fn from_rest(rest: &Rest, warming_k: f32) -> Self {
+        let force_m_s2 = rest.force_m_s2.unwrap_or_default();
+        Self { rate: rest.rate, variance: measurement_variance(rest), force_m_s2, warming_k }
+    }
+
+    /// The instant that stands for the rests.
+    pub fn moment(&self) -> Moment {
+        Moment {
+            rate_rad_s: Vector3::zeros(),
+            acceleration_rad_s2: Vector3::zeros(),
+            force_m_s2: self.force_m_s2,
+            square_force_m2_s4: self.force_m_s2.norm_squared(),
+            field_ut: Vector3::zeros(),
+            before_shock: 0.0,
+            warming_k: self.warming_k,
+        }
     }
 
     /// The variance after `seconds` more of a bias random walk, rad/s per root second.
@@ -25,10 +43,17 @@ impl RestBias {
         self
     }
 
-    pub fn updated(self, rest: &Rest) -> Self {
+    pub fn updated(self, rest: &Rest, warming_k: f32) -> Self {
         let measured = measurement_variance(rest);
         let gain = self.variance / (self.variance + measured);
-        Self { rate: self.rate + (rest.rate - self.rate) * gain, variance: self.variance * (1.0 - gain) }
+        let force_m_s2 =
+            rest.force_m_s2.map_or(self.force_m_s2, |force| self.force_m_s2 + (force - self.force_m_s2) * gain);
+        Self {
+            rate: self.rate + (rest.rate - self.rate) * gain,
+            variance: self.variance * (1.0 - gain),
+            force_m_s2,
+            warming_k: self.warming_k + (warming_k - self.warming_k) * gain,
+        }
     }
 
     /// Standard deviation with the instability in it, rad/s.
@@ -99,9 +124,9 @@ mod tests {
 
     #[test]
     fn rests_average_and_age() {
-        let rest = |x: f32| Rest { rate: Vector3::repeat(x), variance: 1e-6, samples: 100, specific_force_m_s2: None };
-        let first = RestBias::from_rest(&rest(0.01));
-        let both = first.updated(&rest(0.02));
+        let rest = |x: f32| Rest { rate: Vector3::repeat(x), variance: 1e-6, samples: 100, force_m_s2: None };
+        let first = RestBias::from_rest(&rest(0.01), 0.0);
+        let both = first.updated(&rest(0.02), 0.0);
         assert!((both.rate.x - 0.015).abs() < 1e-6);
         assert!((both.variance / first.variance - 0.5).abs() < 1e-3);
         assert!(both.aged(100.0, 2e-5).variance > both.variance);

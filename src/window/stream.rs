@@ -1,3 +1,4 @@
+use super::bias_steps::BiasSteps;
 use super::{
     Accumulator, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, Scales,
     SurroundingsRing, TestEquations, WeakForm, rows::GYRO, weak_form::UNDER_WAY,
@@ -21,7 +22,7 @@ pub(crate) struct SampleStream {
     pub weak_form: WeakForm,
     theta: [f32; GYRO],
     effects: ActiveEffects,
-    bias_steps: [BiasStep; BIAS_STEPS],
+    bias_steps: BiasSteps,
     library: Option<&'static [&'static dyn Effect]>,
     tests: [TestEquations; TESTS],
     /// Test windows completed since the start of the stream; the ring holds the last of them.
@@ -47,22 +48,6 @@ pub(crate) struct StreamSettings {
     pub bias_walk_rad_s_rts: f32,
     pub gravity_m_s2: f32,
     pub scales: Scales,
-}
-
-/// Steps of the bias that are known at a time: a diagnosis finds one at most, and less than two of them fit in what is kept.
-const BIAS_STEPS: usize = 2;
-
-/// The gyro's bias became another.
-#[derive(Clone, Copy)]
-struct BiasStep {
-    /// First increment after it; 0: there is none.
-    until: u32,
-    /// What a raw reading before it lacks to be as after it, rad/s.
-    step_rad_s: Vector3<f32>,
-}
-
-impl BiasStep {
-    const NONE: Self = Self { until: 0, step_rad_s: Vector3::new(0.0, 0.0, 0.0) };
 }
 
 /// A second walk over increments whose test windows were made with other effects.
@@ -100,7 +85,7 @@ impl SampleStream {
             weak_form: WeakForm::zero(),
             theta: [0.0; GYRO],
             effects: ActiveEffects::none(),
-            bias_steps: [BiasStep::NONE; BIAS_STEPS],
+            bias_steps: BiasSteps::NONE,
             library: None,
             tests: [TestEquations::zero(); TESTS],
             tests_completed: 0,
@@ -135,7 +120,7 @@ impl SampleStream {
     pub fn start(&mut self, t_us: u64, theta: &[f32; GYRO]) {
         self.increments.start(self.scales);
         self.surroundings.start();
-        self.bias_steps = [BiasStep::NONE; BIAS_STEPS];
+        self.bias_steps = BiasSteps::NONE;
         self.accumulator.start(t_us, self.grid, self.sample_period_us);
         self.weak_form.start(theta);
         self.theta = *theta;
@@ -162,10 +147,13 @@ impl SampleStream {
         let Some(second) = self.rest_detector.push(rate, gravity, field, &self.rest_limits) else { return };
         self.rest_history = self.rest_history << 1 | u64::from(second.is_some());
         let Some(rest) = second else { return };
-        self.rest_bias = Some(self.rest_bias(t_us).map_or(RestBias::from_rest(&rest), |bias| bias.updated(&rest)));
+        let warming_k = temperature_c.map_or(0.0, |t| t - REFERENCE_TEMPERATURE_C);
+        let before = self.rest_as_read(t_us);
+        self.rest_bias =
+            Some(before.map_or(RestBias::from_rest(&rest, warming_k), |bias| bias.updated(&rest, warming_k)));
         self.rest_bias_us = t_us;
-        if let Some(norm) = rest.specific_force_m_s2 {
-            self.rest_norm.add(libm::fabsf(norm - self.gravity_m_s2));
+        if let Some(force_m_s2) = rest.force_m_s2 {
+            self.rest_norm.add(libm::fabsf(force_m_s2.norm() - self.gravity_m_s2));
         }
     }
 
@@ -204,7 +192,7 @@ impl SampleStream {
 
     /// From here on what was read before increment `until`, at `t_us`, is made to look like what is read after it: by that much more, raw.
     pub fn step_bias(&mut self, until: u32, t_us: u64, step_rad_s: Vector3<f32>) {
-        self.bias_steps = [BiasStep { until, step_rad_s }, self.bias_steps[0]];
+        self.bias_steps.add(until, step_rad_s);
         if let Some(bias) = self.rest_bias.as_mut().filter(|_| self.rest_bias_us < t_us) {
             bias.rate += step_rad_s;
         }
@@ -213,8 +201,7 @@ impl SampleStream {
     /// Increment `index` as it would have been read with the bias of the latest.
     pub fn read(&self, index: u32) -> Increment {
         let read = self.increments.get(index);
-        let steps = self.bias_steps.iter().filter(|step| index < step.until);
-        Increment { rate: read.rate.map(|rate| steps.fold(rate, |rate, step| rate + step.step_rad_s)), ..read }
+        Increment { rate: read.rate.map(|rate| self.bias_steps.taken_out(index, rate)), ..read }
     }
 
     /// Increment `index` without the active effects.
@@ -304,8 +291,17 @@ impl SampleStream {
         }
     }
 
-    /// The bias from rests, aged to `t_us`.
+    /// The bias from rests, aged to `t_us`, without the part of the active effects.
     pub fn rest_bias(&self, t_us: u64) -> Option<RestBias> {
+        let mut bias = self.rest_as_read(t_us)?;
+        let mut moment = bias.moment();
+        self.effects.correct_rate(self.library(), &mut moment);
+        bias.rate += moment.rate_rad_s;
+        Some(bias)
+    }
+
+    /// The same with it.
+    pub fn rest_as_read(&self, t_us: u64) -> Option<RestBias> {
         let since_s = t_us.saturating_sub(self.rest_bias_us) as f32 * 1e-6;
         self.rest_bias.map(|bias| bias.aged(since_s, self.bias_walk_rad_s_rts))
     }

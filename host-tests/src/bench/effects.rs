@@ -1,87 +1,115 @@
-//! Does the diagnosis name what is there? Simulated drilling with effects that nobody declares to the pipeline.
+//! Does the diagnosis name what is there, and does it help? Simulated drilling with effects that nobody declares to the pipeline.
 
-use meerkat_mwd::{
-    Config,
-    compensation::effects::LIBRARY,
-    diagnosis::{DiagnosisReport, Verdict},
-};
+mod cases;
+mod false_alarms;
+mod together;
+mod trial;
+
+use meerkat_mwd::diagnosis::Verdict;
 
 use super::{
     Effort,
-    effect_cases::{CASES, Case},
-    one_window::scenario,
     seeds::each_seed,
-    table::{Cell, Table},
+    table::{Cell, Table, median_and_worst},
 };
-use crate::{
-    configuration::of_trace,
-    flight::fly,
-    simulate::{Random, Scenario, simulate},
-};
+use cases::{CASES, Case};
+use trial::{DATA_S, Errors, HELD_OUT_S, Outcome, diagnose_and_score, drilled};
 
-/// Data of one run, seconds.
-const DURATION_S: f64 = 120.0;
+/// A difference of error that counts: 5 %.
+const CLEARLY: f64 = 1.05;
 
-/// What came of one run.
-struct Trial {
-    /// Names found, in the order in which they were chosen.
-    names: Vec<&'static str>,
-    verdict: Option<Verdict>,
+/// Below it a difference is worse by the letter only, deg.
+const MATTERS_DEG: f64 = 0.1;
+
+/// Whether it is clearly worse with the loop than without it.
+fn is_worse([without, with]: &[f64; 2]) -> bool {
+    *with > CLEARLY * without
 }
+
+type Trial = (Outcome, Errors);
 
 pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(20);
     let mut tables = Vec::new();
     for (inclination_deg, hole) in [(45.0, "45 deg"), (0.0, "vertical")] {
-        let mut table = Table::new(
+        let mut names = Table::new(
             format!(
-                "Effects, one at a time and together, drilling at {hole}, {DURATION_S} s, 100 Hz, {seeds} seeds, sizes and gyro errors drawn at random: \
+                "Effects, one at a time and together, drilling at {hole}, {DATA_S} s, 100 Hz, {seeds} seeds, sizes and gyro errors drawn at random: \
                  share of runs in which all of them are named, each by its own name or by one that cannot be told from it; in which another effect \
                  is named; and verdicts"
             ),
             &["effect", "named %", "other names %", "unexplained %", "sufficient %", "other names"],
         );
+        let mut errors = Table::new(
+            format!(
+                "Errors of the same runs over the {HELD_OUT_S} s that follow, parameters and effects frozen, deg rms, median [worst]: rotation over \
+                 2 s by the gyro alone, and attitude as flown, against the truth; runs in which the loop makes it worse by more than 5 % \
+                 (target: none), and those of them in which by more than {MATTERS_DEG} deg"
+            ),
+            &[
+                "effect",
+                "rotation: bias only",
+                "without the loop",
+                "with it",
+                "worse",
+                "attitude: without the loop",
+                "with it",
+                "worse",
+            ],
+        );
         for case in CASES {
-            let trials = each_seed(0..seeds, |seed| trial(case, inclination_deg, seed))?;
-            table.row(row(case, &trials));
+            let trials = each_seed(0..seeds, |seed| {
+                diagnose_and_score(&drilled(inclination_deg, seed, case.add)?, seed, case.library())
+            })?;
+            names.row(name_cells(case, &trials));
+            errors.row(error_cells(case, &trials));
         }
-        tables.push(table);
+        tables.extend([names, errors]);
     }
+    tables.push(false_alarms::table(effort)?);
+    tables.extend(together::tables(effort)?);
     Ok(tables)
 }
 
-fn trial(case: &Case, inclination_deg: f64, seed: u64) -> anyhow::Result<Trial> {
-    let mut drilled = Scenario { duration_s: DURATION_S, ..scenario("drilling_45deg")? };
-    drilled.hole.inclination_deg = inclination_deg;
-    (case.add)(&mut drilled, &mut Random::new(seed ^ 0x5eed));
-    let (trace, _) = simulate(&drilled, seed);
-    let config = Config { seed, ..of_trace(&trace) };
-    let flight = fly(&config, &trace.samples, |_| {})?;
-    let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
-    Ok(Trial { names: last.map(names).unwrap_or_default(), verdict: last.map(|report| report.verdict) })
-}
-
-fn names(report: &DiagnosisReport) -> Vec<&'static str> {
-    let found = report.effects.iter().take(report.count.into());
-    found.filter_map(|effect| LIBRARY.get(usize::from(effect.found.index))).map(|effect| effect.name()).collect()
-}
-
-fn row(case: &Case, trials: &[Trial]) -> Vec<Cell> {
-    let share = |is: &dyn Fn(&Trial) -> bool| {
-        Cell::percent(trials.iter().filter(|trial| is(trial)).count() as f64 / trials.len() as f64, 0)
+fn name_cells(case: &Case, trials: &[Trial]) -> Vec<Cell> {
+    let share = |is: &dyn Fn(&Outcome) -> bool| {
+        Cell::percent(trials.iter().filter(|(outcome, _)| is(outcome)).count() as f64 / trials.len() as f64, 0)
     };
-    let right = |name: &&str| case.names.iter().any(|names| names.contains(name));
-    let all = |trial: &Trial| case.names.iter().all(|names| trial.names.iter().any(|name| names.contains(name)));
-    let mut others: Vec<&str> =
-        trials.iter().flat_map(|trial| &trial.names).filter(|name| !right(name)).copied().collect();
+    let found = trials.iter().flat_map(|(outcome, _)| &outcome.names);
+    let mut others: Vec<&str> = found.filter(|name| !case.allows(name)).copied().collect();
     others.sort_unstable();
     others.dedup();
     vec![
         case.name.into(),
-        if case.names.is_empty() { Cell::from("-") } else { share(&all) },
-        share(&|trial| trial.names.iter().any(|name| !right(name))),
-        share(&|trial| trial.verdict == Some(Verdict::UnexplainedResidual)),
-        share(&|trial| trial.verdict == Some(Verdict::ModelSufficient)),
+        if case.names.is_empty() { Cell::from("-") } else { share(&|outcome| case.is_named_by(&outcome.names)) },
+        share(&|outcome| outcome.names.iter().any(|name| !case.allows(name))),
+        share(&|outcome| outcome.verdict == Some(Verdict::UnexplainedResidual)),
+        share(&|outcome| outcome.verdict == Some(Verdict::ModelSufficient)),
         others.join(" ").into(),
+    ]
+}
+
+fn error_cells(case: &Case, trials: &[Trial]) -> Vec<Cell> {
+    let figures = |of: fn(&Errors) -> f64| -> Vec<f64> { trials.iter().map(|(_, errors)| of(errors)).collect() };
+    let cell = |of: fn(&Errors) -> f64| median_and_worst(&figures(of), 2);
+    let worse = |of: fn(&Errors) -> [f64; 2]| {
+        let by: Vec<f64> = trials
+            .iter()
+            .map(|(_, errors)| of(errors))
+            .filter(is_worse)
+            .map(|[without, with]| with - without)
+            .collect();
+        let matters = by.iter().filter(|by| **by > MATTERS_DEG).count();
+        Cell { text: format!("{}, {matters}", by.len()), value: Some(by.len() as f64), ..Cell::default() }
+    };
+    vec![
+        case.name.into(),
+        cell(|errors| errors.bias_only),
+        cell(|errors| errors.rotation[0]),
+        cell(|errors| errors.rotation[1]),
+        worse(|errors| errors.rotation),
+        cell(|errors| errors.attitude[0]),
+        cell(|errors| errors.attitude[1]),
+        worse(|errors| errors.attitude),
     ]
 }

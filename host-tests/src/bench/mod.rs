@@ -1,10 +1,10 @@
 //! `mwd bench`: every figure that the README shows, from seeds, as tables on the terminal and as JSON.
 
+pub mod attitude;
 mod contaminated;
 pub mod contenders;
 mod coverage;
 pub mod cramer_rao;
-mod effect_cases;
 mod effects;
 mod evaluations;
 pub mod faults;
@@ -14,6 +14,7 @@ pub mod one_window;
 mod paper;
 pub mod pure_integration;
 mod rate_error;
+mod recordings;
 pub mod rotation_error;
 mod seeds;
 mod swaps;
@@ -89,6 +90,8 @@ const SECTIONS: &[Section] = &[
     Section::on_host("hour", hour::run),
     Section::on_host("swaps", swaps::run),
     Section::on_host("effects", effects::run),
+    Section::on_host("recordings", recordings::run),
+    Section::on_host("attitude", attitude::run),
     Section { name: "target", place: Place::Target, run: target::run },
 ];
 

@@ -1,8 +1,8 @@
 //! Does the gate do harm, or miss good? Random faults and effects, one window, the six minutes after it.
 
 use meerkat_mwd::{
+    Config,
     compensation::GyroModel,
-    config::OptimizerKind,
     identification::{Decision, Refusal},
 };
 
@@ -48,7 +48,8 @@ pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
 fn trial(seed: u64) -> anyhow::Result<Trial> {
     let drawn = draw(seed);
     let run = Run::simulate(&drawn.scenario, seed)?;
-    let report = run.identify(OptimizerKind::Imoa)?;
+    // The whole loop, as it flies.
+    let report = run.identify_as(&Config { effects: true, ..run.config })?;
     let before = run.config.gyro;
     let errors = |model: &GyroModel| -> anyhow::Result<Errors> {
         Ok([rotation_error_deg(&run, model), run.rate_error_deg_s(model)?])

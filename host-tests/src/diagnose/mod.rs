@@ -16,13 +16,24 @@ pub use outcome::{Diagnosed, Found, diagnosed};
 pub use remainder_text::remainder_text;
 pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual};
 
+use meerkat_mwd::Config;
+
 use crate::{
     cli::{DiagnoseArgs, ReplayArgs},
-    flight::fly,
-    replay::{prepare, progress_bar, settings},
+    flight::Flight,
+    replay::{fly_with_bar, prepare, settings},
     result_json::result_json,
     score,
+    trace::Trace,
 };
+
+/// Flies the gyro of a trace against its reference attitude, and diagnoses all sensors.
+///
+/// # Errors
+/// The trace has no reference, or the configuration cannot be used.
+pub fn against_reference(trace: &Trace, config: &Config) -> anyhow::Result<(Flight, Diagnosed)> {
+    bench_mode::diagnose(trace, config)
+}
 
 /// Diagnoses a trace and prints the account.
 ///
@@ -31,15 +42,9 @@ use crate::{
 pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     let (trace, config) = prepare(&ReplayArgs::of_diagnose(args))?;
     let (flight, diagnosed) = if args.against_reference {
-        bench_mode::diagnose(&trace, &config)?
+        against_reference(&trace, &config)?
     } else {
-        let bar = progress_bar(trace.samples.len());
-        let flight = fly(&config, &trace.samples, |flown| {
-            if flown % 1_000 == 0 {
-                bar.set_position(flown as u64);
-            }
-        })?;
-        bar.finish_and_clear();
+        let flight = fly_with_bar(&trace, &config)?;
         let diagnosed = diagnosed(&trace, &config, &flight);
         (flight, diagnosed)
     };

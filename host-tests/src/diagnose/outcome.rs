@@ -86,7 +86,11 @@ pub(super) fn diagnosed_with(
         }
     }
     let verdict = match reports.last().map_or(Verdict::NotEnoughExcitation, |last| last.verdict) {
-        Verdict::ModelSufficient | Verdict::NotEnoughExcitation if !flight.magnets.is_empty() || !effects.is_empty() => Verdict::EffectsFound,
+        Verdict::ModelSufficient | Verdict::NotEnoughExcitation
+            if !flight.magnets.is_empty() || !effects.is_empty() =>
+        {
+            Verdict::EffectsFound
+        }
         verdict => verdict,
     };
     let (residual, residual_over_time) = vector_residual(library, trace, config, flight);

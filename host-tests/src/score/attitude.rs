@@ -20,18 +20,41 @@ pub struct AttitudeRms {
     pub inclination: Option<f64>,
 }
 
-/// Scores every output whose time has a reference, with `movement` where the trace says.
+/// An attitude at its time of validity: microseconds; body to NED, scalar first.
+pub type TimedAttitude = (u64, [f64; 4]);
+
+/// Scores every attitude whose time has a reference, with `movement` where the trace says.
 ///
 /// Total and heading are `None` where the reference counts from true north and the flight, without a declination, from magnetic.
 pub(super) fn rms_deg(trace: &Trace, flight: &Flight, settings: &Settings) -> AttitudeRms {
+    let attitudes =
+        flight.outputs.iter().filter_map(|output| Some((output.t_us, output.attitude.as_ref()?.q.map(f64::from))));
     let Some(reference_to_ned) = reference_to_ned(trace, settings) else {
-        let comparable = errors(trace, flight, settings, to_ned(trace.keys.earth_frame));
+        let comparable = errors(trace, attitudes, settings, to_ned(trace.keys.earth_frame));
         return AttitudeRms {
-            inclination: root_mean_square(comparable.map(|e| e.inclination)),
+            inclination: root_mean_square(comparable.map(|e| split(&e).inclination)),
             ..AttitudeRms::default()
         };
     };
-    let errors: Vec<Error> = errors(trace, flight, settings, reference_to_ned).collect();
+    rms_of(errors(trace, attitudes, settings, reference_to_ned).map(|e| split(&e)).collect())
+}
+
+/// The same for any estimate: as it is, and without one constant offset of the heading, which has the reference's north in it. The
+/// offset is the one that leaves the smallest sum of squared sines of half the heading's error.
+#[must_use]
+pub fn attitude_rms_deg(trace: &Trace, attitudes: &[TimedAttitude], settings: &Settings) -> [AttitudeRms; 2] {
+    let Some(reference_to_ned) = reference_to_ned(trace, settings) else { return Default::default() };
+    let errors: Vec<_> = errors(trace, attitudes.iter().copied(), settings, reference_to_ned).collect();
+    // Doubled angles of the twist: a quaternion and its opposite are one rotation.
+    let (sine, cosine) = errors.iter().fold((0.0, 0.0), |(sine, cosine), e| {
+        let heading = 2.0 * e.k.atan2(e.w);
+        (sine + heading.sin(), cosine + heading.cos())
+    });
+    let offset = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, -f64::atan2(sine, cosine)));
+    [UnitQuaternion::identity(), offset].map(|turn| rms_of(errors.iter().map(|e| split(&(turn * e))).collect()))
+}
+
+fn rms_of(errors: Vec<Error>) -> AttitudeRms {
     let rms = |part: fn(&Error) -> f64| root_mean_square(errors.iter().map(part));
     AttitudeRms { total: rms(|e| e.total), heading: rms(|e| e.heading), inclination: rms(|e| e.inclination) }
 }
@@ -50,14 +73,14 @@ struct Error {
 
 fn errors<'a>(
     trace: &'a Trace,
-    flight: &'a Flight,
+    attitudes: impl Iterator<Item = TimedAttitude> + 'a,
     settings: &'a Settings,
     reference_to_ned: UnitQuaternion<f64>,
-) -> impl Iterator<Item = Error> + 'a {
-    flight.outputs.iter().filter(|output| output.t_us >= settings.from_us).filter_map(move |output| {
-        let estimate = unit_quaternion(output.attitude.as_ref()?.q.map(f64::from))?;
-        let reference = reference_to_ned * reference_at(trace, output.t_us)?;
-        Some(split(&(estimate * reference.inverse())))
+) -> impl Iterator<Item = UnitQuaternion<f64>> + 'a {
+    let gap_us = gap_us(trace);
+    attitudes.filter(|(t_us, _)| *t_us >= settings.from_us).filter_map(move |(t_us, q)| {
+        let reference = reference_to_ned * reference_at(trace, gap_us, t_us)?;
+        Some(unit_quaternion(q)? * reference.inverse())
     })
 }
 
@@ -75,7 +98,7 @@ fn split(error: &UnitQuaternion<f64>) -> Error {
 }
 
 /// The reference at a time of validity, interpolated between samples where it falls between two.
-fn reference_at(trace: &Trace, t_us: u64) -> Option<UnitQuaternion<f64>> {
+fn reference_at(trace: &Trace, gap_us: f64, t_us: u64) -> Option<UnitQuaternion<f64>> {
     let scored = |i: usize| {
         let moving = trace.movement.as_ref().is_none_or(|m| m.get(i).copied().unwrap_or(false));
         trace.reference.get(i).copied().flatten().filter(|_| moving).and_then(unit_quaternion)
@@ -88,8 +111,7 @@ fn reference_at(trace: &Trace, t_us: u64) -> Option<UnitQuaternion<f64>> {
     let before = after.checked_sub(1)?;
     let previous = trace.samples.get(before)?;
     let (step, elapsed) = ((next.t_us - previous.t_us) as f64, (t_us - previous.t_us) as f64);
-    let gap = step > gap_us(trace);
-    if gap { None } else { scored(before)?.try_slerp(&scored(after)?, elapsed / step, 1e-9) }
+    if step > gap_us { None } else { scored(before)?.try_slerp(&scored(after)?, elapsed / step, 1e-9) }
 }
 
 fn to_ned(frame: EarthFrame) -> UnitQuaternion<f64> {

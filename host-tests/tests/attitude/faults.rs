@@ -3,6 +3,7 @@
 use crate::simulation::{Noise, Truth, apart, feed, sound};
 use meerkat_mwd::{
     attitude::{Attitude, AttitudeFilter, AttitudeFlags},
+    compensation::GyroModel,
     config::{AttitudeConfig, Earth},
 };
 use nalgebra::Vector3;
@@ -152,18 +153,41 @@ fn a_gap_is_flagged_once_widens_the_sigmas_and_is_healed() {
     assert!(bench.truth.tilt_error_rad(&a).to_degrees() < 1.0 && bench.azimuth_error_deg(&a) < 2.0, "{a:?}");
 }
 
-#[test]
-fn a_model_change_does_not_move_the_attitude_and_the_old_bias_is_forgotten() {
+/// A filter that has found a bias at rest.
+fn with_bias(bias: &Vector3<f64>) -> Bench {
     let mut bench = Bench::new(&Earth::default());
-    let bias = Vector3::new(0.004, -0.003, 0.005);
     for _ in 0..6_000 {
-        feed(&mut bench.filter, DT_S, &bias, Some(bench.truth.force(&STILL)), Some(bench.truth.field(65.0, 0.0)));
+        feed(&mut bench.filter, DT_S, bias, Some(bench.truth.force(&STILL)), Some(bench.truth.field(65.0, 0.0)));
     }
     assert!((bench.filter.residual_bias_rad_s().cast::<f64>() - bias).norm() < 5e-4);
+    bench
+}
+
+#[test]
+fn another_bias_in_the_model_moves_neither_the_attitude_nor_the_total_bias() {
+    let bias = Vector3::new(0.004, -0.003, 0.005);
+    let mut bench = with_bias(&bias);
     let before = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
-    bench.filter.model_changed();
+    let old = GyroModel { p: [[1.1, 0.0, 0.02], [0.0, 0.9, 0.0], [0.01, 0.0, 1.0]], ..GyroModel::IDENTITY };
+    let new = GyroModel { b_rad_s: [0.01, -0.02, 0.03], ..old };
+    bench.filter.model_changed(&old, &new, &[1e-3; 12]);
     let after = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
     assert_eq!(before, after);
+    let raw = [0.1, 0.2, 0.3];
+    let change = (new.compensate(raw) - bench.filter.residual_bias_rad_s()).cast::<f64>()
+        - (old.compensate(raw).cast::<f64>() - bias);
+    assert!(change.norm() < 5e-4, "{change}");
+}
+
+#[test]
+fn another_p_forgets_the_residual_bias_and_does_not_move_the_attitude() {
+    let mut bench = with_bias(&Vector3::new(0.004, -0.003, 0.005));
+    let before = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
+    let new = GyroModel { p: [[1.1, 0.0, 0.02], [0.0, 0.9, 0.0], [0.01, 0.0, 1.0]], ..GyroModel::IDENTITY };
+    bench.filter.model_changed(&GyroModel::IDENTITY, &new, &[1e-3; 12]);
+    let after = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
+    assert_eq!(after.q, before.q);
+    assert!(after.sigma_azimuth_rad > 3.0, "carried by a P that was off by percents");
     assert_eq!(bench.filter.residual_bias_rad_s(), Vector3::zeros());
     // the new model has taken the bias out
     let a = bench.run(10.0, STILL, Some, Some).unwrap();

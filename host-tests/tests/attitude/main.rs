@@ -2,6 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 mod accuracy;
+mod beside_vqf;
 mod faults;
 mod recordings;
 mod simulation;

@@ -1,8 +1,10 @@
 //! What is flown is never worse than the factory's P with the bias alone, and better where P is wrong by percents.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop, missing_docs)]
 
+#[path = "../handheld/mod.rs"]
 mod handheld;
 mod played;
+mod recordings;
 mod study;
 
 use handheld::{GyroError, KINDS};

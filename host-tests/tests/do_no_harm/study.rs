@@ -5,7 +5,7 @@ use crate::{
     played::{Played, play},
 };
 use meerkat_mwd::{compensation::GyroModel, config::OptimizerKind};
-use mwd::{known_error, trace::Trace};
+use mwd::{known_error, recordings, trace::Trace};
 use std::sync::{
     Mutex,
     atomic::{AtomicUsize, Ordering},
@@ -208,10 +208,8 @@ fn reversed(trace: &Trace) -> Trace {
 #[test]
 #[ignore = "a study, minutes long, needs recordings"]
 fn pieces_of_recordings() {
-    let folder = std::env::var("MWD_RECORDINGS").expect("MWD_RECORDINGS names a folder of traces");
-    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
-    paths.retain(|p| p.to_string_lossy().ends_with(".csv.gz"));
-    paths.sort();
+    let paths = recordings::given().unwrap();
+    assert!(!paths.is_empty(), "{} names a folder of recordings", recordings::FOLDER);
     let traces: Vec<Trace> = paths.iter().map(|p| Trace::read(p).unwrap()).collect();
     let mut pieces: Vec<(String, usize, Trace, f64)> = Vec::new();
     for (n, trace) in traces.iter().enumerate() {

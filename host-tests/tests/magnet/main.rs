@@ -1,16 +1,15 @@
 //! A magnet that is brought to the probe and taken away again is found, and nothing else is taken for one.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop, missing_docs)]
 
-#[path = "../do_no_harm/handheld.rs"]
-#[allow(dead_code, clippy::needless_range_loop)]
+#[path = "../handheld/mod.rs"]
 mod handheld;
 mod runs;
 
-use handheld::{GyroError, KINDS, Kind};
+use handheld::{GyroError, KINDS, Kind, Random};
 use meerkat_mwd::Config;
 use mwd::{configuration::of_trace, trace::Trace};
 use nalgebra::Vector3;
-use runs::{Magnet, Random, drilling, heading_rms_deg, watch, watch_with};
+use runs::{Magnet, direction_across, drilling, heading_rms_deg, watch, watch_with};
 use std::path::Path;
 
 /// Of the axes across the tool: along it a vertical hole shows nothing of an offset.
@@ -56,7 +55,7 @@ fn magnets_on_a_drilling_probe_are_found_with_their_times_and_sizes() {
         let mut trace = drilling(seed, [100.0, 120.0], 0.0);
         let on_s = random.between(12.0, 40.0);
         let magnet = Magnet {
-            offset_ut: random.direction_across(0.3) * random.between(8.0, 40.0),
+            offset_ut: direction_across(random, 0.3) * random.between(8.0, 40.0),
             on_s,
             off_s: on_s + random.between(15.0, 50.0),
             ramp_s: random.between(0.05, 2.0),

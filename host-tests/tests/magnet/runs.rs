@@ -1,5 +1,6 @@
 //! Runs with a known magnetic truth.
 
+use crate::handheld::Random;
 use meerkat_mwd::{
     Config, Probe,
     attitude::AttitudeFlags,
@@ -11,37 +12,13 @@ use mwd::{
     trace::Trace,
 };
 use nalgebra::Vector3;
-use rand_core::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
 
-pub struct Random(Xoshiro256PlusPlus);
-
-impl Random {
-    pub fn new(seed: u64) -> Self {
-        Self(Xoshiro256PlusPlus::seed_from_u64(seed))
-    }
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
-    }
-    /// Uniform over all directions.
-    pub fn direction(&mut self) -> Vector3<f64> {
-        loop {
-            let v = Vector3::from_fn(|_, _| self.between(-1.0, 1.0));
-            if (0.01..1.0).contains(&v.norm_squared()) {
-                return v.normalize();
-            }
-        }
-    }
-}
-
-impl Random {
-    /// A direction whose part along z is at most `along`.
-    pub fn direction_across(&mut self, along: f64) -> Vector3<f64> {
-        loop {
-            let v = self.direction();
-            if v.z.abs() < along {
-                return v;
-            }
+/// A direction whose part along z is at most `along`.
+pub fn direction_across(random: &mut Random, along: f64) -> Vector3<f64> {
+    loop {
+        let v = random.direction();
+        if v.z.abs() < along {
+            return v;
         }
     }
 }

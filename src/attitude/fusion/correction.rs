@@ -72,7 +72,7 @@ impl AttitudeFilter {
         // what a body-fixed error leaves across the axis of a rotation, which carries it around
         let phase = SCALE_CORRELATION_S * SCALE_CORRELATION_S * squared_rate;
         let across_s = SCALE_CORRELATION_S / (1.0 + phase);
-        let scale = config.gyro_scale_sigma * config.gyro_scale_sigma * block.time_s;
+        let scale = self.scale_sigma * self.scale_sigma * block.time_s;
         let rate_ned = block.rotation_time * block.angle_rad / (block.time_s * block.time_s);
         let noise = config.gyro_noise_rad_s_rthz * config.gyro_noise_rad_s_rthz * block.time_s;
         let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
@@ -162,7 +162,7 @@ impl AttitudeFilter {
             self.heading_floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
             return true;
         }
-        let timing = config.mag_timing_sigma_s * config.mag_timing_sigma_s * squared_rate;
+        let timing = self.timing_variance_s2 * squared_rate;
         let expected = self.errors.variance(HEADING) + direction + 4.0 * timing + tilt;
         if innovation * innovation > HEADING_GATE * HEADING_GATE * expected {
             self.heading_contradiction_s += block.time_s;

@@ -51,7 +51,8 @@ impl Diagnosis {
 
     /// What is to be done about the step: when it was, and the rates that tell the bias after it.
     pub(super) fn step_report(&self, subject: &Subject) -> Option<BiasStepReport> {
-        let chosen = self.chosen.iter().find(|chosen| Self::is_bias_step(subject, usize::from(chosen.index)))?;
+        let mut taken_out = self.chosen.iter().filter(|chosen| !chosen.too_small);
+        let chosen = taken_out.find(|chosen| Self::is_bias_step(subject, usize::from(chosen.index)))?;
         let since_us = u64::from(self.job.to.saturating_sub(self.step.until));
         let since_us = since_us * u64::from(subject.stream.grid.interval_us);
         let count = (self.job.to - self.job.from) as f32;

@@ -17,6 +17,9 @@ pub(super) struct Chosen {
     pub sigma: [f32; MAX_PARAMETERS],
     /// Whether this window alone would not have shown it.
     pub by_history: bool,
+    /// Whether it shows, but turns too little to matter: then it stays in the solution, so that nothing like it is found in its place, and
+    /// is not taken out.
+    pub too_small: bool,
 }
 
 impl Chosen {
@@ -30,6 +33,7 @@ impl Chosen {
         residual_after_rad: 0.0,
         sigma: [0.0; MAX_PARAMETERS],
         by_history: false,
+        too_small: false,
     };
 
     /// How much that of it turns which is seen to be there, and the deviation of that: radians rms. `x`: its scaled parameters.

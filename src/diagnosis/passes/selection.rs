@@ -120,8 +120,8 @@ impl Diagnosis {
         true
     }
 
-    /// Drops a chosen effect that, as far as it is seen to be there, is too small to matter or not beyond its own deviation, or that, with
-    /// the others there, no longer shows.
+    /// Drops a chosen effect that, as far as it is seen to be there, is not beyond its own deviation, or that, with the others there, no
+    /// longer shows; notes which are too small to matter.
     pub(super) fn drop_one(&mut self, subject: &Subject) -> bool {
         for slot in 0..self.chosen.len() {
             let Some(&Chosen { index, by_history, .. }) = self.chosen.get(slot) else { break };
@@ -129,22 +129,24 @@ impl Diagnosis {
             let model = self.model(subject, Some(index));
             let effective = self.effective_scores(subject, index, &model);
             let is_step = Self::is_bias_step(subject, index);
-            let shows = is_step && self.shown_step.p_value <= FALSE_ALARMS || effective.is_some_and(|effective| {
-                let scores = effective.whitening.whitened(&effective.scores);
-                // With P free: held, its own errors would not count.
-                if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| !by_history && !self.p_is_held) {
-                    chosen.sigma = effective.whitening.sandwich(&scores);
-                }
-                by_history || sign_flip(&scores).1 <= FALSE_ALARMS
-            });
+            let shows = is_step && self.shown_step.p_value <= FALSE_ALARMS
+                || effective.is_some_and(|effective| {
+                    let scores = effective.whitening.whitened(&effective.scores);
+                    // With P free: held, its own errors would not count.
+                    if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| !by_history && !self.p_is_held) {
+                        chosen.sigma = effective.whitening.sandwich(&scores);
+                    }
+                    by_history || sign_flip(&scores).1 <= FALSE_ALARMS
+                });
             let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
             let least_rad = if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
             let (size_rad, sigma_rad) = self.size_rad(subject, slot);
-            let too_small = size_rad < least_rad || size_rad < SIGNIFICANT * sigma_rad;
-            if too_small || !shows {
-                if let Some(tried) = self.tried.get_mut(index) {
-                    tried.too_small = too_small;
-                }
+            let too_small = size_rad < least_rad;
+            if let (Some(chosen), Some(tried)) = (self.chosen.get_mut(slot), self.tried.get_mut(index)) {
+                chosen.too_small = too_small;
+                tried.too_small = too_small;
+            }
+            if !shows || size_rad < SIGNIFICANT * sigma_rad {
                 self.banned |= 1_u32.checked_shl(index as u32).unwrap_or(0);
                 let columns = self.columns_of(subject, index);
                 self.x.get_mut(columns).unwrap_or_default().fill(0.0);

@@ -31,11 +31,45 @@ impl Diagnosis {
         let effects = chosen.map(|chosen| usize::from(chosen.index)).filter(|index| Some(*index) != without);
         let gyro = if self.p_is_held { P..GYRO } else { 0..GYRO };
         let columns = gyro.chain(effects.flat_map(|index| self.columns_of(subject, index)));
+        let columns = columns.filter(|column| !self.is_left_out(*column));
         for column in columns {
             // No room is no column.
             let _ = model.push(column as u8);
         }
         model
+    }
+
+    /// P and c of the solution so far.
+    pub(super) fn gyro(&self, subject: &Subject) -> (Matrix3<f32>, Vector3<f32>) {
+        let scales = GyroScales::new(&subject.config.identification);
+        let p = self.job.flown.p_matrix();
+        let c = p * Vector3::from(self.job.flown.b_rad_s);
+        (
+            Matrix3::from_fn(|i, j| p[(i, j)] + scales.of_p(i, j) * self.x[3 * i + j]),
+            Vector3::from_fn(|i, _| c[i] + scales.c_rad_s * self.x[9 + i]),
+        )
+    }
+
+    /// Chosen effects that are too small, and parts of the others that are not seen to be there, leave the solution: what is taken out of the readings is the rest, and
+    /// the bias has to fit to that.
+    pub(super) fn leave_out_unseen(&mut self, subject: &Subject) {
+        for slot in 0..self.chosen.len() {
+            let Some(index) = self.chosen.get(slot).map(|chosen| usize::from(chosen.index)) else { return };
+            let too_small = self.chosen.get(slot).is_some_and(|chosen| chosen.too_small);
+            let seen = if too_small { [0.0; MAX_PARAMETERS] } else { self.seen_parts(subject, slot) };
+            for (column, x) in self.columns_of(subject, index).zip(seen) {
+                if x == 0.0 {
+                    self.left_out |= 1_u64.checked_shl(column as u32).unwrap_or(0);
+                    if let Some(x) = self.x.get_mut(column) {
+                        *x = 0.0;
+                    }
+                }
+            }
+        }
+    }
+
+    fn is_left_out(&self, column: usize) -> bool {
+        self.left_out.checked_shr(column as u32).unwrap_or(0) & 1 != 0
     }
 
     /// The solution so far of a column.

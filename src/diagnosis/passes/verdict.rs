@@ -17,7 +17,9 @@ impl Diagnosis {
     pub(super) fn report(&self, subject: &Subject) -> DiagnosisReport {
         let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.tested;
         let mut effects = [EffectReport::default(); MAX_ACTIVE];
-        for (slot, (report, chosen)) in effects.iter_mut().zip(&self.chosen).enumerate() {
+        let mut count = 0;
+        let taken_out = self.chosen.iter().enumerate().filter(|(_, chosen)| !chosen.too_small);
+        for (report, (slot, chosen)) in effects.iter_mut().zip(taken_out) {
             let index = usize::from(chosen.index);
             let Some(effect) = subject.library.get(index) else { continue };
             let mut parameters = self.parameters(subject, index);
@@ -33,6 +35,7 @@ impl Diagnosis {
                 [parameters, sigma] = self.step_parameters();
             }
             let (size_rad, size_sigma_rad) = self.size_rad(subject, slot);
+            count += 1;
             *report = EffectReport {
                 found: FoundEffect { index: chosen.index, parameters, sigma },
                 evidence: chosen.evidence,
@@ -47,7 +50,7 @@ impl Diagnosis {
             Verdict::NotEnoughExcitation
         } else if self.is_unexplained() {
             Verdict::UnexplainedResidual
-        } else if !self.chosen.is_empty() {
+        } else if count > 0 {
             Verdict::EffectsFound
         } else {
             Verdict::ModelSufficient
@@ -59,9 +62,10 @@ impl Diagnosis {
             verdict,
             effects,
             bias_step: if enough { self.step_report(subject) } else { None },
-            count: if enough { self.chosen.len() as u8 } else { 0 },
+            count: if enough { count } else { 0 },
             tried: self.tried,
             candidates: subject.library.len().min(MAX_CANDIDATES) as u8,
+            bias_change_rad_s: self.bias_change(subject).into(),
             residual_before_rad: self.residual_before_rad.unwrap_or(self.residual),
             residual_after_rad: self.residual,
             nis: [self.nis_before, self.left().0],
@@ -71,6 +75,15 @@ impl Diagnosis {
                 RemainderReport::default()
             },
         }
+    }
+
+    /// The raw bias of the solution less that of the model that flew.
+    fn bias_change(&self, subject: &Subject) -> Vector3<f32> {
+        let (p, c) = self.gyro(subject);
+        let bias = p.try_inverse().map(|inverse| inverse * c);
+        let change = bias.map_or(Vector3::zeros(), |bias| bias - Vector3::from(self.job.flown.b_rad_s));
+        // What no bias can be is none.
+        if change.amax() < subject.config.identification.max_bias_rad_s { change } else { Vector3::zeros() }
     }
 
     /// Whether more is left of the field's residual than its noise, and more than matters little.

@@ -1,6 +1,6 @@
 //! What follows from a step of the gyro's bias that a diagnosis has found.
 
-use super::{Identifier, Refusal, State, theta_of};
+use super::{Identifier, theta_of};
 use crate::diagnosis::BiasStepReport;
 use nalgebra::Vector3;
 
@@ -14,13 +14,6 @@ impl Identifier {
         }
         self.stream.step_bias(step.until, step.t_us, inverse * by_rad_s);
         self.carried.step_bias(step.t_us, by_rad_s);
-        if self.state != State::Idle {
-            // A fit of samples before and after the step, as if they had one bias.
-            self.state = State::Idle;
-            self.result.clear();
-            let job = self.job;
-            self.announce_unapplied(&job, Refusal::BiasStepped);
-        }
         self.flown.b_rad_s = b_rad_s;
         self.stream.change_model(&theta_of(&self.flown));
         self.bias_known_us = t_us;

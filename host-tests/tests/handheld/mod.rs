@@ -1,47 +1,18 @@
 //! Motion by hand with truth, and sensors with every error that a factory-calibrated unit has been seen to have, drawn at
 //! random: what the identification's model does not hold is the point of it.
 
+mod random;
+
 use meerkat_mwd::{Sample, SampleFlags, compensation::GyroModel};
 use mwd::trace::{BodyFrame, EarthFrame, Keys, Trace};
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use rand_core::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+pub use random::Random;
 use std::f64::consts::TAU;
 
 const PERIOD_US: u64 = 3500;
 /// Truth is integrated at four steps a sample.
 const STEP_S: f64 = 0.25 * 3.5e-3;
 const GRAVITY_M_S2: f64 = 9.81;
-
-pub struct Random(Xoshiro256PlusPlus);
-
-impl Random {
-    pub fn new(seed: u64) -> Self {
-        Self(Xoshiro256PlusPlus::seed_from_u64(seed))
-    }
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
-    }
-    pub fn chance(&mut self, probability: f64) -> bool {
-        self.between(0.0, 1.0) < probability
-    }
-    fn normal(&mut self) -> f64 {
-        (-2.0 * (1.0 - self.between(0.0, 1.0)).ln()).sqrt() * self.between(0.0, TAU).cos()
-    }
-    fn normal3(&mut self) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.normal())
-    }
-    fn direction(&mut self) -> Vector3<f64> {
-        self.normal3().normalize()
-    }
-    /// Every element within `largest`, uniformly.
-    fn matrix(&mut self, largest: f64) -> Matrix3<f64> {
-        Matrix3::from_fn(|_, _| self.between(-largest, largest))
-    }
-    fn rotation(&mut self) -> Rotation3<f64> {
-        Rotation3::from_scaled_axis(self.direction() * self.between(0.0, 3.1))
-    }
-}
 
 /// A sum of sines, root mean square 1.
 struct Multisine(Vec<[f64; 3]>);

@@ -1,14 +1,63 @@
 //! What the simulator adds in each case, and by what names it counts as named right.
 
+use meerkat_mwd::compensation::{
+    Effect,
+    effects::{
+        AccelBias, AccelLag, AxialInterference, EddyLag, GSensitivity, GyroBiasStep, GyroBiasTemperature, GyroLag,
+        GyroScaleAsymmetry, GyroScaleNonlinearity, HardIron, LIBRARY, LeverArm, MagLag, VibrationRectification,
+    },
+};
+
+use super::trial::Library;
 use crate::simulate::{MountRotation, Random, Scenario, Temperature};
+
+/// All of the library but soft iron.
+static WITHOUT_SOFT_IRON: [&dyn Effect; LIBRARY.len() - 1] = [
+    &MagLag,
+    &AccelLag,
+    &GyroLag,
+    &EddyLag,
+    &AxialInterference,
+    &HardIron,
+    &AccelBias,
+    &LeverArm,
+    &GyroBiasTemperature,
+    &GSensitivity,
+    &VibrationRectification,
+    &GyroScaleNonlinearity,
+    &GyroScaleAsymmetry,
+    &GyroBiasStep,
+];
 
 /// One case.
 pub(super) struct Case {
     pub name: &'static str,
-    /// For each effect in it, its own name and those that it cannot be told from. Empty: outside the library, or nothing.
+    /// For each effect in it, its own name and those that it cannot be told from. Empty: nothing, or nothing like what the
+    /// library has.
     pub names: &'static [&'static [&'static str]],
     /// Adds it, with a size drawn at random in the range that data sheets give.
     pub add: fn(&mut Scenario, &mut Random),
+}
+
+const SOFT_IRON_OUTSIDE: &str = "outside: soft iron of 1 %, not in the library";
+
+impl Case {
+    /// What it is flown with.
+    pub(super) fn library(&self) -> Library {
+        if self.name == SOFT_IRON_OUTSIDE { &WITHOUT_SOFT_IRON } else { &LIBRARY }
+    }
+    /// The name of the effect in it, of the first one where there are several.
+    pub(super) fn own_name(&self) -> Option<&'static str> {
+        self.names.first().and_then(|names| names.first()).copied()
+    }
+    /// Whether a name is that of one of its effects, or one that cannot be told from it.
+    pub(super) fn allows(&self, name: &str) -> bool {
+        self.names.iter().any(|names| names.contains(&name))
+    }
+    /// Whether all of its effects are among the names found.
+    pub(super) fn is_named_by(&self, found: &[&str]) -> bool {
+        self.names.iter().all(|names| found.iter().any(|name| names.contains(name)))
+    }
 }
 
 /// A vector of random direction whose length is between half of `largest` and it.
@@ -120,6 +169,12 @@ pub(super) const CASES: &[Case] = &[
             s.effects.mount_rotation =
                 Some(MountRotation { from_s: r.between(70.0, 95.0), rotation_deg: vector(r, 2.0), ramp_s: 1.0 });
         },
+    },
+    Case {
+        name: SOFT_IRON_OUTSIDE,
+        names: &[&["hard_iron", "axial_interference"]],
+        // 1 % on the mean.
+        add: |s, r| s.effects.mag_matrix = matrix(r, 0.0133),
     },
     Case {
         name: "mag_lag and hard_iron",

@@ -1,0 +1,138 @@
+//! Two or three effects at once, drawn at random.
+
+use meerkat_mwd::compensation::effects::LIBRARY;
+
+use super::{
+    cases::{CASES, Case},
+    trial::{DATA_S, diagnose, drilled},
+};
+use crate::{
+    bench::{
+        Effort,
+        seeds::each_seed,
+        table::{Cell, Table},
+    },
+    simulate::Random,
+};
+
+/// What is drawn from: effects that are named in most runs in which they are alone. One at most of each row: those of a row
+/// cannot be told from each other, or from their sum.
+const GROUPS: [&[&str]; 7] = [
+    &["mag_lag", "gyro_lag", "accel_lag", "eddy_lag"],
+    &["hard_iron", "soft_iron", "axial_interference"],
+    &["accel_bias"],
+    &["lever_arm"],
+    &["g_sensitivity, three times as large"],
+    &["gyro_bias_temperature"],
+    &["gyro_scale_nonlinearity"],
+];
+
+/// Seeds that no other table of effects has.
+const FIRST_SEED: u64 = 20_000;
+
+/// One run.
+struct Trial {
+    drawn: Vec<&'static Case>,
+    found: Vec<&'static str>,
+}
+
+impl Trial {
+    /// All of them by their own names, and nothing else.
+    fn exact(&self) -> bool {
+        let own = |case: &&Case| case.own_name().is_some_and(|name| self.found.contains(&name));
+        self.found.len() == self.drawn.len() && self.drawn.iter().all(own)
+    }
+    /// All of them, each by its own name or by one that cannot be told from it.
+    fn all_named(&self) -> bool {
+        self.drawn.iter().all(|case| case.is_named_by(&self.found))
+    }
+    /// Something that is not there.
+    fn false_name(&self) -> bool {
+        self.found.iter().any(|name| self.drawn.iter().all(|case| !case.allows(name)))
+    }
+}
+
+pub(super) fn tables(effort: Effort) -> anyhow::Result<Vec<Table>> {
+    let runs = effort.repetitions(24);
+    let trials = each_seed(FIRST_SEED..FIRST_SEED + runs, trial)?;
+    let mut counts = Table::new(
+        format!(
+            "Two or three effects at once, drawn at random from those that show alone, drilling at 45 deg, {DATA_S} s: runs in which \
+             exactly these are named, each by its own name; in which all are named and nothing else, by their own names or by such \
+             as cannot be told from them (target: 22 of 24); and in which another effect is named"
+        ),
+        &["effects", "runs", "exactly", "right", "some left out, none false", "a false name"],
+    );
+    for (name, size) in [("two", Some(2)), ("three", Some(3)), ("all", None)] {
+        let of_size: Vec<&Trial> =
+            trials.iter().filter(|trial| size.is_none_or(|size| trial.drawn.len() == size)).collect();
+        let count =
+            |is: &dyn Fn(&Trial) -> bool| Cell::number(of_size.iter().filter(|trial| is(trial)).count() as f64, 0);
+        counts.row([
+            name.into(),
+            Cell::number(of_size.len() as f64, 0),
+            count(&Trial::exact),
+            count(&|trial| trial.all_named() && !trial.false_name()),
+            count(&|trial| !trial.all_named() && !trial.false_name()),
+            count(&Trial::false_name),
+        ]);
+    }
+    let mut others = Table::new("Those of them in which not exactly these are named", &["there", "named"]);
+    for trial in trials.iter().filter(|trial| !trial.exact()) {
+        let there: Vec<&str> = trial.drawn.iter().map(|case| case.name).collect();
+        others.row([there.join("; "), trial.found.join("; ")]);
+    }
+    Ok(vec![counts, others])
+}
+
+/// Two of them in runs of even seeds, three in the others.
+fn trial(seed: u64) -> anyhow::Result<Trial> {
+    let mut drawn: Vec<&'static Case> = Vec::new();
+    let scenario = drilled(45.0, seed, |scenario, random| {
+        let mut groups: Vec<&[&str]> = GROUPS.to_vec();
+        for _ in 0..2 + seed % 2 {
+            let group = groups.swap_remove(any_of(groups.len(), random));
+            let name = group.get(any_of(group.len(), random));
+            drawn.extend(CASES.iter().find(|case| Some(&case.name) == name));
+        }
+        for case in &drawn {
+            (case.add)(scenario, random);
+        }
+    })?;
+    Ok(Trial { drawn, found: diagnose(&scenario, seed, &LIBRARY)?.names })
+}
+
+fn any_of(count: usize, random: &mut Random) -> usize {
+    ((random.uniform() * count as f64) as usize).min(count - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// Else a draw would leave one out.
+    #[test]
+    fn every_name_that_is_drawn_from_is_a_case() {
+        for name in GROUPS.iter().copied().flatten() {
+            let case = CASES.iter().find(|case| case.name == *name).unwrap();
+            assert!(
+                case.names.len() == 1 && LIBRARY.iter().any(|effect| Some(effect.name()) == case.own_name()),
+                "{name}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_alias_is_right_and_not_exact_and_what_is_not_there_is_false() {
+        let case = |name: &str| CASES.iter().find(|case| case.name == name).unwrap();
+        let of = |found: &[&'static str]| {
+            let trial = Trial { drawn: vec![case("mag_lag"), case("lever_arm")], found: found.to_vec() };
+            (trial.exact(), trial.all_named(), trial.false_name())
+        };
+        assert_eq!(of(&["lever_arm", "mag_lag"]), (true, true, false));
+        assert_eq!(of(&["eddy_lag", "lever_arm"]), (false, true, false));
+        assert_eq!(of(&["mag_lag"]), (false, false, false));
+        assert_eq!(of(&["mag_lag", "lever_arm", "accel_bias"]), (false, true, true));
+    }
+}

@@ -1,0 +1,138 @@
+//! One run with effects that nobody declares to the pipeline, and what came of it.
+
+use meerkat_mwd::{
+    Config,
+    compensation::Effect,
+    diagnosis::{DiagnosisReport, Verdict},
+};
+
+use crate::{
+    bench::one_window::scenario,
+    configuration::of_trace,
+    flight::{Flight, fly_with},
+    replay::settings,
+    score::{self, Reference},
+    simulate::{Random, Scenario, simulate},
+    trace::Trace,
+};
+
+/// What is diagnosed, seconds.
+pub(super) const DATA_S: f64 = 120.0;
+
+/// What follows with everything frozen, and is scored, seconds.
+pub(super) const HELD_OUT_S: f64 = 60.0;
+
+/// What can be found.
+pub(super) type Library = &'static [&'static dyn Effect];
+
+/// What is named at the end of a run.
+pub(super) struct Outcome {
+    /// In the order in which they were chosen.
+    pub(super) names: Vec<&'static str>,
+    /// Of the last diagnosis that could tell anything.
+    pub(super) verdict: Option<Verdict>,
+}
+
+impl Outcome {
+    fn of(flight: &Flight, library: Library) -> Self {
+        let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
+        let names = |report: &DiagnosisReport| {
+            let found = report.found().filter_map(|effect| library.get(usize::from(effect.found.index)));
+            found.map(|effect| effect.name()).collect()
+        };
+        Self { names: last.map(names).unwrap_or_default(), verdict: last.map(|report| report.verdict) }
+    }
+}
+
+/// Errors over the stretch that was held out, degrees rms.
+#[derive(Clone, Copy)]
+pub(super) struct Errors {
+    /// Rotation over 2 s with the factory's P and the bias.
+    pub(super) bias_only: f64,
+    /// Rotation over 2 s as flown: without the loop, with it.
+    pub(super) rotation: [f64; 2],
+    /// Attitude against the truth as flown: without the loop, with it.
+    pub(super) attitude: [f64; 2],
+}
+
+/// The drilling run in a hole of so many degrees to which `add` adds what it draws.
+pub(super) fn drilled(
+    inclination_deg: f64,
+    seed: u64,
+    add: impl FnOnce(&mut Scenario, &mut Random),
+) -> anyhow::Result<Scenario> {
+    let mut drilled = Scenario { duration_s: DATA_S, ..scenario("drilling_45deg")? };
+    drilled.hole.inclination_deg = inclination_deg;
+    add(&mut drilled, &mut Random::new(seed ^ 0x5eed));
+    Ok(drilled)
+}
+
+/// What is named in a run.
+pub(super) fn diagnose(scenario: &Scenario, seed: u64, library: Library) -> anyhow::Result<Outcome> {
+    let (trace, _) = simulate(scenario, seed);
+    let config = Config { seed, ..of_trace(&trace) };
+    Ok(Outcome::of(&fly_with(library, &config, &trace.samples, |_| {})?, library))
+}
+
+/// What is named in a run, and the errors over a stretch that follows, in which parameters and effects are frozen.
+pub(super) fn diagnose_and_score(
+    scenario: &Scenario,
+    seed: u64,
+    library: Library,
+) -> anyhow::Result<(Outcome, Errors)> {
+    let longer = Scenario { duration_s: DATA_S + HELD_OUT_S, ..scenario.clone() };
+    let (trace, _) = simulate(&longer, seed);
+    let freeze_at_us = Some(trace.first_us() + (DATA_S * 1e6) as u64);
+    let with = Config { seed, freeze_at_us, ..of_trace(&trace) };
+    let without = Config { effects: false, ..with };
+    let flown = |config: &Config| -> anyhow::Result<(Flight, Reference)> {
+        let flight = fly_with(library, config, &trace.samples, |_| {})?;
+        let reference = scored(&trace, config, &flight);
+        Ok((flight, reference))
+    };
+    let ((_, before), (flight, after)) = (flown(&without)?, flown(&with)?);
+    let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
+    let both = |of: fn(&Reference) -> Option<f64>| [number(of(&before)), number(of(&after))];
+    let errors = Errors {
+        bias_only: number(before.orientation_2s_rms_deg.bias_only),
+        rotation: both(|scores| scores.orientation_2s_rms_deg.with_effects),
+        attitude: both(|scores| scores.attitude_rms_deg.total),
+    };
+    Ok((Outcome::of(&flight, library), errors))
+}
+
+fn scored(trace: &Trace, config: &Config, flight: &Flight) -> Reference {
+    score::score(trace, flight, &settings(trace, config)).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use meerkat_mwd::compensation::effects::LIBRARY;
+
+    use super::*;
+    use crate::bench::median;
+
+    /// A soft iron that nobody declared is worth more than a factor of five, held out; here it is asked for a half.
+    #[test]
+    fn the_loop_changes_nothing_where_nothing_is_and_takes_out_what_is() {
+        let mut ratios = Vec::new();
+        for seed in 50..53 {
+            let (clean, errors) = diagnose_and_score(&drilled(45.0, seed, |_, _| {}).unwrap(), seed, &LIBRARY).unwrap();
+            assert!(clean.names.is_empty(), "{seed}: {:?}", clean.names);
+            for [without, with] in [errors.rotation, errors.attitude] {
+                assert!(with <= 1.05 * without && with > 0.0, "{seed}: {with} {without}");
+            }
+            assert!(errors.bias_only > 5.0 * errors.rotation[1], "{seed}: P is off by percents");
+
+            let iron = drilled(45.0, seed, |scenario, random| {
+                scenario.effects.mag_matrix =
+                    [(); 3].map(|()| [(); 3].map(|()| random.sign() * random.between(0.015, 0.03)));
+            });
+            let (found, errors) = diagnose_and_score(&iron.unwrap(), seed, &LIBRARY).unwrap();
+            assert!(!found.names.is_empty(), "{seed}");
+            ratios.push(errors.rotation[1] / errors.rotation[0]);
+        }
+        assert!(median(&ratios) < 0.5, "{ratios:?}");
+    }
+}

@@ -1,0 +1,41 @@
+use super::ConfigError;
+
+/// Longest delay that can be configured, seconds.
+const LONGEST_S: f32 = 0.1;
+
+/// How long before its sample's time a reading was true, by sensor: low-pass filters, conversion, bus. From data sheets or a bench.
+/// `None`: not known, and no delay; the diagnosis then looks for one of a vector sensor behind the gyro.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct Latency {
+    /// Gyro, seconds. The output's time of validity is that much before the sample's. A gyro that gives the mean over the interval that its
+    /// sample ends has half a sample period.
+    pub gyro_s: Option<f32>,
+    /// Accelerometer, seconds.
+    pub accel_s: Option<f32>,
+    /// Magnetometer, seconds.
+    pub mag_s: Option<f32>,
+}
+
+impl Latency {
+    /// All unknown, for a static before its configuration.
+    pub(super) const UNSET: Self = Self { gyro_s: None, accel_s: None, mag_s: None };
+
+    /// How long before the gyro's a vector's reading was true, seconds (accelerometer, magnetometer); negative: after it.
+    pub(crate) fn behind_gyro_s(&self) -> [f32; 2] {
+        let gyro_s = self.gyro_s.unwrap_or(0.0);
+        [self.accel_s, self.mag_s].map(|delay| delay.map_or(0.0, |delay_s| delay_s - gyro_s))
+    }
+
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        let fields =
+            [(self.gyro_s, "latency.gyro_s"), (self.accel_s, "latency.accel_s"), (self.mag_s, "latency.mag_s")];
+        for (delay, field) in fields {
+            if delay.is_some_and(|s| !(0.0..=LONGEST_S).contains(&s)) {
+                return Err(ConfigError { field, must_be: "0 to 0.1" });
+            }
+        }
+        Ok(())
+    }
+}
