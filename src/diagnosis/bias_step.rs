@@ -71,6 +71,7 @@ pub(super) struct Timing {
 
 impl Timing {
     /// Which share of a test window's weight lies before an increment: that of sin^2.
+    #[inline(never)]
     fn share(&self, test: u32, until: u32) -> f32 {
         let begin = self.from + test * self.hop;
         let length = self.hop * self.hops;
@@ -109,6 +110,7 @@ impl<'a> RateErrors<'a> {
     }
 
     /// Score and information of a test window; the information is the mean of two.
+    #[inline(never)]
     fn of(&self, test: u32) -> (Vector3<f32>, Matrix3<f32>) {
         let stride = 2 * SCORE + INFORMATION;
         let pair = (test / 2) as usize * stride;
@@ -148,7 +150,7 @@ impl<'a> RateErrors<'a> {
             all.add(&score, &information, 1.0);
             line.add(&score, &information, (test as f32 + 0.5) / timing.tests as f32);
         }
-        let total = (all.of_one + Matrix3::identity()).try_inverse()?;
+        let total = inverse_with_prior(&all.of_one)?;
         let drift = line.fit(&all, &total)?.1;
         // Over all times, and over those at a shock.
         let mut best = (0_u32, 0.0);
@@ -203,7 +205,7 @@ impl<'a> RateErrors<'a> {
                 left += score - of_one * (fit.step * timing.share(test, until) + fit.rest);
                 information += of_one;
             }
-            let Some(inverse) = (information + Matrix3::identity()).try_inverse() else { continue };
+            let Some(inverse) = inverse_with_prior(&information) else { continue };
             if information.trace() > 0.0 {
                 square += left.dot(&(inverse * left));
                 freedom += 3.0;
@@ -211,6 +213,12 @@ impl<'a> RateErrors<'a> {
         }
         (freedom > 3.0 && square > 0.0).then_some((square / freedom, freedom))
     }
+}
+
+/// Inverse of an information with the prior's, which is one.
+#[inline(never)]
+fn inverse_with_prior(information: &Matrix3<f32>) -> Option<Matrix3<f32>> {
+    (information + Matrix3::identity()).try_inverse()
 }
 
 /// An error of the rate before a time, and one at all times.
@@ -236,6 +244,7 @@ impl Sums {
         of_two: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
+    #[inline(never)]
     fn add(&mut self, score: &Vector3<f32>, information: &Matrix3<f32>, share: f32) {
         self.score += score * share;
         self.of_one += information * share;
@@ -244,11 +253,11 @@ impl Sums {
 
     /// The error that goes with the share, beside one at all times, and twice its gain. The unit information of the prior keeps it
     /// solvable.
+    #[inline(never)]
     fn fit(&self, all: &Self, inverse_of_all: &Matrix3<f32>) -> Option<(Fit, f32)> {
         let gains = self.of_one * inverse_of_all;
         let score = self.score - gains * all.score;
-        let information = self.of_two - gains * self.of_one + Matrix3::identity();
-        let covariance = information.try_inverse()?;
+        let covariance = inverse_with_prior(&(self.of_two - gains * self.of_one))?;
         let step = covariance * score;
         let gain = step.dot(&score);
         let rest = inverse_of_all * (all.score - self.of_one * step);

@@ -15,7 +15,7 @@ use crate::{
     algebra::quantile,
     compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE, Moment, Sensor, effect::MAX_PARAMETERS},
     config::Config,
-    window::{SampleStream, UNDER_WAY},
+    window::{SampleStream, UNDER_WAY, halved, whole},
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -85,8 +85,9 @@ pub(crate) struct Diagnosis {
     /// Group by group. Flat, so that it is cleared where it stands.
     scores: [f32; GROUPS * COLUMNS],
     factor: Factor,
-    /// Squared residuals of each test window in units of their prior variance, at the solution of the pass before; negative: none.
-    squares: [[f32; 2]; MAX_TESTS],
+    /// Squared residuals of each test window in units of their prior variance, at the solution of the pass before, the upper half of an f32;
+    /// 0: none.
+    squares: [[u16; 2]; MAX_TESTS],
     /// Variance of the rows, over what they were thought to have.
     scales: [f32; 2],
     /// Solution so far, in units of the usual sizes.
@@ -141,7 +142,7 @@ impl Diagnosis {
             normal: Normal::zero(),
             scores: [0.0; GROUPS * COLUMNS],
             factor: Factor::zero(),
-            squares: [[0.0; 2]; MAX_TESTS],
+            squares: [[0; 2]; MAX_TESTS],
             scales: [0.0; 2],
             x: [0.0; COLUMNS],
             taken_out: ActiveEffects::none(),
@@ -176,7 +177,7 @@ impl Diagnosis {
         self.tested = false;
         self.usable = 0;
         self.scales = [1.0; 2];
-        self.squares = [[0.0; 2]; MAX_TESTS];
+        self.squares = [[0; 2]; MAX_TESTS];
         self.x = [0.0; COLUMNS];
         self.step = BiasStep::NONE;
         self.shown_step = BiasStep::NONE;

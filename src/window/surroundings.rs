@@ -32,12 +32,12 @@ pub(crate) struct SurroundingsRing {
 }
 
 /// The upper half of an f32 that is not negative, rounded.
-const fn halved(x: f32) -> u16 {
+pub(crate) const fn halved(x: f32) -> u16 {
     (x.to_bits().saturating_add(0x8000) >> 16) as u16
 }
 
 /// An f32 of its upper half.
-const fn whole(half: u16) -> f32 {
+pub(crate) const fn whole(half: u16) -> f32 {
     f32::from_bits((half as u32) << 16)
 }
 
