@@ -97,15 +97,17 @@ impl<'a> RateErrors<'a> {
     }
 
     /// Adds the rows of one vector over one test window.
+    #[inline(never)]
     pub fn add(&mut self, test: usize, rows: &[[f32; COLUMNS]; 3], residual: &[f32; 3], weight: f32) {
         let stride = 2 * SCORE + INFORMATION;
         let pair = self.sums.get_mut(test / 2 * stride..(test / 2 + 1) * stride).unwrap_or_default();
         let Some((scores, information)) = pair.split_at_mut_checked(2 * SCORE) else { return };
         for (row, r) in rows.iter().zip(residual) {
-            let c = &row[GYRO - 3..GYRO];
-            scores.iter_mut().skip(test % 2 * SCORE).zip(c).for_each(|(sum, a)| *sum += weight * a * r);
-            let products = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
-            information.iter_mut().zip(products).for_each(|(sum, (i, j))| *sum += weight * c[i] * c[j]);
+            let [x, y, z] = [row[GYRO - 3], row[GYRO - 2], row[GYRO - 1]];
+            let scores = scores.iter_mut().skip(test % 2 * SCORE);
+            scores.zip([x, y, z]).for_each(|(sum, a)| *sum += weight * a * r);
+            let products = [x * x, y * x, y * y, z * x, z * y, z * z];
+            information.iter_mut().zip(products).for_each(|(sum, product)| *sum += weight * product);
         }
     }
 
@@ -124,6 +126,7 @@ impl<'a> RateErrors<'a> {
     }
 
     /// Puts a step that has been taken out back into the scores. `unit`: rate per unit of c's columns, rad/s.
+    #[inline(never)]
     fn put_back(&mut self, step: &BiasStep, timing: &Timing, unit_rad_s: f32) {
         let x = step.step_rad_s / -unit_rad_s;
         for test in 0..timing.tests {
@@ -194,6 +197,7 @@ impl<'a> RateErrors<'a> {
     }
 
     /// Variance of the groups' scores that the step leaves, over what they were thought to have, and its degrees of freedom.
+    #[inline(never)]
     fn dispersion(&self, timing: &Timing, until: u32, fit: &Fit) -> Option<(f32, f32)> {
         let (mut square, mut freedom) = (0.0, -6.0);
         let groups = GROUPS as u32;

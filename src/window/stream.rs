@@ -199,6 +199,7 @@ impl SampleStream {
     }
 
     /// Increment `index` as it would have been read with the bias of the latest.
+    #[inline(never)]
     pub fn read(&self, index: u32) -> Increment {
         let read = self.increments.get(index);
         Increment { rate: read.rate.map(|rate| self.bias_steps.taken_out(index, rate)), ..read }

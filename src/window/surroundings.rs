@@ -20,7 +20,7 @@ const NONE: i16 = 0;
 
 /// The latest surroundings, in step with the increments.
 pub(crate) struct SurroundingsRing {
-    /// Mean and largest square, each the upper half of an f32: to 0.2 %.
+    /// Mean and largest square, each the upper half of an f32: to 0.4 %.
     square_forces: [[u16; 2]; ENTRIES],
     /// In hundredths of a degree.
     temperatures_c: [i16; ENTRIES],
@@ -120,7 +120,7 @@ mod tests {
             let entry = (index / SHARED - 1) as f32;
             let found = ring.get(index);
             for square in [found.square_force_m2_s4, found.largest_square_m2_s4] {
-                assert!((square - entry).abs() <= 0.002 * entry, "{index}: {square} {entry}");
+                assert!((square - entry).abs() <= 0.004 * entry, "{index}: {square} {entry}");
             }
             let (found, expected) = (found.temperature_c.unwrap(), 20.0 + entry);
             assert!((found - expected).abs() < 0.006, "{index}: {found} {expected}");
@@ -143,7 +143,7 @@ mod tests {
             ring.complete(index);
         }
         let largest = [5, 15, 25, 30].map(|index| ring.get(index).largest_square_m2_s4);
-        assert!((largest[2] / 40_000.0 - 1.0).abs() < 0.002, "{largest:?}");
+        assert!((largest[2] / 40_000.0 - 1.0).abs() < 0.004, "{largest:?}");
         assert!((largest[1] / 100.0 - 1.0).abs() < 0.004 && (largest[3] / 100.0 - 1.0).abs() < 0.004, "{largest:?}");
     }
 }

@@ -23,6 +23,7 @@ pub(in crate::diagnosis) struct Shocks<'a> {
 
 impl<'a> Shocks<'a> {
     /// Those within increments `from..to`.
+    #[inline(never)]
     pub fn new(stream: &'a SampleStream, from: u32, to: u32) -> Self {
         let mut shocks = Self { stream, from, to, least_square: f32::INFINITY, count: 0 };
         let mut forces = [0.0; MOST];
@@ -52,6 +53,7 @@ impl<'a> Shocks<'a> {
     }
 
     /// Whether it shook beyond what vibration does, and no less before and after.
+    #[inline(never)]
     pub fn is_shock(&self, until: u32) -> bool {
         let square = self.square(until);
         let before = self.square(until.saturating_sub(SHARED));

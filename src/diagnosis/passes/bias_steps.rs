@@ -34,10 +34,11 @@ impl Diagnosis {
     /// The step in the unit of its effect's parameters, and its deviations; those of its axes that are not seen to be there 0.
     pub(super) fn step_parameters(&self) -> [[f32; MAX_PARAMETERS]; 2] {
         let mut parameters = [[0.0; MAX_PARAMETERS]; 2];
-        for k in 0..3 {
-            let (x, sigma) = (self.step.step_rad_s[k], self.step.sigma_rad_s[k]);
-            parameters[0][k] = if libm::fabsf(x) >= SIGNIFICANT * sigma { x } else { 0.0 };
-            parameters[1][k] = sigma;
+        let [seen, sigmas] = &mut parameters;
+        let axes = self.step.step_rad_s.iter().zip(self.step.sigma_rad_s.iter());
+        for ((seen, kept), (x, sigma)) in seen.iter_mut().zip(sigmas).zip(axes) {
+            *seen = if libm::fabsf(*x) >= SIGNIFICANT * sigma { *x } else { 0.0 };
+            *kept = *sigma;
         }
         parameters
     }

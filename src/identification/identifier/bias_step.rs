@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 impl Identifier {
     /// The new bias flies from here on, and all that was read or learnt before the step is moved by it, once. Returns whether it flies.
+    #[inline(never)]
     pub(super) fn follow_step(&mut self, t_us: u64, step: &BiasStepReport, by_rad_s: &Vector3<f32>) -> bool {
         let Some(inverse) = self.flown.p_matrix().try_inverse() else { return false };
         let Some(b_rad_s) = step.bias_rad_s(&self.flown) else { return false };
