@@ -148,10 +148,13 @@ impl Probe {
         self.counters.samples += 1;
 
         let flown = *self.identifier.flown();
-        if let Some(sigma) = self.identifier.take_effect(sample.t_us) {
-            self.filter.model_changed(&flown, self.identifier.flown(), &sigma);
+        let sigma = self.identifier.take_effect(sample.t_us);
+        let [effects_changed, bias_stepped] = self.identifier.take_diagnosed(sample.t_us);
+        if sigma.is_some() || bias_stepped {
+            // After a step P is what it was, and no deviation counts.
+            self.filter.model_changed(&flown, self.identifier.flown(), &sigma.unwrap_or([0.0; 12]));
         }
-        if self.identifier.take_diagnosed(sample.t_us) {
+        if effects_changed {
             self.attitude_effects = self.effects().of_attitude(self.library());
             self.filter.mag_delay_known(self.mag_delay_sigma_s());
             self.filter.field_changed();

@@ -29,6 +29,7 @@ fn moment(number: usize) -> Moment {
         force_m_s2: vector(6, 12.0),
         square_force_m2_s4: 100.0 + wave(9, 50.0),
         field_ut: vector(10, 50.0),
+        before_shock: 0.0,
         warming_k: wave(13, 30.0),
     }
 }

@@ -29,6 +29,8 @@ pub struct Moment {
     pub square_force_m2_s4: f32,
     /// Field, microtesla.
     pub field_ut: Vector3<f32>,
+    /// 1 before the shock at which the gyro's bias is thought to have stepped, 0 after it: where nothing has stepped, always.
+    pub before_shock: f32,
     /// Temperature over [`REFERENCE_TEMPERATURE_C`], kelvin; 0 where there is none.
     pub warming_k: f32,
 }
@@ -78,6 +80,11 @@ pub trait Effect: Sync {
     /// brought back to the time that the rate is valid at. 0 for any other effect.
     fn gyro_delay_s(&self, _parameters: &[f32; MAX_PARAMETERS]) -> f32 {
         0.0
+    }
+    /// Whether it is a step of the gyro's bias, of 1 on axis `k` from before a shock to after it for parameter `k`: it is not taken out at
+    /// all times, but what is read before the shock is made to look like what is read after it.
+    fn is_bias_step(&self) -> bool {
+        false
     }
     /// What else looks like it with these sensors.
     fn aliases(&self) -> &'static [&'static str];

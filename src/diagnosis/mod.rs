@@ -8,6 +8,7 @@
 //!
 //! A magnet that comes and goes is watched for apart, at every fifth of a second.
 
+mod bias_step;
 mod passes;
 mod history;
 mod magnet;
@@ -24,4 +25,4 @@ pub(crate) use magnet::{FieldUse, HardIronWatch};
 pub use magnet::{HardIronCounts, HardIronInterval};
 pub(crate) use passes::{Diagnosis, DiagnosisJob, Subject};
 pub use remainder::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
-pub use report::{DiagnosisReport, EffectReport, Tried, Verdict};
+pub use report::{BiasStepReport, DiagnosisReport, EffectReport, Tried, Verdict};

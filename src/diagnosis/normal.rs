@@ -54,6 +54,11 @@ impl Factor {
         Self { elements: [0.0; TRIANGLE], size: 0 }
     }
 
+    /// Its memory, for other use as long as there is nothing to factorise.
+    pub const fn scratch(&mut self) -> &mut [f32] {
+        &mut self.elements
+    }
+
     /// Row `i` of L up to the diagonal.
     fn row(&self, i: usize) -> &[f32] {
         let start = i * (i + 1) / 2;

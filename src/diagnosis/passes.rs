@@ -1,10 +1,11 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
+    bias_step::{BiasStep, RateErrors, Shocks, Timing},
     history::History,
     normal::{Factor, MAX_COLUMNS, Model, Normal},
     remainder::Remainder,
-    report::{DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
+    report::{BiasStepReport, DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
     sign_flip::{GROUPS, Scores, sign_flip},
     walk::Walk,
     weak_columns::{COLUMNS, GYRO, GyroScales, Layout, TestFacts, WeakColumns},
@@ -14,10 +15,11 @@ use crate::{
     algebra::quantile,
     compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE, Moment, Sensor, effect::MAX_PARAMETERS},
     config::Config,
-    window::SampleStream,
+    window::{SampleStream, UNDER_WAY, halved, whole},
 };
 use nalgebra::{Matrix3, Vector3};
 
+mod bias_steps;
 mod chosen;
 mod limits;
 mod measure;
@@ -83,8 +85,9 @@ pub(crate) struct Diagnosis {
     /// Group by group. Flat, so that it is cleared where it stands.
     scores: [f32; GROUPS * COLUMNS],
     factor: Factor,
-    /// Squared residuals of each test window in units of their prior variance, at the solution of the pass before; negative: none.
-    squares: [[f32; 2]; MAX_TESTS],
+    /// Squared residuals of each test window in units of their prior variance, at the solution of the pass before, the upper half of an f32;
+    /// 0: none.
+    squares: [[u16; 2]; MAX_TESTS],
     /// Variance of the rows, over what they were thought to have.
     scales: [f32; 2],
     /// Solution so far, in units of the usual sizes.
@@ -92,6 +95,11 @@ pub(crate) struct Diagnosis {
     /// The part of it that is taken out of the readings before the equations are made, so that they are about the solution: a lag
     /// of 15 ms at 180 deg/s is seen a thousandth wrong to first order.
     taken_out: ActiveEffects,
+    /// The step of the bias that is taken out, and the one that the last pass shows.
+    step: BiasStep,
+    shown_step: BiasStep,
+    /// Sums of the raw and of the compensated rates of the pass, rad/s.
+    rate_sums: [Vector3<f32>; 2],
     chosen: heapless::Vec<Chosen, MAX_ACTIVE>,
     /// Columns that left the solution, one bit each.
     left_out: u64,
@@ -134,10 +142,13 @@ impl Diagnosis {
             normal: Normal::zero(),
             scores: [0.0; GROUPS * COLUMNS],
             factor: Factor::zero(),
-            squares: [[0.0; 2]; MAX_TESTS],
+            squares: [[0; 2]; MAX_TESTS],
             scales: [0.0; 2],
             x: [0.0; COLUMNS],
             taken_out: ActiveEffects::none(),
+            step: BiasStep::NONE,
+            shown_step: BiasStep::NONE,
+            rate_sums: [Vector3::new(0.0, 0.0, 0.0); 2],
             chosen: heapless::Vec::new(),
             left_out: 0,
             banned: 0,
@@ -166,8 +177,10 @@ impl Diagnosis {
         self.tested = false;
         self.usable = 0;
         self.scales = [1.0; 2];
-        self.squares = [[0.0; 2]; MAX_TESTS];
+        self.squares = [[0; 2]; MAX_TESTS];
         self.x = [0.0; COLUMNS];
+        self.step = BiasStep::NONE;
+        self.shown_step = BiasStep::NONE;
         self.chosen.clear();
         self.left_out = 0;
         self.banned = 0;
@@ -184,12 +197,17 @@ impl Diagnosis {
         self.usable_before = self.usable;
         self.usable = 0;
         (self.p, self.c) = self.gyro(subject);
-        self.walk.start(subject.stream, self.job.from, (&self.p, &self.c));
+        self.walk.start(subject.stream, self.job.from, (&self.p, &self.c, &self.step));
+        RateErrors::new(self.factor.scratch()).clear();
+        self.rate_sums = [Vector3::zeros(); 2];
         self.columns.start(subject.stream.weak_form.hop());
         self.normal.clear();
         self.scores.fill(0.0);
         let mut taken_out = ActiveEffects::none();
         for &Chosen { index, .. } in &self.chosen {
+            if self.columns_of(subject, usize::from(index)).is_empty() {
+                continue;
+            }
             let parameters = self.parameters(subject, usize::from(index));
             taken_out.add(FoundEffect { index, parameters, ..FoundEffect::default() });
         }
@@ -244,7 +262,9 @@ impl Diagnosis {
     #[inline(never)]
     fn take(&mut self, subject: &Subject, index: u32) {
         let scales = GyroScales::new(&subject.config.identification);
-        let mut instant = self.walk.advance((subject.stream, self.job.to), index, (&self.p, &self.c));
+        let mut instant = self.walk.advance((subject.stream, self.job.to), index, (&self.p, &self.c, &self.step));
+        self.rate_sums[0] += instant.raw_rad_s;
+        self.rate_sums[1] += instant.moment.rate_rad_s;
         let read = instant.moment;
         self.taken_out.correct_vectors(subject.library, &mut instant.moment);
         self.measure_turns(subject, &read);
@@ -268,6 +288,7 @@ impl Diagnosis {
         }
         // The first residuals are those of the errors that are looked for.
         let is_stable = self.pass > 0 && self.rescale();
+        let is_stable = self.find_step(subject) && is_stable;
         // The solution that made these residuals comes from the pass before: it has settled when the scales had by then.
         let has_settled = is_stable && self.was_stable;
         self.was_stable = is_stable;
@@ -303,6 +324,9 @@ impl Diagnosis {
             // There is room.
             let _ =
                 self.chosen.push(Chosen { index: index as u8, evidence, p_value, residual_before_rad, ..Chosen::NONE });
+            if Self::is_bias_step(subject, index) {
+                self.step = self.shown_step;
+            }
             return self.changed(subject);
         }
         if !has_settled {

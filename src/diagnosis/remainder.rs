@@ -8,6 +8,7 @@ mod whiteness;
 mod tests;
 
 pub use correlate::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
+pub(in crate::diagnosis) use correlation::chance_of_ratio;
 
 use super::{
     walk::Instant,

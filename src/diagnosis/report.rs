@@ -1,5 +1,6 @@
 use super::remainder::RemainderReport;
-use crate::compensation::{ActiveEffects, FoundEffect, MAX_ACTIVE};
+use crate::compensation::{ActiveEffects, FoundEffect, GyroModel, MAX_ACTIVE};
+use nalgebra::Vector3;
 
 /// Most candidates of a library.
 pub const MAX_CANDIDATES: usize = 24;
@@ -20,6 +21,8 @@ pub struct DiagnosisReport {
     pub effects: [EffectReport; MAX_ACTIVE],
     /// How many there are.
     pub count: u8,
+    /// When the gyro's bias stepped and what it is since, where that effect was found.
+    pub bias_step: Option<BiasStepReport>,
     /// Every candidate as it stood when the last was chosen.
     pub tried: [Tried; MAX_CANDIDATES],
     /// How many there are.
@@ -49,14 +52,52 @@ impl DiagnosisReport {
         self.effects.iter().take(usize::from(self.count))
     }
 
-    /// Those of them that are taken out.
+    /// Those of them that are taken out; a step of the bias is not: the bias that flies is moved.
     #[must_use]
     pub fn active(&self) -> ActiveEffects {
         let mut active = ActiveEffects::none();
-        for effect in self.found().filter(|effect| effect.believed) {
+        for effect in self.found().filter(|effect| effect.believed && !self.is_bias_step(effect)) {
             active.add(effect.found);
         }
         active
+    }
+}
+
+impl DiagnosisReport {
+    fn is_bias_step(&self, effect: &EffectReport) -> bool {
+        self.bias_step.is_some_and(|step| step.effect == effect.found.index)
+    }
+
+    /// The step of the bias that is to be followed, and by how much, compensated frame, rad/s.
+    pub(crate) fn believed_step(&self) -> Option<(BiasStepReport, Vector3<f32>)> {
+        let found = self.found().find(|effect| effect.believed && self.is_bias_step(effect))?;
+        let [x, y, z, ..] = found.found.parameters;
+        self.bias_step.map(|step| (step, Vector3::new(x, y, z)))
+    }
+}
+
+/// A step of the gyro's bias.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct BiasStepReport {
+    /// Its place in the library.
+    pub effect: u8,
+    /// When it was, microseconds: at a shock, to a tenth of a second.
+    pub t_us: u64,
+    /// First increment after it.
+    pub(crate) until: u32,
+    /// Mean raw rate of the samples looked at, rad/s, as if the bias had been the new one all along, and the mean rate that it stands for:
+    /// they tell the bias for whatever P.
+    pub(crate) raw_rad_s: [f32; 3],
+    pub(crate) rate_rad_s: [f32; 3],
+}
+
+impl BiasStepReport {
+    /// The bias after it with the P of a model, raw frame, rad/s.
+    #[must_use]
+    pub fn bias_rad_s(&self, model: &GyroModel) -> Option<[f32; 3]> {
+        let turned = model.p_matrix().try_inverse()? * Vector3::from(self.rate_rad_s);
+        Some((Vector3::from(self.raw_rad_s) - turned).into())
     }
 }
 

@@ -1,3 +1,4 @@
+use super::bias_step::BiasStep;
 use crate::{
     compensation::effect::{Moment, REFERENCE_TEMPERATURE_C},
     rotation::{IDENTITY, exp_quaternion, matrix, middle_to_middle, renormalised},
@@ -43,11 +44,11 @@ impl Walk {
     }
 
     /// Begins at increment `from`.
-    pub fn start(&mut self, stream: &SampleStream, from: u32, (p, c): (&Matrix3<f32>, &Vector3<f32>)) {
+    pub fn start(&mut self, stream: &SampleStream, from: u32, (p, c, step): (&Matrix3<f32>, &Vector3<f32>, &BiasStep)) {
         *self = Self { attitude: IDENTITY, ..Self::zero() };
-        let first = stream.increments.get(from).rate;
+        let first = stream.read(from).rate;
         let raw = first.unwrap_or_default();
-        self.rates = [p * raw - c; 3];
+        self.rates = [p * raw - c + step.correction_rad_s(from); 3];
         self.raws = [raw; 2];
         self.rate_read = [first.is_some(); 2];
     }
@@ -57,15 +58,15 @@ impl Walk {
         &mut self,
         (stream, to): (&SampleStream, u32),
         index: u32,
-        (p, c): (&Matrix3<f32>, &Vector3<f32>),
+        (p, c, step): (&Matrix3<f32>, &Vector3<f32>, &BiasStep),
     ) -> Instant {
-        let increment = stream.increments.get(index);
+        let increment = stream.read(index);
         // What comes after the end may be there already or not.
-        let next = if index + 1 < to { stream.increments.get(index + 1).rate } else { None };
+        let next = if index + 1 < to { stream.read(index + 1).rate } else { None };
         let [_, raw] = self.raws;
         let raw_next = next.unwrap_or(raw);
         let [_, before, now] = self.rates;
-        let after = p * raw_next - c;
+        let after = p * raw_next - c + step.correction_rad_s(index + 1);
         let [_, read] = self.rate_read;
         let interval_s = stream.grid.interval_s();
         let earlier = self.rates.first().copied().unwrap_or(before);
@@ -88,6 +89,7 @@ impl Walk {
                 force_m_s2: self.force,
                 square_force_m2_s4: surroundings.square_force_m2_s4,
                 field_ut: self.field,
+                before_shock: 0.0,
                 warming_k: surroundings.temperature_c.map_or(0.0, |t| t - REFERENCE_TEMPERATURE_C),
             },
             read: [read, increment.gravity.is_some(), increment.field.is_some()],

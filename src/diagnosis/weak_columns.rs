@@ -38,6 +38,10 @@ impl Layout {
         {
             for (first, effect) in layout.first.iter_mut().zip(library) {
                 let count = effect.parameters().len();
+                if effect.is_bias_step() {
+                    // It has none: its windows' part of c's.
+                    continue;
+                }
                 if effect.sensor() == sensor && next + count <= COLUMNS {
                     *first = next as u8;
                     next += count;

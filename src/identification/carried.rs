@@ -1,7 +1,7 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use crate::algebra::Packed;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 /// What the windows so far have taught about theta = (P row-major, c): an information matrix and a mean, of samples that no
 /// later window holds, so that nothing counts twice.
@@ -64,6 +64,13 @@ impl Carried {
             }
         }
         aged
+    }
+
+    /// The gyro's bias stepped by so much, compensated frame, rad/s: what was learnt before is moved.
+    pub fn step_bias(&mut self, t_us: u64, by_rad_s: &Vector3<f32>) {
+        if self.t_us < t_us {
+            self.mean.iter_mut().skip(9).zip(by_rad_s.iter()).for_each(|(c, by)| *c += by);
+        }
     }
 
     /// Adds the normal equations N x = h of more samples about `theta`, which hold at `t_us`. Without a solution it stays as it was.

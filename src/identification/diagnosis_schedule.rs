@@ -2,24 +2,33 @@ use super::{micros, work::Work};
 use crate::{
     compensation::GyroModel,
     config::Config,
-    diagnosis::{DiagnosisJob, DiagnosisReport, History, Subject},
+    diagnosis::{BiasStepReport, DiagnosisJob, DiagnosisReport, History, Subject},
     window::SampleStream,
 };
 use heapless::Vec;
 use nalgebra::Vector3;
 
-/// What changes beside the effects when a diagnosis takes effect.
+/// What is kept of the increments, seconds, as long as a window; the configuration leaves room for the latency.
+const MOST_KEPT_S: f32 = 50.0;
+
+/// What changes when a diagnosis takes effect.
 pub(super) struct Change {
+    /// Whether the effects do.
+    pub effects: bool,
     /// The flown bias, by this: the constant part of what the effects add to the gyro's reading.
     pub bias_rad_s: Vector3<f32>,
     /// Whether there are other effects of the gyro than before, not only of other size.
     pub others_of_gyro: bool,
+    /// The bias stepped, by so much, compensated frame, rad/s.
+    pub step: Option<(BiasStepReport, Vector3<f32>)>,
 }
 
 /// When the samples are diagnosed, and when what was found takes effect.
 pub(super) struct DiagnosisSchedule {
-    /// When the next one begins.
+    /// When the next one is due to begin.
     next_us: u64,
+    /// Increments that diagnoses have looked at.
+    seen_to: u32,
     /// When the last one before a freeze begins, early enough for what it finds.
     final_us: u64,
     /// When what is being found takes effect; 0: nothing is.
@@ -41,6 +50,7 @@ impl DiagnosisSchedule {
     pub const fn zero() -> Self {
         Self {
             next_us: 0,
+            seen_to: 0,
             final_us: 0,
             effect_us: 0,
             to_do: None,
@@ -57,6 +67,7 @@ impl DiagnosisSchedule {
         self.final_us = final_close_us.saturating_sub(micros(config.diagnosis.latency_s));
         self.next_us = u64::MAX;
         self.effect_us = 0;
+        self.seen_to = 0;
         self.to_do = None;
         self.history = History::zero();
         self.waiting.clear();
@@ -78,13 +89,28 @@ impl DiagnosisSchedule {
         };
     }
 
-    /// After a sample: a diagnosis of the latest ones that is due is to begin.
-    pub fn pushed(&mut self, t_us: u64, stream: &SampleStream, stream_from: u32, config: &Config, flown: &GyroModel) {
-        if t_us < self.next_us {
+    /// After a sample: a diagnosis of the latest ones that is due is to begin. One that the fit of a window would soon break off waits until that
+    /// window closes, and looks at what comes until then, too.
+    pub fn pushed(
+        &mut self,
+        t_us: u64,
+        (stream, stream_from): (&SampleStream, u32),
+        next_close_us: u64,
+        config: &Config,
+        flown: &GyroModel,
+    ) {
+        let latency_us = micros(config.diagnosis.latency_s);
+        let breaks_off = next_close_us > t_us && next_close_us - t_us < latency_us && self.next_us != self.final_us;
+        if t_us < self.next_us || breaks_off {
             return;
         }
+        let due_us = self.next_us;
         let count = stream.increments.count();
-        let most = stream.grid.increments_in(config.diagnosis.window_s) as u32;
+        let window = stream.grid.increments_in(config.diagnosis.window_s) as u32;
+        let kept = stream.grid.increments_in(MOST_KEPT_S - config.diagnosis.latency_s) as u32;
+        let unseen = count.saturating_sub(self.seen_to);
+        let most = if t_us > due_us && unseen > window { unseen.min(kept) } else { window };
+        self.seen_to = count;
         let from = stream_from.max(count.saturating_sub(most));
         let length_us = u64::from(count - from) * u64::from(stream.grid.interval_us);
         self.to_do = Some(DiagnosisJob {
@@ -94,8 +120,8 @@ impl DiagnosisSchedule {
             to: count,
             flown: *flown,
         });
-        self.effect_us = t_us.saturating_add(micros(config.diagnosis.latency_s));
-        self.schedule(t_us, config);
+        self.effect_us = t_us.saturating_add(latency_us);
+        self.schedule(due_us, config);
     }
 
     /// Before a sample is compensated: a diagnosis that is due takes effect, or was not done in time.
@@ -116,13 +142,14 @@ impl DiagnosisSchedule {
         // Just emptied, so there is room.
         let _ = self.diagnosed.push(report);
         let before = *stream.effects();
-        if effects == before || !report.is_conclusive() {
+        let step = report.believed_step();
+        if (effects == before && step.is_none()) || !report.is_conclusive() {
             return None;
         }
         stream.set_effects(&effects);
         let same = |exactly: bool| effects.same_of_gyro(&before, stream.library(), exactly);
         let bias_rad_s = if same(true) { Vector3::zeros() } else { report.bias_change_rad_s.into() };
-        Some(Change { bias_rad_s, others_of_gyro: !same(false) })
+        Some(Change { effects: effects != before, bias_rad_s, others_of_gyro: !same(false), step })
     }
 
     /// The latest diagnosis that nobody has taken.

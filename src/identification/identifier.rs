@@ -68,6 +68,7 @@ pub(crate) struct Identifier {
     pub overruns: u32,
 }
 
+mod bias_step;
 mod closing;
 
 impl Identifier {
@@ -157,12 +158,12 @@ impl Identifier {
     }
 
     /// Before a sample is compensated: a diagnosis that is due takes effect, and with it the bias that goes with it. Not while a window is
-    /// being fitted, whose result is about the effects as they were. Returns whether the effects changed.
-    pub fn take_diagnosed(&mut self, t_us: u64) -> bool {
+    /// being fitted, whose result is about the effects as they were. Returns whether the effects changed, and whether the bias stepped.
+    pub fn take_diagnosed(&mut self, t_us: u64) -> [bool; 2] {
         if self.state != State::Idle {
-            return false;
+            return [false; 2];
         }
-        let Some(change) = self.diagnosis.take_effect(t_us, &mut self.stream) else { return false };
+        let Some(change) = self.diagnosis.take_effect(t_us, &mut self.stream) else { return [false; 2] };
         self.stale_tests = true;
         let bias = Vector3::from(self.flown.b_rad_s) + change.bias_rad_s;
         if bias.iter().all(|b| b.is_finite()) {
@@ -173,7 +174,8 @@ impl Identifier {
             // What was learnt about P and bias was about readings with other effects in them.
             self.carried = Carried::nothing();
         }
-        true
+        let stepped = change.step.is_some_and(|(step, by)| self.follow_step(t_us, &step, &by));
+        [change.effects, stepped]
     }
 
     /// The latest diagnosis that nobody has taken.
@@ -213,7 +215,8 @@ impl Identifier {
     /// Takes one sample (raw rate, calibrated vectors).
     pub fn push(&mut self, t_us: u64, [rate, gravity, field]: [Reading; 3], temperature_c: Option<f32>) {
         self.stream.push(t_us, rate, gravity, field, temperature_c);
-        self.diagnosis.pushed(t_us, &self.stream, self.stream_from, &self.config, &self.flown);
+        let latest = (&self.stream, self.stream_from);
+        self.diagnosis.pushed(t_us, latest, self.next_close_us, &self.config, &self.flown);
         if t_us >= self.next_close_us {
             // The last window before a freeze closes at its first sample at or after the instant that leaves it the latency: by less
             // than a sample period its result would come after the freeze.

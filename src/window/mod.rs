@@ -2,6 +2,7 @@
 
 mod accumulator;
 mod equations;
+mod bias_steps;
 mod grid;
 mod increment;
 mod increment_ring;
@@ -25,5 +26,5 @@ pub(crate) use rest::{RestDetector, RestLimits};
 pub(crate) use rest_bias::{RestBias, RestNorm};
 pub(crate) use rows::{MAGNETIC, gyro_part};
 pub(crate) use stream::{Rebuild, SampleStream, StreamSettings, TESTS};
-pub(crate) use surroundings::SurroundingsRing;
+pub(crate) use surroundings::{SHARED, SurroundingsRing, halved, whole};
 pub(crate) use weak_form::{UNDER_WAY, WeakForm};

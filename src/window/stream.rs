@@ -1,3 +1,4 @@
+use super::bias_steps::BiasSteps;
 use super::{
     Accumulator, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, Scales,
     SurroundingsRing, TestEquations, WeakForm, rows::GYRO, weak_form::UNDER_WAY,
@@ -21,6 +22,7 @@ pub(crate) struct SampleStream {
     pub weak_form: WeakForm,
     theta: [f32; GYRO],
     effects: ActiveEffects,
+    bias_steps: BiasSteps,
     library: Option<&'static [&'static dyn Effect]>,
     tests: [TestEquations; TESTS],
     /// Test windows completed since the start of the stream; the ring holds the last of them.
@@ -83,6 +85,7 @@ impl SampleStream {
             weak_form: WeakForm::zero(),
             theta: [0.0; GYRO],
             effects: ActiveEffects::none(),
+            bias_steps: BiasSteps::NONE,
             library: None,
             tests: [TestEquations::zero(); TESTS],
             tests_completed: 0,
@@ -117,6 +120,7 @@ impl SampleStream {
     pub fn start(&mut self, t_us: u64, theta: &[f32; GYRO]) {
         self.increments.start(self.scales);
         self.surroundings.start();
+        self.bias_steps = BiasSteps::NONE;
         self.accumulator.start(t_us, self.grid, self.sample_period_us);
         self.weak_form.start(theta);
         self.theta = *theta;
@@ -186,9 +190,24 @@ impl SampleStream {
         self.weak_form.change_model(&self.theta.clone());
     }
 
+    /// From here on what was read before increment `until`, at `t_us`, is made to look like what is read after it: by that much more, raw.
+    pub fn step_bias(&mut self, until: u32, t_us: u64, step_rad_s: Vector3<f32>) {
+        self.bias_steps.add(until, step_rad_s);
+        if let Some(bias) = self.rest_bias.as_mut().filter(|_| self.rest_bias_us < t_us) {
+            bias.rate += step_rad_s;
+        }
+    }
+
+    /// Increment `index` as it would have been read with the bias of the latest.
+    #[inline(never)]
+    pub fn read(&self, index: u32) -> Increment {
+        let read = self.increments.get(index);
+        Increment { rate: read.rate.map(|rate| self.bias_steps.taken_out(index, rate)), ..read }
+    }
+
     /// Increment `index` without the active effects.
     pub fn increment(&self, index: u32) -> Increment {
-        let read = self.increments.get(index);
+        let read = self.read(index);
         if self.effects.is_empty() {
             return read;
         }
@@ -198,7 +217,7 @@ impl SampleStream {
             Matrix3::new(p00, p01, p02, p10, p11, p12, p20, p21, p22) * raw - Vector3::new(c0, c1, c2)
         };
         let rate = nominal(raw);
-        let before = self.increments.get(index.wrapping_sub(1)).rate.map_or(rate, nominal);
+        let before = self.read(index.wrapping_sub(1)).rate.map_or(rate, nominal);
         // Not of the next one: whether it is there already depends on when this is asked.
         let acceleration = (rate - before) / self.grid.interval_s();
         let surroundings = self.surroundings.get(index);
@@ -209,6 +228,7 @@ impl SampleStream {
             force_m_s2: -read.gravity.unwrap_or_default(),
             square_force_m2_s4: surroundings.square_force_m2_s4,
             field_ut: read.field.unwrap_or_default(),
+            before_shock: 0.0,
             warming_k: surroundings.temperature_c.map_or(0.0, |t| t - REFERENCE_TEMPERATURE_C),
         };
         self.effects.correct(self.library(), &mut moment);

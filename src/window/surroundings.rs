@@ -1,5 +1,5 @@
 /// Increments that share one entry: a fifth of a second or so.
-const SHARED: u32 = 10;
+pub(crate) const SHARED: u32 = 10;
 
 /// Entries: as many as the increments that are kept need, and one in progress.
 const ENTRIES: usize = 263;
@@ -9,6 +9,8 @@ const ENTRIES: usize = 263;
 pub(crate) struct Surroundings {
     /// Mean square of the specific force, m^2/s^4.
     pub square_force_m2_s4: f32,
+    /// Its largest square in any sample, m^2/s^4: the mean dilutes a shock of a few milliseconds.
+    pub largest_square_m2_s4: f32,
     /// Temperature, degrees Celsius; `None` where it was not read.
     pub temperature_c: Option<f32>,
 }
@@ -18,21 +20,34 @@ const NONE: i16 = 0;
 
 /// The latest surroundings, in step with the increments.
 pub(crate) struct SurroundingsRing {
-    square_forces: [f32; ENTRIES],
+    /// Mean and largest square, each the upper half of an f32: to 0.4 %.
+    square_forces: [[u16; 2]; ENTRIES],
     /// In hundredths of a degree.
     temperatures_c: [i16; ENTRIES],
     square_sum: f32,
+    largest_square: f32,
     squares: u16,
     temperature_sum: f32,
     temperatures: u16,
 }
 
+/// The upper half of an f32 that is not negative, rounded.
+pub(crate) const fn halved(x: f32) -> u16 {
+    (x.to_bits().saturating_add(0x8000) >> 16) as u16
+}
+
+/// An f32 of its upper half.
+pub(crate) const fn whole(half: u16) -> f32 {
+    f32::from_bits((half as u32) << 16)
+}
+
 impl SurroundingsRing {
     pub const fn zero() -> Self {
         Self {
-            square_forces: [0.0; ENTRIES],
+            square_forces: [[0; 2]; ENTRIES],
             temperatures_c: [NONE; ENTRIES],
             square_sum: 0.0,
+            largest_square: 0.0,
             squares: 0,
             temperature_sum: 0.0,
             temperatures: 0,
@@ -47,6 +62,7 @@ impl SurroundingsRing {
     pub fn add(&mut self, square_force: Option<f32>, temperature_c: Option<f32>) {
         if let Some(square) = square_force {
             self.square_sum += square;
+            self.largest_square = if square > self.largest_square { square } else { self.largest_square };
             self.squares = self.squares.saturating_add(1);
         }
         if let Some(temperature) = temperature_c {
@@ -63,7 +79,7 @@ impl SurroundingsRing {
         let mean = |sum: f32, count: u16| (count > 0).then(|| sum / f32::from(count));
         let place = (index / SHARED) as usize % ENTRIES;
         if let Some(slot) = self.square_forces.get_mut(place) {
-            *slot = mean(self.square_sum, self.squares).unwrap_or(0.0);
+            *slot = [mean(self.square_sum, self.squares).unwrap_or(0.0), self.largest_square].map(halved);
         }
         if let Some(slot) = self.temperatures_c.get_mut(place) {
             let hundredths = mean(self.temperature_sum, self.temperatures).map(|c| libm::roundf(c * 100.0));
@@ -71,14 +87,17 @@ impl SurroundingsRing {
             *slot = stored.map_or(if hundredths.is_some() { 1 } else { NONE }, |c| c as i16);
         }
         (self.square_sum, self.squares, self.temperature_sum, self.temperatures) = (0.0, 0, 0.0, 0);
+        self.largest_square = 0.0;
     }
 
     /// Those of the fifth of a second before increment `index`, which must be one that is kept: its own may still be in progress.
     pub fn get(&self, index: u32) -> Surroundings {
         let place = (index / SHARED).wrapping_sub(1) as usize % ENTRIES;
         let temperature = self.temperatures_c.get(place).copied().filter(|c| *c != NONE);
+        let [mean, largest] = self.square_forces.get(place).map_or([0.0; 2], |squares| squares.map(whole));
         Surroundings {
-            square_force_m2_s4: self.square_forces.get(place).copied().unwrap_or(0.0),
+            square_force_m2_s4: mean,
+            largest_square_m2_s4: largest,
             temperature_c: temperature.map(|c| f32::from(c) * 0.01),
         }
     }
@@ -99,10 +118,11 @@ mod tests {
         }
         for index in 400..3_000 {
             let entry = (index / SHARED - 1) as f32;
-            let expected = Surroundings { square_force_m2_s4: entry, temperature_c: Some(20.0 + entry) };
             let found = ring.get(index);
-            assert_eq!(found.square_force_m2_s4, expected.square_force_m2_s4, "{index}");
-            let [found, expected] = [found, expected].map(|s| s.temperature_c.unwrap());
+            for square in [found.square_force_m2_s4, found.largest_square_m2_s4] {
+                assert!((square - entry).abs() <= 0.004 * entry, "{index}: {square} {entry}");
+            }
+            let (found, expected) = (found.temperature_c.unwrap(), 20.0 + entry);
             assert!((found - expected).abs() < 0.006, "{index}: {found} {expected}");
         }
     }
@@ -111,6 +131,19 @@ mod tests {
     fn what_was_not_read_is_none() {
         let mut ring = SurroundingsRing::zero();
         (0..20).for_each(|index| ring.complete(index));
-        assert_eq!(ring.get(13), Surroundings { square_force_m2_s4: 0.0, temperature_c: None });
+        let nothing = Surroundings { square_force_m2_s4: 0.0, largest_square_m2_s4: 0.0, temperature_c: None };
+        assert_eq!(ring.get(13), nothing);
+    }
+
+    #[test]
+    fn one_sample_of_a_shock_is_kept() {
+        let mut ring = SurroundingsRing::zero();
+        for index in 0..30 {
+            (0..2).for_each(|k| ring.add(Some(if (index, k) == (13, 1) { 40_000.0 } else { 100.0 }), None));
+            ring.complete(index);
+        }
+        let largest = [5, 15, 25, 30].map(|index| ring.get(index).largest_square_m2_s4);
+        assert!((largest[2] / 40_000.0 - 1.0).abs() < 0.004, "{largest:?}");
+        assert!((largest[1] / 100.0 - 1.0).abs() < 0.004 && (largest[3] / 100.0 - 1.0).abs() < 0.004, "{largest:?}");
     }
 }

@@ -66,9 +66,19 @@ pub(super) fn diagnosed_with(
     let reports: Vec<_> = flight.diagnoses.iter().filter(|report| report.is_conclusive()).collect();
     let end_s = trace.samples.last().map_or(0.0, |sample| sample.t_us as f64 / 1e6);
     let mut effects: Vec<Found> = Vec::new();
+    for report in &reports {
+        // What flies follows it for good, and no later diagnosis shows it again.
+        let Some(step) = report.bias_step else { continue };
+        let found = report.found().find(|found| found.found.index == step.effect);
+        let Some((found, &effect)) = found.zip(library.get(usize::from(step.effect))) else { continue };
+        effects.push(Found { effect, report: *found, active_s: [step.t_us as f64 / 1e6, end_s] });
+    }
     if let Some(last) = reports.last() {
         for report in last.found() {
             let Some(&effect) = library.get(usize::from(report.found.index)) else { continue };
+            if effect.is_bias_step() {
+                continue;
+            }
             // Since when every diagnosis has found it.
             let holding = reports.iter().rev().take_while(|r| r.found().any(|f| f.found.index == report.found.index));
             let from_us = holding.last().map_or(last.t_start_us, |first| first.t_start_us);
@@ -76,7 +86,11 @@ pub(super) fn diagnosed_with(
         }
     }
     let verdict = match reports.last().map_or(Verdict::NotEnoughExcitation, |last| last.verdict) {
-        Verdict::ModelSufficient | Verdict::NotEnoughExcitation if !flight.magnets.is_empty() => Verdict::EffectsFound,
+        Verdict::ModelSufficient | Verdict::NotEnoughExcitation
+            if !flight.magnets.is_empty() || !effects.is_empty() =>
+        {
+            Verdict::EffectsFound
+        }
         verdict => verdict,
     };
     let (residual, residual_over_time) = vector_residual(library, trace, config, flight);

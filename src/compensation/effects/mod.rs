@@ -5,6 +5,7 @@ mod accel_lag;
 mod axial_interference;
 mod eddy_lag;
 mod g_sensitivity;
+mod gyro_bias_step;
 mod gyro_bias_temperature;
 mod gyro_lag;
 mod gyro_scale_asymmetry;
@@ -20,6 +21,7 @@ pub use accel_lag::AccelLag;
 pub use axial_interference::AxialInterference;
 pub use eddy_lag::EddyLag;
 pub use g_sensitivity::GSensitivity;
+pub use gyro_bias_step::GyroBiasStep;
 pub use gyro_bias_temperature::GyroBiasTemperature;
 pub use gyro_lag::GyroLag;
 pub use gyro_scale_asymmetry::GyroScaleAsymmetry;
@@ -33,7 +35,7 @@ pub use vibration_rectification::VibrationRectification;
 use super::effect::Effect;
 
 /// Every effect that is looked for unless a user says otherwise; of those that look alike the likelier comes first.
-pub static LIBRARY: [&dyn Effect; 14] = [
+pub static LIBRARY: [&dyn Effect; 15] = [
     &MagLag,
     &AccelLag,
     &GyroLag,
@@ -48,4 +50,5 @@ pub static LIBRARY: [&dyn Effect; 14] = [
     &VibrationRectification,
     &GyroScaleNonlinearity,
     &GyroScaleAsymmetry,
+    &GyroBiasStep,
 ];

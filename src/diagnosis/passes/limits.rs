@@ -51,6 +51,9 @@ pub(super) const P: usize = 9;
 /// Share of the misfit that P has to explain to be taken for wrong; what a window of the identification has to, as well.
 pub(super) const EXPLAINED: f32 = 0.75;
 
+/// A step of the bias has settled when it changes by less of its deviation.
+pub(super) const STEP_SETTLED: f32 = 0.1;
+
 /// Passes after which candidates are tried though the solution has not settled: a model that lacks a large effect may never do so.
 pub(super) const PATIENCE: u8 = 4;
 

@@ -62,7 +62,7 @@ impl Diagnosis {
         let thought = [noise_gain * force, noise_gain * field];
         for v in 0..2 {
             if !test.counts[v] {
-                self.squares[number][v] = -1.0;
+                self.squares[number][v] = 0;
                 continue;
             }
             let rows = self.columns.rows(under_way, v);
@@ -73,7 +73,7 @@ impl Diagnosis {
             let r = [residual(0), residual(1), residual(2)];
             let norm = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
             let z = norm / (thought[v] * self.scales[v]);
-            self.squares[number][v] = norm / thought[v];
+            self.squares[number][v] = halved(norm / thought[v]);
             // Huber: beyond three deviations a residual pulls no harder.
             let limit = HUBER * HUBER * 3.0;
             let huber = if z > limit { libm::sqrtf(limit / z) } else { 1.0 };
@@ -82,6 +82,7 @@ impl Diagnosis {
                 self.remainder.add(v, rows, &r, weight);
             }
             self.normal.add(rows, width, weight);
+            RateErrors::new(self.factor.scratch()).add(number, rows, &r, weight);
             if let Some(scores) = self.scores.as_chunks_mut::<COLUMNS>().0.get_mut(group) {
                 for (row, r) in rows.iter().zip(&r) {
                     scores.iter_mut().zip(row).take(width).for_each(|(sum, a)| *sum += weight * a * r);
@@ -157,7 +158,7 @@ impl Diagnosis {
         let mut has_settled = true;
         for v in 0..2 {
             let mut values = [0.0; MAX_TESTS];
-            let squares = self.squares.iter().take(self.test as usize).map(|squares| squares[v]);
+            let squares = self.squares.iter().take(self.test as usize).map(|squares| whole(squares[v]));
             let mut count = 0;
             for (value, square) in values.iter_mut().zip(squares.filter(|square| *square > 0.0)) {
                 *value = square;

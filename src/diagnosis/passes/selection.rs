@@ -128,18 +128,19 @@ impl Diagnosis {
             let index = usize::from(index);
             let model = self.model(subject, Some(index));
             let effective = self.effective_scores(subject, index, &model);
-            let shows = effective.is_some_and(|effective| {
-                let scores = effective.whitening.whitened(&effective.scores);
-                // With P free: held, its own errors would not count.
-                if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| !by_history && !self.p_is_held) {
-                    chosen.sigma = effective.whitening.sandwich(&scores);
-                }
-                by_history || sign_flip(&scores).1 <= FALSE_ALARMS
-            });
+            let is_step = Self::is_bias_step(subject, index);
+            let shows = is_step && self.shown_step.p_value <= FALSE_ALARMS
+                || effective.is_some_and(|effective| {
+                    let scores = effective.whitening.whitened(&effective.scores);
+                    // With P free: held, its own errors would not count.
+                    if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| !by_history && !self.p_is_held) {
+                        chosen.sigma = effective.whitening.sandwich(&scores);
+                    }
+                    by_history || sign_flip(&scores).1 <= FALSE_ALARMS
+                });
             let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
             let least_rad = if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
-            let x = self.seen_parts(subject, slot);
-            let (size_rad, sigma_rad) = self.chosen.get(slot).map_or((0.0, 0.0), |chosen| chosen.size_rad(&x));
+            let (size_rad, sigma_rad) = self.size_rad(subject, slot);
             let too_small = size_rad < least_rad;
             if let (Some(chosen), Some(tried)) = (self.chosen.get_mut(slot), self.tried.get_mut(index)) {
                 chosen.too_small = too_small;
@@ -150,10 +151,22 @@ impl Diagnosis {
                 let columns = self.columns_of(subject, index);
                 self.x.get_mut(columns).unwrap_or_default().fill(0.0);
                 self.chosen.retain(|chosen| usize::from(chosen.index) != index);
+                if is_step {
+                    self.step = BiasStep::NONE;
+                }
                 return true;
             }
         }
         false
+    }
+
+    /// How much that of a chosen effect turns which is seen to be there, and the deviation of that, rad.
+    pub(super) fn size_rad(&self, subject: &Subject, slot: usize) -> (f32, f32) {
+        match self.chosen.get(slot) {
+            Some(chosen) if Self::is_bias_step(subject, usize::from(chosen.index)) => self.step_size_rad(),
+            Some(chosen) => chosen.size_rad(&self.seen_parts(subject, slot)),
+            None => (0.0, 0.0),
+        }
     }
 
     /// The candidate that shows most, of those that show beyond chance.
@@ -166,9 +179,15 @@ impl Diagnosis {
             if chosen || self.banned.checked_shr(index as u32).unwrap_or(0) & 1 != 0 {
                 continue;
             }
-            let Some(Effective { scores, whitening }) = self.effective_scores(subject, index, model) else { continue };
-            let (twice_the_gain, p_value) = sign_flip(&whitening.whitened(&scores));
-            let evidence = 0.5 * twice_the_gain;
+            let (evidence, p_value) = if Self::is_bias_step(subject, index) {
+                (self.shown_step.gain, self.shown_step.p_value)
+            } else {
+                let Some(Effective { scores, whitening }) = self.effective_scores(subject, index, model) else {
+                    continue;
+                };
+                let (twice_the_gain, p_value) = sign_flip(&whitening.whitened(&scores));
+                (0.5 * twice_the_gain, p_value)
+            };
             if let Some(tried) = self.tried.get_mut(index) {
                 *tried = Tried { evidence, p_value, too_small: false };
             }
@@ -183,7 +202,7 @@ impl Diagnosis {
 
     /// Evidence of a candidate less what its parameters cost (Schwarz, Annals of Statistics 6 (1978) 461).
     pub(super) fn worth(&self, subject: &Subject, index: usize, evidence: f32) -> f32 {
-        let parameters = self.columns_of(subject, index).len() as f32;
+        let parameters = subject.library.get(index).map_or(0, |effect| effect.parameters().len()) as f32;
         evidence - 0.5 * parameters * libm::logf(self.usable as f32)
     }
 }

@@ -31,7 +31,10 @@ impl Diagnosis {
                     *x = 0.0;
                 }
             }
-            let (size_rad, size_sigma_rad) = chosen.size_rad(&self.seen_parts(subject, slot));
+            if Self::is_bias_step(subject, index) {
+                [parameters, sigma] = self.step_parameters();
+            }
+            let (size_rad, size_sigma_rad) = self.size_rad(subject, slot);
             count += 1;
             *report = EffectReport {
                 found: FoundEffect { index: chosen.index, parameters, sigma },
@@ -60,6 +63,7 @@ impl Diagnosis {
             t_effect_us: 0,
             verdict,
             effects,
+            bias_step: if enough { self.step_report(subject) } else { None },
             count: if enough { count } else { 0 },
             tried: self.tried,
             candidates: subject.library.len().min(MAX_CANDIDATES) as u8,

@@ -240,7 +240,7 @@ impl Moments {
 /// Probability that F with these degrees of freedom is larger (Paulson, Annals of Mathematical Statistics 13 (1942) 233: within a few
 /// hundredths of itself from 3 degrees of freedom on).
 #[inline(never)]
-fn chance_of_ratio(ratio: f32, freedom: f32, freedom_left: f32) -> f32 {
+pub(in crate::diagnosis) fn chance_of_ratio(ratio: f32, freedom: f32, freedom_left: f32) -> f32 {
     let (a, b) = (2.0 / (9.0 * freedom), 2.0 / (9.0 * freedom_left));
     // The cube root, by functions that are there already.
     let root = if ratio > 0.0 { libm::expf(libm::logf(ratio) / 3.0) } else { 0.0 };

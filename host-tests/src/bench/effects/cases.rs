@@ -3,7 +3,7 @@
 use meerkat_mwd::compensation::{
     Effect,
     effects::{
-        AccelBias, AccelLag, AxialInterference, EddyLag, GSensitivity, GyroBiasTemperature, GyroLag,
+        AccelBias, AccelLag, AxialInterference, EddyLag, GSensitivity, GyroBiasStep, GyroBiasTemperature, GyroLag,
         GyroScaleAsymmetry, GyroScaleNonlinearity, HardIron, LIBRARY, LeverArm, MagLag, VibrationRectification,
     },
 };
@@ -26,6 +26,7 @@ static WITHOUT_SOFT_IRON: [&dyn Effect; LIBRARY.len() - 1] = [
     &VibrationRectification,
     &GyroScaleNonlinearity,
     &GyroScaleAsymmetry,
+    &GyroBiasStep,
 ];
 
 /// One case.
@@ -125,6 +126,14 @@ pub(super) const CASES: &[Case] = &[
         add: |s, r| {
             s.temperature = Some(Temperature { start_c: 40.0, end_c: Some(80.0), ..Temperature::default() });
             s.effects.gyro_bias_temperature_deg_s_c = vector(r, 0.05);
+        },
+    },
+    Case {
+        name: "gyro_bias_step",
+        names: &[&["gyro_bias_step"]],
+        add: |s, r| {
+            (s.effects.bias_step_deg_s, s.effects.bias_step_after_s) = (vector(r, 0.5), r.between(76.0, 100.0));
+            s.shocks.peak_g = [15.0, 20.0];
         },
     },
     Case {

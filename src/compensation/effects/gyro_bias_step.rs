@@ -1,0 +1,42 @@
+use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use nalgebra::Vector3;
+
+const DEGREES: f32 = 180.0 / core::f32::consts::PI;
+
+/// A shock changes the bias for good, by d on each axis: what was read before it is d less than the same rate after it.
+///
+/// The bias that flies is moved to the new one, so that nothing is left to be taken out of what comes.
+pub struct GyroBiasStep;
+
+const fn parameter(name: &'static str) -> Parameter {
+    // 0.1 and 5 deg/s: what a shock does to common parts, and all of the zero-rate output that data sheets allow after soldering.
+    Parameter { name, in_unit: DEGREES, usual: 0.1 / DEGREES, largest: 5.0 / DEGREES, signed: true, turns_axes: false }
+}
+
+const PARAMETERS: [Parameter; 3] = [parameter("x_deg_s"), parameter("y_deg_s"), parameter("z_deg_s")];
+
+impl Effect for GyroBiasStep {
+    fn name(&self) -> &'static str {
+        "gyro_bias_step"
+    }
+
+    fn sensor(&self) -> Sensor {
+        Sensor::Gyro
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &PARAMETERS
+    }
+
+    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
+        axis(k) * -moment.before_shock
+    }
+
+    fn is_bias_step(&self) -> bool {
+        true
+    }
+
+    fn aliases(&self) -> &'static [&'static str] {
+        &["a step of P where the tool turns at one rate"]
+    }
+}
