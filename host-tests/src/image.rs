@@ -12,7 +12,7 @@ pub const RAM_END: u64 = RAM_START + 128 * 1024;
 /// Static data that the firmware may have, bytes: the rest of the RAM, 18 KiB, is its stack.
 pub const RAM_LIMIT_BYTES: u64 = 112 * 1024;
 /// Flash that the firmware may take, bytes.
-pub const FLASH_LIMIT_BYTES: u64 = 288 * 1024;
+pub const FLASH_LIMIT_BYTES: u64 = 304 * 1024;
 
 /// Memory of the chip that an image takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
