@@ -45,7 +45,7 @@ impl Diagnosis {
                 residual_rad: [chosen.residual_before_rad, chosen.residual_after_rad],
                 // Of a gyro's effect of which much is not seen, the bias and P hold that, and would be wrong by it beside the rest.
                 believed: effect.parameters().iter().zip(&parameters).all(|(parameter, x)| parameter.believes(*x))
-                    && (effect.sensor() != Sensor::Gyro || chosen.stands_out()),
+                    && (effect.sensor() != Sensor::Gyro || Self::is_bias_step(subject, index) || chosen.stands_out()),
             };
         }
         let verdict = if !enough {
