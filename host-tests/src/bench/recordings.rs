@@ -95,7 +95,8 @@ fn in_short(diagnosed: &Diagnosed) -> String {
             .first()
             .and_then(|parameter| parameter.name.split_once('_'))
             .map_or("", |(_, unit)| unit)
-            .replace('_', "/");
+            .replace('_', "/")
+            .replace("ut", "uT");
         let size = sizes.iter().map(|x| f64::from(x * x)).sum::<f64>().sqrt();
         // Of one direction, or a vector; elements of a matrix have no such thing.
         match sizes.as_slice() {
@@ -105,7 +106,7 @@ fn in_short(diagnosed: &Diagnosed) -> String {
     });
     let magnets = diagnosed.magnets.iter().map(|magnet| {
         let [from_s, to_s] = from_to_s(magnet);
-        format!("hard_iron {:.1} ut from {from_s:.1} to {to_s:.1} s", magnet.offset().norm())
+        format!("hard_iron {:.1} uT from {from_s:.1} to {to_s:.1} s", magnet.offset().norm())
     });
     let all: Vec<String> = effects.chain(magnets).collect();
     if all.is_empty() { "nothing".to_owned() } else { all.join(", ") }
