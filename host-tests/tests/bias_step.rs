@@ -6,7 +6,7 @@ use std::path::Path;
 use meerkat_mwd::{
     Config,
     compensation::effects::LIBRARY,
-    diagnosis::{DiagnosisReport, EffectReport},
+    diagnosis::{DiagnosisReport, EffectReport, Verdict},
 };
 use mwd::{
     configuration::of_trace,
@@ -61,7 +61,7 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
     const SEEDS: u64 = 12;
     let (mut within, mut components) = (0, 0);
     for name in SCENARIOS {
-        let mut named = 0;
+        let (mut named, mut followed) = (0, 0);
         for seed in 0..SEEDS {
             let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed ^ 0x57e9);
             let mut between =
@@ -104,6 +104,15 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
             println!(
                 "{name} seed {seed:2}: {length_deg_s:.2} deg/s at {at_s:.1}, found {found_s:.1}; rate error {on:.3}, without {off:.3} deg/s"
             );
+            if !found.believed {
+                // Named, but beside a residual that is left unexplained: something else may have changed, and what flies stays.
+                assert!(
+                    report.verdict == Verdict::UnexplainedResidual && on <= 1.05 * off,
+                    "{name} {seed}: {on} {off}"
+                );
+                continue;
+            }
+            followed += 1;
             assert!(on < off, "{name} {seed}: {on} {off}");
             // Its bias is the new one: no jump back.
             let last = flight.reports.last().unwrap().flown;
@@ -111,7 +120,8 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
             let error = (Vector3::from(last.b_rad_s) - new).map(|x| f64::from(x).to_degrees());
             assert!(error.norm() < 0.5 * length_deg_s, "{name} {seed}: {error}");
         }
-        assert!(named >= 10, "{name}: {named} of {SEEDS}");
+        assert!(named >= 10 && 2 * followed > named, "{name}: {named} of {SEEDS} named, {followed} followed");
+        println!("{name}: {named} of {SEEDS} named, {followed} followed");
     }
     println!("{within} of {components} components within 3 sigma");
     assert!(100 * within >= 95 * components, "{within} of {components}");

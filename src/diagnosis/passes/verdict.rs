@@ -43,9 +43,8 @@ impl Diagnosis {
                 size_rad,
                 size_sigma_rad,
                 residual_rad: [chosen.residual_before_rad, chosen.residual_after_rad],
-                // Of a gyro's effect of which much is not seen, the bias and P hold that, and would be wrong by it beside the rest.
                 believed: effect.parameters().iter().zip(&parameters).all(|(parameter, x)| parameter.believes(*x))
-                    && (effect.sensor() != Sensor::Gyro || Self::is_bias_step(subject, index) || chosen.stands_out()),
+                    && self.is_whole(subject, chosen),
             };
         }
         let verdict = if !enough {
@@ -77,6 +76,17 @@ impl Diagnosis {
                 RemainderReport::default()
             },
         }
+    }
+
+    /// Whether enough of a gyro's effect is seen. What is not seen of it the bias and P hold, and would be wrong by it beside the rest; and
+    /// where a step of the bias leaves a residual, something else may have changed with it, such as P.
+    fn is_whole(&self, subject: &Subject, chosen: &Chosen) -> bool {
+        let index = usize::from(chosen.index);
+        if Self::is_bias_step(subject, index) {
+            return !self.is_unexplained();
+        }
+        let of_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
+        !of_gyro || chosen.stands_out()
     }
 
     /// The raw bias of the solution less that of the model that flew.
