@@ -23,7 +23,7 @@ const DETERMINED: f64 = 0.5;
 /// Whether a sensor's new values go on record.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// All nine parameters, and the direction is right to [`LARGEST_HARMLESS_RAD`].
+    /// All nine parameters, and the direction is right to 0.3 deg (95 %).
     Calibrated,
     /// The directions that the motion determined are new, the others are those of a record that was there before.
     Partly(String),
