@@ -8,20 +8,16 @@ use super::{
     toolface::{ToolAngleSigmas, ToolAngles, near_vertical},
 };
 use crate::{
-    compensation::GyroModel,
     config::{AttitudeConfig, Earth},
-    rotation::{IDENTITY, exp_matrix, matrix, renormalised, rotate_back},
+    rotation::{IDENTITY, matrix, rotate_back},
 };
 use core::f32::consts::PI;
-use nalgebra::{Matrix3, Quaternion, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
+mod alignment;
 mod correction;
-
-/// What no twelve parameters take away of a gyro's scale: its nonlinearity, 0.1 % (MPU-9250 PS section 3.1).
-const LEAST_SCALE: f32 = 1e-3;
-
-/// What they do not take away of its bias: its sensitivity to 1 g, 0.1 deg/s (MPU-6000 PS section 6.1), rad/s.
-const LEAST_BIAS_RAD_S: f32 = 1.75e-3;
+mod interruption;
+mod sensors;
 
 /// Earth's rotation, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
@@ -29,14 +25,6 @@ const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
 const BLOCK_S: f32 = 0.02;
 /// Uncertainty of a tilt taken from a force that is as long as gravity, radians: 0.1 g of acceleration.
 const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
-/// A rate that is assumed where none was read, added to the last one, rad/s.
-const UNSEEN_RATE_RAD_S: f32 = 0.3;
-/// A rate that is not read is another one after this time, seconds.
-const UNREAD_RATE_TIME_S: f32 = 0.5;
-/// A reading of a magnetometer is held for so long, seconds: one at 100 Hz (AK8963, mode 2).
-const HOLD_S: f32 = 0.01;
-/// A P that changes by more than so many deviations of what was thought of it (95 %) was another one.
-const DOUBTED: f32 = 2.0;
 /// A rotation less certain than this is found anew from gravity and field, radians.
 const LOST_RAD: f32 = 0.3;
 
@@ -256,95 +244,6 @@ impl AttitudeFilter {
         self.bias_rad_s
     }
 
-    /// The gyro model has been swapped. The attitude does not move, and as long as P stays neither does the total bias: what the new
-    /// model takes off more or less goes into the residual one, whose deviation is kept, so that the filter alone owns the bias. A
-    /// residual bias beside another P was in part P's error: it is dropped, and the deviations of the new model (P row-major, then b, rad/s)
-    /// take the place of the configured ones where they are smaller.
-    pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {
-        let Some((config, _)) = self.settings() else { return };
-        if old.p == new.p {
-            self.bias_rad_s += new.p_matrix() * (Vector3::from(old.b_rad_s) - Vector3::from(new.b_rad_s));
-            return;
-        }
-        self.bias_rad_s = Vector3::zeros();
-        let change = new.p_matrix() - old.p_matrix();
-        let of_axes = change.column_iter().map(|column| column.norm_squared() / 3.0);
-        let change = of_axes.fold(0.0, |most, x| if x > most { x } else { most });
-        if change > DOUBTED * DOUBTED * self.scale_sigma * self.scale_sigma && self.heading_blocks > 1 {
-            // the heading was carried by a gyro that is worse than was thought: it is taken from the next field
-            self.errors.open(HEADING, PI * PI);
-            self.heading_blocks = 1;
-        }
-        let between = |x: f32, least: f32, most: f32| {
-            if x > most {
-                most
-            } else if x > least {
-                x
-            } else {
-                least
-            }
-        };
-        let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
-        self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, config.gyro_scale_sigma);
-        for (k, sigma) in sigma.iter().skip(9).enumerate() {
-            let sigma = between(*sigma, LEAST_BIAS_RAD_S, config.gyro_bias_sigma_rad_s);
-            self.errors.open(BIAS + k, sigma * sigma);
-        }
-    }
-
-    /// What is taken out of the field has changed: its reference is averaged anew.
-    pub const fn field_changed(&mut self) {
-        self.reference.relearn();
-    }
-
-    /// The magnetometer's delay against the gyro has been taken out, within `sigma_s` seconds; `None`: it is no longer known.
-    pub fn mag_delay_known(&mut self, sigma_s: Option<f32>) {
-        let Some((config, _)) = self.settings() else { return };
-        self.timing_variance_s2 = match sigma_s {
-            Some(sigma_s) => sigma_s * sigma_s + HOLD_S * HOLD_S / 12.0,
-            None => config.mag_timing_sigma_s * config.mag_timing_sigma_s,
-        };
-    }
-
-    /// The rotation of this sample is uncertain by `angle_rad` about each axis, beyond the gyro's noise (held or clipped rate).
-    pub fn doubt(&mut self, angle_rad: f32) {
-        for k in 0..3 {
-            self.errors.widen(k, angle_rad * angle_rad, PI * PI);
-        }
-    }
-
-    /// The rate just propagated was not read (held, clipped or frozen), nor were those of the `unread_s` seconds up to now, this step
-    /// of `dt_s` included. The error of the rate grows from nothing to the rate itself, the angle's with its square, then linearly.
-    pub fn unread(&mut self, dt_s: f32, unread_s: f32) {
-        let rate_rad_s = libm::sqrtf(self.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S;
-        let angle_rad = |s: f32| {
-            let late = s > UNREAD_RATE_TIME_S;
-            rate_rad_s * if late { s - 0.5 * UNREAD_RATE_TIME_S } else { 0.5 * s * s / UNREAD_RATE_TIME_S }
-        };
-        let (before, now) = (angle_rad(unread_s - dt_s), angle_rad(unread_s));
-        self.doubt(libm::sqrtf(now * now - before * before));
-    }
-
-    /// `dt_s` seconds before this sample were not seen: the attitude is kept, its uncertainty grows by what the probe may have
-    /// turned, and when that is much, gravity and field are taken anew as soon as they are seen. To be followed by
-    /// [`AttitudeFilter::observe`] without [`AttitudeFilter::propagate`].
-    pub fn gap(&mut self, dt_s: f32) {
-        let Some((config, _)) = self.settings() else { return };
-        let limited_s = if dt_s < 100.0 { dt_s } else { 100.0 };
-        let angle_rad = (libm::sqrtf(self.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S) * limited_s;
-        self.doubt(if angle_rad < PI { angle_rad } else { PI });
-        let walk = config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * limited_s;
-        for k in 0..3 {
-            self.errors.widen(BIAS + k, walk, config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s);
-        }
-        self.stop(&config);
-        self.propagation.interrupt();
-        self.rest = Rest::new();
-        self.lost = self.lost || angle_rad > LOST_RAD;
-        self.after_gap = true;
-        self.step_s = 0.0;
-    }
-
     fn settings(&self) -> Option<(AttitudeConfig, Earth)> {
         self.started.then_some((self.config, self.earth))
     }
@@ -380,51 +279,6 @@ impl AttitudeFilter {
         self.errors.open(VELOCITY, config.velocity_sigma_m_s * config.velocity_sigma_m_s);
         self.errors.open(VELOCITY + 1, config.velocity_sigma_m_s * config.velocity_sigma_m_s);
         self.block = Block::new();
-    }
-
-    /// Takes the tilt from a specific force (NED as far as the attitude is known) and forgets what was known of it. The first
-    /// time the heading counts from where the tool axis (near the vertical: the sum of azimuth and toolface) then is.
-    fn align(&mut self, force_ned_m_s2: &Vector3<f32>, config: &AttitudeConfig, earth: &Earth) {
-        let norm = libm::sqrtf(force_ned_m_s2.norm_squared());
-        self.propagation.q = renormalised(&(to_upright(&(force_ned_m_s2 / norm)) * self.propagation.q));
-        if !self.aligned {
-            let angles = ToolAngles::of(&matrix(&self.propagation.q));
-            let vertical = angles.inclination_rad < config.near_vertical_rad;
-            self.turn_heading(-if vertical { angles.magnetic_toolface_rad } else { angles.azimuth_rad });
-        }
-        let off_gravity = norm / earth.gravity_m_s2 - 1.0;
-        let sigma = ALIGNMENT_SIGMA_RAD + off_gravity.abs();
-        let heading = self.errors.variance(HEADING);
-        for state in 0..HEADING {
-            self.errors.open(state, if sigma < PI { sigma * sigma } else { PI * PI });
-        }
-        self.errors.open(HEADING, heading);
-        if heading > LOST_RAD * LOST_RAD && self.heading_blocks > 1 {
-            // known before, to be taken from the next field
-            self.heading_blocks = 1;
-        }
-        self.stop(config);
-        self.smooth_force_m_s2 = Vector3::new(0.0, 0.0, -norm);
-        (self.aligned, self.lost, self.accel_used) = (true, false, true);
-    }
-
-    fn turn_heading(&mut self, angle_rad: f32) {
-        let turn = Vector3::new(0.0, 0.0, angle_rad);
-        self.propagation.correct(&turn);
-        let velocity = exp_matrix(&turn) * self.velocity_m_s.push(0.0);
-        self.velocity_m_s = velocity.xy();
-    }
-}
-
-/// The shortest rotation that takes a unit vector to straight up, (0, 0, -1).
-fn to_upright(up: &Vector3<f32>) -> Quaternion<f32> {
-    // between a vector and its image the half-way quaternion is (1 + u.v, u x v), not yet of unit length
-    let w = 1.0 - up.z;
-    let squared = w * w + up.x * up.x + up.y * up.y;
-    if squared > 1e-6 {
-        Quaternion::new(w, -up.y, up.x, 0.0) * (1.0 / libm::sqrtf(squared))
-    } else {
-        Quaternion::new(0.0, 1.0, 0.0, 0.0)
     }
 }
 

@@ -6,7 +6,7 @@ const MAX_P_VALUE: f32 = 0.01;
 /// Least share of the misfit on unseen blocks that P has to explain: three quarters, so that the residual's rms is at least
 /// halved. Lags, soft iron and lever arms that are not modelled also make P win beyond chance; but then they, not P, hold most
 /// of the misfit. With percent-level errors of P it is the other way round.
-const LEAST_EXPLAINED: f32 = 0.75;
+pub(crate) const LEAST_EXPLAINED: f32 = 0.75;
 
 /// Least change of the rotation over a second that is worth a swap, rad: 0.3 deg.
 const LEAST_CHANGE_RAD: f32 = 5.2e-3;

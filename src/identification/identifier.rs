@@ -70,6 +70,7 @@ pub(crate) struct Identifier {
 
 mod bias_step;
 mod closing;
+mod reports;
 
 impl Identifier {
     pub const fn zero() -> Self {
@@ -224,37 +225,6 @@ impl Identifier {
             self.close(t_us, if effect_us < self.freeze_us { effect_us } else { self.freeze_us }, false);
             self.schedule(t_us, t_us.saturating_add(micros(self.config.identification.step_s)));
         }
-    }
-
-    /// Keeps a result until it takes effect.
-    fn conclude(&mut self, report: WindowReport) {
-        self.result.clear();
-        // Just emptied, so there is room.
-        let _ = self.result.push(report);
-        self.state = State::Ready;
-    }
-
-    /// A window whose result is not ready in time.
-    fn announce_overrun(&mut self, job: &Job) {
-        self.overruns = self.overruns.saturating_add(1);
-        self.announce_unapplied(job, Refusal::Overrun);
-    }
-
-    /// Reports a window without a result: what flies stays.
-    fn announce_unapplied(&mut self, job: &Job, refusal: Refusal) {
-        let report = unidentified(&self.context(), job, refusal);
-        self.announce(WindowReport { fitted: self.flown, flown: self.flown, ..report });
-    }
-
-    fn announce(&mut self, report: WindowReport) {
-        if self.pending.push_back(report).is_err() {
-            self.reports_lost = self.reports_lost.saturating_add(1);
-        }
-    }
-
-    /// The oldest report that nobody has taken.
-    pub fn take_report(&mut self) -> Option<WindowReport> {
-        self.pending.pop_front()
     }
 
     /// One bounded piece of work; returns its size in units, 0 when there is nothing to do.

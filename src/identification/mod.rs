@@ -21,6 +21,7 @@ mod window_cost;
 mod window_fit;
 mod work;
 
+pub(crate) use acceptance::LEAST_EXPLAINED;
 pub(crate) use carried::{Carried, Forgetting};
 pub(crate) use identifier::Identifier;
 pub(crate) use prior::Prior;

@@ -48,9 +48,6 @@ pub(super) const SIGNIFICANT: f32 = 3.0;
 /// Columns of P.
 pub(super) const P: usize = 9;
 
-/// Share of the misfit that P has to explain to be taken for wrong; what a window of the identification has to, as well.
-pub(super) const EXPLAINED: f32 = 0.75;
-
 /// A step of the bias has settled when it changes by less of its deviation.
 pub(super) const STEP_SETTLED: f32 = 0.1;
 

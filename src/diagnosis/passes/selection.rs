@@ -3,6 +3,7 @@
 #![allow(clippy::indexing_slicing)] // Constant indices into pairs and threes.
 
 use super::*;
+use crate::identification::LEAST_EXPLAINED;
 
 /// What a candidate shows beside the model.
 pub(super) struct Effective {
@@ -75,7 +76,7 @@ impl Diagnosis {
         let (gain, _) = sign_flip(&whitening.whitened(&scores));
         // What is left with P free, in the same units: three components of two vectors.
         let left = 6.0 * self.usable as f32;
-        gain > EXPLAINED * (gain + left)
+        gain > LEAST_EXPLAINED * (gain + left)
     }
 
     /// Adds this window's scores to those of the windows before, and the candidate that shows most in all of them together to the model.

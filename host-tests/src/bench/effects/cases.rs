@@ -1,33 +1,15 @@
 //! What the simulator adds in each case, and by what names it counts as named right.
 
-use meerkat_mwd::compensation::{
-    Effect,
-    effects::{
-        AccelBias, AccelLag, AxialInterference, EddyLag, GSensitivity, GyroBiasStep, GyroBiasTemperature, GyroLag,
-        GyroScaleAsymmetry, GyroScaleNonlinearity, HardIron, LIBRARY, LeverArm, MagLag, VibrationRectification,
-    },
-};
+use std::sync::LazyLock;
+
+use meerkat_mwd::compensation::{Effect, effects::LIBRARY};
 
 use super::trial::Library;
 use crate::simulate::{MountRotation, Random, Scenario, Temperature};
 
 /// All of the library but soft iron.
-static WITHOUT_SOFT_IRON: [&dyn Effect; LIBRARY.len() - 1] = [
-    &MagLag,
-    &AccelLag,
-    &GyroLag,
-    &EddyLag,
-    &AxialInterference,
-    &HardIron,
-    &AccelBias,
-    &LeverArm,
-    &GyroBiasTemperature,
-    &GSensitivity,
-    &VibrationRectification,
-    &GyroScaleNonlinearity,
-    &GyroScaleAsymmetry,
-    &GyroBiasStep,
-];
+static WITHOUT_SOFT_IRON: LazyLock<Vec<&dyn Effect>> =
+    LazyLock::new(|| LIBRARY.into_iter().filter(|effect| effect.name() != "soft_iron").collect());
 
 /// One case.
 pub(super) struct Case {
