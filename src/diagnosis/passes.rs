@@ -201,7 +201,7 @@ impl Diagnosis {
         self.walk.start(subject.stream, self.job.from, (&self.p, &self.c, &self.step));
         RateErrors::new(self.factor.scratch()).clear();
         self.rate_sums = [Vector3::zeros(); 2];
-        self.columns.start(subject.stream.weak_form.hop());
+        self.columns.start(subject.stream.test_function.hop());
         self.normal.clear();
         self.scores.fill(0.0);
         let mut taken_out = ActiveEffects::none();
@@ -216,7 +216,7 @@ impl Diagnosis {
         self.residual_sums = [[0.0; 2]; 2];
         self.nis_sums = [0.0; 2];
         if !self.is_final {
-            self.remainder.start(subject.stream.weak_form.hop(), subject.stream.grid.interval_s());
+            self.remainder.start(subject.stream.test_function.hop(), subject.stream.grid.interval_s());
         }
         for chosen in &mut self.chosen {
             chosen.turned = [0.0; 2];
@@ -272,11 +272,11 @@ impl Diagnosis {
         if !self.is_final {
             self.remainder.watch(&instant);
         }
-        let weak_form = &subject.stream.weak_form;
+        let function = &subject.stream.test_function;
         let moving = subject.config.identification.max_bias_rad_s;
         let library = (subject.library, &self.layout);
-        if let Some((facts, number)) = self.columns.push(&instant, weak_form, library, &scales, moving) {
-            self.take_test(subject, &facts, number, weak_form.noise_gain());
+        if let Some((facts, number)) = self.columns.push(&instant, function, library, &scales, moving) {
+            self.take_test(subject, &facts, number, function.noise_gain());
             self.columns.clear(number);
         }
     }

@@ -4,7 +4,7 @@ use super::{report::MAX_CANDIDATES, walk::Instant};
 use crate::{
     compensation::{Effect, Sensor},
     config::IdentificationConfig,
-    window::{UNDER_WAY, WeakForm},
+    window::{TestFunction, UNDER_WAY},
 };
 use core::ops::Range;
 use nalgebra::Vector3;
@@ -161,7 +161,7 @@ impl Sums {
     }
 }
 
-/// The weak form of [`WeakForm`] with a column for every parameter of every candidate.
+/// The weak form of `WeakForm` with a column for every parameter of every candidate.
 ///
 /// An effect x f on the gyro's reading changes the true rate by -x f: columns -int phi R0 (v x -f) of both vectors. One on a vector's
 /// reading: columns -int phi' R0 f of that vector.
@@ -199,7 +199,7 @@ impl WeakColumns {
     pub fn push(
         &mut self,
         instant: &Instant,
-        weak_form: &WeakForm,
+        function: &TestFunction,
         (library, layout): (&[&dyn Effect], &Layout),
         scales: &GyroScales,
         moving_rate_rad_s: f32,
@@ -244,7 +244,7 @@ impl WeakColumns {
         let (rows, _) = rows.as_chunks_mut::<3>();
         let (rows, _) = rows.as_chunks_mut::<2>();
         for (number, (sums, rows)) in self.sums.iter_mut().zip(rows).enumerate() {
-            let Some((weight, slope)) = weak_form.test_function(sums.position) else {
+            let Some((weight, slope)) = function.at(sums.position) else {
                 sums.position = sums.position.wrapping_add(1);
                 continue;
             };
@@ -266,7 +266,7 @@ impl WeakColumns {
             sums.square_force += force_norm * force_norm;
             sums.roughness += roughness;
             sums.position += 1;
-            if weak_form.test_function(sums.position).is_none() {
+            if function.at(sums.position).is_none() {
                 completed = Some((sums.facts(moving_rate_rad_s), number));
                 *sums = Sums::zero();
             }

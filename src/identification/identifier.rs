@@ -19,9 +19,6 @@ use nalgebra::Vector3;
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
 
-/// Increments whose test windows are made anew in one piece of work.
-const REBUILT_IN_A_STEP: u32 = 16;
-
 /// Work units of judging a fit.
 const JUDGE_UNITS: u32 = 500;
 
@@ -29,8 +26,6 @@ const JUDGE_UNITS: u32 = 500;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Idle,
-    /// The test windows are made anew, without the effects that have been found since they were.
-    Rebuilding,
     Fitting,
     /// The result waits for its instant.
     Ready,
@@ -58,8 +53,6 @@ pub(crate) struct Identifier {
     state: State,
     work: Work,
     diagnosis: DiagnosisSchedule,
-    /// Whether the test windows that are kept were made with other effects.
-    stale_tests: bool,
     /// The result of the job, once it is judged.
     result: Vec<WindowReport, 1>,
     pending: Deque<WindowReport, PENDING>,
@@ -90,7 +83,6 @@ impl Identifier {
             state: State::Idle,
             work: Work::Nothing,
             diagnosis: DiagnosisSchedule::zero(),
-            stale_tests: false,
             result: Vec::new(),
             pending: Deque::new(),
             reports_lost: 0,
@@ -105,7 +97,6 @@ impl Identifier {
         self.final_close_us = config.freeze_at_us.map_or(u64::MAX, |t| t.saturating_sub(micros(id.latency_s)));
         self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
         self.diagnosis.configure(config, self.final_close_us);
-        self.stale_tests = false;
         // Ranges of the stored increments where the full scale is unknown: 4000 deg/s and 32 g, the widest of the parts in use,
         // and ten times the strongest field on earth.
         self.stream.configure(&StreamSettings {
@@ -165,7 +156,6 @@ impl Identifier {
             return [false; 2];
         }
         let Some(change) = self.diagnosis.take_effect(t_us, &mut self.stream) else { return [false; 2] };
-        self.stale_tests = true;
         let bias = Vector3::from(self.flown.b_rad_s) + change.bias_rad_s;
         if bias.iter().all(|b| b.is_finite()) {
             self.flown.b_rad_s = bias.into();
@@ -230,17 +220,6 @@ impl Identifier {
     /// One bounded piece of work; returns its size in units, 0 when there is nothing to do.
     pub fn step(&mut self) -> u32 {
         match self.state {
-            State::Rebuilding => {
-                let Self { work, stream, job, .. } = self;
-                let more = match work {
-                    Work::Rebuild(rebuild) => stream.rebuild(rebuild, job.to, REBUILT_IN_A_STEP),
-                    _ => false,
-                };
-                if !more {
-                    self.start_fit();
-                }
-                return REBUILT_IN_A_STEP * 12;
-            }
             State::Fitting => {}
             State::Idle | State::Ready => return self.diagnosis.step(&mut self.work, &self.stream, &self.config),
         }

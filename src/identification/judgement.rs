@@ -6,8 +6,10 @@ use super::{
     contest::MIN_GROUPS,
     drift::Drift,
     least_squares::{Freedom, Model},
+    motion::Motion,
     observability::Observability,
     prior::{model_of, prior_sigma, theta_of},
+    refinement::Refinement,
     weak_fit::{FACTORY_P, FLOWN_P, FULL, NOTHING},
     window_fit::{Context, Job, WindowFit},
 };
@@ -105,15 +107,17 @@ impl WindowFit {
     }
 
     fn judge(&self, context: &Context) -> Result<WindowReport, Refusal> {
-        let objective = self.objective();
-        let (delta, evaluations) = self.optimum();
-        let mut theta = plus(&self.innovations.theta0, &delta);
-        let drift = self.innovations.drift(context, &self.job, &delta).ok_or(Refusal::Degenerate)?;
+        let refinement = self.refinement().ok_or(Refusal::Degenerate)?;
+        let Refinement { innovations, .. } = refinement;
+        let objective = refinement.objective(&self.weak.prior);
+        let (delta, evaluations) = refinement.optimum(&self.weak.prior);
+        let mut theta = plus(&innovations.theta0, &delta);
+        let drift = innovations.drift(context, &self.job, &delta).ok_or(Refusal::Degenerate)?;
         for i in 0..3 {
             theta[9 + i] += drift.change[i];
         }
         let fitted = model_of(&theta).ok_or(Refusal::Degenerate)?;
-        let cost_before = objective.evaluate(&minus(&theta_of(context.flown), &self.innovations.theta0));
+        let cost_before = objective.evaluate(&minus(&theta_of(context.flown), &innovations.theta0));
         let cost_after = objective.evaluate(&delta);
 
         let mut information = Packed::zero();
@@ -132,10 +136,10 @@ impl WindowFit {
         let contest = &self.weak.contest;
         let outcome = contest.between(FULL, FLOWN_P);
         let verdict = self.fit_to_judge(context).and_then(|()| {
-            acceptance::consistent(self.contradiction())?;
-            acceptance::agreed(self.innovations.motion.disagreement())?;
-            let promise =
-                self.promised(&change, &jackknife, &posterior).ok_or_else(|| self.too_little(observability.rank))?;
+            acceptance::consistent(self.contradiction(refinement, &delta))?;
+            acceptance::agreed(innovations.motion.disagreement())?;
+            let promise = promised(&innovations.motion, &change, &jackknife, &posterior)
+                .ok_or_else(|| self.too_little(observability.rank))?;
             if contest.groups() < MIN_GROUPS {
                 return Err(self.too_few(contest.groups(), observability.rank));
             }
@@ -204,20 +208,6 @@ impl WindowFit {
         is_rolled_back.then_some(factory_wins.p_value)
     }
 
-    /// What a `change` of theta does to the rotation of the moving seconds. `None` when nothing moved.
-    fn promised(
-        &self,
-        change: &[f32; 12],
-        jackknife: &Packed<12, 78>,
-        posterior: &Cholesky<12, 78>,
-    ) -> Option<Promise> {
-        Some(Promise {
-            change_rad: self.innovations.motion.turned_by(change)?,
-            jackknife_rad: self.innovations.motion.deviation(jackknife),
-            posterior_rad: self.innovations.motion.deviation_of(posterior),
-        })
-    }
-
     /// Without a rest the bias comes from the window, when it wins clearly: with the factory's P in `bias_only`, with the flown P
     /// in `flown` unless a new P was accepted.
     fn fitted_bias(&self, context: &Context, bias_only: &mut GyroModel, decision: Decision, flown: &mut GyroModel) {
@@ -237,6 +227,20 @@ impl WindowFit {
             *flown = fit([0.0; 9]).unwrap_or(*flown);
         }
     }
+}
+
+/// What a `change` of theta does to the rotation of the moving seconds. `None` when nothing moved.
+fn promised(
+    motion: &Motion,
+    change: &[f32; 12],
+    jackknife: &Packed<12, 78>,
+    posterior: &Cholesky<12, 78>,
+) -> Option<Promise> {
+    Some(Promise {
+        change_rad: motion.turned_by(change)?,
+        jackknife_rad: motion.deviation(jackknife),
+        posterior_rad: motion.deviation_of(posterior),
+    })
 }
 
 /// By how much the jackknife's deviation has to exceed the posterior's to be believed instead: its square has some nine degrees of

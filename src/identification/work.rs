@@ -1,5 +1,5 @@
 use super::window_fit::WindowFit;
-use crate::{diagnosis::Diagnosis, window::Rebuild};
+use crate::diagnosis::Diagnosis;
 use core::mem::ManuallyDrop;
 
 /// The memory of a fit and that of a diagnosis, which never run at the same time, in one place.
@@ -10,18 +10,12 @@ use core::mem::ManuallyDrop;
 pub(super) enum Work {
     Nothing,
     // Nothing in either has to be dropped; with drop glue an assignment goes by way of the stack.
-    Rebuild(ManuallyDrop<Rebuild>),
     Fit(ManuallyDrop<WindowFit>),
     Diagnosis(ManuallyDrop<Diagnosis>),
 }
 
 impl Work {
     // Functions of their own, so that the all-zero values are written where they belong and never stand on the stack.
-
-    #[inline(never)]
-    pub fn begin_rebuild(&mut self) {
-        *self = Self::Rebuild(ManuallyDrop::new(Rebuild::zero()));
-    }
 
     #[inline(never)]
     pub fn begin_fit(&mut self) {

@@ -16,7 +16,7 @@ impl Diagnosis {
         if !subject.library.iter().any(|effect| effect.is_bias_step()) {
             return true;
         }
-        let hop = subject.stream.weak_form.hop() as u32;
+        let hop = subject.stream.test_function.hop() as u32;
         let tests = self.test.min(MAX_TESTS as u32);
         let timing = Timing { from: self.job.from, hop, hops: UNDER_WAY as u32, tests };
         let shocks = Shocks::new(subject.stream, self.job.from, self.job.to);
