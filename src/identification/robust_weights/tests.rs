@@ -115,7 +115,7 @@ fn windows_that_another_field_bends_end_without_weight_and_the_others_keep_their
     let found = weighed(tests);
     assert!(!found.again && found.rounds > 8, "{}", found.rounds);
     let (mut bent, mut clean, mut kept) = (0, 0, 0);
-    for (number, test) in tests.numbered() {
+    for (number, _) in tests.numbered() {
         let [gravity, field] = found.weights.of(number);
         let share = share_in_trouble(number);
         if share > 0.05 && share < 0.95 {
