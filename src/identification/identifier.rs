@@ -19,6 +19,9 @@ use nalgebra::Vector3;
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
 
+/// Work units of beginning a fit.
+const START_UNITS: u32 = 150;
+
 /// Work units of judging a fit.
 const JUDGE_UNITS: u32 = 500;
 
@@ -26,6 +29,8 @@ const JUDGE_UNITS: u32 = 500;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Idle,
+    /// The fit of the window is to be begun.
+    Due,
     Fitting,
     /// The result waits for its instant.
     Ready,
@@ -220,6 +225,10 @@ impl Identifier {
     /// One bounded piece of work; returns its size in units, 0 when there is nothing to do.
     pub fn step(&mut self) -> u32 {
         match self.state {
+            State::Due => {
+                self.start_fit();
+                return START_UNITS;
+            }
             State::Fitting => {}
             State::Idle | State::Ready => return self.diagnosis.step(&mut self.work, &self.stream, &self.config),
         }

@@ -60,7 +60,7 @@ impl Identifier {
                 self.job = job;
                 self.result.clear();
                 // A diagnosis that is not done by now has had its time: when it is due it is counted as an overrun.
-                self.start_fit();
+                self.state = State::Due;
             }
             (false, _) => self.announce_overrun(&job),
         }
