@@ -20,6 +20,8 @@ pub(crate) struct Contest {
     /// Whitened misfit of each model on each unseen group.
     losses: [[f32; MAX_GROUPS]; MODELS],
     groups: usize,
+    /// The models' fits to all but the next group.
+    fits: [[f32; MAGNETIC]; MODELS],
     /// Sum over the groups of the richest fit without the group minus that to everything: first and second moment.
     shift: [f32; 12],
     scatter: Packed<12, 78>,
@@ -36,31 +38,39 @@ pub(crate) struct Outcome {
 
 impl Contest {
     pub const fn zero() -> Self {
-        Self { losses: [[0.0; MAX_GROUPS]; MODELS], groups: 0, shift: [0.0; 12], scatter: Packed::zero() }
+        Self {
+            losses: [[0.0; MAX_GROUPS]; MODELS],
+            groups: 0,
+            fits: [[0.0; MAGNETIC]; MODELS],
+            shift: [0.0; 12],
+            scatter: Packed::zero(),
+        }
     }
 
     pub const fn groups(&self) -> usize {
         self.groups
     }
 
-    /// Plays one group: `total` of all equations, `unseen` those that do not teach; `witnesses`, the group's test windows, without those
-    /// that are beyond `disturbed` with both of the first two models; `everything`, the richest model's fit to all. `None` when a
-    /// fit fails.
+    /// Fits the models to the equations of all but the next group; `None` when a fit fails.
+    pub fn fit(&mut self, others: &Equations, models: &[Model], known: &Known) -> Option<()> {
+        for (fit, model) in self.fits.iter_mut().zip(models) {
+            *fit = solve(others, known, model)?;
+        }
+        Some(())
+    }
+
+    /// Plays that group, with the fits of `models` models: `witnesses`, the group's test windows, without those that are beyond `disturbed`
+    /// with both of the first two; `everything`, the richest model's fit to all.
     pub fn play<'a>(
         &mut self,
-        (total, unseen): (&Equations, &Equations),
         witnesses: impl Iterator<Item = &'a TestEquations>,
         disturbed: f32,
-        models: &[Model],
+        models: usize,
         known: &Known,
         everything: &[f32; 12],
     ) -> Option<()> {
-        let mut others = *total;
-        others.add_scaled(unseen, -1.0);
-        let mut fits = [[0.0; MAGNETIC]; MODELS];
-        for (fit, model) in fits.iter_mut().zip(models) {
-            *fit = solve(&others, known, model)?;
-        }
+        let mut fits = self.fits;
+        fits.iter_mut().skip(models).for_each(|none| *none = [0.0; MAGNETIC]);
         let mut sums = [0.0; MODELS];
         for test in witnesses {
             let found = test_misfits(test, known, &fits);

@@ -1,13 +1,12 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Twelve parameters, counted by loops.
 
 use super::{
-    Decision, Prior, Refusal, WindowReport,
+    Decision, Refusal, WindowReport,
     acceptance::{self, Evidence, Promise},
     contest::MIN_GROUPS,
     drift::Drift,
     least_squares::{Freedom, Model},
     motion::Motion,
-    observability::Observability,
     prior::{model_of, prior_sigma, theta_of},
     refinement::Refinement,
     weak_fit::{FACTORY_P, FLOWN_P, FULL, NOTHING},
@@ -16,7 +15,7 @@ use super::{
 use crate::{
     algebra::{Cholesky, Packed, dot, minus, plus},
     compensation::GyroModel,
-    optimizer::{Cost, LeastSquaresCost},
+    optimizer::Cost,
     window::gyro_part,
 };
 
@@ -120,12 +119,8 @@ impl WindowFit {
         let cost_before = objective.evaluate(&minus(&theta_of(context.flown), &innovations.theta0));
         let cost_after = objective.evaluate(&delta);
 
-        let mut information = Packed::zero();
-        objective.normal_equations(&delta, &mut information, &mut [0.0; 12]);
-        let posterior = information.cholesky().ok_or(Refusal::Degenerate)?;
-        // Against the data sheet: a rest counts as an observation of the bias.
-        let data_sheet = Prior::new(&context.config.identification, &context.config.gyro, None);
-        let observability = Observability::new(&data_sheet.information, &information).ok_or(Refusal::Degenerate)?;
+        let posterior = refinement.information(&self.weak.prior).cholesky().ok_or(Refusal::Degenerate)?;
+        let observability = refinement.observability.as_ref().ok_or(Refusal::Degenerate)?;
         let jackknife = self.weak.contest.covariance();
 
         let (base, mut bias_only) = with_rest_bias(context, &self.job);

@@ -1,4 +1,4 @@
-use super::{Prior, WindowCost, innovation_fit::InnovationFit, search::Search};
+use super::{Prior, WindowCost, innovation_fit::InnovationFit, observability::Observability, search::Search};
 use crate::{
     algebra::{Cholesky, Packed},
     config::Config,
@@ -12,12 +12,14 @@ pub(super) struct Refinement {
     /// Of the cost about the least-squares solution; there once the innovations are whitened.
     whitening: Option<Cholesky<12, 78>>,
     search: Search,
+    /// What the window sees, at the optimum; there once it has been looked at.
+    pub observability: Option<Observability>,
 }
 
 impl Refinement {
     #[inline(always)]
     pub const fn zero() -> Self {
-        Self { innovations: InnovationFit::zero(), whitening: None, search: Search::None }
+        Self { innovations: InnovationFit::zero(), whitening: None, search: Search::None, observability: None }
     }
 
     /// Noise scales and whitening, and the search that the configuration names; `None` when there is nothing to search over.
@@ -45,6 +47,20 @@ impl Refinement {
     pub fn cost<'a>(&'a self, prior: &'a Prior) -> Option<WindowCost<'a>> {
         let factor = self.whitening.as_ref()?;
         Some(WindowCost { objective: self.objective(prior), factor })
+    }
+
+    /// Looks at what the window sees at the optimum, against the data sheet's prior: a rest counts as an observation of the bias.
+    pub fn observe(&mut self, prior: &Prior, config: &Config) {
+        let data_sheet = Prior::new(&config.identification, &config.gyro, None);
+        self.observability = Observability::new(&data_sheet.information, &self.information(prior));
+    }
+
+    /// Information at the optimum.
+    pub fn information(&self, prior: &Prior) -> Packed<12, 78> {
+        let (delta, _) = self.optimum(prior);
+        let mut information = Packed::zero();
+        self.objective(prior).normal_equations(&delta, &mut information, &mut [0.0; 12]);
+        information
     }
 
     /// The optimum found, about theta0, and the evaluations spent.

@@ -127,22 +127,32 @@ impl WeakFit {
         more
     }
 
-    /// Solves the window by itself, and says what is next for its weights.
-    pub fn solve_alone(&mut self, tests: &TestWindows) -> Option<Round> {
-        let alone = least_squares::solve_with_variances(&self.total, &self.base, &self.theta, self.magnetometer);
-        if alone.is_none() && self.weights.is_running() {
-            // So little weight is left that nothing can be solved.
-            self.weights.start();
-            return Some(Round::Again);
-        }
+    /// One round of solving the window by itself; `None` when it cannot be.
+    pub fn solve_alone(&mut self, round: u8) -> Option<()> {
+        let before = (round > 0).then_some(&self.solution);
+        let alone =
+            least_squares::solve_with_variances(&self.total, &self.base, &self.theta, self.magnetometer, before);
         (self.solution, self.variances) = alone?;
+        Some(())
+    }
+
+    /// So little weight is left that nothing can be solved: whether it helps to begin again without weights.
+    pub fn begin_again(&mut self) -> bool {
+        let weighted = self.weights.is_running();
+        if weighted {
+            self.weights.start();
+        }
+        weighted
+    }
+
+    /// After a solution: what is next for the weights.
+    pub fn next_weights(&mut self, tests: &TestWindows) -> Round {
         if self.measured {
-            let running = self.weights.is_running();
-            return Some(if running { self.weights.advance(tests) } else { Round::Done });
+            return if self.weights.is_running() { self.weights.advance(tests) } else { Round::Done };
         }
         self.measured = true;
         self.weights.measure(tests, &self.theta, &self.solution);
-        Some(if self.weights.is_running() { Round::Next } else { Round::Done })
+        if self.weights.is_running() { Round::Next } else { Round::Done }
     }
 
     /// Weighs slice `slice` of the test windows by their residuals; false when there is none left.
@@ -153,10 +163,8 @@ impl WeakFit {
         more
     }
 
-    /// Solves the window by itself for its variances; then with what earlier windows taught.
+    /// Once the window is solved by itself, and so its variances known: with what earlier windows taught.
     pub fn solve(&mut self) -> Option<()> {
-        let alone = least_squares::solve_with_variances(&self.total, &self.base, &self.theta, self.magnetometer)?;
-        (self.solution, self.variances) = alone;
         self.contest = Contest::zero();
         if !self.carried.is_empty() {
             self.solution = self.fit(&Model::full(self.magnetometer))?;
@@ -178,15 +186,15 @@ impl WeakFit {
         Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta }
     }
 
-    /// Plays group `group` of the contest about the magnetometer; `Some(false)` when there is none left.
-    pub fn play_magnetometer(&mut self, tests: &TestWindows, group: usize) -> Option<bool> {
-        self.play(tests, group, &MAGNETOMETER_MODELS)
+    /// Plays half of a group of the contest about the magnetometer, the `half`th of all; `Some(false)` when there is none left.
+    pub fn play_magnetometer(&mut self, tests: &TestWindows, half: usize) -> Option<bool> {
+        self.play(tests, half, &MAGNETOMETER_MODELS)
     }
 
-    /// Keeps those errors of the magnetometer that predict unseen test windows better, and solves again with them: an error that
+    /// Keeps those errors of the magnetometer that predict unseen test windows better; the window is to be solved again with them. An error that
     /// is there and left out bends P; one that is not there and kept only costs precision (a hard iron looks like a
     /// cross-coupling from the axis that turns).
-    pub fn choose_magnetometer(&mut self) -> Option<()> {
+    pub fn choose_magnetometer(&mut self) {
         let shows = |outcome: Outcome| outcome.p_value <= MAGNETOMETER_P_VALUE;
         let enough = self.contest.groups() >= MIN_GROUPS;
         self.magnetometer = if !enough || shows(self.contest.between(0, 1)) {
@@ -196,11 +204,10 @@ impl WeakFit {
         } else {
             MagnetometerErrors::None
         };
-        self.solve()
     }
 
-    /// Plays group `group` of the contest about the gyro; `Some(false)` when there is none left.
-    pub fn play_gyro(&mut self, context: &Context, tests: &TestWindows, group: usize) -> Option<bool> {
+    /// The same of the contest about the gyro.
+    pub fn play_gyro(&mut self, context: &Context, tests: &TestWindows, half: usize) -> Option<bool> {
         let factory = theta_of(&context.config.gyro);
         let models = [
             Freedom::Full,
@@ -209,30 +216,35 @@ impl WeakFit {
             Freedom::Bias(p_part(&minus(&factory, &self.theta))),
         ]
         .map(|freedom| Model { freedom, magnetometer: self.magnetometer });
-        self.play(tests, group, &models)
+        self.play(tests, half, &models)
     }
 
-    fn play(&mut self, tests: &TestWindows, group: usize, models: &[Model]) -> Option<bool> {
+    /// First the models are fitted to all but the group, then the group is predicted.
+    fn play(&mut self, tests: &TestWindows, half: usize, models: &[Model]) -> Option<bool> {
         let filled = || tests.numbered().filter(|(_, test)| !test.is_empty());
         let count = filled().count();
         let groups = (count / TESTS_PER_GROUP).min(MAX_GROUPS);
+        let group = half / 2;
         if group >= groups {
             return Some(false);
         }
         // Dealt out evenly, contiguous ones to a group.
         let share = |g: usize| (g * count).checked_div(groups).unwrap_or(0);
         let mine = share(group)..share(group + 1);
-        // Neighbours that share samples with the group do not teach.
-        let mut unseen = Equations::zero();
-        let from = mine.start.saturating_sub(OVERLAPPING);
-        for (number, test) in filled().skip(from).take(mine.end + OVERLAPPING - from) {
-            unseen.add(test, &self.theta, self.weights.of(number));
-        }
-        let everything = gyro_part(&self.solution);
         // Not `known()`: the contest is borrowed beside it.
         let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
-        let witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
-        self.contest.play((&self.total, &unseen), witnesses, self.disturbed, models, &known, &everything)?;
+        if half.is_multiple_of(2) {
+            // Neighbours that share samples with the group do not teach.
+            let from = mine.start.saturating_sub(OVERLAPPING);
+            let mut others = self.total;
+            for (number, test) in filled().skip(from).take(mine.end + OVERLAPPING - from) {
+                others.add(test, &self.theta, self.weights.of(number).map(|weight| -weight));
+            }
+            self.contest.fit(&others, models, &known)?;
+        } else {
+            let witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
+            self.contest.play(witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
+        }
         Some(true)
     }
 

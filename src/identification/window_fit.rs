@@ -1,5 +1,6 @@
 use super::{
-    Carried, Forgetting, WindowCost, WindowReport, refinement::Refinement, robust_weights::Round, weak_fit::WeakFit,
+    Carried, Forgetting, WindowCost, WindowReport, least_squares::ROUNDS, refinement::Refinement,
+    robust_weights::Round, weak_fit::WeakFit,
 };
 use crate::{
     algebra::{Packed, dot, minus, plus},
@@ -59,14 +60,14 @@ enum Phase {
     Sum(usize),
     /// Weigh those down that a disturbance bends, slice by slice.
     Weigh(usize),
-    /// Solve them.
-    LeastSquares,
-    /// Solve them with what earlier windows taught.
-    Solve,
+    /// Solve them by themselves, round by round.
+    LeastSquares(u8),
     /// Find out which of them are disturbed.
     Doubt,
-    /// Cross-validate, group by group, which errors of the magnetometer the window shows.
+    /// Cross-validate, half a group at a time, which errors of the magnetometer the window shows.
     Magnetometer(usize),
+    /// Solve them with those.
+    Solve(u8),
     /// Cross-validate P and bias.
     Gyro(usize),
     /// Make node by node at the least-squares solution.
@@ -74,7 +75,9 @@ enum Phase {
     /// Noise scales and whitening.
     Whiten,
     Search,
-    /// Observability, uncertainty and acceptance.
+    /// What the window sees.
+    Observe,
+    /// Uncertainty and acceptance.
     Judge,
 }
 
@@ -179,7 +182,7 @@ impl WindowFit {
                 Some(false) => Some(Phase::Whiten),
                 None => return Step::Overtaken,
             },
-            Phase::Whiten | Phase::Search => self.refine(context),
+            Phase::Whiten | Phase::Search | Phase::Observe => self.refine(context),
             phase => self.solve(context, phase),
         };
         match next {
@@ -203,26 +206,36 @@ impl WindowFit {
         Some(match phase {
             Phase::Sum(slice) if weak.sum(tests, slice) => Phase::Sum(slice + 1),
             Phase::Weigh(slice) if weak.weigh(tests, slice) => Phase::Weigh(slice + 1),
-            Phase::Sum(_) | Phase::Weigh(_) => Phase::LeastSquares,
-            Phase::LeastSquares => match weak.solve_alone(tests)? {
+            Phase::Sum(_) | Phase::Weigh(_) => Phase::LeastSquares(0),
+            Phase::LeastSquares(ROUNDS) => match weak.next_weights(tests) {
                 Round::Next => Phase::Weigh(0),
                 Round::Again => Phase::Sum(0),
-                Round::Done => Phase::Solve,
+                Round::Done => Phase::Doubt,
             },
-            Phase::Solve => {
-                weak.solve()?;
-                Phase::Doubt
-            }
+            Phase::LeastSquares(round) => match weak.solve_alone(round) {
+                Some(()) => Phase::LeastSquares(round + 1),
+                None if weak.begin_again() => Phase::Sum(0),
+                None => return None,
+            },
             Phase::Doubt => {
+                weak.solve()?;
                 weak.measure_doubt(tests)?;
                 Phase::Magnetometer(0)
             }
-            Phase::Magnetometer(group) if weak.play_magnetometer(tests, group)? => Phase::Magnetometer(group + 1),
+            Phase::Magnetometer(half) if weak.play_magnetometer(tests, half)? => Phase::Magnetometer(half + 1),
             Phase::Magnetometer(_) => {
-                weak.choose_magnetometer()?;
+                weak.choose_magnetometer();
+                Phase::Solve(0)
+            }
+            Phase::Solve(ROUNDS) => {
+                weak.solve()?;
                 Phase::Gyro(0)
             }
-            Phase::Gyro(group) if weak.play_gyro(context, tests, group)? => Phase::Gyro(group + 1),
+            Phase::Solve(round) => {
+                weak.solve_alone(round)?;
+                Phase::Solve(round + 1)
+            }
+            Phase::Gyro(half) if weak.play_gyro(context, tests, half)? => Phase::Gyro(half + 1),
             _ => {
                 self.material.begin_refinement();
                 Phase::Nodes(0)
@@ -239,11 +252,18 @@ impl WindowFit {
     /// A piece of the search; `None` when there is nothing to search over.
     fn refine(&mut self, context: &Context) -> Option<Phase> {
         let Self { phase, weak, job, material: Material::Refinement(refinement) } = self else { return None };
-        if *phase == Phase::Whiten {
-            refinement.whiten(&weak.prior, context.config, job.t_end_us)?;
-            return Some(Phase::Search);
-        }
-        Some(if refinement.step(&weak.prior) == Progress::Done { Phase::Judge } else { Phase::Search })
+        Some(match phase {
+            Phase::Whiten => {
+                refinement.whiten(&weak.prior, context.config, job.t_end_us)?;
+                Phase::Search
+            }
+            Phase::Search if refinement.step(&weak.prior) == Progress::Running => Phase::Search,
+            Phase::Search => Phase::Observe,
+            _ => {
+                refinement.observe(&weak.prior, context.config);
+                Phase::Judge
+            }
+        })
     }
 
     /// Size of a step of the present phase, in work units: some 300 instructions each.
@@ -251,8 +271,8 @@ impl WindowFit {
         match self.phase {
             Phase::Tests => 12 * INCREMENTS_IN_A_STEP,
             Phase::Sum(_) | Phase::Weigh(_) => 150,
-            Phase::LeastSquares | Phase::Solve | Phase::Doubt => 500,
-            Phase::Magnetometer(_) | Phase::Gyro(_) => 200,
+            Phase::Doubt | Phase::Observe => 700,
+            Phase::LeastSquares(_) | Phase::Solve(_) | Phase::Magnetometer(_) | Phase::Gyro(_) => 150,
             Phase::Nodes(_) => 30,
             Phase::Whiten => 150,
             Phase::Search => 40,

@@ -5,7 +5,7 @@
 use super::*;
 
 /// Times at which the bias may have stepped that are looked at in one piece of work.
-const TIMES_IN_A_STEP: usize = 60;
+const TIMES_IN_A_STEP: usize = 12;
 
 impl Diagnosis {
     /// Whether a candidate is the step of the bias.
