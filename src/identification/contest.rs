@@ -132,23 +132,23 @@ impl Contest {
 /// Share of the 2^n sign patterns of the gains whose sum is at least the observed one (n at most [`MAX_GROUPS`]). Counted in
 /// Gray's order: each pattern differs from the one before in one sign.
 fn sign_flip_p_value(gains: &[f32]) -> f32 {
-    let patterns = 1_u32 << gains.len();
+    // A pattern and its opposite have opposite sums: half of them are gone through, the last gain's sign kept.
+    let halves = (1_u32 << gains.len()) / 2;
     let observed: f32 = gains.iter().sum();
     // A thousand additions round; the observed pattern must count itself.
     let tolerance = 1e-4 * gains.iter().fold(0.0, |sum, g| sum + libm::fabsf(*g));
     let mut sum = observed;
-    let mut as_large = 1_u32;
-    for pattern in 1..patterns {
+    let opposite = |sum: f32| u32::from(-sum >= observed - tolerance);
+    let mut as_large = 1 + opposite(sum);
+    for pattern in 1..halves {
         let flipped = pattern.trailing_zeros();
         let gain = gains.get(flipped as usize).copied().unwrap_or(0.0);
         // The sign that flips was negative when Gray's code had its bit set before.
         let was_negative = (pattern - 1) ^ (pattern - 1) >> 1;
         sum += if was_negative >> flipped & 1 == 1 { 2.0 * gain } else { -2.0 * gain };
-        if sum >= observed - tolerance {
-            as_large += 1;
-        }
+        as_large += u32::from(sum >= observed - tolerance) + opposite(sum);
     }
-    as_large as f32 / patterns as f32
+    as_large as f32 / (2 * halves) as f32
 }
 
 #[cfg(test)]

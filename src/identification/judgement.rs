@@ -119,7 +119,7 @@ impl WindowFit {
         let cost_before = objective.evaluate(&minus(&theta_of(context.flown), &innovations.theta0));
         let cost_after = objective.evaluate(&delta);
 
-        let posterior = refinement.information(&self.weak.prior).cholesky().ok_or(Refusal::Degenerate)?;
+        let posterior = refinement.posterior.as_ref().ok_or(Refusal::Degenerate)?;
         let observability = refinement.observability.as_ref().ok_or(Refusal::Degenerate)?;
         let jackknife = self.weak.contest.covariance();
 
@@ -131,12 +131,12 @@ impl WindowFit {
         let contest = &self.weak.contest;
         let outcome = contest.between(FULL, FLOWN_P);
         let verdict = self.fit_to_judge(context).and_then(|()| {
-            acceptance::consistent(self.contradiction(refinement, &delta))?;
+            acceptance::consistent(refinement.contradiction)?;
             acceptance::agreed(innovations.motion.disagreement())?;
-            let promise = promised(&innovations.motion, &change, &jackknife, &posterior)
-                .ok_or_else(|| self.too_little(observability.rank))?;
+            let promise = promised(&innovations.motion, &change, &jackknife, posterior)
+                .ok_or_else(|| self.too_little(observability.rank()))?;
             if contest.groups() < MIN_GROUPS {
-                return Err(self.too_few(contest.groups(), observability.rank));
+                return Err(self.too_few(contest.groups(), observability.rank()));
             }
             let news = acceptance::judge(&Evidence { outcome, promise });
             if news.is_ok() || context.flown.p == context.config.gyro.p {
@@ -164,7 +164,7 @@ impl WindowFit {
             flown = GyroModel { b_rad_s: flown.b_rad_s, ..context.config.gyro };
             decision = Decision::Refused(Refusal::RolledBack { p_value });
         }
-        let sigma = sigma(&posterior, &jackknife, &drift, &fitted);
+        let sigma = sigma(posterior, &jackknife, &drift, &fitted);
         let prior = prior_sigma(&context.config.identification);
         let contested = self.weak.contest.groups() > 0;
         Ok(WindowReport {
@@ -181,7 +181,7 @@ impl WindowFit {
             flown,
             sigma,
             observable: core::array::from_fn(|i| sigma[i] < 0.5 * prior[i]),
-            rank: observability.rank,
+            rank: observability.rank(),
             rest_s: self.job.rest_s,
             explained: if contested { finite(outcome.explained) } else { None },
             p_value: if contested { finite(outcome.p_value) } else { None },

@@ -68,6 +68,8 @@ pub(crate) struct WeakFit {
     pub variances: RowVariances,
     pub magnetometer: MagnetometerErrors,
     pub contest: Contest,
+    /// The equations of all but the group that is being played.
+    others: Equations,
 }
 
 impl WeakFit {
@@ -88,6 +90,7 @@ impl WeakFit {
             variances: RowVariances { gravity: 0.0, field: 0.0 },
             magnetometer: MagnetometerErrors::None,
             contest: Contest::zero(),
+            others: Equations::zero(),
         }
     }
 
@@ -186,9 +189,9 @@ impl WeakFit {
         Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta }
     }
 
-    /// Plays half of a group of the contest about the magnetometer, the `half`th of all; `Some(false)` when there is none left.
-    pub fn play_magnetometer(&mut self, tests: &TestWindows, half: usize) -> Option<bool> {
-        self.play(tests, half, &MAGNETOMETER_MODELS)
+    /// Plays a third of a group of the contest about the magnetometer, the `piece`th of all; `Some(false)` when there is none left.
+    pub fn play_magnetometer(&mut self, tests: &TestWindows, piece: usize) -> Option<bool> {
+        self.play(tests, piece, &MAGNETOMETER_MODELS)
     }
 
     /// Keeps those errors of the magnetometer that predict unseen test windows better; the window is to be solved again with them. An error that
@@ -207,7 +210,7 @@ impl WeakFit {
     }
 
     /// The same of the contest about the gyro.
-    pub fn play_gyro(&mut self, context: &Context, tests: &TestWindows, half: usize) -> Option<bool> {
+    pub fn play_gyro(&mut self, context: &Context, tests: &TestWindows, piece: usize) -> Option<bool> {
         let factory = theta_of(&context.config.gyro);
         let models = [
             Freedom::Full,
@@ -216,15 +219,15 @@ impl WeakFit {
             Freedom::Bias(p_part(&minus(&factory, &self.theta))),
         ]
         .map(|freedom| Model { freedom, magnetometer: self.magnetometer });
-        self.play(tests, half, &models)
+        self.play(tests, piece, &models)
     }
 
-    /// First the models are fitted to all but the group, then the group is predicted.
-    fn play(&mut self, tests: &TestWindows, half: usize, models: &[Model]) -> Option<bool> {
+    /// First the equations of all but the group are summed, then the models are fitted to them, then the group is predicted.
+    fn play(&mut self, tests: &TestWindows, piece: usize, models: &[Model]) -> Option<bool> {
         let filled = || tests.numbered().filter(|(_, test)| !test.is_empty());
         let count = filled().count();
         let groups = (count / TESTS_PER_GROUP).min(MAX_GROUPS);
-        let group = half / 2;
+        let group = piece / 3;
         if group >= groups {
             return Some(false);
         }
@@ -233,17 +236,20 @@ impl WeakFit {
         let mine = share(group)..share(group + 1);
         // Not `known()`: the contest is borrowed beside it.
         let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
-        if half.is_multiple_of(2) {
-            // Neighbours that share samples with the group do not teach.
-            let from = mine.start.saturating_sub(OVERLAPPING);
-            let mut others = self.total;
-            for (number, test) in filled().skip(from).take(mine.end + OVERLAPPING - from) {
-                others.add(test, &self.theta, self.weights.of(number).map(|weight| -weight));
+        match piece % 3 {
+            0 => {
+                // Neighbours that share samples with the group do not teach.
+                let from = mine.start.saturating_sub(OVERLAPPING);
+                self.others = self.total;
+                for (number, test) in filled().skip(from).take(mine.end + OVERLAPPING - from) {
+                    self.others.add(test, &self.theta, self.weights.of(number).map(|weight| -weight));
+                }
             }
-            self.contest.fit(&others, models, &known)?;
-        } else {
-            let witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
-            self.contest.play(witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
+            1 => self.contest.fit(&self.others, models, &known)?,
+            _ => {
+                let witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
+                self.contest.play(witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
+            }
         }
         Some(true)
     }

@@ -1,12 +1,12 @@
 use super::{
-    Carried, Forgetting, WindowCost, WindowReport, least_squares::ROUNDS, refinement::Refinement,
-    robust_weights::Round, weak_fit::WeakFit,
+    Carried, Forgetting, WindowCost, WindowReport, least_squares::ROUNDS, observability::Observability,
+    refinement::Refinement, robust_weights::Round, weak_fit::WeakFit,
 };
 use crate::{
-    algebra::{Packed, dot, minus, plus},
+    algebra::plus,
     compensation::{GyroModel, VectorModel},
     config::Config,
-    optimizer::{LeastSquaresCost, Progress},
+    optimizer::Progress,
     window::{RestBias, SampleStream, TestWindows},
 };
 use core::mem::ManuallyDrop;
@@ -64,7 +64,7 @@ enum Phase {
     LeastSquares(u8),
     /// Find out which of them are disturbed.
     Doubt,
-    /// Cross-validate, half a group at a time, which errors of the magnetometer the window shows.
+    /// Cross-validate, a third of a group at a time, which errors of the magnetometer the window shows.
     Magnetometer(usize),
     /// Solve them with those.
     Solve(u8),
@@ -75,8 +75,10 @@ enum Phase {
     /// Noise scales and whitening.
     Whiten,
     Search,
-    /// What the window sees.
-    Observe,
+    /// What the window sees; whether that has been begun.
+    Observe(bool),
+    /// Whether it contradicts the ones before.
+    Compare,
     /// Uncertainty and acceptance.
     Judge,
 }
@@ -182,7 +184,7 @@ impl WindowFit {
                 Some(false) => Some(Phase::Whiten),
                 None => return Step::Overtaken,
             },
-            Phase::Whiten | Phase::Search | Phase::Observe => self.refine(context),
+            Phase::Whiten | Phase::Search | Phase::Observe(_) | Phase::Compare => self.refine(context),
             phase => self.solve(context, phase),
         };
         match next {
@@ -222,7 +224,7 @@ impl WindowFit {
                 weak.measure_doubt(tests)?;
                 Phase::Magnetometer(0)
             }
-            Phase::Magnetometer(half) if weak.play_magnetometer(tests, half)? => Phase::Magnetometer(half + 1),
+            Phase::Magnetometer(piece) if weak.play_magnetometer(tests, piece)? => Phase::Magnetometer(piece + 1),
             Phase::Magnetometer(_) => {
                 weak.choose_magnetometer();
                 Phase::Solve(0)
@@ -235,7 +237,7 @@ impl WindowFit {
                 weak.solve_alone(round)?;
                 Phase::Solve(round + 1)
             }
-            Phase::Gyro(half) if weak.play_gyro(context, tests, half)? => Phase::Gyro(half + 1),
+            Phase::Gyro(piece) if weak.play_gyro(context, tests, piece)? => Phase::Gyro(piece + 1),
             _ => {
                 self.material.begin_refinement();
                 Phase::Nodes(0)
@@ -258,9 +260,17 @@ impl WindowFit {
                 Phase::Search
             }
             Phase::Search if refinement.step(&weak.prior) == Progress::Running => Phase::Search,
-            Phase::Search => Phase::Observe,
-            _ => {
+            Phase::Search => Phase::Observe(false),
+            Phase::Observe(false) => {
                 refinement.observe(&weak.prior, context.config);
+                Phase::Observe(true)
+            }
+            Phase::Observe(true) if refinement.observability.as_mut().is_some_and(Observability::work) => {
+                Phase::Observe(true)
+            }
+            Phase::Observe(true) => Phase::Compare,
+            _ => {
+                refinement.compare(weak);
                 Phase::Judge
             }
         })
@@ -271,10 +281,10 @@ impl WindowFit {
         match self.phase {
             Phase::Tests => 12 * INCREMENTS_IN_A_STEP,
             Phase::Sum(_) | Phase::Weigh(_) => 150,
-            Phase::Doubt | Phase::Observe => 700,
+            Phase::Doubt => 500,
             Phase::LeastSquares(_) | Phase::Solve(_) | Phase::Magnetometer(_) | Phase::Gyro(_) => 150,
             Phase::Nodes(_) => 30,
-            Phase::Whiten => 150,
+            Phase::Whiten | Phase::Observe(_) | Phase::Compare => 200,
             Phase::Search => 40,
             Phase::Judge => 0,
         }
@@ -301,21 +311,5 @@ impl WindowFit {
         let middle_us = t_start_us + learned_us / 2;
         *carried = carried.aged(middle_us, &context.forgetting());
         carried.learn(middle_us, &theta, &normal, &descent);
-    }
-
-    /// Squared distance between what the window says by itself and what was carried into it, in their deviations: chi-square with 12
-    /// degrees of freedom when nothing has changed.
-    ///
-    /// At the optimum the carried information pulls with u = L (m - x), L its matrix and m its mean, and all else holds against it.
-    /// Without it the optimum would lie W^-1 u farther from m, W being the information of all else, so the two are
-    /// (W^-1 + L^-1) u apart and the distance is u' (W^-1 + L^-1) u. `delta`: the optimum.
-    pub(super) fn contradiction(&self, refinement: &Refinement, delta: &[f32; 12]) -> f32 {
-        let carried = self.weak.carried();
-        let theta = plus(&refinement.innovations.theta0, delta);
-        let (mut normal, mut descent) = (Packed::zero(), [0.0; 12]);
-        refinement.objective(&self.weak.prior).normal_equations(delta, &mut normal, &mut descent);
-        normal.add_scaled(&carried.information, -1.0);
-        let pull = carried.information.times(&minus(&carried.mean, &theta));
-        normal.cholesky().map_or(0.0, |alone| dot(&alone.solve(&pull), &pull)) + carried.distance(&theta)
     }
 }

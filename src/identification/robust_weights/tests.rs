@@ -6,7 +6,7 @@ use crate::{
     compensation::GyroModel,
     config::IdentificationConfig,
     identification::{
-        least_squares::{MagnetometerErrors, solve_with_variances},
+        least_squares::{MagnetometerErrors, ROUNDS, solve_with_variances},
         prior::Prior,
     },
 };
@@ -43,7 +43,12 @@ fn summed(tests: &TestWindows, weights: &RobustWeights) -> Equations {
 /// Solves, measures and weighs until it is done.
 fn weighed(tests: &TestWindows) -> Weighed {
     let prior = Prior::new(&IdentificationConfig::default(), &GyroModel::IDENTITY, None);
-    let solve = |sum: &Equations| solve_with_variances(sum, &prior, &THETA, MagnetometerErrors::LagAndIron).unwrap().0;
+    let solve = |sum: &Equations| {
+        let round = |before: Option<&[f32; MAGNETIC]>| {
+            solve_with_variances(sum, &prior, &THETA, MagnetometerErrors::LagAndIron, before).unwrap().0
+        };
+        (1..ROUNDS).fold(round(None), |x, _| round(Some(&x)))
+    };
     let mut weights = RobustWeights::zero();
     weights.start();
     let mut sum = summed(tests, &weights);
