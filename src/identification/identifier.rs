@@ -22,6 +22,9 @@ const PENDING: usize = 4;
 /// Work units of beginning a fit.
 const START_UNITS: u32 = 150;
 
+/// Work units of learning from a fit.
+const LEARN_UNITS: u32 = 250;
+
 /// Work units of judging a fit.
 const JUDGE_UNITS: u32 = 500;
 
@@ -55,6 +58,8 @@ pub(crate) struct Identifier {
     job: Job,
     /// What the samples before it taught.
     carried: Carried,
+    /// Until when the samples of the fit that was judged are still to be learnt from; 0: none are.
+    to_learn_us: u64,
     state: State,
     work: Work,
     diagnosis: DiagnosisSchedule,
@@ -85,6 +90,7 @@ impl Identifier {
             bias_known_us: 0,
             job: Job::zero(),
             carried: Carried::nothing(),
+            to_learn_us: 0,
             state: State::Idle,
             work: Work::Nothing,
             diagnosis: DiagnosisSchedule::zero(),
@@ -118,6 +124,7 @@ impl Identifier {
         self.learned_until_us = 0;
         self.bias_known_us = 0;
         self.carried = Carried::nothing();
+        self.to_learn_us = 0;
         self.work = Work::Nothing;
         self.state = State::Idle;
         self.pending.clear();
@@ -224,6 +231,10 @@ impl Identifier {
 
     /// One bounded piece of work; returns its size in units, 0 when there is nothing to do.
     pub fn step(&mut self) -> u32 {
+        if self.to_learn_us > 0 {
+            self.learn();
+            return LEARN_UNITS;
+        }
         match self.state {
             State::Due => {
                 self.start_fit();
@@ -237,7 +248,7 @@ impl Identifier {
             Step::More(units) => units,
             Step::Done(report) => {
                 match report.decision {
-                    Decision::Accepted | Decision::Refused(Refusal::ChangeTooSmall { .. }) => self.learn(),
+                    Decision::Accepted | Decision::Refused(Refusal::ChangeTooSmall { .. }) => self.will_learn(),
                     // What was carried no longer holds, or this window is wrong: the next one stands by itself.
                     Decision::Refused(Refusal::Contradiction { .. } | Refusal::RolledBack { .. }) => {
                         self.carried = Carried::nothing()
@@ -277,20 +288,25 @@ impl Identifier {
         if let Work::Fit(fit) = &self.work { fit.cost() } else { None }
     }
 
-    /// What no later window will hold is carried on.
-    fn learn(&mut self) {
+    /// What no later window will hold is to be carried on.
+    fn will_learn(&mut self) {
         let until_us = match self.next_close_us {
             u64::MAX => return,
             next_us => next_us.saturating_sub(micros(self.config.identification.window_s)),
         };
         if until_us > self.job.t_start_us {
             self.learned_until_us = until_us;
-            let mut carried = self.carried;
-            if let Some((context, fit)) = self.split() {
-                fit.learn(&context, until_us, &mut carried);
-            }
-            self.carried = carried;
+            self.to_learn_us = until_us;
         }
+    }
+
+    fn learn(&mut self) {
+        let until_us = core::mem::take(&mut self.to_learn_us);
+        let mut carried = self.carried;
+        if let Some((context, fit)) = self.split() {
+            fit.learn(&context, until_us, &mut carried);
+        }
+        self.carried = carried;
     }
 
     fn context(&self) -> Context<'_> {
