@@ -31,13 +31,13 @@ pub(super) struct BiasStep {
 }
 
 impl BiasStep {
-    pub const NONE: Self = Self {
-        until: 0,
-        step_rad_s: Vector3::new(0.0, 0.0, 0.0),
-        sigma_rad_s: Vector3::new(0.0, 0.0, 0.0),
-        gain: 0.0,
-        p_value: 1.0,
-    };
+    pub const NONE: Self = Self { p_value: 1.0, ..Self::zero() };
+
+    #[inline(always)]
+    pub const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self { until: 0, step_rad_s: zero, sigma_rad_s: zero, gain: 0.0, p_value: 0.0 }
+    }
 
     /// What the compensated rate of an increment lacks to be as after the step.
     pub fn correction_rad_s(&self, index: u32) -> Vector3<f32> {

@@ -115,7 +115,8 @@ pub(crate) struct WindowFit {
 
 /// What a fit works on: first the test windows; then, in the same memory, what follows their solution.
 #[expect(clippy::large_enum_variant, reason = "the variants share static memory")]
-#[repr(u8)]
+// As wide as what it stands before is aligned: with padding after it a variant is written by way of the stack.
+#[repr(u32)]
 enum Material {
     // Nothing in either has to be dropped; with drop glue an assignment goes by way of the stack.
     Tests(ManuallyDrop<TestWindows>),
@@ -123,16 +124,22 @@ enum Material {
 }
 
 impl Material {
-    // Functions of their own, so that the all-zero values are written where they belong and never stand on the stack.
+    // Constants of all zeros, so that they are written where they belong: the values would go by way of the stack.
 
     #[inline(never)]
     fn begin_tests(&mut self) {
-        *self = Self::Tests(ManuallyDrop::new(TestWindows::zero()));
+        const TESTS: ManuallyDrop<TestWindows> = ManuallyDrop::new(TestWindows::zero());
+        if !matches!(self, Self::Tests(_)) {
+            *self = Self::Tests(TESTS);
+        }
     }
 
     #[inline(never)]
     fn begin_refinement(&mut self) {
-        *self = Self::Refinement(ManuallyDrop::new(Refinement::zero()));
+        const REFINEMENT: ManuallyDrop<Refinement> = ManuallyDrop::new(Refinement::zero());
+        if !matches!(self, Self::Refinement(_)) {
+            *self = Self::Refinement(REFINEMENT);
+        }
     }
 }
 
