@@ -246,7 +246,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
 
     /// The command counter; 0 before the first was stored.
     #[must_use]
-    pub const fn read_counter(&self) -> u32 {
+    pub const fn read_counter(&self) -> u64 {
         match self.index.counter {
             Some(counter) => counter.value,
             None => 0,
@@ -257,7 +257,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// The counter that is stored stays: the new one is no higher, there is no room, or the flash failed.
-    pub fn store_counter(&mut self, counter: u32) -> Result<(), StorageError<F::Error>> {
+    pub fn store_counter(&mut self, counter: u64) -> Result<(), StorageError<F::Error>> {
         let stored = self.read_counter();
         if counter <= stored {
             return Err(StorageError::CounterGoesBack { stored });
@@ -275,7 +275,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if self.writing.is_some() {
             return Err(StorageError::Busy);
         }
-        let last = self.index.last_number;
+        let last = u64::from(self.index.last_number);
         let sector = self.write_single(Kind::RETIREMENT, last, 1)?;
         self.index.retired = Some(Single { value: last, sector });
         self.index.retire();
@@ -286,14 +286,14 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     pub(super) fn write_single(
         &mut self,
         kind: Kind,
-        value: u32,
+        value: u64,
         reserve: usize,
     ) -> Result<u8, StorageError<F::Error>> {
         let Some(place) = self.take_room(2, reserve, 0) else { return self.refuse_full() };
         let number = self.index.last_number.saturating_add(1);
         self.index.last_number = number;
         let mut record = [0; GRANULE];
-        encode(&mut record, kind, 1, number, |writer| writer.u32(value));
+        encode(&mut record, kind, 1, number, |writer| writer.u64(value));
         let first = program(&mut self.flash, place.address::<F>(), &record);
         let second = program(&mut self.flash, place.address::<F>() + GRANULE as u32, &record);
         match first.or(second) {
