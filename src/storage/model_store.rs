@@ -71,6 +71,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// A flash that does not suit, or that cannot be read.
+    #[inline(never)]
     pub fn open(flash: F, limits: Limits) -> Result<Self, StorageError<F::Error>> {
         let needed = (KEPT * MAX_RECORD).next_multiple_of(GRANULE) + 64 * GRANULE;
         let problem = if SECTORS < 3 || SECTORS > 250 || flash.capacity() < SECTORS * F::ERASE_SIZE {
@@ -101,6 +102,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// States of the sectors. Returns how many places in them are damaged.
+    #[inline(never)]
     fn read_sectors(&mut self) -> Result<u32, StorageError<F::Error>> {
         let mut damaged = 0_u32;
         for (number, sector) in (0..).zip(&mut self.sectors) {
@@ -108,7 +110,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             let (sequence, erases) = Sector::read_mark(&mut self.flash, base).map_err(StorageError::Flash)?;
             let mut records = 0_u32;
             let extent = (1, granules_of::<F>());
-            let walked = walk(&mut self.flash, base, extent, &mut self.buffer, |_, _, _| records += 1)
+            let walked = walk(&mut self.flash, base, extent, &mut self.buffer, &mut |_, _, _| records += 1)
                 .map_err(StorageError::Flash)?;
             let state = match (sequence, records) {
                 (1.., 0) if walked.free == 1 => State::Ready,
@@ -123,6 +125,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// What counts of all sectors but one.
+    #[inline(never)]
     pub(super) fn scan(&mut self, but: Option<u8>) -> Result<Index, StorageError<F::Error>> {
         let mut index = Index::empty();
         let mut after = None;
@@ -134,7 +137,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             }
             let base = Place { sector: number, granule: 0 }.address::<F>();
             let (limits, extent) = (&self.limits, (1, granules_of::<F>()));
-            walk(&mut self.flash, base, extent, &mut self.buffer, |header, payload, granule| {
+            walk(&mut self.flash, base, extent, &mut self.buffer, &mut |header, payload, granule| {
                 index.note(header, payload, Place { sector: number, granule }, limits);
             })
             .map_err(StorageError::Flash)?;
@@ -162,6 +165,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
 
     /// Takes room for a record; a ready sector is begun only while more than `reserve` are ready, and the last sector that may be begun is
     /// filled only up to `margin`.
+    #[inline(never)]
     pub(super) fn take_room(&mut self, granules: u16, reserve: usize, margin: u16) -> Option<Place> {
         let may_begin = self.ready() > reserve;
         let fits = |free: u16| free + granules + if may_begin { 0 } else { margin } <= granules_of::<F>();
@@ -186,6 +190,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// Nothing is written: it would not be restored, there is no room (both counted), or another one is being written.
+    #[inline(never)]
     pub fn begin_model(&mut self, model: &StoredModel) -> Result<(), StorageError<F::Error>> {
         if self.writing.is_some() {
             return Err(StorageError::Busy);
@@ -207,6 +212,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// The flash failed or does not hold what was written (counted): the model is not stored and can be begun again.
+    #[inline(never)]
     pub fn step(&mut self) -> Result<Progress, StorageError<F::Error>> {
         let Some(mut writing) = self.writing.take() else { return Ok(Progress::Idle) };
         let place = Place { granule: writing.place.granule + writing.done, ..writing.place };
