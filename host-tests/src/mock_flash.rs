@@ -49,6 +49,7 @@ pub struct MockFlash<const WORD: usize = 4, const SECTOR: usize = 16384> {
     cut: Option<(u64, Cut)>,
     is_on: bool,
     may_erase: bool,
+    stuck: Option<usize>,
     erases: Vec<u32>,
     words: Vec<u64>,
     rng: Xoshiro128PlusPlus,
@@ -64,6 +65,7 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
             cut: None,
             is_on: true,
             may_erase: true,
+            stuck: None,
             erases: vec![0; sectors],
             words: vec![0; sectors],
             rng: Xoshiro128PlusPlus::seed_from_u64(seed),
@@ -89,6 +91,11 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
     /// Whether erasing is allowed: not while drilling.
     pub const fn allow_erase(&mut self, allowed: bool) {
         self.may_erase = allowed;
+    }
+
+    /// One bit of this sector no longer erases.
+    pub const fn wear_out(&mut self, sector: usize) {
+        self.stuck = Some(sector);
     }
 
     /// Words programmed and sectors erased so far.
@@ -170,6 +177,9 @@ impl<const WORD: usize, const SECTOR: usize> NorFlash for MockFlash<WORD, SECTOR
                     (Some(Cut::Torn), 2) if noise.is_multiple_of(1024) => {}
                     _ => *byte = 0xFF,
                 }
+            }
+            if self.stuck == Some(sector) {
+                self.bytes[sector * SECTOR + SECTOR / 2] &= 0x7F;
             }
             if cut.is_some() {
                 return Err(MockError::PowerCut);

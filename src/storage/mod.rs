@@ -13,7 +13,8 @@
 //!
 //! # Timing budget
 //! A single-bank STM32F4 fetches no instruction from its flash while the flash is programmed or erased: reading it then stalls the bus (RM0090
-//! section 3.6), interrupts included. Data sheet DS8626, section 5.3.12, flash memory programming, 32 bits at a time (2.7 to 3.6 V):
+//! section 3.6), interrupts included. Data sheet DS8626, memory characteristics, flash memory programming, 32 bits at a time (2.7 to 3.6 V; a byte
+//! at a time takes as long for each byte, and erasing then 400 and 800 ms):
 //!
 //! | | typical | at most | when |
 //! |---|---|---|---|
@@ -26,15 +27,17 @@
 //!
 //! So models stand in sectors 1 to 3, 16 KiB each; the factory's records in sector 11, write-protected by the option bytes. `memory.x` keeps
 //! code out of both. A power-up after a rollover erases one or two sectors (0.5 to 1 s at most), any other none; the first one of all three.
-//! A watchdog has to outlast one erasure. 10,000 erasures are guaranteed (the same section, endurance): at some 80 models a sector more
-//! than two million models.
+//! A watchdog has to outlast one erasure. 10,000 erasures are guaranteed (DS8626, endurance): at some 80 models a sector more than two
+//! million models.
 //!
 //! # Why a log of its own
 //! `sequential-storage` 8 erases inside `store_item` as soon as a page is full, and inside its repair, which a read can start: half a second
-//! without a sample while drilling. Its queue erases only in `push`, but skips what has rotted without counting it, and neither tells an
-//! erasure that was cut off from one that was completed. Both are asynchronous, which a blocking flash never needs. `ekv` erases as
-//! it compacts, too. What is left of the problem when erasing is kept apart is small: records that are only appended, each in whole
-//! 32-byte granules with a CRC-32; copies that are the original to the bit; an erasure is believed by the mark that was written after it.
+//! without a sample while drilling. Its queue never erases to push where it may not overwrite, but both skip what has rotted without
+//! counting it, and a page counts as erased when its first and last words read so, as they can after an erasure that was cut off. `ekv`
+//! erases as it compacts, too. Erasing kept apart, what is left of the problem is small: records that are only appended, each in whole
+//! 32-byte granules with a CRC-32C; copies that are the original to the bit; an erasure is believed by the mark that was written after it.
+//! The flash is driven through `embedded-storage`'s blocking trait: on the chip the processor is what blocks, so there is nothing that a
+//! future could wait for.
 //!
 //! # What a power cut leaves
 //! A record counts when its check holds, so one that was cut off is skipped and counted, and the one before it still stands. A

@@ -1,7 +1,7 @@
 //! While drilling nothing is erased, and what finds no room is refused and counted.
 
 use super::models::{Chip, Dice, KIB, Store, TEMPERATURES_C, open, prepare};
-use meerkat_mwd::storage::{ModelStore, Outcome, StorageError};
+use meerkat_mwd::storage::{ModelStore, NotDrilling, Outcome, Preparation, StorageError};
 use mwd::mock_flash::MockFlash;
 
 #[test]
@@ -100,4 +100,35 @@ fn what_was_retired_is_not_restored_and_what_comes_after_is() {
     let restoration = open(store.into_flash()).restore(Some(20.0)).unwrap();
     assert!(matches!(restoration.outcome, Outcome::Chosen { model: found, .. } if found == model));
     assert_eq!(restoration.choice, 1);
+}
+
+#[test]
+fn with_a_sector_that_no_longer_erases_the_other_two_go_on() {
+    for stuck in 0..3 {
+        let mut dice = Dice::new(22);
+        let mut flash = Chip::new(3, 2);
+        flash.wear_out(stuck);
+        let mut store: Store<4, { 16 * KIB }> = open(flash);
+        prepare(&mut store);
+        assert_eq!(store.prepare(NotDrilling::Command), Ok(Preparation::Ready { bad: 1 }));
+        let mut newest = [None; TEMPERATURES_C.len()];
+        for t_us in 0..600 {
+            let band = dice.below(TEMPERATURES_C.len() as u32) as usize;
+            let model = dice.model(2, band, t_us);
+            if store.store_model(&model) == Err(StorageError::Full) {
+                prepare(&mut store);
+                store.store_model(&model).unwrap();
+            }
+            newest[band] = Some(model);
+            if dice.below(40) == 0 {
+                store = open(store.into_flash());
+                prepare(&mut store);
+            }
+        }
+        for (newest, t) in newest.into_iter().zip(TEMPERATURES_C) {
+            let outcome = store.restore(Some(t)).unwrap().outcome;
+            assert!(matches!(outcome, Outcome::Chosen { model, .. } if Some(model) == newest), "sector {stuck}");
+        }
+        assert_eq!(store.counts().abandoned, 0);
+    }
 }

@@ -164,7 +164,7 @@ fn a_version_from_the_future_is_refused_and_counted() {
     let bytes = flash.bytes_mut();
     // Sector 0: the mark, then the two records; the documented header is check, magic, kind, version, number, length.
     let models = (0..16 * KIB).step_by(32).filter(|at| bytes[at + 4..].starts_with(&[0x4D, 0x57, 1, 1]));
-    let at = models.last().unwrap();
+    let at = models.max().unwrap();
     bytes[at + 7] = 2;
     let length = usize::from(u16::from_le_bytes([bytes[at + 12], bytes[at + 13]]));
     let sum = check(bytes[at + 4..at + 16 + length].iter().copied());
