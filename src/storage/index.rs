@@ -104,7 +104,7 @@ impl Index {
         }
         match header.kind {
             Kind::MODEL => match StoredModel::decode(payload).map(|model| (limits.check(&model), model)) {
-                Some((Ok(()), model)) => self.keep(header.number, place, &model),
+                Some((Ok(()), model)) => self.keep(header.number, place, model.temperature_c),
                 Some((Err(reason), _)) => {
                     counts.implausible = counts.implausible.saturating_add(1);
                     counts.first_implausible = counts.first_implausible.or(Some((header.number, reason)));
@@ -121,8 +121,8 @@ impl Index {
     }
 
     /// Takes a model in; the one before of its temperature goes, or the oldest when there are too many.
-    pub fn keep(&mut self, number: u32, place: Place, model: &StoredModel) {
-        let new = Slot { number, place, temperature_c: model.temperature_c };
+    pub fn keep(&mut self, number: u32, place: Place, temperature_c: Option<[f32; 2]>) {
+        let new = Slot { number, place, temperature_c };
         let same_band = |slot: &&mut Option<Slot>| slot.is_some_and(|slot| slot.band() == new.band());
         let slot = match self.kept.iter_mut().find(same_band) {
             Some(slot) => Some(slot),
@@ -175,21 +175,6 @@ fn raise(single: &mut Option<Single>, value: u64, sector: u8) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{compensation::ActiveEffects, compensation::GyroModel, storage::StoreReason};
-
-    fn at(temperature_c: Option<[f32; 2]>) -> StoredModel {
-        StoredModel {
-            gyro: GyroModel::IDENTITY,
-            sigma: [0.0; 12],
-            effects: ActiveEffects::none(),
-            library: 0,
-            temperature_c,
-            t_us: 0,
-            reason: StoreReason::Command,
-            explained: None,
-            p_value: None,
-        }
-    }
 
     const PLACE: Place = Place { sector: 0, granule: 1 };
 
@@ -197,9 +182,9 @@ mod tests {
     fn the_nearest_temperature_is_chosen_and_of_equals_the_newest() {
         let mut index = Index::empty();
         for (number, t) in [(1, 20.0), (2, 60.0), (3, 100.0), (4, 62.0)] {
-            index.keep(number, PLACE, &at(Some([t, t + 5.0])));
+            index.keep(number, PLACE, Some([t, t + 5.0]));
         }
-        index.keep(5, PLACE, &at(None));
+        index.keep(5, PLACE, None);
         let chosen = |t: Option<f32>| index.nearest(t, &[]).map(|slot| slot.number);
         assert_eq!(chosen(Some(21.0)), Some(1));
         assert_eq!(chosen(Some(-40.0)), Some(1));
@@ -218,7 +203,7 @@ mod tests {
             let mut index = Index::empty();
             for i in 0..models.len() {
                 let (number, t) = models[order(i)];
-                index.keep(number, PLACE, &at(Some([t, t])));
+                index.keep(number, PLACE, Some([t, t]));
             }
             let mut numbers = index.kept.map(|slot| slot.map(|slot| slot.number));
             numbers.sort_unstable();

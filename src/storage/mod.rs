@@ -56,6 +56,7 @@ mod preparation;
 mod record;
 mod restoration;
 mod sector;
+mod single_values;
 mod stability;
 mod stored_model;
 

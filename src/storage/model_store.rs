@@ -1,7 +1,7 @@
 use super::{
     Limits, StorageError, StoredModel,
-    granules::{Place, holds, program, walk},
-    index::{Index, KEPT, ScanCounts, Single},
+    granules::{Place, holds, walk},
+    index::{Index, KEPT, ScanCounts},
     record::{GRANULE, Header, Kind, MAX_RECORD, encode},
     sector::{Sector, State, granules_of},
     stored_model,
@@ -29,7 +29,7 @@ pub struct ModelStore<F, const SECTORS: usize = 3> {
 /// A model on its way into the flash.
 #[derive(Clone, Copy)]
 struct Writing {
-    model: StoredModel,
+    temperature_c: Option<[f32; 2]>,
     number: u32,
     place: Place,
     granules: u16,
@@ -204,7 +204,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         let placed = encoded.and_then(|granules| Some((granules, self.take_room(granules, 1, FOR_COUNTERS)?)));
         let Some((granules, place)) = placed else { return self.refuse_full() };
         self.index.last_number = number;
-        self.writing = Some(Writing { model: *model, number, place, granules, done: 0 });
+        self.writing = Some(Writing { temperature_c: model.temperature_c, number, place, granules, done: 0 });
         Ok(())
     }
 
@@ -232,7 +232,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             Ok(false) => return self.failed(StorageError::NotVerified),
             Err(e) => return self.failed(StorageError::Flash(e)),
         }
-        self.index.keep(writing.number, writing.place, &writing.model);
+        self.index.keep(writing.number, writing.place, writing.temperature_c);
         self.counts.stored = self.counts.stored.saturating_add(1);
         Ok(Progress::Stored { number: writing.number })
     }
@@ -250,64 +250,6 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
     }
 
-    /// The command counter; 0 before the first was stored.
-    #[must_use]
-    pub const fn read_counter(&self) -> u64 {
-        match self.index.counter {
-            Some(counter) => counter.value,
-            None => 0,
-        }
-    }
-
-    /// Stores the command counter, twice, before the command that it came with is done. At most 16 words are programmed.
-    ///
-    /// # Errors
-    /// The counter that is stored stays: the new one is no higher, there is no room, or the flash failed.
-    pub fn store_counter(&mut self, counter: u64) -> Result<(), StorageError<F::Error>> {
-        let stored = self.read_counter();
-        if counter <= stored {
-            return Err(StorageError::CounterGoesBack { stored });
-        }
-        let sector = self.write_single(Kind::COUNTER, counter, 1)?;
-        self.index.counter = Some(Single { value: counter, sector });
-        Ok(())
-    }
-
-    /// From here on no model that is stored now is restored; nothing is erased.
-    ///
-    /// # Errors
-    /// The models stay: one is being written, there is no room, or the flash failed.
-    pub fn retire_models(&mut self) -> Result<(), StorageError<F::Error>> {
-        if self.writing.is_some() {
-            return Err(StorageError::Busy);
-        }
-        let last = u64::from(self.index.last_number);
-        let sector = self.write_single(Kind::RETIREMENT, last, 1)?;
-        self.index.retired = Some(Single { value: last, sector });
-        self.index.retire();
-        Ok(())
-    }
-
-    /// Writes two records with one value each, so that one can rot; returns their sector.
-    pub(super) fn write_single(
-        &mut self,
-        kind: Kind,
-        value: u64,
-        reserve: usize,
-    ) -> Result<u8, StorageError<F::Error>> {
-        let Some(place) = self.take_room(2, reserve, 0) else { return self.refuse_full() };
-        let number = self.index.last_number.saturating_add(1);
-        self.index.last_number = number;
-        let mut record = [0; GRANULE];
-        encode(&mut record, kind, 1, number, |writer| writer.u64(value));
-        let first = program(&mut self.flash, place.address::<F>(), &record);
-        let second = program(&mut self.flash, place.address::<F>() + GRANULE as u32, &record);
-        match first.or(second) {
-            Ok(()) => Ok(place.sector),
-            Err(e) => self.failed(e),
-        }
-    }
-
     /// Reads a record into the buffer; `None` where there is no whole one.
     pub(super) fn read_record(&mut self, place: Place) -> Result<Option<Header>, StorageError<F::Error>> {
         let address = place.address::<F>();
@@ -320,7 +262,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(header.payload(&self.buffer).map(|_| header))
     }
 
-    fn refuse_full<T>(&mut self) -> Result<T, StorageError<F::Error>> {
+    pub(super) fn refuse_full<T>(&mut self) -> Result<T, StorageError<F::Error>> {
         self.counts.refused_full = self.counts.refused_full.saturating_add(1);
         Err(StorageError::Full)
     }
