@@ -115,7 +115,7 @@ fn run(config: &StreamConfig, events: &[Event]) -> Run {
             let decoded = frame.iter().filter_map(|&byte| decoder.push(byte).map(|f| Message::decode(&f).unwrap()));
             let messages: Vec<Message> = decoded.collect();
             assert_eq!(messages.len(), 1);
-            run.sent.push(Sent { at_us: now_us, bytes, message: messages[0] });
+            run.sent.push(Sent { at_us: now_us, bytes, message: messages[0].clone() });
         }
     }
     assert!(queue.is_empty());
