@@ -27,15 +27,14 @@ fn split(bytes: &[u8]) -> Vec<OnLine> {
     frames.collect()
 }
 
-/// A second of everything, and every result of a flight.
+/// Half a second of everything, and every result of a flight.
 fn telemetry() -> Vec<OnLine> {
     let (config, samples) = flown::recording("broad_06");
     let whole = split(&flown::stream(&config, &samples, AttitudeFormat::Compact));
     let streamed = [Kind::Attitude, Kind::Sample, Kind::Health].map(Kind::number);
-    let mut kept = whole[..500].to_vec();
-    kept.extend(whole[500..].iter().filter(|frame| !streamed.contains(&frame.says.0)).cloned());
+    let mut kept = whole[..250].to_vec();
+    kept.extend(whole[250..].iter().filter(|frame| !streamed.contains(&frame.says.0)).cloned());
     kept.extend(whole.iter().filter(|frame| frame.says.0 == Kind::Health.number()).take(2).cloned());
-    kept.extend(whole[1_000..1_100].iter().cloned());
     kept
 }
 
@@ -177,7 +176,7 @@ fn noise_is_no_frame_and_costs_none_behind_its_zero() {
         let noise: Vec<u8> = (0..rng.next_u32() % 3_000).map(|_| rng.next_u32() as u8).collect();
         assert!(flown::frames(&mut decoder, &noise).is_empty());
         assert!(flown::frames(&mut decoder, &[0]).is_empty());
-        assert_eq!(flown::frames(&mut decoder, &frame.bytes), [frame.says.clone()]);
+        assert_eq!(flown::frames(&mut decoder, &frame.bytes), std::slice::from_ref(&frame.says));
     }
     assert!(decoder.counters().bad > 0 && decoder.counters().oversize > 0);
 }

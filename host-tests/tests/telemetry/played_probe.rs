@@ -97,7 +97,7 @@ fn serve(
             }
             let _ = probe.poll(probe.poll_budget());
             let _ = probe.take_diagnosis();
-        } else if rounds % 20 == 0 {
+        } else if rounds.is_multiple_of(20) {
             let health = Health { t_us: now_us, counters: probe.counters(), ..Health::default() };
             let _ = queue.push_result(now_us, &health);
         }
@@ -109,7 +109,7 @@ fn serve(
         if manner.hangs_up_after > 0 && number == manner.hangs_up_after && queue.is_empty() {
             return;
         }
-        if recording && rounds % 50 != 0 {
+        if recording && !rounds.is_multiple_of(50) {
             continue;
         }
         let count = match stream.read(&mut heard) {

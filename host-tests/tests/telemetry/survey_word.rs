@@ -108,7 +108,7 @@ proptest! {
     }
 
     #[test]
-    fn an_angle_is_the_same_after_any_number_of_turns(angle in 0.0_f32..6.28, turns in -3_i32..3) {
+    fn an_angle_is_the_same_after_any_number_of_turns(angle in 0.0..std::f32::consts::TAU, turns in -3_i32..3) {
         for cyclic in [1, 2] {
             let mut values = [Some(1.0); 7];
             values[cyclic] = Some(angle + turns as f32 * std::f32::consts::TAU);
