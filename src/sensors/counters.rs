@@ -20,11 +20,11 @@ pub struct Counters {
     pub silences: u32,
     /// A sensor, or an axis of one, had become frozen.
     pub frozen: u32,
-    /// Frames that the part measured and that were not handed out: lost or dropped.
+    /// Frames that the part must have measured by its rate, and that never came.
     pub lost_frames: u32,
-    /// Of these, frames with a wrong tag, parity or checksum.
+    /// Frames, or sensors of a frame, with a wrong tag, parity or checksum: flagged missing, or dropped.
     pub corrupt_frames: u32,
-    /// Of these, frames that came sooner after the last than the part can measure.
+    /// Frames that came sooner after the last than the part can measure, and were dropped.
     pub early_frames: u32,
     /// Times at which the settings read back wrong, and right when they were read again: the bus had flipped a bit.
     pub doubtful_settings: u32,

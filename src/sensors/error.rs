@@ -36,8 +36,6 @@ pub enum ReadError<E> {
     Start(StartError<E>),
     /// The part had gone back to its default settings: what it had put out is dropped.
     Reset,
-    /// The part's FIFO ran over: what it held is dropped, for its times are not known.
-    Overrun,
     /// The part has put nothing out for many periods.
     Silent,
 }

@@ -1,12 +1,10 @@
-use heapless::VecView;
-
 use super::bisync;
-use crate::sensors::{BurstStatus, Frame, PartData, StartError, StartStep};
+use crate::sensors::{Burst, PartData, StartError, StartStep};
 
 /// What an adapter has to know of a part with `V` vector sensors (2: gyro and accelerometer; 1: magnetometer): how it is started,
 /// and how its registers are read. Everything else (times, units, mounting, clipping, faults, recovery) is [`Supervised`](super::Supervised)'s.
 #[bisync]
-#[allow(async_fn_in_trait)]
+#[allow(async_fn_in_trait)] // As in embedded-hal-async: whether a future is `Send` is its bus's matter.
 pub trait Part<const V: usize> {
     /// The bus's error.
     type Error;
@@ -21,11 +19,11 @@ pub trait Part<const V: usize> {
     /// The start failed: it begins again with step 0, after a pause.
     async fn start(&mut self, step: u8) -> Result<StartStep, StartError<Self::Error>>;
 
-    /// Takes frames out of the part, oldest first, as far as `out` has room. One call, one burst: it does not wait for more.
+    /// Takes at most [`BURST_FRAMES`](crate::sensors::BURST_FRAMES) frames out of the part, oldest first. One burst: it does not wait for more.
     ///
     /// # Errors
-    /// The bus failed; what was appended before that is good.
-    async fn read(&mut self, out: &mut VecView<Frame<V>>) -> Result<BurstStatus, Self::Error>;
+    /// The bus failed; the burst is then dropped.
+    async fn read(&mut self, burst: &mut Burst<V>) -> Result<(), Self::Error>;
 
     /// Whether the registers still hold what [`start`](Self::start) wrote. Asked after each burst and before its frames are believed: a part
     /// that was reset in between says no.

@@ -11,11 +11,17 @@ pub struct SensorData {
     /// How long the truth precedes the output, per axis of the part, seconds: its low-pass filter and its conversion, which some parts do
     /// one axis after the other.
     pub latency_s: [f32; 3],
-    /// White noise, SI per square root of a hertz.
-    pub noise_density: f32,
+    /// White noise, SI per square root of a hertz; `None`: not known to us.
+    pub noise_density: Option<f32>,
 }
 
 impl SensorData {
+    /// Group delay of a second-order Butterworth low-pass at low frequencies, seconds: sqrt(2) / (2 pi f). Data sheets state the bandwidth
+    /// and not the delay.
+    pub(super) const fn low_pass_latency_s(bandwidth_hz: f32) -> f32 {
+        0.225_079 / bandwidth_hz
+    }
+
     /// The mean of the axes' latencies, seconds: for [`Latency`](crate::config::Config::latency).
     #[must_use]
     pub fn mean_latency_s(&self) -> f32 {
