@@ -10,8 +10,8 @@ pub enum Trigger {
 
 /// A 256th of a microsecond.
 const FRACTION: u32 = 8;
-/// The period follows what is seen by this power of two per burst.
-const PERIOD_GAIN: u32 = 9;
+/// The period is the mean over this power of two of frames; fewer at first.
+const PERIOD_GAIN: u32 = 10;
 /// The phase follows the interrupt by this power of two per burst.
 const PHASE_GAIN: u32 = 3;
 
@@ -29,12 +29,21 @@ pub(super) struct SampleClock {
     newest: Option<(i64, i64)>,
     /// Frames known and not yet taken out.
     pending: i64,
+    /// Frames that the period is the mean of, up to the greatest number.
+    seen: i64,
 }
 
 /// Times of a burst's frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamps {
-    first: i64,
+    /// How many frames there are up to the newest in the part, and how many of them are new.
+    known: i64,
+    new: i64,
+    newest: i64,
+    /// From new frame to new frame.
+    step: i64,
+    /// The newest frame of the burst before, and the step up to it.
+    before: i64,
     period: i64,
     /// Frames that the part must have put out and that never came.
     pub lost: u32,
@@ -43,7 +52,13 @@ pub(super) struct Stamps {
 impl Stamps {
     /// When frame `k` of the burst was put out, microseconds; `None`: before time zero.
     pub fn t_us(&self, k: usize) -> Option<u64> {
-        u64::try_from((self.first + self.period * k as i64) >> FRACTION).ok()
+        let back = self.known - 1 - k as i64;
+        let t = if back < self.new {
+            self.newest - back * self.step
+        } else {
+            self.before - (back - self.new) * self.period
+        };
+        u64::try_from(t >> FRACTION).ok()
     }
 }
 
@@ -51,7 +66,7 @@ impl SampleClock {
     pub fn new(period_us: u32, tolerance: f32, trigger: Trigger) -> Self {
         let nominal = i64::from(period_us.max(1)) << FRACTION;
         let tolerance = (nominal as f32 * tolerance) as i64;
-        Self { nominal, tolerance, trigger, period: nominal, newest: None, pending: 0 }
+        Self { nominal, tolerance, trigger, period: nominal, newest: None, pending: 0, seen: 0 }
     }
 
     /// Frames may be missing, or the part was started anew: the next burst's newest frame is of the time at which it is taken.
@@ -68,9 +83,13 @@ impl SampleClock {
         self.newest.map_or(0, |(newest, _)| u32::try_from((now - newest) / self.period.max(1)).unwrap_or(0))
     }
 
-    /// Half a period, microseconds.
-    pub fn half_a_period_us(&self) -> u64 {
-        u64::try_from(self.period >> (FRACTION + 1)).unwrap_or(0)
+    /// Whether a part without a FIFO cannot have measured again by now. `repeated`: it shows the codes of the frame before.
+    pub fn is_early(&self, now_us: u64, repeated: bool) -> bool {
+        let Some((newest, seen)) = self.newest else { return false };
+        let now = fixed(now_us);
+        // There is a new reading within a period of the time at which the last was read; a stamp is known to a period only.
+        let again = repeated && now.saturating_sub(seen) < self.period + self.period / 16;
+        seen != i64::MIN && (again || newest + self.period - now > self.period / 8 * 7)
     }
 
     /// Times for a burst of `taken` frames after which `left` are still in the part, taken at `now_us`.
@@ -112,20 +131,31 @@ impl SampleClock {
                 }
             }
         };
+        let before = self.newest.map_or(newest - new * self.period, |(before, _)| before);
+        // Between two bursts with no loss the frames are evenly spread, however the phase was put right.
+        let step = if lost <= 0 && new == 1 {
+            newest - before
+        } else if lost <= 0 && new > 1 {
+            ((newest - before) / new).min(self.period * 2)
+        } else {
+            self.period
+        };
         self.newest = Some((newest, now));
         self.pending = left;
-        Stamps {
-            first: newest - (known - 1) * self.period,
-            period: self.period,
-            lost: u32::try_from(lost).unwrap_or(0),
-        }
+        Stamps { known, new, newest, step, before, period: self.period, lost: u32::try_from(lost).unwrap_or(0) }
+    }
+
+    /// The mean over all frames so far, as a power of two.
+    fn gain(&self) -> u32 {
+        self.seen.max(1).ilog2().min(PERIOD_GAIN)
     }
 
     fn follow_period(&mut self, elapsed: i64, new: i64) {
         // Beyond the tolerance it is a gap or a surplus, which says nothing about the period.
-        let expected = new * self.period;
-        if (elapsed - expected).abs() <= self.period.max(expected / 4) {
-            let period = self.period + ((elapsed - expected) >> PERIOD_GAIN);
+        let surplus = elapsed - new * self.period;
+        if surplus.abs() <= self.period + new * self.tolerance {
+            self.seen = (self.seen + new).min(1 << PERIOD_GAIN);
+            let period = self.period + (surplus >> self.gain());
             let (least, most) = (self.nominal - self.tolerance, self.nominal + self.tolerance);
             self.period = if period < least {
                 least
@@ -143,5 +173,9 @@ fn fixed(t_us: u64) -> i64 {
 }
 
 fn rounded(numerator: i64, denominator: i64) -> i64 {
+    // The usual case, without a division of 64 bits.
+    if 2 * numerator.abs() < denominator {
+        return 0;
+    }
     (numerator + denominator / 2).div_euclid(denominator.max(1))
 }
