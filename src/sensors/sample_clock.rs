@@ -10,27 +10,39 @@ pub enum Trigger {
 
 /// A 256th of a microsecond.
 const FRACTION: u32 = 8;
-/// The period is the mean over this power of two of frames; fewer at first.
-const PERIOD_GAIN: u32 = 10;
 /// The phase follows the interrupt by this power of two per burst.
 const PHASE_GAIN: u32 = 3;
+/// Frames over which the period is measured, again and again.
+const COUNTED: i64 = 1_024;
 
 /// Times of frames that a part's own oscillator paces, from their number and from the times at which they were taken.
 ///
-/// The part's period is estimated within its tolerance. With an interrupt a stamp is within an eighth of the interrupt's jitter; polled, within
-/// a period of the truth, and steady from frame to frame.
+/// Polled, each burst bounds the newest frame's time to one period, and the bounds are carried on: a stamp is the middle of where they overlap,
+/// within a period of the truth and usually much closer. With an interrupt it follows that, smoothed over eight bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SampleClock {
     nominal: i64,
     tolerance: i64,
     trigger: Trigger,
     period: i64,
-    /// The last frame known, and when it became known.
-    newest: Option<(i64, i64)>,
+    /// How far the period may be off.
+    doubt: i64,
+    /// Where the measurement of the period began, and the frames since.
+    anchor: Option<i64>,
+    counted: i64,
+    newest: Option<Newest>,
     /// Frames known and not yet taken out.
     pending: i64,
-    /// Frames that the period is the mean of, up to the greatest number.
-    seen: i64,
+}
+
+/// The last frame that is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Newest {
+    t: i64,
+    /// How far that may be off.
+    doubt: i64,
+    /// When it became known; `None`: frames may be missing since.
+    seen: Option<i64>,
 }
 
 /// Times of a burst's frames.
@@ -42,7 +54,7 @@ pub(super) struct Stamps {
     newest: i64,
     /// From new frame to new frame.
     step: i64,
-    /// The newest frame of the burst before, and the step up to it.
+    /// The newest frame of the burst before.
     before: i64,
     period: i64,
     /// Frames that the part must have put out and that never came.
@@ -66,30 +78,40 @@ impl SampleClock {
     pub fn new(period_us: u32, tolerance: f32, trigger: Trigger) -> Self {
         let nominal = i64::from(period_us.max(1)) << FRACTION;
         let tolerance = (nominal as f32 * tolerance) as i64;
-        Self { nominal, tolerance, trigger, period: nominal, newest: None, pending: 0, seen: 0 }
+        Self {
+            nominal,
+            tolerance,
+            trigger,
+            period: nominal,
+            doubt: tolerance,
+            anchor: None,
+            counted: 0,
+            newest: None,
+            pending: 0,
+        }
     }
 
     /// Frames may be missing, or the part was started anew: the next burst's newest frame is of the time at which it is taken.
     pub fn resynchronise(&mut self) {
         self.pending = 0;
-        if let Some((newest, _)) = self.newest {
-            self.newest = Some((newest, i64::MIN));
+        self.anchor = None;
+        if let Some(newest) = &mut self.newest {
+            newest.seen = None;
         }
     }
 
     /// How long ago the last frame was, in whole periods.
     pub fn periods_since(&self, now_us: u64) -> u32 {
-        let now = fixed(now_us);
-        self.newest.map_or(0, |(newest, _)| u32::try_from((now - newest) / self.period.max(1)).unwrap_or(0))
+        self.newest.map_or(0, |newest| u32::try_from((fixed(now_us) - newest.t) / self.period.max(1)).unwrap_or(0))
     }
 
     /// Whether a part without a FIFO cannot have measured again by now. `repeated`: it shows the codes of the frame before.
     pub fn is_early(&self, now_us: u64, repeated: bool) -> bool {
-        let Some((newest, seen)) = self.newest else { return false };
-        let now = fixed(now_us);
-        // There is a new reading within a period of the time at which the last was read; a stamp is known to a period only.
-        let again = repeated && now.saturating_sub(seen) < self.period + self.period / 16;
-        seen != i64::MIN && (again || newest + self.period - now > self.period / 8 * 7)
+        let Some(Newest { t, doubt, seen: Some(seen) }) = self.newest else { return false };
+        let (now, least) = (fixed(now_us), self.period - self.doubt);
+        // There is a new reading within a period of the time at which the last was read.
+        let again = repeated && now - seen < self.period + self.doubt;
+        again || t - doubt + least > now + self.slack()
     }
 
     /// Times for a burst of `taken` frames after which `left` are still in the part, taken at `now_us`.
@@ -97,65 +119,83 @@ impl SampleClock {
         let now = fixed(now_us);
         let (known, left) = (taken as i64 + i64::from(left), i64::from(left));
         let new = known - self.pending;
-        let rest = match self.trigger {
+        let (mut lost, newest) = match self.newest {
+            Some(Newest { t, doubt, seen: Some(_) }) => {
+                self.follow_period(now, new);
+                self.carried_on(now, t + new * self.period, doubt + new * self.doubt)
+            }
+            Some(Newest { t, .. }) => {
+                let newest = self.taken_now(now);
+                (rounded(newest.t - t, self.period) - new, newest)
+            }
+            None => (0, self.taken_now(now)),
+        };
+        lost = lost.max(0);
+        if lost > 0 || self.anchor.is_none() {
+            (self.anchor, self.counted) = (Some(now), 0);
+        }
+        let before = self.newest.map_or(newest.t - new * self.period, |newest| newest.t);
+        // Between two bursts with no loss the frames are evenly spread, however the phase was put right.
+        let step = match new {
+            1 if lost == 0 => newest.t - before,
+            2.. if lost == 0 => (newest.t - before) / new,
+            _ => self.period,
+        };
+        self.newest = Some(newest);
+        self.pending = left;
+        Stamps {
+            known,
+            new,
+            newest: newest.t,
+            step,
+            before,
+            period: self.period,
+            lost: u32::try_from(lost).unwrap_or(0),
+        }
+    }
+
+    /// The newest frame, of which nothing is known but that it was there now.
+    fn taken_now(&self, now: i64) -> Newest {
+        let doubt = match self.trigger {
             Trigger::Interrupt => 0,
             Trigger::Polled => self.period / 2,
         };
-        let mut lost = 0;
-        let newest = match self.newest {
-            None => now - rest,
-            Some((newest, i64::MIN)) => {
-                lost = rounded(now - rest - newest, self.period) - new;
-                now - rest
-            }
-            Some((newest, seen)) => {
-                self.follow_period(now - seen, new);
-                let predicted = newest + new * self.period;
-                match self.trigger {
-                    Trigger::Interrupt => {
-                        lost = rounded(now - predicted, self.period);
-                        let late = now - predicted - lost * self.period;
-                        predicted + lost * self.period + (late >> PHASE_GAIN)
-                    }
-                    Trigger::Polled => {
-                        lost = rounded(now - predicted, self.period) - 1;
-                        let kept = predicted + lost.max(0) * self.period;
-                        if kept > now {
-                            now
-                        } else if kept < now - self.period {
-                            now - self.period
-                        } else {
-                            kept
-                        }
-                    }
-                }
-            }
-        };
-        let before = self.newest.map_or(newest - new * self.period, |(before, _)| before);
-        // Between two bursts with no loss the frames are evenly spread, however the phase was put right.
-        let step = if lost <= 0 && new == 1 {
-            newest - before
-        } else if lost <= 0 && new > 1 {
-            ((newest - before) / new).min(self.period * 2)
-        } else {
-            self.period
-        };
-        self.newest = Some((newest, now));
-        self.pending = left;
-        Stamps { known, new, newest, step, before, period: self.period, lost: u32::try_from(lost).unwrap_or(0) }
+        Newest { t: now - doubt, doubt, seen: Some(now) }
     }
 
-    /// The mean over all frames so far, as a power of two.
-    fn gain(&self) -> u32 {
-        self.seen.max(1).ilog2().min(PERIOD_GAIN)
+    /// The newest frame, which should have come at `t`, give or take a doubt, and how many are missing before it.
+    fn carried_on(&self, now: i64, t: i64, doubt: i64) -> (i64, Newest) {
+        let (period, slack) = (self.period, self.slack());
+        if self.trigger == Trigger::Interrupt {
+            let lost = rounded(now - t - doubt, period).max(0);
+            let t = t + lost * period;
+            // While the period is not known well the interrupt knows better.
+            let t = if doubt > slack { now } else { t + ((now - t) >> PHASE_GAIN) };
+            return (lost, Newest { t, doubt: 0, seen: Some(now) });
+        }
+        let (earliest, latest) = (now - period - slack, now + slack);
+        let missing = earliest - (t + doubt);
+        let lost = if missing > 0 { 1 + missing / period.max(1) } else { 0 };
+        let t = t + lost * period;
+        let least = if t - doubt > earliest { t - doubt } else { earliest };
+        let most = if t + doubt < latest { t + doubt } else { latest };
+        // More frames than there was time for: the newest is of now.
+        let least = if least > most { most } else { least };
+        (lost, Newest { t: (least + most) / 2, doubt: (most - least) / 2, seen: Some(now) })
     }
 
-    fn follow_period(&mut self, elapsed: i64, new: i64) {
-        // Beyond the tolerance it is a gap or a surplus, which says nothing about the period.
-        let surplus = elapsed - new * self.period;
-        if surplus.abs() <= self.period + new * self.tolerance {
-            self.seen = (self.seen + new).min(1 << PERIOD_GAIN);
-            let period = self.period + (surplus >> self.gain());
+    /// How much earlier or later than it is said a frame may have been taken: what the bus takes.
+    fn slack(&self) -> i64 {
+        self.period >> 4
+    }
+
+    /// Measures the period: `n` of them are the time between two bursts, to a period.
+    fn follow_period(&mut self, now: i64, new: i64) {
+        let Some(anchor) = self.anchor else { return };
+        self.counted += new;
+        let ends = self.period + 2 * self.slack();
+        if self.counted * self.doubt > ends {
+            let period = (now - anchor) / self.counted;
             let (least, most) = (self.nominal - self.tolerance, self.nominal + self.tolerance);
             self.period = if period < least {
                 least
@@ -164,6 +204,12 @@ impl SampleClock {
             } else {
                 period
             };
+            self.doubt = ends / self.counted;
+        }
+        if self.counted >= COUNTED {
+            (self.anchor, self.counted) = (Some(now), 0);
+            // So that it is measured once more within as many.
+            self.doubt = ends / (COUNTED / 2);
         }
     }
 }
