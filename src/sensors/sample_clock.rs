@@ -122,7 +122,12 @@ impl SampleClock {
         let (mut lost, newest) = match self.newest {
             Some(Newest { t, doubt, seen: Some(_) }) => {
                 self.follow_period(now, new);
-                self.carried_on(now, t + new * self.period, doubt + new * self.doubt)
+                let (lost, newest) = self.carried_on(now, t + new * self.period, doubt + new * self.doubt);
+                if lost > 0 {
+                    // Some may have been lost unseen before, and the period then is not what it seemed.
+                    (self.period, self.doubt) = (self.nominal, self.tolerance);
+                }
+                (lost, newest)
             }
             Some(Newest { t, .. }) => {
                 let newest = self.taken_now(now);

@@ -4,6 +4,7 @@
 mod clock;
 mod combiner;
 mod fake_part;
+mod guide;
 mod mounting;
 mod supervision;
 mod wire;
