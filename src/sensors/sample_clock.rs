@@ -17,7 +17,7 @@ const COUNTED: i64 = 1_024;
 
 /// Times of frames that a part's own oscillator paces, from their number and from the times at which they were taken.
 ///
-/// Polled, each burst bounds the newest frame's time to one period, and the bounds are carried on: a stamp is the middle of where they overlap,
+/// Polled, each burst bounds the newest frame's time to one period or to the time since the last poll, and the bounds are carried on: a stamp is the middle of where they overlap,
 /// within a period of the truth and usually much closer. With an interrupt it follows that, smoothed over eight bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SampleClock {
@@ -33,6 +33,8 @@ pub(super) struct SampleClock {
     newest: Option<Newest>,
     /// Frames known and not yet taken out.
     pending: i64,
+    /// When the part was last asked: a new frame came after that.
+    asked: Option<i64>,
 }
 
 /// The last frame that is known.
@@ -88,6 +90,7 @@ impl SampleClock {
             counted: 0,
             newest: None,
             pending: 0,
+            asked: None,
         }
     }
 
@@ -98,6 +101,11 @@ impl SampleClock {
         if let Some(newest) = &mut self.newest {
             newest.seen = None;
         }
+    }
+
+    /// The part was asked, and had no new frame.
+    pub fn had_none(&mut self, now_us: u64) {
+        self.asked = Some(fixed(now_us));
     }
 
     /// How long ago the last frame was, in whole periods.
@@ -120,6 +128,8 @@ impl SampleClock {
         let (known, left) = (taken as i64 + i64::from(left), i64::from(left));
         let new = known - self.pending;
         let (mut lost, newest) = match self.newest {
+            // The rest of what was left before.
+            Some(newest) if new <= 0 && newest.seen.is_some() => (0, newest),
             Some(Newest { t, doubt, seen: Some(_) }) => {
                 self.follow_period(now, new);
                 let (lost, newest) = self.carried_on(now, t + new * self.period, doubt + new * self.doubt);
@@ -147,6 +157,7 @@ impl SampleClock {
             _ => self.period,
         };
         self.newest = Some(newest);
+        self.asked = Some(now);
         self.pending = left;
         Stamps {
             known,
@@ -163,7 +174,7 @@ impl SampleClock {
     fn taken_now(&self, now: i64) -> Newest {
         let doubt = match self.trigger {
             Trigger::Interrupt => 0,
-            Trigger::Polled => self.period / 2,
+            Trigger::Polled => (now - self.earliest(now)) / 2,
         };
         Newest { t: now - doubt, doubt, seen: Some(now) }
     }
@@ -178,15 +189,23 @@ impl SampleClock {
             let t = if doubt > slack { now } else { t + ((now - t) >> PHASE_GAIN) };
             return (lost, Newest { t, doubt: 0, seen: Some(now) });
         }
-        let (earliest, latest) = (now - period - slack, now + slack);
+        let (earliest, latest) = (self.earliest(now) - slack, now + slack);
         let missing = earliest - (t + doubt);
         let lost = if missing > 0 { 1 + missing / period.max(1) } else { 0 };
+        // Where there was no time for one frame more, the bounds are a little too narrow.
+        let lost = if lost > 0 && t + lost * period - doubt > latest { lost - 1 } else { lost };
         let t = t + lost * period;
         let least = if t - doubt > earliest { t - doubt } else { earliest };
         let most = if t + doubt < latest { t + doubt } else { latest };
         // More frames than there was time for: the newest is of now.
         let least = if least > most { most } else { least };
         (lost, Newest { t: (least + most) / 2, doubt: (most - least) / 2, seen: Some(now) })
+    }
+
+    /// The newest of the frames that are there now, and were not when the part was asked before, is not older than this.
+    fn earliest(&self, now: i64) -> i64 {
+        let a_period_ago = now - self.period;
+        self.asked.map_or(a_period_ago, |asked| asked.max(a_period_ago))
     }
 
     /// How much earlier or later than it is said a frame may have been taken: what the bus takes.

@@ -98,7 +98,9 @@ impl<const V: usize> Supervision<V> {
         }
         add(&mut self.counters.corrupt_frames, burst.corrupt.into());
         let frames = burst.frames();
-        if !frames.is_empty() && !self.is_early(now_us, frames) {
+        if frames.is_empty() {
+            self.clock.had_none(now_us);
+        } else if !self.is_early(now_us, frames) {
             let stamps = self.clock.stamp(now_us, frames.len(), burst.left);
             add(&mut self.counters.lost_frames, stamps.lost);
             for (k, frame) in frames.iter().enumerate() {

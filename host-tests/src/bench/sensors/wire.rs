@@ -90,7 +90,7 @@ impl Part {
             let tag = if k % 2 == 0 { 1 } else { accel } << 3 | (self.slot & 3) << 1;
             word[0] = tag | u8::from(parity && tag.count_ones() % 2 == 1);
             self.noise(&mut word[1..], 0);
-            self.slot += (k % 2) as u8;
+            self.slot = self.slot.wrapping_add((k % 2) as u8);
             self.waiting = self.waiting.saturating_sub((k % 2) as u16);
         }
     }
