@@ -219,7 +219,8 @@ impl SampleClock {
         self.counted += new;
         let ends = self.period + 2 * self.slack();
         if self.counted * self.doubt > ends {
-            let period = (now - anchor) / self.counted;
+            let counted = self.counted.max(1);
+            let period = (now - anchor) / counted;
             let (least, most) = (self.nominal - self.tolerance, self.nominal + self.tolerance);
             self.period = if period < least {
                 least
@@ -228,7 +229,7 @@ impl SampleClock {
             } else {
                 period
             };
-            self.doubt = ends / self.counted;
+            self.doubt = ends / counted;
         }
         if self.counted >= COUNTED {
             (self.anchor, self.counted) = (Some(now), 0);
