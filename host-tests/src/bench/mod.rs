@@ -17,6 +17,7 @@ mod rate_error;
 mod recordings;
 pub mod rotation_error;
 mod seeds;
+mod sensors;
 mod swaps;
 mod table;
 mod target;
@@ -92,6 +93,7 @@ const SECTIONS: &[Section] = &[
     Section::on_host("effects", effects::run),
     Section::on_host("recordings", recordings::run),
     Section::on_host("attitude", attitude::run),
+    Section::on_host("sensors", sensors::run),
     Section { name: "target", place: Place::Target, run: target::run },
 ];
 
