@@ -178,7 +178,7 @@ fn the_instruction_counter_is_exact_and_repeats() {
 #[test]
 fn the_image_fits_the_chip() {
     let Some(toolchain) = toolchain() else { return };
-    let Firmware { elf, size } = emulate::build_firmware(&toolchain, Board::Emulated).unwrap();
+    let Firmware { elf, size } = emulate::build_firmware(&toolchain, Board::Trace).unwrap();
     println!("{size}");
     assert!(size.ram_bytes() <= image::RAM_LIMIT_BYTES, "{size}");
     assert!(size.flash_bytes <= image::FLASH_LIMIT_BYTES, "{size}");
@@ -215,7 +215,7 @@ fn the_library_builds_alone_for_the_chip() {
 #[test]
 fn the_firmware_refuses_a_bad_trace_with_a_message() {
     let Some(toolchain) = toolchain() else { return };
-    let firmware = emulate::build_firmware(&toolchain, Board::Emulated).unwrap();
+    let firmware = emulate::build_firmware(&toolchain, Board::Trace).unwrap();
     let message = |trace: &[u8]| match emulate::run_firmware(&toolchain, &firmware, trace, MINUTE) {
         Err(EmulateError::Run(error)) => error.to_string(),
         other => panic!("{other:?}"),

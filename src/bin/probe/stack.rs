@@ -1,6 +1,5 @@
 //! How deep the stack has been: the start-up code paints it, and what is no longer paint has been used.
 
-use super::fault::Fault;
 use cortex_m_rt::STACK_PAINT_VALUE;
 
 #[allow(unsafe_code)]
@@ -19,8 +18,8 @@ pub struct HighWaterMark {
     pub size_bytes: u32,
 }
 
-/// Most stack used so far.
-pub fn high_water_mark() -> Result<HighWaterMark, Fault> {
+/// Most stack used so far; `None`: all of it, so it may have run into the static data.
+pub fn high_water_mark() -> Option<HighWaterMark> {
     let top = &raw const symbols::_stack_start;
     let mut deepest = &raw const symbols::_stack_end;
     let size_bytes = (top as u32).saturating_sub(deepest as u32);
@@ -28,7 +27,7 @@ pub fn high_water_mark() -> Result<HighWaterMark, Fault> {
         deepest = deepest.wrapping_add(1);
     }
     let used_bytes = (top as u32).saturating_sub(deepest as u32);
-    if used_bytes < size_bytes { Ok(HighWaterMark { used_bytes, size_bytes }) } else { Err(Fault::StackOverflow) }
+    (used_bytes < size_bytes).then_some(HighWaterMark { used_bytes, size_bytes })
 }
 
 #[allow(unsafe_code)]

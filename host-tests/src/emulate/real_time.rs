@@ -1,0 +1,116 @@
+//! The probe's program in real time on the emulated chip: sensors that go on with the clock, telemetry on the serial line.
+
+use super::{Board, EmulateError, Firmware, build_firmware};
+use crate::{deadline, toolchain::Toolchain};
+use meerkat_mwd::{Config, Sample, config::SurveyConfig};
+use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Duration};
+
+/// A stage of the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The interrupt that reads the sensors.
+    Acquisition,
+    /// Samples to attitudes.
+    Samples,
+    /// Identification and diagnosis.
+    Work,
+    /// Frames out, commands in.
+    Telemetry,
+}
+
+/// What is to be run.
+#[derive(Clone, Debug)]
+pub struct RealTime {
+    /// The probe's configuration.
+    pub config: Config,
+    /// Its surveys'.
+    pub survey: SurveyConfig,
+    /// What the serial line takes.
+    pub serial_bytes_per_s: u32,
+    /// A stage that does not end, from a sample on.
+    pub hang: Option<(Stage, u32)>,
+    /// An instruction takes 2 to this power nanoseconds. 3 is 125 million a second: 1.34 cycles of 168 MHz each. 4 is 2.7 cycles each, slower
+    /// than the chip.
+    pub instruction_time: u8,
+}
+
+impl Default for RealTime {
+    fn default() -> Self {
+        Self {
+            config: Config::default(),
+            survey: SurveyConfig::default(),
+            serial_bytes_per_s: 92_160,
+            hang: None,
+            instruction_time: 3,
+        }
+    }
+}
+
+/// What a run printed at its end, and sent.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Landed {
+    /// What the program counted, by name.
+    pub values: BTreeMap<String, String>,
+    /// Every byte of the serial line.
+    pub serial: Vec<u8>,
+}
+
+impl Landed {
+    /// A count by its name; `None`: it is not there.
+    #[must_use]
+    pub fn count(&self, name: &str) -> Option<u64> {
+        self.values.get(name)?.parse().ok()
+    }
+}
+
+impl RealTime {
+    /// Builds the firmware and runs it over the samples, one each sample period; their own times are not used.
+    ///
+    /// # Errors
+    /// Whatever keeps the program from coming to its end.
+    pub fn run(&self, toolchain: &Toolchain, samples: &[Sample], limit: Duration) -> Result<Landed, EmulateError> {
+        let firmware = build_firmware(toolchain, Board::Emulated)?;
+        let directory = tempfile::tempdir()
+            .map_err(|source| EmulateError::File { what: "no temporary directory", source })?;
+        self.run_in(directory.path(), toolchain, &firmware, samples, limit)
+    }
+
+    /// The same with the files in `directory`.
+    ///
+    /// # Errors
+    /// The same.
+    pub fn run_in(
+        &self,
+        directory: &Path,
+        toolchain: &Toolchain,
+        firmware: &Firmware,
+        samples: &[Sample],
+        limit: Duration,
+    ) -> Result<Landed, EmulateError> {
+        let file = |what| move |source| EmulateError::File { what, source };
+        let hang = self.hang.map(|(stage, sample)| (stage as u8, sample));
+        let boot = postcard::to_stdvec(&(self.config, self.survey, self.serial_bytes_per_s, hang))?;
+        fs::write(directory.join("probe"), &firmware.elf).map_err(file("the firmware cannot be copied"))?;
+        fs::write(directory.join("boot.bin"), boot).map_err(file("the configuration cannot be written"))?;
+        let sensors: Vec<u8> = samples.iter().flat_map(record).collect();
+        fs::write(directory.join("sensors.bin"), sensors).map_err(file("the sensors' file cannot be written"))?;
+        let mut qemu = Command::new(&toolchain.qemu);
+        qemu.current_dir(directory);
+        qemu.args(["-machine", toolchain.machine, "-icount"]);
+        qemu.arg(format!("shift={},sleep=off", self.instruction_time));
+        qemu.args(["-display", "none", "-monitor", "none", "-serial", "file:serial.bin"]);
+        qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel", "probe"]);
+        let printed = deadline::run(&mut qemu, limit).map_err(EmulateError::Run)?;
+        let values = printed.lines().filter_map(|line| line.split_once(" = "));
+        let values = values.map(|(name, value)| (name.to_owned(), value.to_owned())).collect();
+        let serial = fs::read(directory.join("serial.bin")).map_err(file("the serial line was not kept"))?;
+        Ok(Landed { values, serial })
+    }
+}
+
+/// Ten numbers and the flags, little-endian.
+fn record(sample: &Sample) -> Vec<u8> {
+    let vectors = [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut];
+    let numbers = vectors.iter().flatten().chain([&sample.temperature_c]);
+    numbers.flat_map(|number| number.to_le_bytes()).chain(sample.flags.bits().to_le_bytes()).collect()
+}

@@ -1,0 +1,47 @@
+//! What the application needs of a board, and nothing else of the chip.
+
+use super::{acquisition::SampleConsumer, stage::Stage};
+
+/// Why the chip started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResetCause {
+    /// Power came, or came back.
+    Power,
+    /// The reset pin.
+    Pin,
+    /// A stage of the application hung.
+    Watchdog,
+    /// The program asked for it.
+    Software,
+    /// A panic or a hard fault, which ask for it.
+    Fault,
+    /// The chip does not say.
+    Unknown,
+}
+
+/// A board. Its interrupt reads the sensors and fills the queue; everything else happens when the application calls.
+pub trait Board {
+    /// Microseconds of the clock that stamps the samples.
+    fn now_us(&self) -> u64;
+
+    /// The queue that the interrupt fills.
+    fn samples(&mut self) -> &mut SampleConsumer;
+
+    /// Takes as many of the first bytes as the transmitter has room for, and says how many. Does not wait.
+    fn send(&mut self, bytes: &[u8]) -> usize;
+
+    /// The next byte that was received.
+    fn receive(&mut self) -> Option<u8>;
+
+    /// Gives the watchdog another round.
+    fn feed_watchdog(&mut self);
+
+    /// Sleeps until an interrupt, unless a sample is waiting.
+    fn idle(&mut self);
+
+    /// Why the chip started.
+    fn reset_cause(&self) -> ResetCause;
+
+    /// A stage begins. For boards that play a defect; the others do nothing.
+    fn enter(&mut self, _stage: Stage) {}
+}
