@@ -4,6 +4,7 @@
 pub mod acquisition;
 pub mod board;
 pub mod delay;
+pub mod sample_clock;
 pub mod stage;
 
 use acquisition::{Acquired, COUNTS};

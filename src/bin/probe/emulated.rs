@@ -6,22 +6,22 @@
 //! has counted, a `key = value` a line, and ends.
 
 mod boot;
-mod reset_record;
-mod sample_clock;
 mod sensors;
 mod serial;
+mod watchdog;
 
 use crate::{
     application::{
         Application,
         acquisition::{Acquisition, COUNTS, SampleConsumer, SampleQueue},
         board::{Board, ResetCause},
+        sample_clock::{self, systick},
         stage::Stage,
     },
-    stack,
+    reset_record, stack,
 };
 use boot::{Boot, Hang};
-use cortex_m::Peripherals;
+use cortex_m::{Peripherals, peripheral::SCB};
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use meerkat_mwd::{Probe, survey::Surveyor};
 use semihosting::{eprintln, println, process};
@@ -49,12 +49,16 @@ fn run(
     queue: &'static mut SampleQueue,
 ) -> Result<(), &'static str> {
     let peripherals = Peripherals::take().ok_or("started twice")?;
-    let reset_cause = reset_record::start();
+    let reset_cause = match (reset_record::start(), reset_record::resets()) {
+        (Some(cause), _) => cause,
+        (None, 0) => ResetCause::Power,
+        (None, _) => ResetCause::Software,
+    };
     let (producer, consumer) = queue.split();
     let mut application = start(probe, surveyor, consumer, reset_cause)?;
     let period_us = application.sample_period_us();
     sensors::start(Acquisition::new(producer), period_us, application.board().hang)?;
-    sample_clock::start(peripherals.SYST, peripherals.SCB, period_us);
+    systick::start(peripherals.SYST, peripherals.SCB, period_us);
     while !(sensors::are_over() && application.board().samples.is_empty()) {
         application.turn();
     }
@@ -90,7 +94,7 @@ struct Emulated {
 
 impl Board for Emulated {
     fn now_us(&self) -> u64 {
-        sample_clock::now_us()
+        systick::now_us()
     }
 
     fn samples(&mut self) -> &mut SampleConsumer {
@@ -98,7 +102,7 @@ impl Board for Emulated {
     }
 
     fn send(&mut self, bytes: &[u8]) -> usize {
-        self.serial.send(bytes, sample_clock::now_us())
+        self.serial.send(bytes, systick::now_us())
     }
 
     fn receive(&mut self) -> Option<u8> {
@@ -106,7 +110,7 @@ impl Board for Emulated {
     }
 
     fn feed_watchdog(&mut self) {
-        sample_clock::feed_watchdog();
+        watchdog::feed();
     }
 
     fn idle(&mut self) {
@@ -163,7 +167,15 @@ fn print(application: &mut Application<Emulated>) -> Result<(), &'static str> {
     Ok(())
 }
 
-// SAFETY: it only reports and resets; it returns to no faulted code.
+#[exception]
+fn SysTick() {
+    sample_clock::round();
+    reset_record::count_powered_round();
+    watchdog::count_down();
+    SCB::set_pendsv();
+}
+
+// SAFETY: it only reports and ends the program; it returns to no faulted code.
 #[allow(unsafe_code)]
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {

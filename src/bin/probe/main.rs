@@ -18,6 +18,11 @@ mod trace_flight;
     any(feature = "board-emulated", feature = "board-nrf52840", feature = "board-stm32f405")
 ))]
 mod application;
+#[cfg(all(
+    target_os = "none",
+    any(feature = "board-emulated", feature = "board-nrf52840", feature = "board-stm32f405")
+))]
+mod reset_record;
 #[cfg(all(target_os = "none", not(feature = "board-bare")))]
 mod stack;
 

@@ -1,7 +1,14 @@
 //! The sensors: a recording that goes on with the clock, whatever the probe does, and is read in PendSV.
 
-use super::{boot::Hang, reset_record, sample_clock};
-use crate::application::{acquisition::Acquisition, stage::Stage};
+use super::boot::Hang;
+use crate::{
+    application::{
+        acquisition::{Acquisition, COUNTS},
+        sample_clock,
+        stage::Stage,
+    },
+    reset_record,
+};
 use core::{
     cell::RefCell,
     sync::atomic::{AtomicBool, Ordering},
@@ -65,7 +72,7 @@ impl Sensors {
                 let _ = self.next();
             }
         }
-        let at_sample = crate::application::acquisition::COUNTS.acquired();
+        let at_sample = COUNTS.acquired();
         if self.hang.is_some_and(|hang| hang.stage == Stage::Acquisition && at_sample >= hang.at_sample) {
             loop {
                 cortex_m::asm::nop();

@@ -1,23 +1,39 @@
-//! A few words of RAM that the start-up code leaves alone: what the reset-cause register and the sensors' own clock are on a board.
+//! A few words of RAM that the start-up code leaves alone: why a program asked for its reset.
 
 use crate::application::board::ResetCause;
 
 /// Says that the words are ours and not what happened to be there when power came.
 const MAGIC: u32 = 0x6d77_6431;
-const RUNNING: u32 = 0;
-const WATCHDOG: u32 = 1;
+
+/// Why a program asks for a reset.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Asked {
+    Nobody = 0,
+    #[cfg(feature = "board-emulated")]
+    Watchdog = 1,
+    #[cfg(not(feature = "board-emulated"))]
+    Fault = 2,
+}
 
 struct Record {
     magic: u32,
-    cause: u32,
+    asked: u32,
     resets: u32,
+    #[cfg(feature = "board-emulated")]
     powered_rounds: u32,
 }
 
-#[allow(unsafe_code)]
 // SAFETY: the section exists and is not initialised; all that is read from it are words, any of which is valid.
+#[allow(unsafe_code)]
 #[unsafe(link_section = ".uninit.reset_record")]
-static mut RECORD: Record = Record { magic: 0, cause: 0, resets: 0, powered_rounds: 0 };
+static mut RECORD: Record = Record {
+    magic: 0,
+    asked: 0,
+    resets: 0,
+    #[cfg(feature = "board-emulated")]
+    powered_rounds: 0,
+};
 
 #[allow(unsafe_code)]
 mod words {
@@ -35,49 +51,62 @@ mod words {
 
     macro_rules! field {
         ($name:ident) => {
-            // SAFETY: the offset is that of a field of the record the pointer came from.
             pub fn $name(record: *mut Record) -> *mut u32 {
+                // SAFETY: the offset is that of a field of the record that the pointer came from.
                 unsafe { &raw mut (*record).$name }
             }
         };
     }
     field!(magic);
-    field!(cause);
+    field!(asked);
     field!(resets);
+    #[cfg(feature = "board-emulated")]
     field!(powered_rounds);
 }
 
-/// Why the chip started; from then on a start is one without a known cause, until one is noted.
-pub fn start() -> ResetCause {
+/// What a program asked for before this start; `None`: power came since, or nobody asked. Then nobody has asked any more.
+pub fn start() -> Option<ResetCause> {
     if words::read(words::magic) != MAGIC {
         words::write(words::magic, MAGIC);
         words::write(words::resets, 0);
+        #[cfg(feature = "board-emulated")]
         words::write(words::powered_rounds, 0);
-        words::write(words::cause, RUNNING);
-        return ResetCause::Power;
+        words::write(words::asked, Asked::Nobody as u32);
+        return None;
     }
     words::write(words::resets, resets().wrapping_add(1));
-    let cause = words::read(words::cause);
-    words::write(words::cause, RUNNING);
-    if cause == WATCHDOG { ResetCause::Watchdog } else { ResetCause::Software }
+    let asked = words::read(words::asked);
+    words::write(words::asked, Asked::Nobody as u32);
+    #[cfg(feature = "board-emulated")]
+    if asked == Asked::Watchdog as u32 {
+        return Some(ResetCause::Watchdog);
+    }
+    #[cfg(not(feature = "board-emulated"))]
+    if asked == Asked::Fault as u32 {
+        return Some(ResetCause::Fault);
+    }
+    None
 }
 
-/// The next start is the watchdog's.
-pub fn note_watchdog() {
-    words::write(words::cause, WATCHDOG);
+/// Asks for a reset.
+pub fn reset(why: Asked) -> ! {
+    words::write(words::asked, why as u32);
+    cortex_m::peripheral::SCB::sys_reset()
 }
 
-/// Starts since power came.
+/// Resets since power came.
 pub fn resets() -> u32 {
     words::read(words::resets)
 }
 
 /// One more round of the sample clock; only its exception calls this.
+#[cfg(feature = "board-emulated")]
 pub fn count_powered_round() {
     words::write(words::powered_rounds, powered_rounds().wrapping_add(1));
 }
 
-/// Rounds of the sample clock since power came.
+/// Rounds of the sample clock since power came: where the emulated sensors are.
+#[cfg(feature = "board-emulated")]
 pub fn powered_rounds() -> u32 {
     words::read(words::powered_rounds)
 }
