@@ -1,0 +1,6 @@
+//! Frames, queue, survey word, commands and the programs at the other end of the line.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod corruption;
+mod flown;
+mod queue;

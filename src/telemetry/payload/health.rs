@@ -1,0 +1,39 @@
+use super::Payload;
+use crate::{
+    probe::Counters,
+    telemetry::{Kind, LineCounters, LinkCounters},
+};
+use serde::{Deserialize, Serialize};
+
+/// How the probe does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Health {
+    /// When, microseconds.
+    pub t_us: u64,
+    /// The pipeline's counters.
+    pub counters: Counters,
+    /// Samples that found the queue to the main loop full.
+    pub sample_overruns: u32,
+    /// Longest time from the acquisition of a sample to its attitude, microseconds.
+    pub worst_delay_us: u32,
+    /// Most stack in use at any time, bytes.
+    pub stack_used_bytes: u32,
+    /// Stack there is, bytes.
+    pub stack_size_bytes: u32,
+    /// Resets by the watchdog since power came.
+    pub watchdog_resets: u32,
+    /// Since when the gyro model flies that does, microseconds; `None`: since the start.
+    pub model_since_us: Option<u64>,
+    /// What was sent and what was not.
+    pub sent: LineCounters,
+    /// What was received.
+    pub received: LinkCounters,
+    /// Commands carried out.
+    pub commands_accepted: u32,
+    /// Commands refused.
+    pub commands_refused: u32,
+}
+
+impl Payload for Health {
+    const KIND: Kind = Kind::Health;
+}
