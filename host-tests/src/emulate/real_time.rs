@@ -2,7 +2,7 @@
 
 use super::{Board, EmulateError, Firmware, build_firmware};
 use crate::{deadline, toolchain::Toolchain};
-use meerkat_mwd::{Config, Sample, config::SurveyConfig};
+use meerkat_mwd::{Config, Sample, config::SurveyConfig, telemetry::StreamConfig};
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Duration};
 
 /// A stage of the program.
@@ -25,8 +25,10 @@ pub struct RealTime {
     pub config: Config,
     /// Its surveys'.
     pub survey: SurveyConfig,
-    /// What the serial line takes.
-    pub serial_bytes_per_s: u32,
+    /// What goes over the serial line.
+    pub stream: StreamConfig,
+    /// Whether raw samples go over it.
+    pub recording: bool,
     /// A stage that does not end, from a sample on.
     pub hang: Option<(Stage, u32)>,
     /// An instruction takes 2 to this power nanoseconds. 3 is 125 million a second: 1.34 cycles of 168 MHz each. 4 is 2.7 cycles each, slower
@@ -39,7 +41,8 @@ impl Default for RealTime {
         Self {
             config: Config::default(),
             survey: SurveyConfig::default(),
-            serial_bytes_per_s: 92_160,
+            stream: StreamConfig { bytes_per_s: 92_160, ..StreamConfig::default() },
+            recording: false,
             hang: None,
             instruction_time: 3,
         }
@@ -89,7 +92,7 @@ impl RealTime {
     ) -> Result<Landed, EmulateError> {
         let file = |what| move |source| EmulateError::File { what, source };
         let hang = self.hang.map(|(stage, sample)| (stage as u8, sample));
-        let boot = postcard::to_stdvec(&(self.config, self.survey, self.serial_bytes_per_s, hang))?;
+        let boot = postcard::to_stdvec(&(self.config, self.survey, self.stream, self.recording, hang))?;
         fs::write(directory.join("probe"), &firmware.elf).map_err(file("the firmware cannot be copied"))?;
         fs::write(directory.join("boot.bin"), boot).map_err(file("the configuration cannot be written"))?;
         let sensors: Vec<u8> = samples.iter().flat_map(record).collect();

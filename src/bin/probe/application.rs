@@ -4,16 +4,20 @@
 pub mod acquisition;
 pub mod board;
 pub mod delay;
+pub mod line;
 pub mod sample_clock;
 pub mod stage;
 
 use acquisition::{Acquired, COUNTS};
-use board::{Board, ResetCause};
+use crate::stack;
+use board::Board;
 use delay::Delays;
+use line::{Line, WaitingWindow};
 use meerkat_mwd::{
     Config, Probe,
     config::{ConfigError, SurveyConfig},
-    survey::{SurveyNews, Surveyor},
+    survey::Surveyor,
+    telemetry::{Boot, Health, LineCounters, LinkCounters, StreamConfig},
 };
 use stage::{Progress, Stage};
 
@@ -22,6 +26,26 @@ const SLICE_UNITS: u32 = 100;
 
 /// Work that is put off for later when the loop is short of time, in samples' shares: a second at 200 Hz.
 const OWED_SAMPLES: u32 = 200;
+
+/// Microseconds from one report of health to the next.
+const HEALTH_US: u64 = 5_000_000;
+
+/// What the probe starts from.
+pub struct Settings {
+    pub config: Config,
+    pub survey: SurveyConfig,
+    pub stream: StreamConfig,
+    /// Whether raw samples are sent from the start.
+    pub recording: bool,
+}
+
+/// What stands in static RAM, and the application works on.
+pub struct Pipeline {
+    pub probe: &'static mut Probe,
+    pub surveyor: &'static mut Surveyor,
+    pub line: &'static mut Line,
+    pub window: &'static mut WaitingWindow,
+}
 
 /// What the application has counted since the start.
 #[derive(Clone, Copy, Debug, Default)]
@@ -43,13 +67,14 @@ pub struct Counts {
 /// The program on one board.
 pub struct Application<B: Board> {
     board: B,
-    probe: &'static mut Probe,
-    surveyor: &'static mut Surveyor,
+    pipeline: Pipeline,
     next_sequence: u32,
     owed_units: u32,
     progress: Progress,
     acquired: u32,
     sample_period_us: u32,
+    /// When the next report of health is due.
+    health_us: u64,
     counts: Counts,
 }
 
@@ -58,24 +83,26 @@ impl<B: Board> Application<B> {
     ///
     /// # Errors
     /// The field that cannot be used.
-    pub fn start(
-        board: B,
-        probe: &'static mut Probe,
-        surveyor: &'static mut Surveyor,
-        config: &Config,
-        survey: &SurveyConfig,
-    ) -> Result<Self, ConfigError> {
-        probe.configure(config)?;
-        surveyor.configure(&config.earth, survey)?;
+    pub fn start(board: B, pipeline: Pipeline, settings: &Settings) -> Result<Self, ConfigError> {
+        let Settings { config, survey, stream, recording } = settings;
+        pipeline.probe.configure(config)?;
+        pipeline.surveyor.configure(&config.earth, survey)?;
+        pipeline.line.configure(stream, *recording)?;
+        let boot = Boot {
+            reset: board.reset_reason(),
+            watchdog_resets: board.watchdog_resets(),
+            ..Boot::new(*config)
+        };
+        pipeline.line.boot(0, &boot);
         Ok(Self {
             board,
-            probe,
-            surveyor,
+            pipeline,
             next_sequence: 0,
             owed_units: 0,
             progress: Progress::default(),
             acquired: COUNTS.acquired(),
             sample_period_us: config.sample_period_us,
+            health_us: 0,
             counts: Counts::default(),
         })
     }
@@ -108,15 +135,19 @@ impl<B: Board> Application<B> {
     }
 
     pub const fn probe(&self) -> &Probe {
-        self.probe
+        self.pipeline.probe
+    }
+
+    pub const fn line_counters(&self) -> LineCounters {
+        self.pipeline.line.counters()
+    }
+
+    pub const fn results_lost(&self) -> u32 {
+        self.pipeline.line.results_lost()
     }
 
     pub const fn board(&mut self) -> &mut B {
         &mut self.board
-    }
-
-    pub fn reset_cause(&self) -> ResetCause {
-        self.board.reset_cause()
     }
 
     fn enter(&mut self, stage: Stage) {
@@ -131,12 +162,16 @@ impl<B: Board> Application<B> {
         }
         self.next_sequence = acquired.sequence.wrapping_add(1);
         let sample = &acquired.sample;
-        if let Some(output) = self.probe.push(sample) {
-            self.counts.delays.add(self.board.now_us().saturating_sub(sample.t_us));
-            let _news: SurveyNews = self.surveyor.push(&self.probe.survey_input(sample, &output));
+        let Pipeline { probe, surveyor, line, .. } = &mut self.pipeline;
+        let output = probe.push(sample);
+        let now_us = self.board.now_us();
+        if let Some(output) = &output {
+            self.counts.delays.add(now_us.saturating_sub(sample.t_us));
+            line.surveys(surveyor.push(&probe.survey_input(sample, output)));
         }
+        line.sample(now_us, acquired.sequence, sample, output.as_ref());
         self.counts.processed = self.counts.processed.wrapping_add(1);
-        let budget = self.probe.poll_budget();
+        let budget = self.pipeline.probe.poll_budget();
         let most = budget.saturating_mul(OWED_SAMPLES);
         self.owed_units = self.owed_units.saturating_add(budget);
         if self.owed_units > most {
@@ -150,18 +185,60 @@ impl<B: Board> Application<B> {
         let slice = if self.owed_units < SLICE_UNITS { self.owed_units } else { SLICE_UNITS };
         self.owed_units -= slice;
         if slice > 0 {
-            if self.probe.poll(slice).is_some() {
+            let Pipeline { probe, line, window, .. } = &mut self.pipeline;
+            if let Some(report) = probe.poll(slice) {
                 self.counts.windows = self.counts.windows.saturating_add(1);
-            }
-            if self.probe.take_diagnosis().is_some() {
-                self.counts.diagnoses = self.counts.diagnoses.saturating_add(1);
+                line.window(window, report);
             }
         }
         self.owed_units > 0
     }
 
+    /// One frame out, and what has come in.
+    #[inline(never)]
     fn telemetry(&mut self) {
+        let now_us = self.board.now_us();
+        if now_us >= self.health_us {
+            self.health_us = now_us + HEALTH_US;
+            self.report_health(now_us);
+        }
+        self.take_diagnosis(now_us);
         while self.board.receive().is_some() {}
+        let Pipeline { surveyor, line, window, .. } = &mut self.pipeline;
+        line.transmit(&mut self.board, surveyor, window);
+    }
+
+    #[inline(never)]
+    fn take_diagnosis(&mut self, now_us: u64) {
+        let Pipeline { probe, line, .. } = &mut self.pipeline;
+        if !line.takes_diagnosis() {
+            return;
+        }
+        if let Some(report) = probe.take_diagnosis() {
+            self.counts.diagnoses = self.counts.diagnoses.saturating_add(1);
+            line.diagnosis(now_us, &report);
+        }
+    }
+
+    #[inline(never)]
+    fn report_health(&mut self, now_us: u64) {
+        let stack = stack::high_water_mark();
+        let health = Health {
+            t_us: now_us,
+            counters: self.pipeline.probe.counters(),
+            samples_acquired: COUNTS.acquired(),
+            sample_overruns: COUNTS.queue_full(),
+            missed_ticks: COUNTS.missed_ticks(),
+            worst_delay_us: self.counts.delays.worst_us,
+            late_attitudes: self.counts.delays.late,
+            stack_used_bytes: stack.used_bytes,
+            stack_size_bytes: stack.size_bytes,
+            watchdog_resets: self.board.watchdog_resets(),
+            sent: self.pipeline.line.counters(),
+            received: LinkCounters::default(),
+            ..Health::default()
+        };
+        self.pipeline.line.health(now_us, &health);
     }
 
     /// Feeds the watchdog when every stage has made progress.

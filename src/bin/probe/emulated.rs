@@ -12,9 +12,10 @@ mod watchdog;
 
 use crate::{
     application::{
-        Application,
+        Application, Pipeline,
         acquisition::{Acquisition, COUNTS, SampleConsumer, SampleQueue},
-        board::{Board, ResetCause},
+        board::Board,
+        line::{Line, WaitingWindow},
         sample_clock::{self, systick},
         stage::Stage,
     },
@@ -23,7 +24,7 @@ use crate::{
 use boot::{Boot, Hang};
 use cortex_m::{Peripherals, peripheral::SCB};
 use cortex_m_rt::{ExceptionFrame, entry, exception};
-use meerkat_mwd::{Probe, survey::Surveyor};
+use meerkat_mwd::{Probe, survey::Surveyor, telemetry::ResetReason};
 use semihosting::{eprintln, println, process};
 use serial::Serial;
 
@@ -32,9 +33,11 @@ fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
     static mut SURVEYOR: Surveyor = Surveyor::new();
+    static mut LINE: Line = Line::new();
+    static mut WINDOW: WaitingWindow = None;
     static mut QUEUE: SampleQueue = SampleQueue::new();
 
-    match run(PROBE, SURVEYOR, QUEUE) {
+    match run(Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW }, QUEUE) {
         Ok(()) => process::exit(0),
         Err(message) => {
             eprintln!("probe: {message}");
@@ -43,19 +46,15 @@ fn main() -> ! {
     }
 }
 
-fn run(
-    probe: &'static mut Probe,
-    surveyor: &'static mut Surveyor,
-    queue: &'static mut SampleQueue,
-) -> Result<(), &'static str> {
+fn run(pipeline: Pipeline, queue: &'static mut SampleQueue) -> Result<(), &'static str> {
     let peripherals = Peripherals::take().ok_or("started twice")?;
-    let reset_cause = match (reset_record::start(), reset_record::resets()) {
+    let reset_reason = match (reset_record::start(), reset_record::resets()) {
         (Some(cause), _) => cause,
-        (None, 0) => ResetCause::Power,
-        (None, _) => ResetCause::Software,
+        (None, 0) => ResetReason::PowerOn,
+        (None, _) => ResetReason::Software,
     };
     let (producer, consumer) = queue.split();
-    let mut application = start(probe, surveyor, consumer, reset_cause)?;
+    let mut application = start(pipeline, consumer, reset_reason)?;
     let period_us = application.sample_period_us();
     sensors::start(Acquisition::new(producer), period_us, application.board().hang)?;
     systick::start(peripherals.SYST, peripherals.SCB, period_us);
@@ -68,17 +67,16 @@ fn run(
 /// Apart, so that the configuration stands on the stack only while it is read.
 #[inline(never)]
 fn start(
-    probe: &'static mut Probe,
-    surveyor: &'static mut Surveyor,
+    pipeline: Pipeline,
     samples: SampleConsumer,
-    reset_cause: ResetCause,
+    reset_reason: ResetReason,
 ) -> Result<Application<Emulated>, &'static str> {
     let boot = Boot::read()?;
-    let serial = Serial::start(boot.serial_bytes_per_s);
+    let serial = Serial::start(boot.settings.stream.bytes_per_s);
     // A defect is played once.
-    let hang = if reset_cause == ResetCause::Power { boot.hang } else { None };
-    let board = Emulated { samples, serial, reset_cause, hang, acquired: 0 };
-    Application::start(board, probe, surveyor, &boot.config, &boot.survey).map_err(|error| {
+    let hang = if reset_reason == ResetReason::PowerOn { boot.hang } else { None };
+    let board = Emulated { samples, serial, reset_reason, hang, acquired: 0 };
+    Application::start(board, pipeline, &boot.settings).map_err(|error| {
         eprintln!("probe: {error}");
         "the configuration cannot be used"
     })
@@ -87,7 +85,7 @@ fn start(
 struct Emulated {
     samples: SampleConsumer,
     serial: Serial,
-    reset_cause: ResetCause,
+    reset_reason: ResetReason,
     hang: Option<Hang>,
     acquired: u32,
 }
@@ -122,8 +120,12 @@ impl Board for Emulated {
         });
     }
 
-    fn reset_cause(&self) -> ResetCause {
-        self.reset_cause
+    fn reset_reason(&self) -> ResetReason {
+        self.reset_reason
+    }
+
+    fn watchdog_resets(&self) -> u32 {
+        reset_record::watchdog_resets()
     }
 
     fn enter(&mut self, stage: Stage) {
@@ -140,8 +142,13 @@ impl Board for Emulated {
 fn print(application: &mut Application<Emulated>) -> Result<(), &'static str> {
     let counts = application.counts();
     let delays = &counts.delays;
-    println!("reset_cause = {:?}", application.reset_cause());
-    println!("resets = {}", reset_record::resets());
+    println!("watchdog_resets = {}", reset_record::watchdog_resets());
+    println!("results_lost = {}", application.results_lost());
+    let line = application.line_counters();
+    println!("frames = {}", line.frames);
+    println!("attitude_dropped = {}", line.attitude_dropped);
+    println!("samples_dropped = {}", line.samples_dropped);
+    println!("results_refused = {}", line.results_refused);
     println!("acquired = {}", COUNTS.acquired());
     println!("queue_full = {}", COUNTS.queue_full());
     println!("missed_ticks = {}", COUNTS.missed_ticks());
@@ -161,7 +168,7 @@ fn print(application: &mut Application<Emulated>) -> Result<(), &'static str> {
     println!("diagnosis_overruns = {}", pipeline.diagnosis_overruns);
     println!("reports_lost = {}", pipeline.reports_lost);
     println!("diagnoses_lost = {}", pipeline.diagnoses_lost);
-    let stack = stack::high_water_mark().ok_or("the stack has run into the static data")?;
+    let stack = stack::high_water_mark();
     println!("stack_used_bytes = {}", stack.used_bytes);
     println!("stack_size_bytes = {}", stack.size_bytes);
     Ok(())

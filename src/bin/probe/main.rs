@@ -13,15 +13,9 @@ mod stm32f405;
 #[cfg(all(target_os = "none", feature = "board-trace"))]
 mod trace_flight;
 
-#[cfg(all(
-    target_os = "none",
-    any(feature = "board-emulated", feature = "board-nrf52840", feature = "board-stm32f405")
-))]
+#[cfg(all(target_os = "none", feature = "application"))]
 mod application;
-#[cfg(all(
-    target_os = "none",
-    any(feature = "board-emulated", feature = "board-nrf52840", feature = "board-stm32f405")
-))]
+#[cfg(all(target_os = "none", feature = "application"))]
 mod reset_record;
 #[cfg(all(target_os = "none", not(feature = "board-bare")))]
 mod stack;

@@ -1,6 +1,6 @@
 //! A few words of RAM that the start-up code leaves alone: why a program asked for its reset.
 
-use crate::application::board::ResetCause;
+use meerkat_mwd::telemetry::ResetReason;
 
 /// Says that the words are ours and not what happened to be there when power came.
 const MAGIC: u32 = 0x6d77_6431;
@@ -20,6 +20,7 @@ struct Record {
     magic: u32,
     asked: u32,
     resets: u32,
+    watchdog_resets: u32,
     #[cfg(feature = "board-emulated")]
     powered_rounds: u32,
 }
@@ -31,6 +32,7 @@ static mut RECORD: Record = Record {
     magic: 0,
     asked: 0,
     resets: 0,
+    watchdog_resets: 0,
     #[cfg(feature = "board-emulated")]
     powered_rounds: 0,
 };
@@ -60,15 +62,17 @@ mod words {
     field!(magic);
     field!(asked);
     field!(resets);
+    field!(watchdog_resets);
     #[cfg(feature = "board-emulated")]
     field!(powered_rounds);
 }
 
 /// What a program asked for before this start; `None`: power came since, or nobody asked. Then nobody has asked any more.
-pub fn start() -> Option<ResetCause> {
+pub fn start() -> Option<ResetReason> {
     if words::read(words::magic) != MAGIC {
         words::write(words::magic, MAGIC);
         words::write(words::resets, 0);
+        words::write(words::watchdog_resets, 0);
         #[cfg(feature = "board-emulated")]
         words::write(words::powered_rounds, 0);
         words::write(words::asked, Asked::Nobody as u32);
@@ -79,11 +83,12 @@ pub fn start() -> Option<ResetCause> {
     words::write(words::asked, Asked::Nobody as u32);
     #[cfg(feature = "board-emulated")]
     if asked == Asked::Watchdog as u32 {
-        return Some(ResetCause::Watchdog);
+        count_watchdog_reset();
+        return Some(ResetReason::Watchdog);
     }
     #[cfg(not(feature = "board-emulated"))]
     if asked == Asked::Fault as u32 {
-        return Some(ResetCause::Fault);
+        return Some(ResetReason::Fault);
     }
     None
 }
@@ -97,6 +102,16 @@ pub fn reset(why: Asked) -> ! {
 /// Resets since power came.
 pub fn resets() -> u32 {
     words::read(words::resets)
+}
+
+/// Resets by the watchdog since power came.
+pub fn watchdog_resets() -> u32 {
+    words::read(words::watchdog_resets)
+}
+
+/// One more of them.
+pub fn count_watchdog_reset() {
+    words::write(words::watchdog_resets, watchdog_resets().wrapping_add(1));
 }
 
 /// One more round of the sample clock; only its exception calls this.

@@ -18,8 +18,8 @@ pub struct HighWaterMark {
     pub size_bytes: u32,
 }
 
-/// Most stack used so far; `None`: all of it, so it may have run into the static data.
-pub fn high_water_mark() -> Option<HighWaterMark> {
+/// Most stack used so far. All of it: it may have run into the static data.
+pub fn high_water_mark() -> HighWaterMark {
     let top = &raw const symbols::_stack_start;
     let mut deepest = &raw const symbols::_stack_end;
     let size_bytes = (top as u32).saturating_sub(deepest as u32);
@@ -27,7 +27,7 @@ pub fn high_water_mark() -> Option<HighWaterMark> {
         deepest = deepest.wrapping_add(1);
     }
     let used_bytes = (top as u32).saturating_sub(deepest as u32);
-    (used_bytes < size_bytes).then_some(HighWaterMark { used_bytes, size_bytes })
+    HighWaterMark { used_bytes, size_bytes }
 }
 
 #[allow(unsafe_code)]

@@ -98,7 +98,10 @@ fn write_end(
     counter: &InstructionCounter,
     (push, poll): (&Tally, &Tally),
 ) -> Result<(), Fault> {
-    let stack = stack::high_water_mark().ok_or(Fault::StackOverflow)?;
+    let stack = stack::high_water_mark();
+    if stack.used_bytes >= stack.size_bytes {
+        return Err(Fault::StackOverflow);
+    }
     flight.write(&Record::End(Summary {
         counters: probe.counters(),
         push: counter.cost(push),

@@ -12,10 +12,16 @@ pub struct Health {
     pub t_us: u64,
     /// The pipeline's counters.
     pub counters: Counters,
+    /// Samples that were read.
+    pub samples_acquired: u32,
     /// Samples that found the queue to the main loop full.
     pub sample_overruns: u32,
+    /// Ticks of the sample clock at which nothing was read, the reading before not having ended.
+    pub missed_ticks: u32,
     /// Longest time from the acquisition of a sample to its attitude, microseconds.
     pub worst_delay_us: u32,
+    /// Attitudes that came later than 2 ms after the acquisition.
+    pub late_attitudes: u32,
     /// Most stack in use at any time, bytes.
     pub stack_used_bytes: u32,
     /// Stack there is, bytes.

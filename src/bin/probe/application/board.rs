@@ -1,23 +1,7 @@
 //! What the application needs of a board, and nothing else of the chip.
 
 use super::{acquisition::SampleConsumer, stage::Stage};
-
-/// Why the chip started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ResetCause {
-    /// Power came, or came back.
-    Power,
-    /// The reset pin.
-    Pin,
-    /// A stage of the application hung.
-    Watchdog,
-    /// The program asked for it.
-    Software,
-    /// A panic or a hard fault, which ask for it.
-    Fault,
-    /// The chip does not say.
-    Unknown,
-}
+use meerkat_mwd::telemetry::ResetReason;
 
 /// A board. Its interrupt reads the sensors and fills the queue; everything else happens when the application calls.
 pub trait Board {
@@ -40,7 +24,10 @@ pub trait Board {
     fn idle(&mut self);
 
     /// Why the chip started.
-    fn reset_cause(&self) -> ResetCause;
+    fn reset_reason(&self) -> ResetReason;
+
+    /// Resets by the watchdog since power came.
+    fn watchdog_resets(&self) -> u32;
 
     /// A stage begins. For boards that play a defect; the others do nothing.
     fn enter(&mut self, _stage: Stage) {}

@@ -1,17 +1,13 @@
 //! What a run starts from: `boot.bin`, in postcard's encoding.
 
-use crate::application::stage::Stage;
-use meerkat_mwd::{Config, config::SurveyConfig};
+use crate::application::{Settings, stage::Stage};
 use semihosting::{fs::File, io::Read};
 
 /// More than the encoding ever takes.
 const LONGEST: usize = 1024;
 
 pub struct Boot {
-    pub config: Config,
-    pub survey: SurveyConfig,
-    /// How fast the line takes bytes.
-    pub serial_bytes_per_s: u32,
+    pub settings: Settings,
     /// A defect to play.
     pub hang: Option<Hang>,
 }
@@ -36,7 +32,7 @@ impl Boot {
             }
         }
         let bytes = bytes.get(..used).unwrap_or_default();
-        let (config, survey, serial_bytes_per_s, hang): (_, _, _, Option<(u8, u32)>) =
+        let (config, survey, stream, recording, hang): (_, _, _, _, Option<(u8, u32)>) =
             postcard::from_bytes(bytes).map_err(|_| "boot.bin does not hold a configuration and what to do with it")?;
         let hang = match hang {
             None => None,
@@ -46,6 +42,6 @@ impl Boot {
                 Some(Hang { stage, at_sample })
             }
         };
-        Ok(Self { config, survey, serial_bytes_per_s, hang })
+        Ok(Self { settings: Settings { config, survey, stream, recording }, hang })
     }
 }
