@@ -6,6 +6,8 @@ pub mod board;
 pub mod delay;
 pub mod line;
 pub mod sample_clock;
+#[cfg(feature = "spi-sensors")]
+pub mod sensors;
 pub mod stage;
 
 use acquisition::{Acquired, COUNTS};
@@ -17,7 +19,7 @@ use meerkat_mwd::{
     Config, Probe,
     config::{ConfigError, SurveyConfig},
     survey::Surveyor,
-    telemetry::{Boot, Health, LineCounters, LinkCounters, StreamConfig},
+    telemetry::{Boot, Health, LinkCounters, StreamConfig},
 };
 use stage::{Progress, Stage};
 
@@ -71,8 +73,7 @@ pub struct Application<B: Board> {
     next_sequence: u32,
     owed_units: u32,
     progress: Progress,
-    acquired: u32,
-    sample_period_us: u32,
+    served: u32,
     /// When the next report of health is due.
     health_us: u64,
     counts: Counts,
@@ -100,8 +101,7 @@ impl<B: Board> Application<B> {
             next_sequence: 0,
             owed_units: 0,
             progress: Progress::default(),
-            acquired: COUNTS.acquired(),
-            sample_period_us: config.sample_period_us,
+            served: COUNTS.served(),
             health_us: 0,
             counts: Counts::default(),
         })
@@ -112,8 +112,9 @@ impl<B: Board> Application<B> {
         self.enter(Stage::Samples);
         while let Some(acquired) = self.board.samples().dequeue() {
             self.fly(&acquired);
-            self.progress.made(Stage::Samples);
         }
+        // Emptied, with or without a sample: sensors that are dead are no reason to start anew.
+        self.progress.made(Stage::Samples);
         self.enter(Stage::Work);
         let more = self.work();
         self.progress.made(Stage::Work);
@@ -124,30 +125,6 @@ impl<B: Board> Application<B> {
         if !more {
             self.board.idle();
         }
-    }
-
-    pub const fn sample_period_us(&self) -> u32 {
-        self.sample_period_us
-    }
-
-    pub const fn counts(&self) -> &Counts {
-        &self.counts
-    }
-
-    pub const fn probe(&self) -> &Probe {
-        self.pipeline.probe
-    }
-
-    pub const fn line_counters(&self) -> LineCounters {
-        self.pipeline.line.counters()
-    }
-
-    pub const fn results_lost(&self) -> u32 {
-        self.pipeline.line.results_lost()
-    }
-
-    pub const fn board(&mut self) -> &mut B {
-        &mut self.board
     }
 
     fn enter(&mut self, stage: Stage) {
@@ -229,11 +206,13 @@ impl<B: Board> Application<B> {
             samples_acquired: COUNTS.acquired(),
             sample_overruns: COUNTS.queue_full(),
             missed_ticks: COUNTS.missed_ticks(),
+            sensor_faults: COUNTS.faults(),
             worst_delay_us: self.counts.delays.worst_us,
             late_attitudes: self.counts.delays.late,
             stack_used_bytes: stack.used_bytes,
             stack_size_bytes: stack.size_bytes,
             watchdog_resets: self.board.watchdog_resets(),
+            results_lost: self.pipeline.line.results_lost(),
             sent: self.pipeline.line.counters(),
             received: LinkCounters::default(),
             ..Health::default()
@@ -243,14 +222,30 @@ impl<B: Board> Application<B> {
 
     /// Feeds the watchdog when every stage has made progress.
     fn watch(&mut self) {
-        let acquired = COUNTS.acquired();
-        if acquired != self.acquired {
-            self.acquired = acquired;
+        let served = COUNTS.served();
+        if served != self.served {
+            self.served = served;
             self.progress.made(Stage::Acquisition);
         }
         if self.progress.take_if_whole() {
             self.board.feed_watchdog();
             self.counts.watchdog_fed = self.counts.watchdog_fed.wrapping_add(1);
         }
+    }
+}
+
+/// What a run in the emulator is judged by, beside what it sends.
+#[cfg(feature = "board-emulated")]
+impl<B: Board> Application<B> {
+    pub const fn board(&mut self) -> &mut B {
+        &mut self.board
+    }
+
+    pub const fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    pub const fn pipeline(&self) -> &Pipeline {
+        &self.pipeline
     }
 }

@@ -54,8 +54,7 @@ fn run(pipeline: Pipeline, queue: &'static mut SampleQueue) -> Result<(), &'stat
         (None, _) => ResetReason::Software,
     };
     let (producer, consumer) = queue.split();
-    let mut application = start(pipeline, consumer, reset_reason)?;
-    let period_us = application.sample_period_us();
+    let (mut application, period_us) = start(pipeline, consumer, reset_reason)?;
     sensors::start(Acquisition::new(producer), period_us, application.board().hang)?;
     systick::start(peripherals.SYST, peripherals.SCB, period_us);
     while !(sensors::are_over() && application.board().samples.is_empty()) {
@@ -70,16 +69,17 @@ fn start(
     pipeline: Pipeline,
     samples: SampleConsumer,
     reset_reason: ResetReason,
-) -> Result<Application<Emulated>, &'static str> {
+) -> Result<(Application<Emulated>, u32), &'static str> {
     let boot = Boot::read()?;
     let serial = Serial::start(boot.settings.stream.bytes_per_s);
     // A defect is played once.
     let hang = if reset_reason == ResetReason::PowerOn { boot.hang } else { None };
     let board = Emulated { samples, serial, reset_reason, hang, acquired: 0 };
-    Application::start(board, pipeline, &boot.settings).map_err(|error| {
+    let application = Application::start(board, pipeline, &boot.settings).map_err(|error| {
         eprintln!("probe: {error}");
         "the configuration cannot be used"
-    })
+    })?;
+    Ok((application, boot.settings.config.sample_period_us))
 }
 
 struct Emulated {
@@ -143,8 +143,8 @@ fn print(application: &mut Application<Emulated>) -> Result<(), &'static str> {
     let counts = application.counts();
     let delays = &counts.delays;
     println!("watchdog_resets = {}", reset_record::watchdog_resets());
-    println!("results_lost = {}", application.results_lost());
-    let line = application.line_counters();
+    println!("results_lost = {}", application.pipeline().line.results_lost());
+    let line = application.pipeline().line.counters();
     println!("frames = {}", line.frames);
     println!("attitude_dropped = {}", line.attitude_dropped);
     println!("samples_dropped = {}", line.samples_dropped);
@@ -160,7 +160,7 @@ fn print(application: &mut Application<Emulated>) -> Result<(), &'static str> {
     println!("delay_worst_us = {}", delays.worst_us);
     println!("delay_sum_us = {}", delays.sum_us);
     println!("late = {}", delays.late);
-    let pipeline = application.probe().counters();
+    let pipeline = application.pipeline().probe.counters();
     println!("samples = {}", pipeline.samples);
     println!("out_of_order = {}", pipeline.out_of_order);
     println!("gaps = {}", pipeline.gaps);

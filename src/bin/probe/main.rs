@@ -17,6 +17,10 @@ mod trace_flight;
 mod application;
 #[cfg(all(target_os = "none", feature = "application"))]
 mod reset_record;
+#[cfg(all(target_os = "none", feature = "spi-sensors"))]
+mod fault;
+#[cfg(all(target_os = "none", feature = "spi-sensors"))]
+mod serial_queues;
 #[cfg(all(target_os = "none", not(feature = "board-bare")))]
 mod stack;
 

@@ -18,6 +18,8 @@ pub struct Health {
     pub sample_overruns: u32,
     /// Ticks of the sample clock at which nothing was read, the reading before not having ended.
     pub missed_ticks: u32,
+    /// Readings of the sensors that failed; their drivers start them anew.
+    pub sensor_faults: u32,
     /// Longest time from the acquisition of a sample to its attitude, microseconds.
     pub worst_delay_us: u32,
     /// Attitudes that came later than 2 ms after the acquisition.
@@ -30,6 +32,8 @@ pub struct Health {
     pub watchdog_resets: u32,
     /// Since when the gyro model flies that does, microseconds; `None`: since the start.
     pub model_since_us: Option<u64>,
+    /// Results that newer ones took the place of before the line had room.
+    pub results_lost: u32,
     /// What was sent and what was not.
     pub sent: LineCounters,
     /// What was received.

@@ -22,6 +22,8 @@ pub struct AcquisitionCounts {
     acquired: AtomicU32,
     queue_full: AtomicU32,
     missed_ticks: AtomicU32,
+    served: AtomicU32,
+    faults: AtomicU32,
 }
 
 /// Of the one acquisition that there is.
@@ -29,6 +31,8 @@ pub static COUNTS: AcquisitionCounts = AcquisitionCounts {
     acquired: AtomicU32::new(0),
     queue_full: AtomicU32::new(0),
     missed_ticks: AtomicU32::new(0),
+    served: AtomicU32::new(0),
+    faults: AtomicU32::new(0),
 };
 
 impl AcquisitionCounts {
@@ -45,6 +49,16 @@ impl AcquisitionCounts {
     /// Ticks of the sample clock at which nothing was read, because the reading before had not ended.
     pub fn missed_ticks(&self) -> u32 {
         self.missed_ticks.load(Ordering::Relaxed)
+    }
+
+    /// Ticks that were served, whether or not the sensors gave a sample.
+    pub fn served(&self) -> u32 {
+        self.served.load(Ordering::Relaxed)
+    }
+
+    /// Readings that failed, and what they were to give came later or not at all.
+    pub fn faults(&self) -> u32 {
+        self.faults.load(Ordering::Relaxed)
     }
 }
 
@@ -68,10 +82,22 @@ impl Acquisition {
         add(&COUNTS.acquired, 1);
     }
 
-    /// Counts ticks that went by without a reading.
-    pub fn missed(&mut self, ticks: u32) {
-        self.sequence = self.sequence.wrapping_add(ticks);
-        add(&COUNTS.missed_ticks, ticks);
+    /// A tick is served; `missed` went by without.
+    pub fn served(&mut self, missed: u32) {
+        add(&COUNTS.missed_ticks, missed);
+        add(&COUNTS.served, 1);
+    }
+
+    /// Leaves out the numbers of samples that nobody read.
+    #[cfg(feature = "board-emulated")]
+    pub const fn lost(&mut self, samples: u32) {
+        self.sequence = self.sequence.wrapping_add(samples);
+    }
+
+    /// Counts a reading that failed.
+    #[cfg(feature = "spi-sensors")]
+    pub fn fault(&mut self) {
+        add(&COUNTS.faults, 1);
     }
 }
 

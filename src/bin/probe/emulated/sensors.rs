@@ -66,8 +66,10 @@ impl Sensors {
         let rounds = sample_clock::rounds();
         let missed = rounds.saturating_sub(self.rounds).saturating_sub(1);
         self.rounds = rounds;
+        let missed = u32::try_from(missed).unwrap_or(u32::MAX);
+        self.acquisition.served(missed);
         if missed > 0 {
-            self.acquisition.missed(u32::try_from(missed).unwrap_or(u32::MAX));
+            self.acquisition.lost(missed);
             for _ in 0..missed {
                 let _ = self.next();
             }
