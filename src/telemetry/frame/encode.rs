@@ -1,6 +1,7 @@
 use super::{CHECK, HEADER, Kind, MAX_PAYLOAD, crc::digest, encoded_length};
 use crate::telemetry::Payload;
 use cobs::{CobsEncoder, DestBufTooSmallError};
+use crc::{Digest, NoTable};
 
 /// Why there is no frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,13 +74,25 @@ pub(in crate::telemetry) fn encode_parts<'a>(
 fn stuff(kind: u8, sequence: u16, parts: [&[u8]; 2], buffer: &mut [u8]) -> Result<usize, DestBufTooSmallError> {
     let [low, high] = sequence.to_le_bytes();
     let header: [u8; HEADER] = [kind, low, high];
-    let mut check = digest();
-    let mut encoder = CobsEncoder::new(buffer);
-    for bytes in [&header[..], parts[0], parts[1]] {
-        check.update(bytes);
-        encoder.push(bytes)?;
+    let mut stuffing = Stuffing { check: digest(), encoder: CobsEncoder::new(buffer) };
+    stuffing.put(&header)?;
+    stuffing.put(parts[0])?;
+    stuffing.put(parts[1])?;
+    let check: [u8; CHECK] = stuffing.check.clone().finalize().to_le_bytes();
+    stuffing.put(&check)?;
+    Ok(stuffing.encoder.finalize())
+}
+
+struct Stuffing<'a> {
+    check: Digest<'static, u32, NoTable>,
+    encoder: CobsEncoder<'a>,
+}
+
+impl Stuffing<'_> {
+    // Both are loops over the bytes, and would be written out four times.
+    #[inline(never)]
+    fn put(&mut self, bytes: &[u8]) -> Result<(), DestBufTooSmallError> {
+        self.check.update(bytes);
+        self.encoder.push(bytes)
     }
-    let check: [u8; CHECK] = check.finalize().to_le_bytes();
-    encoder.push(&check)?;
-    Ok(encoder.finalize())
 }

@@ -3,12 +3,12 @@ use crate::{
     diagnosis::{DiagnosisReport, HardIronInterval},
     probe::Output,
     survey::{DrillingDynamics, SurveyReport},
-    telemetry::{Frame, Kind},
+    telemetry::{Acknowledgement, Frame, Kind},
 };
 use serde::de::DeserializeOwned;
 
 /// What a probe sent.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "nothing here can be boxed, and a message lives only until it is read")]
 #[non_exhaustive]
 pub enum Message {
@@ -32,6 +32,8 @@ pub enum Message {
     HardIron(HardIronInterval),
     /// Counters, stack, overruns.
     Health(Health),
+    /// The answer to a command.
+    Acknowledgement(Acknowledgement),
 }
 
 /// Why a frame, whose check was right, says nothing.
@@ -81,7 +83,8 @@ impl Message {
             Kind::Diagnosis => whole(kind, bytes).map(Self::Diagnosis),
             Kind::HardIron => whole(kind, bytes).map(Self::HardIron),
             Kind::Health => whole(kind, bytes).map(Self::Health),
-            Kind::Acknowledgement | Kind::Command | Kind::AuthenticatedCommand => Err(unknown),
+            Kind::Acknowledgement => whole(kind, bytes).map(Self::Acknowledgement),
+            Kind::Command | Kind::AuthenticatedCommand => Err(unknown),
         }
     }
 }

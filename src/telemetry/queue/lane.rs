@@ -76,9 +76,10 @@ fn entry(ring: &DequeView<u8>) -> Option<Entry> {
     Some(Entry { length: length.into(), kind, pushed_us })
 }
 
+#[inline(never)]
 fn write<P: Payload>(ring: &mut DequeView<u8>, now_us: u64, payload: &P, may_fill: usize) -> Result<(), Refused> {
     let start = ring.storage_len();
-    let written = postcard::serialize_with_flavor(payload, Tail::new(ring, may_fill)).is_ok();
+    let written = postcard::serialize_with_flavor(payload, Tail::new(ring, may_fill)).unwrap_or(false);
     finish(ring, start, written, P::KIND.number(), now_us as u32)
 }
 
@@ -124,32 +125,47 @@ fn take<'a>(ring: &mut DequeView<u8>, sequence: u16, buffer: &'a mut [u8; MAX_FR
 }
 
 /// Writes a payload behind what is in the ring, with room for its header before it.
+///
+/// It takes everything and remembers whether there was room, so that no error has to be looked at behind each number of a report: that
+/// and one call for each, not unrolled, are half of the flash that all reports' encodings would take.
 struct Tail<'a> {
     ring: &'a mut DequeView<u8>,
     may_fill: usize,
+    over: bool,
 }
 
 impl<'a> Tail<'a> {
     fn new(ring: &'a mut DequeView<u8>, may_fill: usize) -> Self {
-        let mut tail = Self { ring, may_fill };
-        // Without room for the header there is none for the payload either, and that is found out then.
-        let _ = tail.try_extend(&[0; ENTRY_HEADER]);
+        let mut tail = Self { ring, may_fill, over: false };
+        tail.put(&[0; ENTRY_HEADER]);
         tail
+    }
+
+    #[inline(never)]
+    fn put(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.over |= self.ring.storage_len() >= self.may_fill || self.ring.push_back(byte).is_err();
+        }
     }
 }
 
 impl Flavor for Tail<'_> {
-    type Output = ();
+    /// Whether there was room for all.
+    type Output = bool;
 
-    #[inline(never)]
+    #[inline]
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        if self.ring.storage_len() >= self.may_fill {
-            return Err(postcard::Error::SerializeBufferFull);
-        }
-        self.ring.push_back(byte).map_err(|_| postcard::Error::SerializeBufferFull)
+        self.put(&[byte]);
+        Ok(())
     }
 
-    fn finalize(self) -> postcard::Result<()> {
+    #[inline]
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        self.put(bytes);
         Ok(())
+    }
+
+    fn finalize(self) -> postcard::Result<bool> {
+        Ok(!self.over)
     }
 }
