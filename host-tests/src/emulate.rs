@@ -6,7 +6,7 @@ use crate::{
     cli::ReplayArgs,
     deadline::{self, CommandError},
     flight::Flight,
-    image::{Image, ImageError, ImageSize},
+    image::{self, ChipMemory, Image, ImageError, ImageSize},
     replay,
     toolchain::{self, Missing, Toolchain},
     wire::{self, WireError},
@@ -142,6 +142,17 @@ pub enum Board {
     Nrf52840,
     /// None: only the calls of the pipeline, to look at what they can reach.
     Bare,
+}
+
+impl Board {
+    /// The memory of its chip.
+    #[must_use]
+    pub const fn chip(self) -> ChipMemory {
+        match self {
+            Self::Nrf52840 => image::NRF52840,
+            _ => image::STM32F405,
+        }
+    }
 }
 
 /// Builds the firmware, or finds it built.

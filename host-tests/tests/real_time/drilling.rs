@@ -1,18 +1,46 @@
 //! What is flown: drilling at 45 deg, 200 samples a second.
 
-use meerkat_mwd::{Config, Sample};
+use meerkat_mwd::{
+    Config, Sample,
+    probe::Output,
+    telemetry::{AttitudeFormat, StreamConfig},
+};
 use mwd::{
-    configuration,
+    configuration, flight,
     simulate::{Scenario, simulate},
     toolchain::{self, Toolchain},
 };
-use std::{io::Write, path::Path};
+use std::{io::Write, path::Path, time::Duration};
 
+/// Longest that an emulated run may take.
+pub const LIMIT: Duration = Duration::from_secs(1_800);
+
+pub const PERIOD_US: u64 = 5_000;
+
+/// A configuration and samples with the times that the probe's sample clock gives them.
 pub fn drilling(duration_s: f64, seed: u64) -> (Config, Vec<Sample>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
-    let scenario = Scenario { duration_s, sample_period_us: 5_000, ..Scenario::read(&path).unwrap() };
+    let scenario = Scenario { duration_s, sample_period_us: PERIOD_US as u32, ..Scenario::read(&path).unwrap() };
     let (trace, _) = simulate(&scenario, seed);
-    (configuration::of_trace(&trace), trace.samples)
+    let config = configuration::of_trace(&trace);
+    let samples = trace.samples.iter().zip(1..).map(|(sample, k)| Sample { t_us: k * PERIOD_US, ..*sample });
+    (config, samples.collect())
+}
+
+/// Every output with all its bits, over a line of 921,600 baud.
+pub fn everything() -> StreamConfig {
+    let mut stream = StreamConfig { bytes_per_s: 92_160, attitude_every: 1, ..StreamConfig::default() };
+    stream.attitude_format = AttitudeFormat::Exact;
+    stream
+}
+
+/// What the same samples give on the host, in postcard's encoding: `==` would take -0 for 0.
+pub fn on_the_host(config: &Config, samples: &[Sample]) -> Vec<Vec<u8>> {
+    encoded(&flight::fly(config, samples, |_| ()).unwrap().outputs)
+}
+
+pub fn encoded(outputs: &[Output]) -> Vec<Vec<u8>> {
+    outputs.iter().map(|output| postcard::to_stdvec(output).unwrap()).collect()
 }
 
 /// The toolchain, or `None` after the reason was printed.

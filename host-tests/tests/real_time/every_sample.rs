@@ -1,40 +1,82 @@
-//! Every sample is processed once and in time, while identification and diagnosis run.
+//! Every sample is processed once and in time, while identification and diagnosis run; and gives what it gives on the host.
 
-use super::drilling::{drilling, toolchain};
-use mwd::emulate::real_time::{Landed, RealTime};
-use std::time::Duration;
+use super::{
+    drilling::{LIMIT, drilling, encoded, everything, on_the_host, toolchain},
+    received::Received,
+};
+use meerkat_mwd::Sample;
+use mwd::{
+    emulate::real_time::{Landed, RealTime},
+    flight, image,
+};
 
-const LIMIT: Duration = Duration::from_secs(1_800);
-
-fn fly(duration_s: f64) -> Option<(u64, Landed)> {
+/// Flies twice, and checks what holds of every run.
+fn fly(duration_s: f64) -> Option<(Landed, Received)> {
     let toolchain = toolchain()?;
     let (config, samples) = drilling(duration_s, 1);
-    let run = RealTime { config, ..RealTime::default() };
+    let run = RealTime { config, stream: everything(), recording: true, ..RealTime::default() };
     let landed = run.run(&toolchain, &samples, LIMIT).unwrap();
     println!("{duration_s} s at 200 Hz: {:#?}", landed.values);
     assert_eq!(landed, run.run(&toolchain, &samples, LIMIT).unwrap(), "the same run is the same");
-    Some((samples.len() as u64, landed))
-}
 
-fn assert_every_sample_once(samples: u64, landed: &Landed) {
     for name in ["acquired", "processed", "samples"] {
-        assert_eq!(landed.count(name), Some(samples), "{name}");
+        assert_eq!(landed.count(name), Some(samples.len() as u64), "{name}");
     }
-    for name in ["queue_full", "missed_ticks", "sequence_breaks", "out_of_order", "gaps", "overruns", "diagnosis_overruns"] {
+    for name in ["queue_full", "missed_ticks", "sequence_breaks", "out_of_order", "gaps", "overruns"] {
         assert_eq!(landed.count(name), Some(0), "{name}");
     }
+    for name in ["diagnosis_overruns", "reports_lost", "diagnoses_lost", "results_lost", "attitude_dropped"] {
+        assert_eq!(landed.count(name), Some(0), "{name}");
+    }
+    let received = Received::of(&landed.serial);
+    assert!(received.is_whole(), "{:?}", received.link);
+    // What is still in the queue when the sensors' file ends was not sent.
+    let host = on_the_host(&config, &samples);
+    let probe = encoded(&received.outputs);
+    assert!(host.len() - probe.len() < 3, "{} of {}", probe.len(), host.len());
+    assert!(host.starts_with(&probe), "an output differs");
+    assert_eq!(landed.count("windows"), Some(received.identifications.len() as u64));
+    assert_eq!(landed.count("diagnoses"), Some(received.diagnoses.len() as u64));
+    Some((landed, received))
+}
+
+/// What was recorded over the line replays to the same attitude.
+fn assert_recording_replays(received: &Received) {
+    let [boot] = received.boots[..] else { panic!("{} boots", received.boots.len()) };
+    let numbers: Vec<u32> = received.samples.iter().map(|sample| sample.number).collect();
+    assert!(numbers.iter().copied().eq(0..numbers.len() as u32), "a sample is missing");
+    let samples: Vec<Sample> = received.samples.iter().map(|sample| sample.sample).collect();
+    let replayed = encoded(&flight::fly(&boot.config, &samples, |_| ()).unwrap().outputs);
+    let flown = encoded(&received.outputs);
+    let both = replayed.len().min(flown.len());
+    assert!(both + 3 > flown.len().max(samples.len()));
+    assert_eq!(replayed[..both], flown[..both]);
+}
+
+/// The stack's high-water mark is reached early, and is within its limit.
+fn assert_memory(received: &Received) {
+    let marks: Vec<u32> = received.healths.iter().map(|health| health.stack_used_bytes).collect();
+    println!("stack after each 5 s: {marks:?} of {}", received.healths[0].stack_size_bytes);
+    let (last, half) = (marks[marks.len() - 1], marks[marks.len() / 2]);
+    assert_eq!(last, half, "the stack still grows in the second half");
+    assert!(u64::from(last) <= image::STACK_LIMIT_BYTES, "{last} bytes of stack");
 }
 
 #[test]
-fn three_minutes_with_identification_and_diagnosis_lose_nothing() {
-    let Some((samples, landed)) = fly(180.0) else { return };
-    assert_every_sample_once(samples, &landed);
-    assert!(landed.count("windows") > Some(0) && landed.count("diagnoses") > Some(0));
+fn minutes_with_identification_and_diagnosis_lose_nothing_and_replay() {
+    let Some((landed, received)) = fly(150.0) else { return };
+    assert!(landed.count("windows") > Some(1) && landed.count("diagnoses") > Some(0));
+    assert_recording_replays(&received);
+    assert_memory(&received);
+    assert!(landed.count("delay_worst_us") <= Some(image::DELAY_LIMIT_US), "{:?}", landed.values);
 }
 
 #[test]
 #[ignore = "an hour of virtual time, twice: some minutes"]
 fn an_hour_with_identification_and_diagnosis_loses_nothing() {
-    let Some((samples, landed)) = fly(3_600.0) else { return };
-    assert_every_sample_once(samples, &landed);
+    let Some((landed, received)) = fly(3_600.0) else { return };
+    assert!(landed.count("windows") > Some(50) && landed.count("diagnoses") > Some(50));
+    assert_recording_replays(&received);
+    assert_memory(&received);
+    assert!(landed.count("delay_worst_us") <= Some(image::DELAY_LIMIT_US), "{:?}", landed.values);
 }

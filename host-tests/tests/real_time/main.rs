@@ -3,5 +3,9 @@
 //! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod boards;
 mod drilling;
 mod every_sample;
+mod received;
+mod slow_line;
+mod watchdog;

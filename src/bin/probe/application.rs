@@ -3,6 +3,7 @@
 
 pub mod acquisition;
 pub mod board;
+pub mod commands;
 pub mod delay;
 pub mod line;
 pub mod sample_clock;
@@ -13,13 +14,14 @@ pub mod stage;
 use acquisition::{Acquired, COUNTS};
 use crate::stack;
 use board::Board;
+use commands::Commands;
 use delay::Delays;
 use line::{Line, WaitingWindow};
 use meerkat_mwd::{
     Config, Probe,
     config::{ConfigError, SurveyConfig},
     survey::Surveyor,
-    telemetry::{Boot, Health, LinkCounters, StreamConfig},
+    telemetry::{Boot, Health, StreamConfig},
 };
 use stage::{Progress, Stage};
 
@@ -47,6 +49,7 @@ pub struct Pipeline {
     pub surveyor: &'static mut Surveyor,
     pub line: &'static mut Line,
     pub window: &'static mut WaitingWindow,
+    pub commands: &'static mut Commands,
 }
 
 /// What the application has counted since the start.
@@ -88,13 +91,9 @@ impl<B: Board> Application<B> {
         let Settings { config, survey, stream, recording } = settings;
         pipeline.probe.configure(config)?;
         pipeline.surveyor.configure(&config.earth, survey)?;
-        pipeline.line.configure(stream, *recording)?;
-        let boot = Boot {
-            reset: board.reset_reason(),
-            watchdog_resets: board.watchdog_resets(),
-            ..Boot::new(*config)
-        };
-        pipeline.line.boot(0, &boot);
+        pipeline.line.configure(stream)?;
+        pipeline.line.record(*recording);
+        pipeline.line.boot(0, &boot(&board, config));
         Ok(Self {
             board,
             pipeline,
@@ -175,12 +174,12 @@ impl<B: Board> Application<B> {
     #[inline(never)]
     fn telemetry(&mut self) {
         let now_us = self.board.now_us();
-        if now_us >= self.health_us {
+        if now_us >= self.health_us || core::mem::take(&mut self.pipeline.commands.health_asked) {
             self.health_us = now_us + HEALTH_US;
             self.report_health(now_us);
         }
         self.take_diagnosis(now_us);
-        while self.board.receive().is_some() {}
+        self.receive(now_us);
         let Pipeline { surveyor, line, window, .. } = &mut self.pipeline;
         line.transmit(&mut self.board, surveyor, window);
     }
@@ -200,6 +199,7 @@ impl<B: Board> Application<B> {
     #[inline(never)]
     fn report_health(&mut self, now_us: u64) {
         let stack = stack::high_water_mark();
+        let commands = self.pipeline.commands.counters();
         let health = Health {
             t_us: now_us,
             counters: self.pipeline.probe.counters(),
@@ -214,7 +214,9 @@ impl<B: Board> Application<B> {
             watchdog_resets: self.board.watchdog_resets(),
             results_lost: self.pipeline.line.results_lost(),
             sent: self.pipeline.line.counters(),
-            received: LinkCounters::default(),
+            received: self.pipeline.commands.link(),
+            commands_accepted: commands.accepted,
+            commands_refused: commands.refused,
             ..Health::default()
         };
         self.pipeline.line.health(now_us, &health);
@@ -232,6 +234,11 @@ impl<B: Board> Application<B> {
             self.counts.watchdog_fed = self.counts.watchdog_fed.wrapping_add(1);
         }
     }
+}
+
+/// What the probe says of itself when it starts, and before a recording.
+fn boot<B: Board>(board: &B, config: &Config) -> Boot {
+    Boot { reset: board.reset_reason(), watchdog_resets: board.watchdog_resets(), ..Boot::new(*config) }
 }
 
 /// What a run in the emulator is judged by, beside what it sends.

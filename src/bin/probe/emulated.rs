@@ -15,6 +15,7 @@ use crate::{
         Application, Pipeline,
         acquisition::{Acquisition, COUNTS, SampleConsumer, SampleQueue},
         board::Board,
+        commands::Commands,
         line::{Line, WaitingWindow},
         sample_clock::{self, systick},
         stage::Stage,
@@ -35,9 +36,10 @@ fn main() -> ! {
     static mut SURVEYOR: Surveyor = Surveyor::new();
     static mut LINE: Line = Line::new();
     static mut WINDOW: WaitingWindow = None;
+    static mut COMMANDS: Commands = Commands::new();
     static mut QUEUE: SampleQueue = SampleQueue::new();
 
-    match run(Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW }, QUEUE) {
+    match run(Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS }, QUEUE) {
         Ok(()) => process::exit(0),
         Err(message) => {
             eprintln!("probe: {message}");

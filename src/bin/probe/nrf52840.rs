@@ -10,6 +10,7 @@ use crate::{
         Application, Pipeline, Settings,
         acquisition::{Acquisition, SampleConsumer, SampleQueue},
         board::Board,
+        commands::Commands,
         line::{Line, WaitingWindow},
         sensors::data_sheet,
     },
@@ -42,6 +43,7 @@ fn main() -> ! {
     static mut SURVEYOR: Surveyor = Surveyor::new();
     static mut LINE: Line = Line::new();
     static mut WINDOW: WaitingWindow = None;
+    static mut COMMANDS: Commands = Commands::new();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
     static mut OUTGOING: Outgoing = Outgoing::new();
     static mut INCOMING: Incoming = Incoming::new();
@@ -80,7 +82,7 @@ fn main() -> ! {
     };
     let (producer, samples) = SAMPLES.split();
     let board = Nrf52840 { samples, serial: SerialQueues { outgoing, incoming }, watchdog, reset_reason };
-    let pipeline = Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW };
+    let pipeline = Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };

@@ -9,6 +9,7 @@ use crate::{
         Application, Pipeline, Settings,
         acquisition::{Acquisition, SampleConsumer, SampleQueue},
         board::Board,
+        commands::Commands,
         line::{Line, WaitingWindow},
         sample_clock::{self, systick},
         sensors::data_sheet,
@@ -41,6 +42,7 @@ fn main() -> ! {
     static mut SURVEYOR: Surveyor = Surveyor::new();
     static mut LINE: Line = Line::new();
     static mut WINDOW: WaitingWindow = None;
+    static mut COMMANDS: Commands = Commands::new();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
     static mut OUTGOING: Outgoing = Outgoing::new();
     static mut INCOMING: Incoming = Incoming::new();
@@ -71,7 +73,7 @@ fn main() -> ! {
     let (producer, samples) = SAMPLES.split();
     let serial = SerialQueues { outgoing, incoming };
     let board = Stm32f405 { samples, serial, watchdog, reset_reason };
-    let pipeline = Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW };
+    let pipeline = Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };

@@ -8,7 +8,7 @@ use meerkat_mwd::{
     identification::WindowReport,
     probe::Output,
     survey::{SurveyNews, Surveyor},
-    telemetry::{Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, StreamConfig, TelemetryQueue},
+    telemetry::{Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, StreamConfig, TelemetryQueue},
 };
 
 /// Bytes that wait: results (a diagnosis takes up to 1,000, a window 400), a recording, attitudes.
@@ -47,9 +47,13 @@ impl Line {
 
     /// # Errors
     /// The field that cannot be used.
-    pub fn configure(&mut self, stream: &StreamConfig, recording: bool) -> Result<(), ConfigError> {
-        self.recording = recording;
+    pub fn configure(&mut self, stream: &StreamConfig) -> Result<(), ConfigError> {
         self.queue.configure(stream)
+    }
+
+    /// Whether raw samples are sent.
+    pub const fn record(&mut self, recording: bool) {
+        self.recording = recording;
     }
 
     pub const fn counters(&self) -> LineCounters {
@@ -100,6 +104,12 @@ impl Line {
     pub fn diagnosis(&mut self, now_us: u64, report: &DiagnosisReport) {
         let taken = self.queue.push_result(now_us, report);
         self.lost_unless(taken.is_ok());
+    }
+
+    /// The answer to a command. One that finds no room is not given: its sender asks again.
+    #[inline(never)]
+    pub fn acknowledge(&mut self, now_us: u64, answer: &Acknowledgement) {
+        let _ = self.queue.push_result(now_us, answer);
     }
 
     /// How the probe does. One that finds no room is no loss: the next one tells the same and more.
