@@ -16,6 +16,8 @@ pub mod identification; // least squares -> search -> observability -> acceptanc
 pub mod probe; // all of it behind `push` and `poll`
 #[cfg(feature = "serde")]
 pub mod telemetry; // what leaves the firmware
+#[cfg(feature = "storage")]
+pub mod storage; // what outlives the power
 
 mod algebra;
 pub mod config;

@@ -6,10 +6,14 @@ mod output;
 mod rail;
 mod readings;
 mod staleness;
+#[cfg(feature = "storage")]
+mod stored_model;
 mod survey;
 
 pub use output::{Counters, Output};
 pub use readings::CLIPPED_SHARE;
+#[cfg(feature = "storage")]
+pub use stored_model::NotRestored;
 
 use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},

@@ -13,6 +13,7 @@ pub mod flight;
 pub mod image;
 pub mod known_error;
 pub mod main_job;
+pub mod mock_flash;
 pub mod normal_gravity;
 pub mod rates_csv;
 pub mod recordings;

@@ -71,6 +71,8 @@ pub(crate) struct Identifier {
 mod bias_step;
 mod closing;
 mod reports;
+#[cfg(feature = "storage")]
+mod restoring;
 
 impl Identifier {
     pub const fn zero() -> Self {
