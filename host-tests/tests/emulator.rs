@@ -171,7 +171,7 @@ fn the_instruction_counter_is_exact_and_repeats() {
     let push = first.summary.push;
     assert!(push.instructions_max >= push.instructions_mean() && push.instructions_mean() > 10, "{push:?}");
     let stack_bytes = 128 * 1024 - first.image.ram_bytes();
-    assert!(u64::from(first.summary.stack_size_bytes).abs_diff(stack_bytes) < 64, "{:?}", first.summary);
+    assert!(u64::from(first.summary.stack_size_bytes).abs_diff(stack_bytes) < 320, "{:?}", first.summary);
     assert!(first.summary.stack_used_bytes > 256 && first.summary.stack_used_bytes < first.summary.stack_size_bytes);
 }
 

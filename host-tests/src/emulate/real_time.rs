@@ -29,8 +29,12 @@ pub struct RealTime {
     pub stream: StreamConfig,
     /// Whether raw samples go over it.
     pub recording: bool,
+    /// The key of commands that change calibration.
+    pub key: Option<[u8; 32]>,
     /// A stage that does not end, from a sample on.
     pub hang: Option<(Stage, u32)>,
+    /// Words programmed and sectors erased before the power is cut.
+    pub power_cut_after: Option<u32>,
     /// An instruction takes 2 to this power nanoseconds. 3 is 125 million a second: 1.34 cycles of 168 MHz each. 4 is 2.7 cycles each, slower
     /// than the chip.
     pub instruction_time: u8,
@@ -43,7 +47,9 @@ impl Default for RealTime {
             survey: SurveyConfig::default(),
             stream: StreamConfig { bytes_per_s: 92_160, ..StreamConfig::default() },
             recording: false,
+            key: None,
             hang: None,
+            power_cut_after: None,
             instruction_time: 3,
         }
     }
@@ -73,42 +79,56 @@ impl RealTime {
     /// Whatever keeps the program from coming to its end.
     pub fn run(&self, toolchain: &Toolchain, samples: &[Sample], limit: Duration) -> Result<Landed, EmulateError> {
         let firmware = build_firmware(toolchain, Board::Emulated)?;
-        let directory = tempfile::tempdir()
-            .map_err(|source| EmulateError::File { what: "no temporary directory", source })?;
-        self.run_in(directory.path(), toolchain, &firmware, samples, limit)
+        let directory = tempfile::tempdir().map_err(file("no temporary directory"))?;
+        self.prepare_in(directory.path(), &firmware, samples)?;
+        self.run_in(directory.path(), toolchain, limit)
     }
 
-    /// The same with the files in `directory`.
+    /// Writes what a run reads: firmware, configuration, sensors. A `flash.bin` that is there (49,152 bytes, erased ones 0xFF) is the memory
+    /// of stored models; without one the probe has none.
     ///
     /// # Errors
-    /// The same.
-    pub fn run_in(
-        &self,
-        directory: &Path,
-        toolchain: &Toolchain,
-        firmware: &Firmware,
-        samples: &[Sample],
-        limit: Duration,
-    ) -> Result<Landed, EmulateError> {
-        let file = |what| move |source| EmulateError::File { what, source };
+    /// The directory cannot be written.
+    pub fn prepare_in(&self, directory: &Path, firmware: &Firmware, samples: &[Sample]) -> Result<(), EmulateError> {
         let hang = self.hang.map(|(stage, sample)| (stage as u8, sample));
-        let boot = postcard::to_stdvec(&(self.config, self.survey, self.stream, self.recording, hang))?;
+        let what = (self.config, self.survey, self.stream, self.recording, self.key, hang, self.power_cut_after);
+        let boot = postcard::to_stdvec(&what)?;
         fs::write(directory.join("probe"), &firmware.elf).map_err(file("the firmware cannot be copied"))?;
         fs::write(directory.join("boot.bin"), boot).map_err(file("the configuration cannot be written"))?;
         let sensors: Vec<u8> = samples.iter().flat_map(record).collect();
-        fs::write(directory.join("sensors.bin"), sensors).map_err(file("the sensors' file cannot be written"))?;
-        let mut qemu = Command::new(&toolchain.qemu);
-        qemu.current_dir(directory);
-        qemu.args(["-machine", toolchain.machine, "-icount"]);
-        qemu.arg(format!("shift={},sleep=off", self.instruction_time));
-        qemu.args(["-display", "none", "-monitor", "none", "-serial", "file:serial.bin"]);
-        qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel", "probe"]);
+        fs::write(directory.join("sensors.bin"), sensors).map_err(file("the sensors' file cannot be written"))
+    }
+
+    /// Runs what was prepared, the serial line kept in `serial.bin`.
+    ///
+    /// # Errors
+    /// Whatever keeps the program from coming to its end.
+    pub fn run_in(&self, directory: &Path, toolchain: &Toolchain, limit: Duration) -> Result<Landed, EmulateError> {
+        let mut qemu = self.emulator(directory, toolchain, "file:serial.bin");
         let printed = deadline::run(&mut qemu, limit).map_err(EmulateError::Run)?;
         let values = printed.lines().filter_map(|line| line.split_once(" = "));
         let values = values.map(|(name, value)| (name.to_owned(), value.to_owned())).collect();
         let serial = fs::read(directory.join("serial.bin")).map_err(file("the serial line was not kept"))?;
         Ok(Landed { values, serial })
     }
+
+    /// The emulator over what was prepared, its serial line on what QEMU calls a character device, such as
+    /// `unix:/tmp/probe,server=on,wait=on`.
+    #[must_use]
+    pub fn emulator(&self, directory: &Path, toolchain: &Toolchain, serial: &str) -> Command {
+        let mut qemu = Command::new(&toolchain.qemu);
+        qemu.current_dir(directory);
+        qemu.args(["-machine", toolchain.machine, "-icount"]);
+        qemu.arg(format!("shift={},sleep=off", self.instruction_time));
+        qemu.args(["-display", "none", "-monitor", "none", "-serial", serial]);
+        qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel", "probe"]);
+        qemu
+    }
+}
+
+/// What a file that cannot be read or written is to a run.
+fn file(what: &'static str) -> impl FnOnce(std::io::Error) -> EmulateError {
+    move |source| EmulateError::File { what, source }
 }
 
 /// Ten numbers and the flags, little-endian.

@@ -6,6 +6,7 @@ pub mod board;
 pub mod commands;
 pub mod delay;
 pub mod line;
+pub mod memory;
 pub mod sample_clock;
 #[cfg(feature = "spi-sensors")]
 pub mod sensors;
@@ -17,11 +18,12 @@ use board::Board;
 use commands::Commands;
 use delay::Delays;
 use line::{Line, WaitingWindow};
+use memory::Memory;
 use meerkat_mwd::{
-    Config, Probe,
+    Config, Probe, Sample,
     config::{ConfigError, SurveyConfig},
     survey::Surveyor,
-    telemetry::{Boot, Health, StreamConfig},
+    telemetry::{Boot, Health, Key, StreamConfig},
 };
 use stage::{Progress, Stage};
 
@@ -34,6 +36,9 @@ const OWED_SAMPLES: u32 = 200;
 /// Microseconds from one report of health to the next.
 const HEALTH_US: u64 = 5_000_000;
 
+/// Microseconds after the start at which health is reported first.
+const SILENT_US: u64 = 1_000_000;
+
 /// What the probe starts from.
 pub struct Settings {
     pub config: Config,
@@ -41,15 +46,19 @@ pub struct Settings {
     pub stream: StreamConfig,
     /// Whether raw samples are sent from the start.
     pub recording: bool,
+    /// The key of commands that change calibration; `None`: none was provisioned.
+    pub key: Option<[u8; 32]>,
 }
 
 /// What stands in static RAM, and the application works on.
-pub struct Pipeline {
+pub struct Pipeline<F: 'static> {
     pub probe: &'static mut Probe,
     pub surveyor: &'static mut Surveyor,
     pub line: &'static mut Line,
     pub window: &'static mut WaitingWindow,
     pub commands: &'static mut Commands,
+    /// `None`: there is none that can be used, and the probe flies without.
+    pub memory: Option<&'static mut Memory<F>>,
 }
 
 /// What the application has counted since the start.
@@ -72,7 +81,9 @@ pub struct Counts {
 /// The program on one board.
 pub struct Application<B: Board> {
     board: B,
-    pipeline: Pipeline,
+    pipeline: Pipeline<B::Flash>,
+    /// Whether a stored model had its chance to fly.
+    begun: bool,
     next_sequence: u32,
     owed_units: u32,
     progress: Progress,
@@ -87,21 +98,23 @@ impl<B: Board> Application<B> {
     ///
     /// # Errors
     /// The field that cannot be used.
-    pub fn start(board: B, pipeline: Pipeline, settings: &Settings) -> Result<Self, ConfigError> {
-        let Settings { config, survey, stream, recording } = settings;
+    pub fn start(board: B, pipeline: Pipeline<B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
+        let Settings { config, survey, stream, recording, key } = settings;
         pipeline.probe.configure(config)?;
         pipeline.surveyor.configure(&config.earth, survey)?;
         pipeline.line.configure(stream)?;
         pipeline.line.record(*recording);
-        pipeline.line.boot(0, &boot(&board, config));
+        pipeline.commands.provision(key.as_ref().and_then(Key::of_bytes));
         Ok(Self {
             board,
             pipeline,
+            begun: false,
             next_sequence: 0,
             owed_units: 0,
             progress: Progress::default(),
             served: COUNTS.served(),
-            health_us: 0,
+            // The first words are the boot's, unless the sensors are dead.
+            health_us: SILENT_US,
             counts: Counts::default(),
         })
     }
@@ -138,7 +151,13 @@ impl<B: Board> Application<B> {
         }
         self.next_sequence = acquired.sequence.wrapping_add(1);
         let sample = &acquired.sample;
-        let Pipeline { probe, surveyor, line, .. } = &mut self.pipeline;
+        if !self.begun {
+            self.begin(sample);
+        }
+        let Pipeline { probe, surveyor, line, memory, .. } = &mut self.pipeline;
+        if let Some(memory) = memory {
+            memory.sample(sample);
+        }
         let output = probe.push(sample);
         let now_us = self.board.now_us();
         if let Some(output) = &output {
@@ -155,17 +174,47 @@ impl<B: Board> Application<B> {
         }
     }
 
+    /// Before the first sample: it says how warm it is, and so which stored model may fly.
+    #[inline(never)]
+    fn begin(&mut self, first: &Sample) {
+        self.begun = true;
+        let Pipeline { probe, memory, .. } = &mut self.pipeline;
+        if let Some(memory) = memory {
+            memory.restore(probe, first);
+        }
+        self.report_boot(self.board.now_us());
+    }
+
+    /// What the probe says of itself when it starts, and before a recording.
+    #[inline(never)]
+    fn report_boot(&mut self, now_us: u64) {
+        let Pipeline { probe, line, memory, .. } = &mut self.pipeline;
+        let boot = Boot {
+            reset: self.board.reset_reason(),
+            watchdog_resets: self.board.watchdog_resets(),
+            restored_model: memory.as_ref().and_then(|memory| memory.restored()),
+            ..Boot::new(*probe.config())
+        };
+        line.boot(now_us, &boot);
+    }
+
     /// One bounded piece of identification or diagnosis; whether more is owed.
     #[inline(never)]
     fn work(&mut self) -> bool {
         let slice = if self.owed_units < SLICE_UNITS { self.owed_units } else { SLICE_UNITS };
         self.owed_units -= slice;
         if slice > 0 {
-            let Pipeline { probe, line, window, .. } = &mut self.pipeline;
+            let Pipeline { probe, line, window, memory, .. } = &mut self.pipeline;
             if let Some(report) = probe.poll(slice) {
+                if let Some(memory) = memory {
+                    memory.window(probe, &report);
+                }
                 self.counts.windows = self.counts.windows.saturating_add(1);
                 line.window(window, report);
             }
+        }
+        if let Some(memory) = &mut self.pipeline.memory {
+            memory.step();
         }
         self.owed_units > 0
     }
@@ -200,6 +249,8 @@ impl<B: Board> Application<B> {
     fn report_health(&mut self, now_us: u64) {
         let stack = stack::high_water_mark();
         let commands = self.pipeline.commands.counters();
+        let [models_stored, storage_failures] =
+            self.pipeline.memory.as_ref().map_or([0; 2], |memory| memory.stored_and_failed());
         let health = Health {
             t_us: now_us,
             counters: self.pipeline.probe.counters(),
@@ -217,6 +268,8 @@ impl<B: Board> Application<B> {
             received: self.pipeline.commands.link(),
             commands_accepted: commands.accepted,
             commands_refused: commands.refused,
+            models_stored,
+            storage_failures,
             ..Health::default()
         };
         self.pipeline.line.health(now_us, &health);
@@ -236,11 +289,6 @@ impl<B: Board> Application<B> {
     }
 }
 
-/// What the probe says of itself when it starts, and before a recording.
-fn boot<B: Board>(board: &B, config: &Config) -> Boot {
-    Boot { reset: board.reset_reason(), watchdog_resets: board.watchdog_resets(), ..Boot::new(*config) }
-}
-
 /// What a run in the emulator is judged by, beside what it sends.
 #[cfg(feature = "board-emulated")]
 impl<B: Board> Application<B> {
@@ -252,7 +300,7 @@ impl<B: Board> Application<B> {
         &self.counts
     }
 
-    pub const fn pipeline(&self) -> &Pipeline {
+    pub const fn pipeline(&self) -> &Pipeline<B::Flash> {
         &self.pipeline
     }
 }

@@ -6,6 +6,7 @@
 //! has counted, a `key = value` a line, and ends.
 
 mod boot;
+mod flash;
 mod sensors;
 mod serial;
 mod watchdog;
@@ -17,13 +18,16 @@ use crate::{
         board::Board,
         commands::Commands,
         line::{Line, WaitingWindow},
+        memory::Memory,
         sample_clock::{self, systick},
         stage::Stage,
     },
     reset_record, stack,
 };
 use boot::{Boot, Hang};
+use core::mem::MaybeUninit;
 use cortex_m::{Peripherals, peripheral::SCB};
+use flash::FileFlash;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use meerkat_mwd::{Probe, survey::Surveyor, telemetry::ResetReason};
 use semihosting::{eprintln, println, process};
@@ -37,9 +41,12 @@ fn main() -> ! {
     static mut LINE: Line = Line::new();
     static mut WINDOW: WaitingWindow = None;
     static mut COMMANDS: Commands = Commands::new();
+    static mut MEMORY: MaybeUninit<Memory<FileFlash>> = MaybeUninit::uninit();
     static mut QUEUE: SampleQueue = SampleQueue::new();
 
-    match run(Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS }, QUEUE) {
+    let pipeline =
+        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory: None };
+    match run(pipeline, MEMORY, QUEUE) {
         Ok(()) => process::exit(0),
         Err(message) => {
             eprintln!("probe: {message}");
@@ -48,15 +55,20 @@ fn main() -> ! {
     }
 }
 
-fn run(pipeline: Pipeline, queue: &'static mut SampleQueue) -> Result<(), &'static str> {
+fn run(
+    pipeline: Pipeline<FileFlash>,
+    memory: &'static mut MaybeUninit<Memory<FileFlash>>,
+    queue: &'static mut SampleQueue,
+) -> Result<(), &'static str> {
     let peripherals = Peripherals::take().ok_or("started twice")?;
+    stack::guard(&peripherals.MPU);
     let reset_reason = match (reset_record::start(), reset_record::resets()) {
         (Some(cause), _) => cause,
         (None, 0) => ResetReason::PowerOn,
         (None, _) => ResetReason::Software,
     };
     let (producer, consumer) = queue.split();
-    let (mut application, period_us) = start(pipeline, consumer, reset_reason)?;
+    let (mut application, period_us) = start(pipeline, memory, consumer, reset_reason)?;
     sensors::start(Acquisition::new(producer), period_us, application.board().hang)?;
     systick::start(peripherals.SYST, peripherals.SCB, period_us);
     while !(sensors::are_over() && application.board().samples.is_empty()) {
@@ -68,7 +80,8 @@ fn run(pipeline: Pipeline, queue: &'static mut SampleQueue) -> Result<(), &'stat
 /// Apart, so that the configuration stands on the stack only while it is read.
 #[inline(never)]
 fn start(
-    pipeline: Pipeline,
+    mut pipeline: Pipeline<FileFlash>,
+    memory: &'static mut MaybeUninit<Memory<FileFlash>>,
     samples: SampleConsumer,
     reset_reason: ResetReason,
 ) -> Result<(Application<Emulated>, u32), &'static str> {
@@ -77,6 +90,9 @@ fn start(
     // A defect is played once.
     let hang = if reset_reason == ResetReason::PowerOn { boot.hang } else { None };
     let board = Emulated { samples, serial, reset_reason, hang, acquired: 0 };
+    if let Some(flash) = FileFlash::open(boot.power_cut_after) {
+        pipeline.memory = Memory::start(memory, flash, &boot.settings.config, watchdog::feed);
+    }
     let application = Application::start(board, pipeline, &boot.settings).map_err(|error| {
         eprintln!("probe: {error}");
         "the configuration cannot be used"
@@ -93,6 +109,8 @@ struct Emulated {
 }
 
 impl Board for Emulated {
+    type Flash = FileFlash;
+
     fn now_us(&self) -> u64 {
         systick::now_us()
     }
@@ -171,6 +189,11 @@ fn print(application: &mut Application<Emulated>) -> Result<(), &'static str> {
     println!("reports_lost = {}", pipeline.reports_lost);
     println!("diagnoses_lost = {}", pipeline.diagnoses_lost);
     let stack = stack::high_water_mark();
+    if let Some(memory) = &application.pipeline().memory {
+        let [stored, failed] = memory.stored_and_failed();
+        println!("models_stored = {stored}");
+        println!("storage_failures = {failed}");
+    }
     println!("stack_used_bytes = {}", stack.used_bytes);
     println!("stack_size_bytes = {}", stack.size_bytes);
     Ok(())

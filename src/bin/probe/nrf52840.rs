@@ -2,6 +2,7 @@
 //! select P0.22), the line on UART0 (P0.06, P0.08) at 921,600 baud, logs by RTT.
 
 mod acquisition;
+mod flash;
 mod port;
 mod timer;
 
@@ -12,13 +13,17 @@ use crate::{
         board::Board,
         commands::Commands,
         line::{Line, WaitingWindow},
+        memory::{self, Memory},
         sensors::data_sheet,
     },
     fault, reset_record,
     serial_queues::{Incoming, Outgoing, SerialQueues},
+    stack,
 };
+use core::mem::MaybeUninit;
 use cortex_m::{Peripherals as Core, peripheral::scb::SystemHandler};
 use cortex_m_rt::entry;
+use flash::ModelFlash;
 use meerkat_mwd::{
     Config, Probe,
     config::SurveyConfig,
@@ -44,11 +49,13 @@ fn main() -> ! {
     static mut LINE: Line = Line::new();
     static mut WINDOW: WaitingWindow = None;
     static mut COMMANDS: Commands = Commands::new();
+    static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
     static mut OUTGOING: Outgoing = Outgoing::new();
     static mut INCOMING: Incoming = Incoming::new();
 
     let (Some(chip), Some(mut core)) = (Peripherals::take(), Core::take()) else { fault::stop("started twice") };
+    stack::guard(&core.MPU);
     // Before anything that may not come back, a crystal that does not start among it.
     let watchdog = watchdog(chip.WDT);
     let reset_reason = reset_reason(&chip.POWER);
@@ -74,15 +81,20 @@ fn main() -> ! {
     port::start(chip.UART0, wires, to_port, from_port);
 
     let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
+    let (models, mut factory) = flash::split(chip.NVMC);
+    let factory = memory::factory_records(&mut factory);
     let settings = Settings {
-        config: Config { sample_period_us, full_scale, latency, ..Config::default() },
+        config: Config { sample_period_us, full_scale, latency, ..memory::factory_config(&factory) },
         survey: SurveyConfig::default(),
         stream: StreamConfig { bytes_per_s: BYTES_PER_S, ..StreamConfig::default() },
         recording: false,
+        key: factory.key,
     };
     let (producer, samples) = SAMPLES.split();
-    let board = Nrf52840 { samples, serial: SerialQueues { outgoing, incoming }, watchdog, reset_reason };
-    let pipeline = Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS };
+    let mut board = Nrf52840 { samples, serial: SerialQueues { outgoing, incoming }, watchdog, reset_reason };
+    let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
+    let pipeline =
+        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };
@@ -147,6 +159,8 @@ struct Nrf52840 {
 }
 
 impl Board for Nrf52840 {
+    type Flash = ModelFlash;
+
     fn now_us(&self) -> u64 {
         timer::now_us()
     }

@@ -2,6 +2,7 @@
 //! the line on USART1 (PA9, PA10) at 921,600 baud, logs by RTT.
 
 mod acquisition;
+mod flash;
 mod port;
 
 use crate::{
@@ -11,14 +12,18 @@ use crate::{
         board::Board,
         commands::Commands,
         line::{Line, WaitingWindow},
+        memory::{self, Memory},
         sample_clock::{self, systick},
         sensors::data_sheet,
     },
     fault, reset_record,
     serial_queues::{Incoming, Outgoing, SerialQueues},
+    stack,
 };
+use core::mem::MaybeUninit;
 use cortex_m::{Peripherals as Core, peripheral::SCB};
 use cortex_m_rt::{entry, exception};
+use flash::{FactoryFlash, ModelFlash};
 use meerkat_mwd::{
     Config, Probe,
     config::SurveyConfig,
@@ -43,11 +48,13 @@ fn main() -> ! {
     static mut LINE: Line = Line::new();
     static mut WINDOW: WaitingWindow = None;
     static mut COMMANDS: Commands = Commands::new();
+    static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
     static mut OUTGOING: Outgoing = Outgoing::new();
     static mut INCOMING: Incoming = Incoming::new();
 
     let (Some(chip), Some(core)) = (Peripherals::take(), Core::take()) else { fault::stop("started twice") };
+    stack::guard(&core.MPU);
     // Before anything that may not come back, a crystal that does not start among it.
     let mut watchdog = IndependentWatchdog::new(chip.IWDG);
     watchdog.start(1_000.millis());
@@ -64,16 +71,21 @@ fn main() -> ! {
     port::start(line, to_port, from_port);
 
     let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
+    let models = ModelFlash(chip.FLASH);
+    let factory = memory::factory_records(&mut FactoryFlash);
     let settings = Settings {
-        config: Config { sample_period_us, full_scale, latency, ..Config::default() },
+        config: Config { sample_period_us, full_scale, latency, ..memory::factory_config(&factory) },
         survey: SurveyConfig::default(),
         stream: StreamConfig { bytes_per_s: BAUD / 10, ..StreamConfig::default() },
         recording: false,
+        key: factory.key,
     };
     let (producer, samples) = SAMPLES.split();
     let serial = SerialQueues { outgoing, incoming };
-    let board = Stm32f405 { samples, serial, watchdog, reset_reason };
-    let pipeline = Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS };
+    let mut board = Stm32f405 { samples, serial, watchdog, reset_reason };
+    let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
+    let pipeline =
+        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };
@@ -116,6 +128,8 @@ struct Stm32f405 {
 }
 
 impl Board for Stm32f405 {
+    type Flash = ModelFlash;
+
     fn now_us(&self) -> u64 {
         systick::now_us()
     }

@@ -45,6 +45,7 @@ fn fly(
     output: &'static mut [u8; record_writer::CAPACITY],
 ) -> Result<(), Fault> {
     let peripherals = cortex_m::Peripherals::take().ok_or(Fault::InstructionCounter)?;
+    stack::guard(&peripherals.MPU);
     let counter = InstructionCounter::start(peripherals.SYST)?;
     let mut trace = TraceReader::open(c"trace.bin", input)?;
     let mut flight = RecordWriter::create(c"flight.bin", output)?;

@@ -42,6 +42,10 @@ pub struct Health {
     pub commands_accepted: u32,
     /// Commands refused.
     pub commands_refused: u32,
+    /// Models stored since the start.
+    pub models_stored: u32,
+    /// Models and command counters that the memory refused, and writes and erasures that failed.
+    pub storage_failures: u32,
 }
 
 impl Payload for Health {

@@ -1,10 +1,14 @@
 //! What the application needs of a board, and nothing else of the chip.
 
 use super::{acquisition::SampleConsumer, stage::Stage};
+use embedded_storage::nor_flash::NorFlash;
 use meerkat_mwd::telemetry::ResetReason;
 
 /// A board. Its interrupt reads the sensors and fills the queue; everything else happens when the application calls.
 pub trait Board {
+    /// The sectors of stored models.
+    type Flash: NorFlash;
+
     /// Microseconds of the clock that stamps the samples.
     fn now_us(&self) -> u64;
 

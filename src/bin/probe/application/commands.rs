@@ -1,11 +1,11 @@
 //! What a host asks, and what becomes of it.
 
-use super::{Application, Pipeline, board::Board, boot};
+use super::{Application, Pipeline, board::Board};
 use meerkat_mwd::{
     survey::StationaryState,
     telemetry::{
-        Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, FrameDecoder, Judgement,
-        Key, LinkCounters, Outcome, Situation,
+        Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, Erasure, FrameDecoder,
+        Judgement, Key, LinkCounters, Outcome, Situation,
     },
 };
 
@@ -85,9 +85,15 @@ impl<B: Board> Application<B> {
     fn take(&mut self, now_us: u64, byte: u8) -> bool {
         // Not known to stand still: then it may be drilling.
         let drilling = self.pipeline.surveyor.state() == StationaryState::Moving;
-        let Commands { decoder, gate, .. } = &mut *self.pipeline.commands;
+        let Pipeline { commands, memory, .. } = &mut self.pipeline;
+        let Commands { decoder, gate, .. } = &mut **commands;
         let Some(frame) = decoder.push(byte) else { return false };
-        let answer = match gate.judge(&frame, Situation { now_us, drilling }, &mut NoCounter) {
+        let situation = Situation { now_us, drilling };
+        let judgement = match memory {
+            Some(memory) => gate.judge(&frame, situation, *memory),
+            None => gate.judge(&frame, situation, &mut NoCounter),
+        };
+        let answer = match judgement {
             Judgement::Refuse(answer) => answer,
             Judgement::CarryOut { sequence, command } => {
                 let outcome = match self.carry_out(now_us, &command) {
@@ -102,7 +108,8 @@ impl<B: Board> Application<B> {
     }
 
     fn carry_out(&mut self, now_us: u64, command: &Command) -> Result<(), CommandRefusal> {
-        let Pipeline { probe, surveyor, line, commands, .. } = &mut self.pipeline;
+        let Pipeline { probe, surveyor, line, commands, memory, .. } = &mut self.pipeline;
+        let board = &mut self.board;
         // The gate has checked every field.
         let bounds = |_| CommandRefusal::Malformed;
         match command {
@@ -110,18 +117,22 @@ impl<B: Board> Application<B> {
             Command::ConfigureStream(stream) => line.configure(stream).map_err(bounds)?,
             Command::StartRecording { for_s } => {
                 commands.recording_until_us = for_s.map_or(0, |s| now_us.saturating_add(u64::from(s) * 1_000_000));
-                line.boot(now_us, &boot(&self.board, probe.config()));
                 line.record(true);
+                self.report_boot(now_us);
             }
             Command::StopRecording => line.record(false),
             Command::Configure(config) => {
                 probe.configure(config).map_err(bounds)?;
                 let survey = surveyor.config().copied().unwrap_or_default();
                 surveyor.configure(&config.earth, &survey).map_err(bounds)?;
-                line.boot(now_us, &boot(&self.board, config));
+                self.report_boot(now_us);
             }
             Command::ConfigureSurvey(survey) => {
                 surveyor.configure(&probe.config().earth, survey).map_err(bounds)?;
+            }
+            Command::Erase { what: Erasure::Models } => {
+                let memory = memory.as_mut().ok_or(CommandRefusal::NothingThere)?;
+                memory.erase(|| board.feed_watchdog()).map_err(|_| CommandRefusal::StorageFailed)?;
             }
             _ => return Err(CommandRefusal::NotSupported),
         }

@@ -10,6 +10,8 @@ pub struct Boot {
     pub settings: Settings,
     /// A defect to play.
     pub hang: Option<Hang>,
+    /// Words programmed and sectors erased before the power is cut.
+    pub power_cut_after: Option<u32>,
 }
 
 /// A stage that does not come to its end, from a sample on.
@@ -32,7 +34,7 @@ impl Boot {
             }
         }
         let bytes = bytes.get(..used).unwrap_or_default();
-        let (config, survey, stream, recording, hang): (_, _, _, _, Option<(u8, u32)>) =
+        let (config, survey, stream, recording, key, hang, power_cut_after): (_, _, _, _, _, Option<(u8, u32)>, _) =
             postcard::from_bytes(bytes).map_err(|_| "boot.bin does not hold a configuration and what to do with it")?;
         let hang = match hang {
             None => None,
@@ -42,6 +44,6 @@ impl Boot {
                 Some(Hang { stage, at_sample })
             }
         };
-        Ok(Self { settings: Settings { config, survey, stream, recording }, hang })
+        Ok(Self { settings: Settings { config, survey, stream, recording, key }, hang, power_cut_after })
     }
 }
