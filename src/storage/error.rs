@@ -17,7 +17,7 @@ pub enum StorageError<E> {
     /// The counter only rises.
     CounterGoesBack {
         /// Where it stands.
-        stored: u32,
+        stored: u64,
     },
     /// The flash does not hold what was written.
     NotVerified,

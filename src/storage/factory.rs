@@ -54,7 +54,7 @@ impl FactoryRecords {
         }
         let mut records = Self::default();
         let mut buffer = [0; MAX_RECORD];
-        let walked = walk(region, 0, (0, GRANULES), &mut buffer, |header, payload, _| {
+        let walked = walk(region, 0, (0, GRANULES), &mut buffer, &mut |header, payload, _| {
             // The first of each is the one: nothing that comes after it can take its place.
             match (header.kind, header.version) {
                 (Kind::FACTORY, 1) => records.calibration = records.calibration.or_else(|| calibration(payload)),

@@ -33,12 +33,13 @@ pub(super) struct Walked {
 /// Walks over the records in the granules from `first` to before `end` of what begins at `base`.
 ///
 /// A record begins where a header with the right check does; what lies between two is a record that was cut off or has rotted.
+#[inline(never)]
 pub(super) fn walk<R: ReadNorFlash>(
     flash: &mut R,
     base: u32,
     (first, end): (u16, u16),
     buffer: &mut [u8; MAX_RECORD],
-    mut each: impl FnMut(&Header, &[u8], u16),
+    each: &mut dyn FnMut(&Header, &[u8], u16),
 ) -> Result<Walked, R::Error> {
     let mut walked = Walked { free: first, damaged: 0 };
     let mut in_damage = false;
@@ -88,6 +89,7 @@ pub(super) fn is_blank<R: ReadNorFlash>(flash: &mut R, base: u32, granules: u16)
 }
 
 /// Whether the flash reads as these whole granules.
+#[inline(never)]
 pub(super) fn holds<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &[u8]) -> Result<bool, R::Error> {
     for (k, expected) in (0..).zip(bytes.chunks(GRANULE)) {
         let mut read = [0; GRANULE];
@@ -100,6 +102,7 @@ pub(super) fn holds<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &[u8]) 
 }
 
 /// Programs whole granules and reads them back.
+#[inline(never)]
 pub(super) fn program<F: NorFlash>(flash: &mut F, address: u32, bytes: &[u8]) -> Result<(), StorageError<F::Error>> {
     flash.write(address, bytes).map_err(StorageError::Flash)?;
     match holds(flash, address, bytes) {

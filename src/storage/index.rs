@@ -24,7 +24,7 @@ pub(super) struct Slot {
 /// A single value and the sector of its latest copy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Single {
-    pub value: u32,
+    pub value: u64,
     pub sector: u8,
 }
 
@@ -111,7 +111,7 @@ impl Index {
                 }
                 None => counts.malformed = counts.malformed.saturating_add(1),
             },
-            Kind::COUNTER | Kind::RETIREMENT => match Reader(payload).u32() {
+            Kind::COUNTER | Kind::RETIREMENT => match Reader(payload).u64() {
                 Some(value) if header.kind == Kind::COUNTER => raise(&mut self.counter, value, place.sector),
                 Some(value) => raise(&mut self.retired, value, place.sector),
                 None => counts.malformed = counts.malformed.saturating_add(1),
@@ -138,7 +138,7 @@ impl Index {
     pub fn retire(&mut self) {
         let Some(last) = self.retired else { return };
         for slot in &mut self.kept {
-            if slot.take_if(|slot| slot.number <= last.value).is_some() {
+            if slot.take_if(|slot| u64::from(slot.number) <= last.value).is_some() {
                 self.counts.retired = self.counts.retired.saturating_add(1);
             }
         }
@@ -166,7 +166,7 @@ impl Index {
 }
 
 /// A value that only rises; of equal ones the last copy counts.
-fn raise(single: &mut Option<Single>, value: u32, sector: u8) {
+fn raise(single: &mut Option<Single>, value: u64, sector: u8) {
     if single.is_none_or(|old| value >= old.value) {
         *single = Some(Single { value, sector });
     }

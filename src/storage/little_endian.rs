@@ -12,11 +12,13 @@ impl<'a> Writer<'a> {
         Self { bytes, at: 0, overflowed: false }
     }
 
+    #[inline(never)]
     pub fn bytes(&mut self, field: &[u8]) {
         let end = self.at.saturating_add(field.len());
         match self.bytes.get_mut(self.at..end) {
             Some(room) => {
-                room.copy_from_slice(field);
+                // Not `copy_from_slice`: its panic would be linked.
+                room.iter_mut().zip(field).for_each(|(room, byte)| *room = *byte);
                 self.at = end;
             }
             None => self.overflowed = true,
@@ -39,6 +41,7 @@ impl<'a> Writer<'a> {
         self.bytes(&x.to_le_bytes());
     }
 
+    #[inline(never)]
     pub fn f32s(&mut self, fields: &[f32]) {
         fields.iter().for_each(|x| self.u32(x.to_bits()));
     }
@@ -72,6 +75,7 @@ impl Reader<'_> {
         self.bytes().map(u16::from_le_bytes)
     }
 
+    #[inline(never)]
     pub fn u32(&mut self) -> Option<u32> {
         self.bytes().map(u32::from_le_bytes)
     }

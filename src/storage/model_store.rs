@@ -71,6 +71,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// A flash that does not suit, or that cannot be read.
+    #[inline(never)]
     pub fn open(flash: F, limits: Limits) -> Result<Self, StorageError<F::Error>> {
         let needed = (KEPT * MAX_RECORD).next_multiple_of(GRANULE) + 64 * GRANULE;
         let problem = if SECTORS < 3 || SECTORS > 250 || flash.capacity() < SECTORS * F::ERASE_SIZE {
@@ -101,6 +102,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// States of the sectors. Returns how many places in them are damaged.
+    #[inline(never)]
     fn read_sectors(&mut self) -> Result<u32, StorageError<F::Error>> {
         let mut damaged = 0_u32;
         for (number, sector) in (0..).zip(&mut self.sectors) {
@@ -108,7 +110,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             let (sequence, erases) = Sector::read_mark(&mut self.flash, base).map_err(StorageError::Flash)?;
             let mut records = 0_u32;
             let extent = (1, granules_of::<F>());
-            let walked = walk(&mut self.flash, base, extent, &mut self.buffer, |_, _, _| records += 1)
+            let walked = walk(&mut self.flash, base, extent, &mut self.buffer, &mut |_, _, _| records += 1)
                 .map_err(StorageError::Flash)?;
             let state = match (sequence, records) {
                 (1.., 0) if walked.free == 1 => State::Ready,
@@ -123,6 +125,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// What counts of all sectors but one.
+    #[inline(never)]
     pub(super) fn scan(&mut self, but: Option<u8>) -> Result<Index, StorageError<F::Error>> {
         let mut index = Index::empty();
         let mut after = None;
@@ -134,7 +137,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             }
             let base = Place { sector: number, granule: 0 }.address::<F>();
             let (limits, extent) = (&self.limits, (1, granules_of::<F>()));
-            walk(&mut self.flash, base, extent, &mut self.buffer, |header, payload, granule| {
+            walk(&mut self.flash, base, extent, &mut self.buffer, &mut |header, payload, granule| {
                 index.note(header, payload, Place { sector: number, granule }, limits);
             })
             .map_err(StorageError::Flash)?;
@@ -162,6 +165,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
 
     /// Takes room for a record; a ready sector is begun only while more than `reserve` are ready, and the last sector that may be begun is
     /// filled only up to `margin`.
+    #[inline(never)]
     pub(super) fn take_room(&mut self, granules: u16, reserve: usize, margin: u16) -> Option<Place> {
         let may_begin = self.ready() > reserve;
         let fits = |free: u16| free + granules + if may_begin { 0 } else { margin } <= granules_of::<F>();
@@ -186,6 +190,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// Nothing is written: it would not be restored, there is no room (both counted), or another one is being written.
+    #[inline(never)]
     pub fn begin_model(&mut self, model: &StoredModel) -> Result<(), StorageError<F::Error>> {
         if self.writing.is_some() {
             return Err(StorageError::Busy);
@@ -207,6 +212,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// The flash failed or does not hold what was written (counted): the model is not stored and can be begun again.
+    #[inline(never)]
     pub fn step(&mut self) -> Result<Progress, StorageError<F::Error>> {
         let Some(mut writing) = self.writing.take() else { return Ok(Progress::Idle) };
         let place = Place { granule: writing.place.granule + writing.done, ..writing.place };
@@ -246,7 +252,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
 
     /// The command counter; 0 before the first was stored.
     #[must_use]
-    pub const fn read_counter(&self) -> u32 {
+    pub const fn read_counter(&self) -> u64 {
         match self.index.counter {
             Some(counter) => counter.value,
             None => 0,
@@ -257,7 +263,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// The counter that is stored stays: the new one is no higher, there is no room, or the flash failed.
-    pub fn store_counter(&mut self, counter: u32) -> Result<(), StorageError<F::Error>> {
+    pub fn store_counter(&mut self, counter: u64) -> Result<(), StorageError<F::Error>> {
         let stored = self.read_counter();
         if counter <= stored {
             return Err(StorageError::CounterGoesBack { stored });
@@ -275,7 +281,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if self.writing.is_some() {
             return Err(StorageError::Busy);
         }
-        let last = self.index.last_number;
+        let last = u64::from(self.index.last_number);
         let sector = self.write_single(Kind::RETIREMENT, last, 1)?;
         self.index.retired = Some(Single { value: last, sector });
         self.index.retire();
@@ -286,14 +292,14 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     pub(super) fn write_single(
         &mut self,
         kind: Kind,
-        value: u32,
+        value: u64,
         reserve: usize,
     ) -> Result<u8, StorageError<F::Error>> {
         let Some(place) = self.take_room(2, reserve, 0) else { return self.refuse_full() };
         let number = self.index.last_number.saturating_add(1);
         self.index.last_number = number;
         let mut record = [0; GRANULE];
-        encode(&mut record, kind, 1, number, |writer| writer.u32(value));
+        encode(&mut record, kind, 1, number, |writer| writer.u64(value));
         let first = program(&mut self.flash, place.address::<F>(), &record);
         let second = program(&mut self.flash, place.address::<F>() + GRANULE as u32, &record);
         match first.or(second) {

@@ -116,8 +116,8 @@ impl Limits {
         let of = |model: &GyroModel| model.p_matrix() * Vector3::from(model.b_rad_s);
         for (axis, off) in (0..3).zip((of(&model.gyro) - of(&self.factory)).iter()) {
             let off_rad_s = libm::fabsf(*off);
-            // Not `>`: the product of finite numbers need not be one.
-            if !(off_rad_s <= self.bias_rad_s) {
+            // The product of finite numbers need not be one.
+            if off_rad_s > self.bias_rad_s || !off_rad_s.is_finite() {
                 return Err(Implausible::Bias { axis, off_rad_s, limit_rad_s: self.bias_rad_s });
             }
         }

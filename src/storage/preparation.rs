@@ -38,6 +38,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// A model is being written, or the flash failed. What is stored stays so.
+    #[inline(never)]
     pub fn prepare(&mut self, _why: NotDrilling) -> Result<Preparation, StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
@@ -87,6 +88,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// Copies what counts and is nowhere later.
+    #[inline(never)]
     fn evacuate(&mut self, from: u8) -> Result<(), StorageError<F::Error>> {
         if let Some(sector) = self.sectors.get_mut(usize::from(from)) {
             sector.free = granules_of::<F>();
@@ -105,6 +107,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         self.rewrite_singles(from)
     }
 
+    #[inline(never)]
     fn rewrite_singles(&mut self, from: u8) -> Result<(), StorageError<F::Error>> {
         if let Some(counter) = self.index.counter.filter(|counter| counter.sector == from) {
             let sector = self.write_single(Kind::COUNTER, counter.value, 0)?;
@@ -118,6 +121,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// Copies a record as it is, number and check included, so that a copy and its original are the same model. `None`: it has rotted.
+    #[inline(never)]
     fn copy(&mut self, from: Place) -> Result<Option<Place>, StorageError<F::Error>> {
         let Some(granules) = self.read_record(from)?.map(|header| header.granules()) else { return Ok(None) };
         let to = self.take_room(granules, 0, 0).ok_or(StorageError::Full)?;
@@ -129,6 +133,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// A sector without which nothing would be missing, the latest first.
+    #[inline(never)]
     fn redundant(&mut self) -> Result<Option<u8>, StorageError<F::Error>> {
         let all = self.scan(None)?;
         let mut before = u32::MAX;
@@ -145,6 +150,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// Gives up the models of a sector, which can only come from a flash that has lost its marks; they are counted.
+    #[inline(never)]
     fn abandon(&mut self, number: u8) -> Result<(), StorageError<F::Error>> {
         self.erase(number)?;
         for slot in &mut self.index.kept {

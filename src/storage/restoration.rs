@@ -45,6 +45,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// A model is being written, or the flash cannot be read.
+    #[inline(never)]
     pub fn restore(&mut self, temperature_c: Option<f32>) -> Result<Restoration, StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);

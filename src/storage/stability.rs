@@ -9,6 +9,9 @@ use crate::{
 /// has then been confirmed by data that it was not fitted to.
 pub const STABLE_WINDOWS: u8 = 3;
 
+/// How far P may move from window to window and still be the same, in its deviations: by chance one of nine moves farther in 2 % of windows.
+const SAME_SIGMAS: f32 = 3.0;
+
 /// Between two models of a session, microseconds. A sector of 16 KiB takes some 80 models of the usual 160 to 200 bytes, and half of two
 /// is free at least after power-up: that is 40 hours of drilling without a pause in which to erase.
 pub const BETWEEN_STORES_US: u64 = 30 * 60 * 1_000_000;
@@ -80,7 +83,7 @@ impl StabilityGate {
     ) -> Option<StoredModel> {
         let same_effects = effects.iter().map(|found| found.index).eq(self.effects.iter().map(|found| found.index));
         let sigma = if report.decision == Decision::Accepted { &report.sigma } else { &self.accepted.sigma };
-        let same_p = same_p(&self.p, &gyro.p, sigma);
+        let same_p = same_p(&self.p, &gyro.p, sigma, SAME_SIGMAS);
         if report.decision == Decision::Accepted {
             self.accepted = Accepted { sigma: report.sigma, explained: report.explained, p_value: report.p_value };
         }
@@ -145,11 +148,11 @@ impl StabilityGate {
             }
             (new, _) => new.is_none(),
         };
-        !(same_p(&model.gyro.p, &stored.gyro.p, &model.sigma) && same_effects && same_temperature)
+        !(same_p(&model.gyro.p, &stored.gyro.p, &model.sigma, 1.0) && same_effects && same_temperature)
     }
 }
 
-fn same_p(p: &[[f32; 3]; 3], other: &[[f32; 3]; 3], sigma: &[f32; 12]) -> bool {
+fn same_p(p: &[[f32; 3]; 3], other: &[[f32; 3]; 3], sigma: &[f32; 12], sigmas: f32) -> bool {
     let pairs = p.iter().flatten().zip(other.iter().flatten());
-    pairs.zip(sigma).all(|((p, other), sigma)| libm::fabsf(p - other) <= *sigma)
+    pairs.zip(sigma).all(|((p, other), sigma)| libm::fabsf(p - other) <= sigmas * sigma)
 }

@@ -181,7 +181,7 @@ fn a_model_is_restored_only_at_the_beginning_and_with_its_effects() {
     let (trace, mut config) = drilling(12.0, 8);
     let mut dice = Dice::new(53);
     let [plain, with_effects] = [dice.model(0, 0, 0), dice.model(2, 0, 0)];
-    assert_eq!(Box::new(Probe::new()).restore(&plain), Err(NotRestored::NotAtTheBeginning));
+    assert_eq!(Probe::new().restore(&plain), Err(NotRestored::NotAtTheBeginning));
     let mut begun = probe(&config, None);
     begun.push(&trace.samples[0]);
     assert_eq!(begun.restore(&plain), Err(NotRestored::NotAtTheBeginning));

@@ -7,10 +7,11 @@ use mwd::mock_flash::{CUTS, Cut, MockError};
 type SmallStore = Store<4, { 8 * KIB }>;
 
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)]
 enum Action {
     Prepare,
     Model(usize, StoredModel),
-    Counter(u32),
+    Counter(u64),
     Retire,
 }
 
@@ -21,7 +22,7 @@ struct Promised {
     models: [Option<StoredModel>; TEMPERATURES_C.len()],
     /// Temperature of the newest of all.
     newest: Option<usize>,
-    counter: u32,
+    counter: u64,
 }
 
 impl Promised {
@@ -75,14 +76,14 @@ fn powered_up(store: SmallStore) -> SmallStore {
 /// Enough to fill the ring several times, with commands between and one roll-back.
 fn script(dice: &mut Dice) -> Vec<Action> {
     let (mut script, mut t_us, mut counter) = (vec![Action::Prepare], 0, 0);
-    for round in 0..4 {
+    for round in 0..8 {
         for _ in 0..24 {
             t_us += 1;
             let band = dice.below(TEMPERATURES_C.len() as u32) as usize;
             let effects = dice.below(7) as usize;
             script.push(Action::Model(band, dice.model(effects, band, t_us)));
             if dice.below(3) == 0 {
-                counter += 1 + dice.below(1000);
+                counter += 1 + u64::from(dice.below(1000));
                 script.push(Action::Counter(counter));
             }
         }
@@ -145,7 +146,7 @@ fn after_a_cut_at_every_word_and_every_erasure_the_last_complete_model_is_there(
         flash.words().iter().sum::<u64>(),
         flash.erases()
     );
-    assert!(torn_models > 1000 && erasures == 5 && flash.erases().iter().all(|erases| *erases >= 3));
+    assert!(torn_models > 1000 && erasures == 9 && flash.erases().iter().all(|erases| *erases >= 3));
 }
 
 #[test]
@@ -164,7 +165,7 @@ fn cut_at_random_thousands_of_times_it_loses_nothing_and_always_goes_on() {
                     let effects = dice.below(7) as usize;
                     dice.model(effects, band, t_us)
                 }),
-                20..28 => Action::Counter(promised.counter + 1 + dice.below(5)),
+                20..28 => Action::Counter(promised.counter + 1 + u64::from(dice.below(5))),
                 28 => Action::Retire,
                 _ => Action::Prepare,
             };

@@ -54,8 +54,8 @@ fn the_counter_only_rises() {
     for lower in [7, 6, 0] {
         assert_eq!(store.store_counter(lower), Err(StorageError::CounterGoesBack { stored: 7 }));
     }
-    store.store_counter(u32::MAX).unwrap();
-    assert_eq!(open(store.into_flash()).read_counter(), u32::MAX);
+    store.store_counter(u64::MAX).unwrap();
+    assert_eq!(open(store.into_flash()).read_counter(), u64::MAX);
 }
 
 #[test]

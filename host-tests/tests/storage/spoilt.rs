@@ -56,9 +56,9 @@ fn one_of_the_counters_two_copies_may_rot() {
     let mut dice = Dice::new(42);
     for _ in 0..200 {
         let mut store = prepared(1);
-        store.store_counter(1 + dice.below(1 << 30)).unwrap();
+        store.store_counter(1 + u64::from(dice.0.next_u32())).unwrap();
         let before = store.clone().into_flash().bytes_mut().to_vec();
-        let counter = store.read_counter() + 1 + dice.below(1 << 30);
+        let counter = store.read_counter() + 1 + u64::from(dice.0.next_u32());
         store.store_counter(counter).unwrap();
         let mut flash = store.into_flash();
         let written: Vec<usize> = (0..before.len()).filter(|i| before[*i] != flash.bytes_mut()[*i]).collect();
@@ -146,10 +146,10 @@ fn a_model_that_may_not_fly_is_refused_with_its_reason_when_it_is_read() {
 
 const LIBRARY_FIRST: &dyn Effect = &meerkat_mwd::compensation::effects::MagLag;
 
-/// CRC-32 of ISO 3309, written down here once more.
+/// CRC-32C of RFC 3720, written down here once more.
 fn check(bytes: impl Iterator<Item = u8>) -> u32 {
     !bytes.fold(u32::MAX, |crc, byte| {
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg()))
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| (crc >> 1) ^ (0x82F6_3B78 & (crc & 1).wrapping_neg()))
     })
 }
 
@@ -162,17 +162,13 @@ fn a_version_from_the_future_is_refused_and_counted() {
     store.store_model(&dice.model(1, 0, 2)).unwrap();
     let mut flash = store.into_flash();
     let bytes = flash.bytes_mut();
-    // Sector 0: the mark, then the two records; the documented header is magic, kind, version, number, length, check.
-    let magic = [0x4D, 0x57, 1, 1];
-    let at: Vec<usize> = (0..16 * KIB)
-        .step_by(32)
-        .filter(|at| bytes[*at..].starts_with(&magic) || bytes[*at..].starts_with(&[0x4D, 0x57, 1]))
-        .collect();
-    let at = at[1];
-    bytes[at + 3] = 2;
-    let length = usize::from(u16::from_le_bytes([bytes[at + 8], bytes[at + 9]]));
-    let sum = check(bytes[at..at + 12].iter().chain(&bytes[at + 16..at + 16 + length]).copied());
-    bytes[at + 12..at + 16].copy_from_slice(&sum.to_le_bytes());
+    // Sector 0: the mark, then the two records; the documented header is check, magic, kind, version, number, length.
+    let models = (0..16 * KIB).step_by(32).filter(|at| bytes[at + 4..].starts_with(&[0x4D, 0x57, 1, 1]));
+    let at = models.last().unwrap();
+    bytes[at + 7] = 2;
+    let length = usize::from(u16::from_le_bytes([bytes[at + 12], bytes[at + 13]]));
+    let sum = check(bytes[at + 4..at + 16 + length].iter().copied());
+    bytes[at..at + 4].copy_from_slice(&sum.to_le_bytes());
     let mut store = open(flash);
     let counts = store.scan_counts();
     assert_eq!((counts.records, counts.damaged, counts.from_the_future), (2, 0, 1));
@@ -213,12 +209,12 @@ fn whatever_is_in_the_flash_nothing_panics_and_it_can_be_used_again() {
                     let length = dice.below(600) as usize;
                     let record = &mut bytes[at..at + 640];
                     dice.0.fill_bytes(record);
-                    record[..2].copy_from_slice(&[0x4D, 0x57]);
-                    record[2] = dice.below(8) as u8;
-                    record[3] = dice.below(3) as u8;
-                    record[8..10].copy_from_slice(&(length as u16).to_le_bytes());
-                    let sum = check(record[..12].iter().chain(&record[16..16 + length]).copied());
-                    record[12..16].copy_from_slice(&sum.to_le_bytes());
+                    record[4..6].copy_from_slice(&[0x4D, 0x57]);
+                    record[6] = dice.below(8) as u8;
+                    record[7] = dice.below(3) as u8;
+                    record[12..14].copy_from_slice(&(length as u16).to_le_bytes());
+                    let sum = check(record[4..16 + length].iter().copied());
+                    record[..4].copy_from_slice(&sum.to_le_bytes());
                     at += 32 * (1 + dice.below(20) as usize);
                 }
             }

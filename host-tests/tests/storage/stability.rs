@@ -73,10 +73,10 @@ fn a_contradiction_and_a_change_begin_the_count_anew() {
     assert_eq!(play.window(ROLLED_BACK, &gyro), None);
     assert_eq!([play.window(SAME, &gyro), play.window(SAME, &gyro)], [None; 2]);
     let mut moved = gyro;
-    moved.p[1][2] += 1.5 * SIGMA;
+    moved.p[1][2] += 3.5 * SIGMA;
     assert_eq!(play.window(Decision::Accepted, &moved), None);
-    moved.p[1][2] += 0.5 * SIGMA;
-    assert_eq!(play.window(Decision::Accepted, &moved), None, "within its deviation it is the same");
+    moved.p[1][2] += 2.5 * SIGMA;
+    assert_eq!(play.window(Decision::Accepted, &moved), None, "within three deviations it is the same");
     assert!(play.window(SAME, &moved).is_some());
 }
 

@@ -27,7 +27,7 @@ fn ten_thousand_updates_wear_no_sector_more_than_half_as_much_again_as_the_mean(
                 most_erased = most_erased.max(prepare(&mut store));
             }
             if update % 100 == 0 {
-                store.store_counter(update).unwrap();
+                store.store_counter(u64::from(update)).unwrap();
             }
             if update % 97 == 0 {
                 let outcome = store.restore(None).unwrap().outcome;
