@@ -34,13 +34,18 @@ pub fn everything() -> StreamConfig {
     stream
 }
 
-/// What the same samples give on the host, in postcard's encoding: `==` would take -0 for 0.
-pub fn on_the_host(config: &Config, samples: &[Sample]) -> Vec<Vec<u8>> {
-    encoded(&flight::fly(config, samples, |_| ()).unwrap().outputs)
-}
-
-pub fn encoded(outputs: &[Output]) -> Vec<Vec<u8>> {
-    outputs.iter().map(|output| postcard::to_stdvec(output).unwrap()).collect()
+/// Checks that each output of a probe is to the last bit what the same samples give on the host, and returns how many are not there.
+pub fn missing_of_the_host(config: &Config, samples: &[Sample], probe: &[Output]) -> u64 {
+    let host = flight::fly(config, samples, |_| ()).unwrap().outputs;
+    // `==` would take -0 for 0.
+    let bytes = |output: &Output| postcard::to_stdvec(output).unwrap();
+    let mut rest = host.iter();
+    for output in probe {
+        let same = rest.find(|host| host.t_us == output.t_us);
+        let same = same.unwrap_or_else(|| panic!("an output of no sample, or one again: {output:?}"));
+        assert_eq!(bytes(same), bytes(output), "host {same:?}\nprobe {output:?}");
+    }
+    (host.len() - probe.len()) as u64
 }
 
 /// The toolchain, or `None` after the reason was printed.

@@ -6,6 +6,7 @@
 mod boards;
 mod drilling;
 mod every_sample;
+mod memory;
 mod received;
 mod slow_line;
 mod watchdog;

@@ -12,19 +12,19 @@ pub mod sample_clock;
 pub mod sensors;
 pub mod stage;
 
-use acquisition::{Acquired, COUNTS};
 use crate::stack;
+use acquisition::{Acquired, COUNTS};
 use board::Board;
 use commands::Commands;
 use delay::Delays;
 use line::{Line, WaitingWindow};
-use memory::Memory;
 use meerkat_mwd::{
     Config, Probe, Sample,
     config::{ConfigError, SurveyConfig},
     survey::Surveyor,
     telemetry::{Boot, Health, Key, StreamConfig},
 };
+use memory::Memory;
 use stage::{Progress, Stage};
 
 /// Units of work in one piece, some 30,000 instructions; a piece that is not cut up overshoots it.

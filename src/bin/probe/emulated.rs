@@ -27,8 +27,8 @@ use crate::{
 use boot::{Boot, Hang};
 use core::mem::MaybeUninit;
 use cortex_m::{Peripherals, peripheral::SCB};
-use flash::FileFlash;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
+use flash::FileFlash;
 use meerkat_mwd::{Probe, survey::Surveyor, telemetry::ResetReason};
 use semihosting::{eprintln, println, process};
 use serial::Serial;
@@ -74,7 +74,8 @@ fn run(
     while !(sensors::are_over() && application.board().samples.is_empty()) {
         application.turn();
     }
-    print(&mut application)
+    print(&mut application);
+    Ok(())
 }
 
 /// Apart, so that the configuration stands on the stack only while it is read.
@@ -159,9 +160,11 @@ impl Board for Emulated {
 }
 
 #[inline(never)]
-fn print(application: &mut Application<Emulated>) -> Result<(), &'static str> {
+fn print(application: &mut Application<Emulated>) {
+    let reset_reason = application.board().reset_reason;
     let counts = application.counts();
     let delays = &counts.delays;
+    println!("reset_reason = {reset_reason:?}");
     println!("watchdog_resets = {}", reset_record::watchdog_resets());
     println!("results_lost = {}", application.pipeline().line.results_lost());
     let line = application.pipeline().line.counters();
@@ -196,7 +199,6 @@ fn print(application: &mut Application<Emulated>) -> Result<(), &'static str> {
     }
     println!("stack_used_bytes = {}", stack.used_bytes);
     println!("stack_size_bytes = {}", stack.size_bytes);
-    Ok(())
 }
 
 #[exception]

@@ -32,7 +32,7 @@ use meerkat_mwd::{
 };
 use nrf52840_hal::{
     clocks::Clocks,
-    gpio::{p0, Level},
+    gpio::{Level, p0},
     pac::{POWER, Peripherals, WDT},
     wdt::{Watchdog, WatchdogHandle, count::One, handles::Hdl0},
 };

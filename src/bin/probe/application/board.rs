@@ -7,7 +7,7 @@ use meerkat_mwd::telemetry::ResetReason;
 /// A board. Its interrupt reads the sensors and fills the queue; everything else happens when the application calls.
 pub trait Board {
     /// The sectors of stored models.
-    type Flash: NorFlash;
+    type Flash: NorFlash + 'static;
 
     /// Microseconds of the clock that stamps the samples.
     fn now_us(&self) -> u64;

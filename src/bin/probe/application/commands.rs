@@ -27,12 +27,7 @@ pub struct Commands {
 
 impl Commands {
     pub const fn new() -> Self {
-        Self {
-            decoder: FrameDecoder::new(),
-            gate: CommandGate::new(None),
-            health_asked: false,
-            recording_until_us: 0,
-        }
+        Self { decoder: FrameDecoder::new(), gate: CommandGate::new(None), health_asked: false, recording_until_us: 0 }
     }
 
     /// With the key that was provisioned; without one, no command that changes calibration is carried out.

@@ -8,7 +8,10 @@ use meerkat_mwd::{
     identification::WindowReport,
     probe::Output,
     survey::{SurveyNews, Surveyor},
-    telemetry::{Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, StreamConfig, TelemetryQueue},
+    telemetry::{
+        Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, StreamConfig,
+        TelemetryQueue,
+    },
 };
 
 /// Bytes that wait: results (a diagnosis takes up to 1,000, a window 400), a recording, attitudes.
@@ -138,7 +141,8 @@ impl Line {
         // Once there is room for any of them, none is refused.
         if waiting.is_some() && queue.results_room() >= RESULT {
             // Its temperature is the stored model's matter.
-            let _ = waiting.take().map(|report| queue.push_result(now_us, &Identification { report, temperature_c: None }));
+            let _ =
+                waiting.take().map(|report| queue.push_result(now_us, &Identification { report, temperature_c: None }));
         }
         if self.surveys.contains(SurveyNews::STATIONARY) && queue.results_room() >= RESULT {
             self.surveys.remove(SurveyNews::STATIONARY);

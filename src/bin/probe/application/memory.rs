@@ -10,7 +10,9 @@ use meerkat_mwd::{
     Config, Probe, Sample, SampleFlags,
     compensation::effects::LIBRARY,
     identification::WindowReport,
-    storage::{Limits, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate, StorageError, StoredModel},
+    storage::{
+        Limits, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate, StorageError, StoredModel,
+    },
     telemetry::CounterStore,
 };
 

@@ -40,11 +40,7 @@ pub fn rounds() -> u64 {
 /// SysTick as the timer, where it goes on while the core sleeps. 24 bits: up to 99 ms at 168 MHz.
 #[cfg(not(feature = "board-nrf52840"))]
 pub mod systick {
-    use cortex_m::peripheral::{
-        SCB, SYST,
-        scb::SystemHandler,
-        syst::SystClkSource,
-    };
+    use cortex_m::peripheral::{SCB, SYST, scb::SystemHandler, syst::SystClkSource};
 
     /// Of the STM32F405 at its highest clock.
     const TICKS_PER_US: u32 = 168;

@@ -60,7 +60,6 @@ pub fn data_sheet<I: InertialSource, M: MagneticSource>(inertial: &I, magnetic: 
         accel_m_s2: Some(accel.full_scale),
         mag_ut: Some(mag.full_scale),
     };
-    let latency =
-        Latency { gyro_s: mean(gyro.latency_s), accel_s: mean(accel.latency_s), mag_s: mean(mag.latency_s) };
+    let latency = Latency { gyro_s: mean(gyro.latency_s), accel_s: mean(accel.latency_s), mag_s: mean(mag.latency_s) };
     (inertial.period_us, full_scale, latency)
 }

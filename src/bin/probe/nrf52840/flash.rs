@@ -76,7 +76,8 @@ impl ReadNorFlash for FactoryFlash {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NvmcError> {
         let from = offset as usize;
-        let there = from.checked_add(bytes.len()).and_then(|end| self.0.get(from..end)).ok_or(NvmcError::OutOfBounds)?;
+        let there =
+            from.checked_add(bytes.len()).and_then(|end| self.0.get(from..end)).ok_or(NvmcError::OutOfBounds)?;
         bytes.copy_from_slice(there);
         Ok(())
     }
