@@ -20,6 +20,7 @@ use crate::{
     serial_queues::{Incoming, Outgoing, SerialQueues},
     stack,
 };
+use acquisition::BoardSensors;
 use core::mem::MaybeUninit;
 use cortex_m::{Peripherals as Core, peripheral::scb::SystemHandler};
 use cortex_m_rt::entry;
@@ -51,6 +52,7 @@ fn main() -> ! {
     static mut COMMANDS: Commands = Commands::new();
     static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
+    static mut SENSORS: MaybeUninit<BoardSensors> = MaybeUninit::uninit();
     static mut OUTGOING: Outgoing = Outgoing::new();
     static mut INCOMING: Incoming = Incoming::new();
 
@@ -99,7 +101,7 @@ fn main() -> ! {
         fault::stop("the configuration cannot be used")
     };
     defmt::info!("started, {=u32} us a sample", sample_period_us);
-    acquisition::start(inertial, magnetic, Acquisition::new(producer));
+    acquisition::start(SENSORS, (inertial, magnetic), Acquisition::new(producer));
     // SAFETY: no critical section of this program rests on priorities, only on masking all interrupts.
     #[allow(unsafe_code)]
     unsafe {

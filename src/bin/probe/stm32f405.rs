@@ -20,6 +20,7 @@ use crate::{
     serial_queues::{Incoming, Outgoing, SerialQueues},
     stack,
 };
+use acquisition::BoardSensors;
 use core::mem::MaybeUninit;
 use cortex_m::{Peripherals as Core, peripheral::SCB};
 use cortex_m_rt::{entry, exception};
@@ -50,6 +51,7 @@ fn main() -> ! {
     static mut COMMANDS: Commands = Commands::new();
     static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
+    static mut SENSORS: MaybeUninit<BoardSensors> = MaybeUninit::uninit();
     static mut OUTGOING: Outgoing = Outgoing::new();
     static mut INCOMING: Incoming = Incoming::new();
 
@@ -90,7 +92,7 @@ fn main() -> ! {
         fault::stop("the configuration cannot be used")
     };
     defmt::info!("started, {=u32} us a sample", sample_period_us);
-    acquisition::start(inertial, magnetic, Acquisition::new(producer));
+    acquisition::start(SENSORS, (inertial, magnetic), Acquisition::new(producer));
     systick::start(core.SYST, core.SCB, sample_period_us);
     loop {
         application.turn();

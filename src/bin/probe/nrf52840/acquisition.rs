@@ -2,7 +2,7 @@
 
 use super::timer;
 use crate::application::{acquisition::Acquisition, sample_clock, sensors::Sensors};
-use core::cell::RefCell;
+use core::{cell::RefCell, mem::MaybeUninit};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
@@ -24,7 +24,10 @@ type Device<SPI> = ExclusiveDevice<Spim<SPI>, Out, NoDelay>;
 pub type Inertial = Supervised<Ism330dhcx<SpiBus<Device<SPIM2>>>, 2>;
 pub type Magnetic = Supervised<Rm3100<SpiRegisters<Device<SPIM1>>>, 1>;
 
-static SENSORS: Mutex<RefCell<Option<Sensors<Inertial, Magnetic>>>> = Mutex::new(RefCell::new(None));
+pub type BoardSensors = Sensors<Inertial, Magnetic>;
+
+/// On its way to the interrupt.
+static SENSORS: Mutex<RefCell<Option<&'static mut BoardSensors>>> = Mutex::new(RefCell::new(None));
 
 pub fn inertial(spi: SPIM2, (sck, miso, mosi): Wires, select: Out) -> Inertial {
     let pins = Pins { sck: Some(sck), miso: Some(miso), mosi: Some(mosi) };
@@ -39,14 +42,18 @@ pub fn magnetic(spi: SPIM1, (sck, miso, mosi): Wires, select: Out) -> Magnetic {
 }
 
 /// Before the sample clock.
-pub fn start(inertial: Inertial, magnetic: Magnetic, acquisition: Acquisition) {
-    let sensors = Sensors::new(inertial, magnetic, acquisition);
+pub fn start(
+    place: &'static mut MaybeUninit<BoardSensors>,
+    (inertial, magnetic): (Inertial, Magnetic),
+    acquisition: Acquisition,
+) {
+    let sensors = place.write(Sensors::new(inertial, magnetic, acquisition));
     critical_section::with(|cs| SENSORS.borrow(cs).replace(Some(sensors)));
 }
 
 #[exception]
 fn PendSV() {
-    static mut MINE: Option<Sensors<Inertial, Magnetic>> = None;
+    static mut MINE: Option<&'static mut BoardSensors> = None;
     if MINE.is_none() {
         *MINE = critical_section::with(|cs| SENSORS.borrow(cs).take());
     }

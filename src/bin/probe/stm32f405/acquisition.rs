@@ -5,7 +5,7 @@ use crate::application::{
     sample_clock::{self, systick},
     sensors::Sensors,
 };
-use core::cell::RefCell;
+use core::{cell::RefCell, mem::MaybeUninit};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
@@ -29,7 +29,10 @@ pub type Magnetic = Supervised<Rm3100<SpiRegisters<Device<SPI2, PB12<Output>>>>,
 /// Clock idle high, data taken at its second edge: mode 3, which both parts take.
 const MODE_3: Mode = Mode { polarity: Polarity::IdleHigh, phase: Phase::CaptureOnSecondTransition };
 
-static SENSORS: Mutex<RefCell<Option<Sensors<Inertial, Magnetic>>>> = Mutex::new(RefCell::new(None));
+pub type BoardSensors = Sensors<Inertial, Magnetic>;
+
+/// On its way to the interrupt.
+static SENSORS: Mutex<RefCell<Option<&'static mut BoardSensors>>> = Mutex::new(RefCell::new(None));
 
 pub fn inertial(spi: SPI1, (sck, miso, mosi): (PA5, PA6, PA7), select: PA4, rcc: &mut Rcc) -> Inertial {
     let sck = sck.into_alternate().speed(Speed::VeryHigh);
@@ -46,14 +49,18 @@ pub fn magnetic(spi: SPI2, (sck, miso, mosi): (PB13, PB14, PB15), select: PB12, 
 }
 
 /// Before the sample clock.
-pub fn start(inertial: Inertial, magnetic: Magnetic, acquisition: Acquisition) {
-    let sensors = Sensors::new(inertial, magnetic, acquisition);
+pub fn start(
+    place: &'static mut MaybeUninit<BoardSensors>,
+    (inertial, magnetic): (Inertial, Magnetic),
+    acquisition: Acquisition,
+) {
+    let sensors = place.write(Sensors::new(inertial, magnetic, acquisition));
     critical_section::with(|cs| SENSORS.borrow(cs).replace(Some(sensors)));
 }
 
 #[exception]
 fn PendSV() {
-    static mut MINE: Option<Sensors<Inertial, Magnetic>> = None;
+    static mut MINE: Option<&'static mut BoardSensors> = None;
     if MINE.is_none() {
         *MINE = critical_section::with(|cs| SENSORS.borrow(cs).take());
     }

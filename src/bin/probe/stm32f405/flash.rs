@@ -152,10 +152,10 @@ impl ModelFlash {
         if refused {
             // A one clears; then locked again.
             self.0.sr().modify(|_, w| {
-                w.pgserr().set_bit();
-                w.pgperr().set_bit();
-                w.pgaerr().set_bit();
-                w.wrperr().set_bit()
+                w.pgserr().clear_bit_by_one();
+                w.pgperr().clear_bit_by_one();
+                w.pgaerr().clear_bit_by_one();
+                w.wrperr().clear_bit_by_one()
             });
             self.0.cr().modify(|_, w| w.pg().clear_bit().lock().set_bit());
             return Err(FlashError::Refused);
