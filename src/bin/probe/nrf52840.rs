@@ -43,6 +43,7 @@ const BYTES_PER_S: u32 = 92_160;
 const WATCHDOG_TICKS: u32 = 32_768;
 
 #[entry]
+#[allow(clippy::too_many_arguments)] // Its statics are arguments to what `entry` makes of it.
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();

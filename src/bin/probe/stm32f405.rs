@@ -42,6 +42,7 @@ use stm32f4xx_hal::{
 const BAUD: u32 = 921_600;
 
 #[entry]
+#[allow(clippy::too_many_arguments)] // Its statics are arguments to what `entry` makes of it.
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
