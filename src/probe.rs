@@ -266,6 +266,12 @@ impl Probe {
         }
     }
 
+    /// What it was configured with.
+    #[must_use]
+    pub const fn config(&self) -> &Config {
+        &self.config
+    }
+
     /// What has been counted since the start.
     #[must_use]
     pub const fn counters(&self) -> Counters {

@@ -67,6 +67,8 @@ pub enum ResetReason {
     BrownOut,
     /// The chip does not say.
     Unknown,
+    /// A panic or a hard fault.
+    Fault,
 }
 
 impl Payload for Boot {

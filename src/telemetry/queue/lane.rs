@@ -25,6 +25,11 @@ impl<const N: usize> Lane<N> {
         self.ring.is_empty()
     }
 
+    /// Bytes that are free.
+    pub fn room(&self) -> usize {
+        N.saturating_sub(self.ring.len())
+    }
+
     /// Takes a payload, where the ring then holds no more than `may_fill` bytes.
     pub fn write<P: Payload>(&mut self, now_us: u64, payload: &P, may_fill: usize) -> Result<(), Refused> {
         write(self.ring.as_mut_view(), now_us, payload, may_fill)

@@ -97,6 +97,12 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         self.counters
     }
 
+    /// Bytes that the lane of results has free; one of them takes up to its payload and 7 more.
+    #[must_use]
+    pub fn results_room(&self) -> usize {
+        self.results.room()
+    }
+
     /// Whether nothing waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
