@@ -10,13 +10,13 @@ pub const RAM_START: u64 = 0x2000_0000;
 /// One past its contiguous RAM, 128 KiB.
 pub const RAM_END: u64 = RAM_START + 128 * 1024;
 /// Most stack that the firmware may use, bytes.
-pub const STACK_LIMIT_BYTES: u64 = 16 * 1024;
+pub const STACK_LIMIT_BYTES: u64 = 12 * 1024;
 /// Longest time from the acquisition of a sample to its attitude, microseconds.
-pub const DELAY_LIMIT_US: u64 = 45_000;
+pub const DELAY_LIMIT_US: u64 = 2_000;
 /// Static data that the firmware may have, bytes: the rest of the RAM, 18 KiB, is its stack.
-pub const RAM_LIMIT_BYTES: u64 = 112 * 1024;
+pub const RAM_LIMIT_BYTES: u64 = 104 * 1024;
 /// Flash that the firmware may take, bytes.
-pub const FLASH_LIMIT_BYTES: u64 = 304 * 1024;
+pub const FLASH_LIMIT_BYTES: u64 = 256 * 1024;
 
 /// Memory of a chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -21,6 +21,8 @@ const RADIUS: f32 = 10.0;
     clippy::large_enum_variant,
     reason = "the memory of the largest is there for all, and nothing here can be boxed"
 )]
+// None is all zeros.
+#[repr(u32)]
 pub(super) enum Search {
     /// The least-squares point stands.
     None,
