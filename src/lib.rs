@@ -16,6 +16,9 @@ pub mod probe; // all of it behind `push` and `poll`
 #[cfg(feature = "serde")]
 pub mod telemetry; // what leaves the firmware
 
+#[cfg(feature = "sensor-models")]
+pub mod sensor_models; // sensors at register level, for runs without a sensor
+
 mod algebra;
 pub mod config;
 pub mod equations; // documentation: the paper's equations and our reading of each
