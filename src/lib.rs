@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing)]
 
+pub mod sensors; // drivers and adapters -> bursts of readings -> samples
 pub mod sample; // SI units, timestamp, flags
 pub mod compensation; // gyro model (P, b), accelerometer and magnetometer models
 pub mod attitude; // propagation, fusion, inclination, azimuth, toolface

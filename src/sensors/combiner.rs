@@ -1,0 +1,101 @@
+use heapless::Deque;
+
+use crate::{
+    sample::{Sample, SampleFlags},
+    sensors::{InertialReading, MagneticReading},
+};
+
+/// Magnetic readings that wait for the inertial reading of their time.
+const WAITING: usize = 8;
+
+/// Makes samples of the readings of an inertial and a magnetic source.
+///
+/// Each inertial reading makes one sample. A magnetic reading goes to the inertial one that is nearest to it in time, at most half a
+/// sample period off; the samples between have [`SampleFlags::MAG_MISSING`]. Read the magnetic source first, then the inertial one: what a
+/// magnetic reading belongs to has left when it comes too late.
+#[derive(Clone, Debug)]
+pub struct Combiner {
+    half_period_us: u64,
+    waiting: Deque<MagneticReading, WAITING>,
+    last_t_us: Option<u64>,
+    lost_magnetic: u32,
+    lost_inertial: u32,
+}
+
+impl Combiner {
+    /// For an inertial source with this output period, microseconds.
+    #[must_use]
+    pub const fn new(sample_period_us: u32) -> Self {
+        Self {
+            half_period_us: sample_period_us as u64 / 2,
+            waiting: Deque::new(),
+            last_t_us: None,
+            lost_magnetic: 0,
+            lost_inertial: 0,
+        }
+    }
+
+    /// Takes a magnetic reading.
+    pub fn magnetic(&mut self, reading: MagneticReading) {
+        if self.waiting.is_full() {
+            self.waiting.pop_front();
+            self.lost_magnetic = self.lost_magnetic.saturating_add(1);
+        }
+        let _ = self.waiting.push_back(reading);
+    }
+
+    /// Takes an inertial reading and gives its sample; none if its time is not after the last one's.
+    pub fn inertial(&mut self, reading: &InertialReading) -> Option<Sample> {
+        if self.last_t_us.is_some_and(|last| reading.t_us <= last) {
+            self.lost_inertial = self.lost_inertial.saturating_add(1);
+            return None;
+        }
+        self.last_t_us = Some(reading.t_us);
+        let mut sample = Sample {
+            t_us: reading.t_us,
+            gyro_rad_s: reading.gyro_rad_s,
+            accel_m_s2: reading.accel_m_s2,
+            mag_ut: [0.0; 3],
+            temperature_c: reading.temperature_c,
+            flags: reading.flags | SampleFlags::MAG_MISSING,
+        };
+        if let Some(magnetic) = self.nearest(reading.t_us) {
+            // A fault of the magnetometer's is not the inertial sensors'.
+            if !magnetic.flags.intersects(SampleFlags::MAG_MISSING | SampleFlags::FAULT) {
+                sample.mag_ut = magnetic.mag_ut;
+                sample.flags.remove(SampleFlags::MAG_MISSING);
+                sample.flags |= magnetic.flags & SampleFlags::MAG_CLIPPED;
+            }
+        }
+        Some(sample)
+    }
+
+    /// The newest waiting reading that is within half a period of this time; older ones are lost.
+    fn nearest(&mut self, t_us: u64) -> Option<MagneticReading> {
+        let mut nearest: Option<MagneticReading> = None;
+        while self.waiting.front().is_some_and(|magnetic| magnetic.t_us <= t_us.saturating_add(self.half_period_us)) {
+            let next = self.waiting.pop_front();
+            if nearest.is_some() {
+                self.lost_magnetic = self.lost_magnetic.saturating_add(1);
+            }
+            nearest = next;
+        }
+        if nearest.is_some_and(|magnetic| magnetic.t_us.saturating_add(self.half_period_us) < t_us) {
+            self.lost_magnetic = self.lost_magnetic.saturating_add(1);
+            return None;
+        }
+        nearest
+    }
+
+    /// Magnetic readings that no sample has: they came too late, or two in one sample period, or the inertial source stood still.
+    #[must_use]
+    pub fn lost_magnetic(&self) -> u32 {
+        self.lost_magnetic
+    }
+
+    /// Inertial readings that made no sample, for their time was not after the last one's.
+    #[must_use]
+    pub fn lost_inertial(&self) -> u32 {
+        self.lost_inertial
+    }
+}

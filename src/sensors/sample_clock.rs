@@ -1,0 +1,147 @@
+/// How the time that a source is read at belongs to the part's output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Trigger {
+    /// It is the time of the part's interrupt: the newest frame was put out then.
+    Interrupt,
+    /// It is any time: the newest frame was put out at most one period before.
+    #[default]
+    Polled,
+}
+
+/// A 256th of a microsecond.
+const FRACTION: u32 = 8;
+/// The period follows what is seen by this power of two per burst.
+const PERIOD_GAIN: u32 = 9;
+/// The phase follows the interrupt by this power of two per burst.
+const PHASE_GAIN: u32 = 3;
+
+/// Times of frames that a part's own oscillator paces, from their number and from the times at which they were taken.
+///
+/// The part's period is estimated within its tolerance. With an interrupt a stamp is within an eighth of the interrupt's jitter; polled, within
+/// a period of the truth, and steady from frame to frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SampleClock {
+    nominal: i64,
+    tolerance: i64,
+    trigger: Trigger,
+    period: i64,
+    /// The last frame known, and when it became known.
+    newest: Option<(i64, i64)>,
+    /// Frames known and not yet taken out.
+    pending: i64,
+}
+
+/// Times of a burst's frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stamps {
+    first: i64,
+    period: i64,
+    /// Frames that the part must have put out and that never came.
+    pub lost: u32,
+}
+
+impl Stamps {
+    /// When frame `k` of the burst was put out, microseconds; `None`: before time zero.
+    pub fn t_us(&self, k: usize) -> Option<u64> {
+        u64::try_from((self.first + self.period * k as i64) >> FRACTION).ok()
+    }
+}
+
+impl SampleClock {
+    pub fn new(period_us: u32, tolerance: f32, trigger: Trigger) -> Self {
+        let nominal = i64::from(period_us.max(1)) << FRACTION;
+        let tolerance = (nominal as f32 * tolerance) as i64;
+        Self { nominal, tolerance, trigger, period: nominal, newest: None, pending: 0 }
+    }
+
+    /// Frames may be missing, or the part was started anew: the next burst's newest frame is of the time at which it is taken.
+    pub fn resynchronise(&mut self) {
+        self.pending = 0;
+        if let Some((newest, _)) = self.newest {
+            self.newest = Some((newest, i64::MIN));
+        }
+    }
+
+    /// How long ago the last frame was, in whole periods.
+    pub fn periods_since(&self, now_us: u64) -> u32 {
+        let now = fixed(now_us);
+        self.newest.map_or(0, |(newest, _)| u32::try_from((now - newest) / self.period.max(1)).unwrap_or(0))
+    }
+
+    /// Half a period, microseconds.
+    pub fn half_a_period_us(&self) -> u64 {
+        u64::try_from(self.period >> (FRACTION + 1)).unwrap_or(0)
+    }
+
+    /// Times for a burst of `taken` frames after which `left` are still in the part, taken at `now_us`.
+    pub fn stamp(&mut self, now_us: u64, taken: usize, left: u16) -> Stamps {
+        let now = fixed(now_us);
+        let (known, left) = (taken as i64 + i64::from(left), i64::from(left));
+        let new = known - self.pending;
+        let rest = match self.trigger {
+            Trigger::Interrupt => 0,
+            Trigger::Polled => self.period / 2,
+        };
+        let mut lost = 0;
+        let newest = match self.newest {
+            None => now - rest,
+            Some((newest, i64::MIN)) => {
+                lost = rounded(now - rest - newest, self.period) - new;
+                now - rest
+            }
+            Some((newest, seen)) => {
+                self.follow_period(now - seen, new);
+                let predicted = newest + new * self.period;
+                match self.trigger {
+                    Trigger::Interrupt => {
+                        lost = rounded(now - predicted, self.period);
+                        let late = now - predicted - lost * self.period;
+                        predicted + lost * self.period + (late >> PHASE_GAIN)
+                    }
+                    Trigger::Polled => {
+                        lost = rounded(now - predicted, self.period) - 1;
+                        let kept = predicted + lost.max(0) * self.period;
+                        if kept > now {
+                            now
+                        } else if kept < now - self.period {
+                            now - self.period
+                        } else {
+                            kept
+                        }
+                    }
+                }
+            }
+        };
+        self.newest = Some((newest, now));
+        self.pending = left;
+        Stamps {
+            first: newest - (known - 1) * self.period,
+            period: self.period,
+            lost: u32::try_from(lost).unwrap_or(0),
+        }
+    }
+
+    fn follow_period(&mut self, elapsed: i64, new: i64) {
+        // Beyond the tolerance it is a gap or a surplus, which says nothing about the period.
+        let expected = new * self.period;
+        if (elapsed - expected).abs() <= self.period.max(expected / 4) {
+            let period = self.period + ((elapsed - expected) >> PERIOD_GAIN);
+            let (least, most) = (self.nominal - self.tolerance, self.nominal + self.tolerance);
+            self.period = if period < least {
+                least
+            } else if period > most {
+                most
+            } else {
+                period
+            };
+        }
+    }
+}
+
+fn fixed(t_us: u64) -> i64 {
+    i64::try_from(t_us).unwrap_or(i64::MAX) << FRACTION
+}
+
+fn rounded(numerator: i64, denominator: i64) -> i64 {
+    (numerator + denominator / 2).div_euclid(denominator.max(1))
+}
