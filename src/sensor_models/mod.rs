@@ -9,19 +9,26 @@
 //!
 //! Faults are injected at a numbered transaction: those of the part by its model ([`PartFault`]), those of the wire by a wrapper around
 //! any bus ([`FaultyBus`]).
+//!
+//! A [`ModelledPair`] is both parts with the adapters of [`sensors`](crate::sensors) on them: truth in, samples out, the same on a host
+//! and on a chip.
 
+mod at_period;
 mod attachment;
 mod conversion;
 mod fault;
 mod faulty_bus;
 pub mod ism330dhcx;
+mod modelled_pair;
 pub mod rm3100;
 mod serial_part;
 
+pub use at_period::AtPeriod;
 pub use attachment::{OnI2c, OnSpi, PartError};
 pub use conversion::Conversions;
 pub use fault::{Injection, PartFault, Schedule};
 pub use faulty_bus::{BusFault, FaultyBus, InjectedError};
 pub use ism330dhcx::Ism330dhcx;
+pub use modelled_pair::{ModelledPair, ModelledParts, PairError, Periods};
 pub use rm3100::Rm3100;
 pub use serial_part::{Cursor, SerialPart};

@@ -16,6 +16,7 @@ mod counters;
 mod error;
 mod frame;
 mod frozen;
+mod innovation;
 mod mounting;
 mod part_data;
 mod reading;

@@ -12,6 +12,11 @@ pub enum Trigger {
 const FRACTION: u32 = 8;
 /// The period follows what is seen by this power of two per burst.
 const PERIOD_GAIN: u32 = 9;
+/// An interrupt that is served within this part of the period is prompt, and says when the newest frame was put out. Of a later one only this is
+/// known: the newest frame is of the last period.
+const PROMPT: i64 = 4;
+/// After so many late bursts in a row it is the clock that is off.
+const LATE_BURSTS: u8 = 8;
 /// The phase follows the interrupt by this power of two per burst.
 const PHASE_GAIN: u32 = 3;
 
@@ -29,6 +34,10 @@ pub(super) struct SampleClock {
     newest: Option<(i64, i64)>,
     /// Frames known and not yet taken out.
     pending: i64,
+    /// The part has not been started anew since the last frame.
+    in_phase: bool,
+    /// Bursts in a row that were taken late.
+    late_bursts: u8,
 }
 
 /// Times of a burst's frames.
@@ -51,15 +60,18 @@ impl SampleClock {
     pub fn new(period_us: u32, tolerance: f32, trigger: Trigger) -> Self {
         let nominal = i64::from(period_us.max(1)) << FRACTION;
         let tolerance = (nominal as f32 * tolerance) as i64;
-        Self { nominal, tolerance, trigger, period: nominal, newest: None, pending: 0 }
+        Self { nominal, tolerance, trigger, period: nominal, newest: None, pending: 0, in_phase: false, late_bursts: 0 }
     }
 
-    /// Frames may be missing, or the part was started anew: the next burst's newest frame is of the time at which it is taken.
-    pub fn resynchronise(&mut self) {
+    /// The part was started anew: the next burst's newest frame is of the time at which it is taken.
+    pub fn restart(&mut self) {
         self.pending = 0;
-        if let Some((newest, _)) = self.newest {
-            self.newest = Some((newest, i64::MIN));
-        }
+        self.in_phase = false;
+    }
+
+    /// Frames may be missing: those that are not are still in step with those before.
+    pub fn interrupt(&mut self) {
+        self.pending = 0;
     }
 
     /// How long ago the last frame was, in whole periods.
@@ -84,21 +96,28 @@ impl SampleClock {
         };
         let mut lost = 0;
         let newest = match self.newest {
-            None => now - rest,
-            Some((newest, i64::MIN)) => {
-                lost = rounded(now - rest - newest, self.period) - new;
-                now - rest
-            }
-            Some((newest, seen)) => {
-                self.follow_period(now - seen, new);
+            Some((newest, seen)) if self.in_phase => {
                 let predicted = newest + new * self.period;
                 match self.trigger {
                     Trigger::Interrupt => {
-                        lost = rounded(now - predicted, self.period);
-                        let late = now - predicted - lost * self.period;
-                        predicted + lost * self.period + (late >> PHASE_GAIN)
+                        lost = (now - predicted + self.period / PROMPT).div_euclid(self.period.max(1)).max(0);
+                        let expected = predicted + lost * self.period;
+                        let late = now - expected;
+                        self.late_bursts =
+                            if late > self.period / PROMPT { self.late_bursts.saturating_add(1) } else { 0 };
+                        if lost == 0 && self.late_bursts == 0 {
+                            self.follow_period(now - seen, new);
+                        }
+                        if late < 0 && late < -self.period / PROMPT {
+                            now
+                        } else if self.late_bursts == 0 || self.late_bursts > LATE_BURSTS {
+                            expected + (late >> PHASE_GAIN)
+                        } else {
+                            expected
+                        }
                     }
                     Trigger::Polled => {
+                        self.follow_period(now - seen, new);
                         lost = rounded(now - predicted, self.period) - 1;
                         let kept = predicted + lost.max(0) * self.period;
                         if kept > now {
@@ -111,7 +130,13 @@ impl SampleClock {
                     }
                 }
             }
+            Some((newest, _)) => {
+                lost = rounded(now - rest - newest, self.period) - new;
+                now - rest
+            }
+            None => now - rest,
         };
+        self.in_phase = true;
         self.newest = Some((newest, now));
         self.pending = left;
         Stamps {

@@ -1,12 +1,17 @@
 use crate::sensors::{
     Burst, Condition, Counters, Frame, Mounting, PartData, Scaled, StartError, Trigger,
     frozen::Frozen,
+    innovation::Innovation,
     recovery::Recovery,
     sample_clock::{SampleClock, Stamps},
 };
 
 /// After so many periods without a frame the part is started anew.
 const SILENT_PERIODS: u32 = 10;
+
+/// See [`sure_steps`].
+const SURE_FORCE_M_S2: f32 = 5.0;
+const SURE_FIELD_UT: f32 = 5.0;
 
 /// What is known of a part beside its registers: everything of a [`Supervised`](super::blocking::Supervised) source that needs no bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +22,7 @@ pub(super) struct Supervision<const V: usize> {
     clock: SampleClock,
     mounting: Mounting,
     frozen: [Frozen; V],
+    innovation: [Innovation; V],
     was_frozen: bool,
     settling: u16,
     started_us: Option<u64>,
@@ -32,6 +38,7 @@ impl<const V: usize> Supervision<V> {
             clock: SampleClock::new(data.period_us, data.period_tolerance, trigger),
             mounting,
             frozen: [Frozen::default(); V],
+            innovation: [Innovation::NEW; V],
             was_frozen: false,
             settling: 0,
             started_us: None,
@@ -55,20 +62,20 @@ impl<const V: usize> Supervision<V> {
         }
         self.started_us = Some(now_us);
         self.settling = self.data.settling_frames;
-        self.clock.resynchronise();
+        self.clock.restart();
         self.recovery.started(now_us);
     }
 
     pub fn bus_failed(&mut self, now_us: u64) {
         add(&mut self.counters.bus_errors, 1);
-        self.clock.resynchronise();
+        self.clock.interrupt();
         self.recovery.bus_failed(now_us);
     }
 
     /// The part has lost its settings, and with them the frames of this burst.
     pub fn was_reset(&mut self) {
         add(&mut self.counters.resets, 1);
-        self.clock.resynchronise();
+        self.clock.restart();
         self.recovery.restart();
     }
 
@@ -94,7 +101,7 @@ impl<const V: usize> Supervision<V> {
     pub fn take(&mut self, now_us: u64, burst: &Burst<V>, mut out: impl FnMut(Scaled<V>)) -> Condition {
         if burst.overrun {
             add(&mut self.counters.overruns, 1);
-            self.clock.resynchronise();
+            self.clock.interrupt();
         }
         add(&mut self.counters.corrupt_frames, burst.corrupt.into());
         let frames = burst.frames();
@@ -136,13 +143,23 @@ impl<const V: usize> Supervision<V> {
     fn scaled(&mut self, t_us: u64, frame: &Frame<V>) -> Scaled<V> {
         let mut scaled = Scaled { t_us, vectors: [None; V], clipped: [false; V], temperature_c: None };
         let mut any_frozen = false;
-        let sensors = self.data.sensors.iter().zip(&mut self.frozen).zip(frame.codes);
-        for ((vector, clipped), ((sensor, frozen), codes)) in
+        let sure = sure_steps::<V>(self.data.period_us);
+        let watches = self.frozen.iter_mut().zip(&mut self.innovation).zip(sure);
+        let sensors = self.data.sensors.iter().zip(watches).zip(frame.codes);
+        for ((vector, clipped), ((sensor, ((frozen, innovation), sure)), codes)) in
             scaled.vectors.iter_mut().zip(&mut scaled.clipped).zip(sensors)
         {
-            let Some(codes) = codes else { continue };
+            let Some(codes) = codes else {
+                innovation.interrupt();
+                continue;
+            };
+            let believed = innovation.believes(codes, sure / sensor.per_code, sensor.clip_code);
             if frozen.sees(codes, sensor.clip_code, self.data.frozen_frames) {
                 any_frozen = true;
+                continue;
+            }
+            if !believed {
+                add(&mut self.counters.implausible, 1);
                 continue;
             }
             *clipped = codes.iter().any(|code| code.abs() >= sensor.clip_code);
@@ -157,6 +174,18 @@ impl<const V: usize> Supervision<V> {
         }
         scaled
     }
+}
+
+/// Steps from frame to frame that one frame is always believed for, SI, whether it is true or a flipped bit. Of a gyro: what turns the
+/// attitude by 0.1 deg within a period. Of an accelerometer and a magnetometer: what the attitude's filter takes for noise, or for a
+/// disturbance, of one frame.
+fn sure_steps<const V: usize>(period_us: u32) -> [f32; V] {
+    let gyro_rad_s = 0.1_f32.to_radians() * 1e6 / period_us as f32;
+    let mut steps = [SURE_FIELD_UT; V];
+    if let [gyro, accel] = steps.as_mut_slice() {
+        (*gyro, *accel) = (gyro_rad_s, SURE_FORCE_M_S2);
+    }
+    steps
 }
 
 /// Counts, as far as the counter goes.

@@ -1,0 +1,92 @@
+//! Which samples of a run are wrong, and which of those nothing says so of.
+
+use super::{motion::Motion, run::Run};
+use meerkat_mwd::{Sample, SampleFlags};
+
+/// A vector sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sensor {
+    /// Angular rate.
+    Gyro,
+    /// Specific force.
+    Accelerometer,
+    /// Field.
+    Magnetometer,
+}
+
+/// Of one run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Judgement {
+    /// Readings that are not the truth of their time, unflagged.
+    pub wrong: Vec<(u64, Sensor, f32)>,
+    /// Readings that are flagged missing.
+    pub flagged: usize,
+    /// When the first sample after the fault was that has a reading flagged, or is missing, microseconds.
+    pub first_bad_us: Option<u64>,
+    /// From when on all readings come and are good, microseconds.
+    pub well_from_us: Option<u64>,
+}
+
+/// How far a good stamp may be off, microseconds: the phase of a 1 kHz loop.
+const STAMP_US: u64 = 1_500;
+/// The magnetometer's axes are measured one after the other, the first that long before the output.
+const FIELD_AGE_US: u64 = 7_000;
+/// A step between samples over this is a gap, microseconds.
+const GAP_US: u64 = 7_500;
+/// A magnetometer that says nothing for this long, microseconds.
+const FIELD_GAP_US: u64 = 21_000;
+
+/// Noise, half a code, and the gain's part in a thousand.
+const TOLERANCE: [f32; 3] = [0.012, 0.065, 0.15];
+
+/// Judges a run.
+#[must_use]
+pub fn judge(motion: &Motion, run: &Run, from_us: u64) -> Judgement {
+    let mut judgement = Judgement::default();
+    let mut last_us = None;
+    let mut field_us = None;
+    for (_, sample) in run.samples.iter().filter(|(_, sample)| sample.t_us >= from_us) {
+        let mut bad = last_us.is_some_and(|last| sample.t_us - last > GAP_US);
+        last_us = Some(sample.t_us);
+        for (sensor, of, missing, age_us) in SENSORS {
+            if sample.flags.contains(missing) {
+                if sensor != Sensor::Magnetometer {
+                    judgement.flagged += 1;
+                    bad = true;
+                }
+                continue;
+            }
+            if sensor == Sensor::Magnetometer {
+                bad |= field_us.is_some_and(|last| sample.t_us - last > FIELD_GAP_US);
+                field_us = Some(sample.t_us);
+            }
+            let error = excess(motion, sample, of, age_us, TOLERANCE[sensor as usize]);
+            if error > 0.0 {
+                judgement.wrong.push((sample.t_us, sensor, error));
+                bad = true;
+            }
+        }
+        bad |= field_us.is_some_and(|last| sample.t_us - last > FIELD_GAP_US);
+        if bad {
+            judgement.first_bad_us = judgement.first_bad_us.or(Some(sample.t_us));
+            judgement.well_from_us = None;
+        } else if judgement.well_from_us.is_none() {
+            judgement.well_from_us = Some(sample.t_us);
+        }
+    }
+    judgement
+}
+
+type Of = fn(&Sample) -> [f32; 3];
+const SENSORS: [(Sensor, Of, SampleFlags, u64); 3] = [
+    (Sensor::Gyro, |sample| sample.gyro_rad_s, SampleFlags::GYRO_MISSING, 0),
+    (Sensor::Accelerometer, |sample| sample.accel_m_s2, SampleFlags::ACCEL_MISSING, 0),
+    (Sensor::Magnetometer, |sample| sample.mag_ut, SampleFlags::MAG_MISSING, FIELD_AGE_US),
+];
+
+/// By how much a reading is outside of what the truth was about its time.
+fn excess(motion: &Motion, sample: &Sample, of: Of, age_us: u64, tolerance: f32) -> f32 {
+    let range = motion.range(of, sample.t_us.saturating_sub(STAMP_US + age_us), sample.t_us + STAMP_US);
+    let axes = of(sample).into_iter().zip(range);
+    axes.map(|(x, (least, most))| (least - tolerance - x).max(x - most - tolerance)).fold(0.0, f32::max)
+}
