@@ -17,6 +17,8 @@ mod error;
 mod frame;
 mod frozen;
 mod innovation;
+#[cfg(feature = "lsm6dsv320x")]
+mod lsm6dsv320x_range;
 mod mounting;
 mod part_data;
 mod reading;
@@ -33,6 +35,8 @@ pub use combiner::Combiner;
 pub use counters::{Condition, Counters};
 pub use error::{ReadError, StartError};
 pub use frame::{BURST_FRAMES, Burst, Frame, StartStep};
+#[cfg(feature = "lsm6dsv320x")]
+pub use lsm6dsv320x_range::Lsm6dsv320xRange;
 pub use mounting::{Axis, Mounting, MountingError};
 pub use part_data::{InertialData, MagneticData, PartData, SensorData, TemperatureData};
 pub use reading::{InertialReading, MagneticReading};
@@ -54,8 +58,16 @@ pub mod blocking {
     #[cfg(any(feature = "ism330dhcx", feature = "lsm6dsv320x", feature = "iis2mdc"))]
     use st_mems_bus::blocking::{BusOperation, i2c::I2cBus, spi::SpiBus};
 
+    #[cfg(feature = "bmi088")]
+    mod bmi088;
+    #[cfg(feature = "icm42688")]
+    mod icm42688;
+    #[cfg(feature = "iis2mdc")]
+    mod iis2mdc;
     #[cfg(feature = "ism330dhcx")]
     mod ism330dhcx;
+    #[cfg(feature = "lsm6dsv320x")]
+    mod lsm6dsv320x;
     mod part;
     #[cfg(feature = "bus")]
     mod registers;
@@ -64,8 +76,16 @@ pub mod blocking {
     mod source;
     mod supervised;
 
+    #[cfg(feature = "bmi088")]
+    pub use bmi088::Bmi088;
+    #[cfg(feature = "icm42688")]
+    pub use icm42688::Icm42688;
+    #[cfg(feature = "iis2mdc")]
+    pub use iis2mdc::Iis2mdc;
     #[cfg(feature = "ism330dhcx")]
     pub use ism330dhcx::Ism330dhcx;
+    #[cfg(feature = "lsm6dsv320x")]
+    pub use lsm6dsv320x::Lsm6dsv320x;
     pub use part::Part;
     #[cfg(feature = "bus")]
     pub use registers::{I2cRegisters, Registers, SpiRegisters};
@@ -89,8 +109,14 @@ pub mod asynchronous {
     #[cfg(all(feature = "async", any(feature = "ism330dhcx", feature = "lsm6dsv320x", feature = "iis2mdc")))]
     use st_mems_bus::asynchronous::{BusOperation, i2c::I2cBus, spi::SpiBus};
 
+    #[cfg(all(feature = "async", feature = "icm42688"))]
+    mod icm42688;
+    #[cfg(all(feature = "async", feature = "iis2mdc"))]
+    mod iis2mdc;
     #[cfg(all(feature = "async", feature = "ism330dhcx"))]
     mod ism330dhcx;
+    #[cfg(all(feature = "async", feature = "lsm6dsv320x"))]
+    mod lsm6dsv320x;
     mod part;
     #[cfg(feature = "async")]
     mod registers;
@@ -99,8 +125,14 @@ pub mod asynchronous {
     mod source;
     mod supervised;
 
+    #[cfg(all(feature = "async", feature = "icm42688"))]
+    pub use icm42688::Icm42688;
+    #[cfg(all(feature = "async", feature = "iis2mdc"))]
+    pub use iis2mdc::Iis2mdc;
     #[cfg(all(feature = "async", feature = "ism330dhcx"))]
     pub use ism330dhcx::Ism330dhcx;
+    #[cfg(all(feature = "async", feature = "lsm6dsv320x"))]
+    pub use lsm6dsv320x::Lsm6dsv320x;
     pub use part::Part;
     #[cfg(feature = "async")]
     pub use registers::{I2cRegisters, Registers, SpiRegisters};
