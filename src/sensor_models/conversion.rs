@@ -31,6 +31,11 @@ impl Played {
         self.now = Some(*sample);
     }
 
+    /// The time up to which the truth is known; nothing converts after it.
+    pub fn known_until_ns(&self) -> u64 {
+        self.now.map_or(0, |sample| nanoseconds(sample.t_us))
+    }
+
     /// The truth at an instant between the last two samples; the nearer of them outside.
     pub fn at(&self, t_ns: u64) -> Option<Sample> {
         let now = self.now?;

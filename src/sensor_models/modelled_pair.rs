@@ -110,7 +110,8 @@ impl<'a, const WORDS: usize> ModelledPair<'a, WORDS> {
 
     /// Time passes in the parts, and no adapter runs.
     pub fn pass_to(&mut self, truth: &Sample) {
-        self.parts.now_us.set(truth.t_us);
+        // After a time-out the loop may be later than that.
+        self.parts.now_us.set(self.parts.now_us.get().max(truth.t_us));
         if let Ok(mut part) = self.parts.inertial.try_borrow_mut() {
             part.play(truth);
         }
@@ -137,8 +138,10 @@ impl<'a, const WORDS: usize> ModelledPair<'a, WORDS> {
             self.note(1, now_us, result);
             readings.into_iter().for_each(|reading| self.combiner.magnetic(reading));
         }
-        // A time-out moves the time on.
-        let now_us = self.parts.now_us.get();
+        // A time-out has moved the time on: first the parts have to be played to it.
+        if self.parts.now_us.get() != now_us {
+            return;
+        }
         if due(inertial_interrupt, asked, inertial_us, condition) {
             let mut readings: Vec<InertialReading, READINGS> = Vec::new();
             let result = self.inertial.read(now_us, &mut readings);

@@ -210,10 +210,10 @@ impl Rm3100 {
 
 impl SerialPart for Rm3100 {
     fn begin(&mut self, now_us: u64) {
-        match self.conversions {
-            Conversions::AtItsRate => self.pass_to(nanoseconds(now_us)),
-            Conversions::WithEverySample => self.now_ns = self.now_ns.max(nanoseconds(now_us)),
+        if self.conversions == Conversions::AtItsRate {
+            self.pass_to(nanoseconds(now_us).min(self.played.known_until_ns()));
         }
+        self.now_ns = self.now_ns.max(nanoseconds(now_us));
         match self.schedule.begin(self.now_ns / 1_000) {
             Some(PartFault::SilentReset) => self.reset(),
             Some(PartFault::FifoOverrun) => self.ready = false,

@@ -10,8 +10,8 @@ const WAITING: usize = 8;
 
 /// Makes samples of the readings of an inertial and a magnetic source.
 ///
-/// Each inertial reading makes one sample. A magnetic reading goes to the inertial one that is nearest to it in time, at most half a
-/// sample period off; the samples between have [`SampleFlags::MAG_MISSING`]. Read the magnetic source first, then the inertial one: what a
+/// Each inertial reading makes one sample. A magnetic reading goes to the first inertial one from half a sample period before it to a whole
+/// one after it: it cannot wait for one that has left. The samples between have [`SampleFlags::MAG_MISSING`]. Read the magnetic source first, then the inertial one: what a
 /// magnetic reading belongs to has left when it comes too late.
 #[derive(Clone, Debug)]
 pub struct Combiner {
@@ -70,7 +70,7 @@ impl Combiner {
         Some(sample)
     }
 
-    /// The newest waiting reading that is within half a period of this time; older ones are lost.
+    /// The newest waiting reading that is of this time; older ones are lost.
     fn nearest(&mut self, t_us: u64) -> Option<MagneticReading> {
         let mut nearest: Option<MagneticReading> = None;
         while self.waiting.front().is_some_and(|magnetic| magnetic.t_us <= t_us.saturating_add(self.half_period_us)) {
@@ -80,7 +80,7 @@ impl Combiner {
             }
             nearest = next;
         }
-        if nearest.is_some_and(|magnetic| magnetic.t_us.saturating_add(self.half_period_us) < t_us) {
+        if nearest.is_some_and(|magnetic| magnetic.t_us.saturating_add(2 * self.half_period_us) < t_us) {
             self.lost_magnetic = self.lost_magnetic.saturating_add(1);
             return None;
         }

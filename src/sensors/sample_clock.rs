@@ -36,6 +36,10 @@ pub(super) struct SampleClock {
     pending: i64,
     /// The part has not been started anew since the last frame.
     in_phase: bool,
+    /// Frames may have been lost since the last burst.
+    lossy: bool,
+    /// Frames at which the interrupt comes: more of them were taken late.
+    watermark: i64,
     /// Bursts in a row that were taken late.
     late_bursts: u8,
 }
@@ -57,10 +61,21 @@ impl Stamps {
 }
 
 impl SampleClock {
-    pub fn new(period_us: u32, tolerance: f32, trigger: Trigger) -> Self {
+    pub fn new(period_us: u32, tolerance: f32, watermark: u16, trigger: Trigger) -> Self {
         let nominal = i64::from(period_us.max(1)) << FRACTION;
         let tolerance = (nominal as f32 * tolerance) as i64;
-        Self { nominal, tolerance, trigger, period: nominal, newest: None, pending: 0, in_phase: false, late_bursts: 0 }
+        Self {
+            nominal,
+            tolerance,
+            trigger,
+            period: nominal,
+            newest: None,
+            pending: 0,
+            in_phase: false,
+            lossy: false,
+            watermark: watermark.into(),
+            late_bursts: 0,
+        }
     }
 
     /// The part was started anew: the next burst's newest frame is of the time at which it is taken.
@@ -72,6 +87,7 @@ impl SampleClock {
     /// Frames may be missing: those that are not are still in step with those before.
     pub fn interrupt(&mut self) {
         self.pending = 0;
+        self.lossy = true;
     }
 
     /// How long ago the last frame was, in whole periods.
@@ -91,8 +107,8 @@ impl SampleClock {
         let (known, left) = (taken as i64 + i64::from(left), i64::from(left));
         let new = known - self.pending;
         let rest = match self.trigger {
-            Trigger::Interrupt => 0,
-            Trigger::Polled => self.period / 2,
+            Trigger::Interrupt if known <= self.watermark => 0,
+            _ => self.period / 2,
         };
         let mut lost = 0;
         let newest = match self.newest {
@@ -100,7 +116,14 @@ impl SampleClock {
                 let predicted = newest + new * self.period;
                 match self.trigger {
                     Trigger::Interrupt => {
-                        lost = (now - predicted + self.period / PROMPT).div_euclid(self.period.max(1)).max(0);
+                        // The newest frame is of the last period. A burst that is no larger than usual was most likely taken as promptly as
+                        // usual; a larger one was not, and says how many frames there were, unless some may have been lost.
+                        let doubt = match (known > self.watermark, self.lossy) {
+                            (false, _) => self.period / PROMPT,
+                            (true, true) => self.period / (2 * PROMPT),
+                            (true, false) => -self.period / PROMPT,
+                        };
+                        lost = (now - predicted + doubt).div_euclid(self.period.max(1)).max(0);
                         let expected = predicted + lost * self.period;
                         let late = now - expected;
                         self.late_bursts =
@@ -108,10 +131,12 @@ impl SampleClock {
                         if lost == 0 && self.late_bursts == 0 {
                             self.follow_period(now - seen, new);
                         }
-                        if late < 0 && late < -self.period / PROMPT {
+                        if late < -self.period / PROMPT {
                             now
                         } else if self.late_bursts == 0 || self.late_bursts > LATE_BURSTS {
                             expected + (late >> PHASE_GAIN)
+                        } else if expected > now {
+                            now
                         } else {
                             expected
                         }
@@ -136,7 +161,7 @@ impl SampleClock {
             }
             None => now - rest,
         };
-        self.in_phase = true;
+        (self.in_phase, self.lossy) = (true, false);
         self.newest = Some((newest, now));
         self.pending = left;
         Stamps {

@@ -35,7 +35,7 @@ impl<const V: usize> Supervision<V> {
             data,
             counters: Counters::default(),
             recovery: Recovery::NEW,
-            clock: SampleClock::new(data.period_us, data.period_tolerance, trigger),
+            clock: SampleClock::new(data.period_us, data.period_tolerance, data.watermark_frames, trigger),
             mounting,
             frozen: [Frozen::default(); V],
             innovation: [Innovation::NEW; V],
@@ -62,6 +62,7 @@ impl<const V: usize> Supervision<V> {
         }
         self.started_us = Some(now_us);
         self.settling = self.data.settling_frames;
+        self.innovation = [Innovation::NEW; V];
         self.clock.restart();
         self.recovery.started(now_us);
     }
@@ -104,10 +105,14 @@ impl<const V: usize> Supervision<V> {
             self.clock.interrupt();
         }
         add(&mut self.counters.corrupt_frames, burst.corrupt.into());
+        if burst.corrupt > 0 {
+            self.clock.interrupt();
+        }
         let frames = burst.frames();
         if !frames.is_empty() {
             let stamps = self.clock.stamp(now_us, frames.len(), burst.left);
             add(&mut self.counters.lost_frames, stamps.lost);
+            self.innovation.iter_mut().for_each(|innovation| innovation.skip(stamps.lost));
             for (k, frame) in frames.iter().enumerate() {
                 if let Some(scaled) = self.believed(k, frame, &stamps) {
                     add(&mut self.counters.readings, 1);
@@ -135,30 +140,41 @@ impl<const V: usize> Supervision<V> {
         self.last_t_us = Some(t_us);
         if self.settling > 0 {
             self.settling -= 1;
+            // What is usual is learnt meanwhile.
+            self.doubts(frame);
             return None;
         }
         Some(self.scaled(t_us, frame))
     }
 
+    /// Of which sensors the codes are not to be believed.
+    fn doubts(&mut self, frame: &Frame<V>) -> [bool; V] {
+        let mut doubts = [false; V];
+        let sure = sure_steps::<V>(self.data.period_us);
+        let sensors = self.data.sensors.iter().zip(sure).zip(&mut self.innovation).zip(frame.codes);
+        for (doubt, (((sensor, sure), innovation), codes)) in doubts.iter_mut().zip(sensors) {
+            match codes {
+                Some(codes) => *doubt = !innovation.believes(codes, sure / sensor.per_code, sensor.clip_code),
+                None => innovation.skip(1),
+            }
+        }
+        doubts
+    }
+
     fn scaled(&mut self, t_us: u64, frame: &Frame<V>) -> Scaled<V> {
         let mut scaled = Scaled { t_us, vectors: [None; V], clipped: [false; V], temperature_c: None };
         let mut any_frozen = false;
-        let sure = sure_steps::<V>(self.data.period_us);
-        let watches = self.frozen.iter_mut().zip(&mut self.innovation).zip(sure);
-        let sensors = self.data.sensors.iter().zip(watches).zip(frame.codes);
-        for ((vector, clipped), ((sensor, ((frozen, innovation), sure)), codes)) in
+        let doubts = self.doubts(frame);
+        let sensors = self.data.sensors.iter().zip(&mut self.frozen).zip(frame.codes.into_iter().zip(doubts));
+        for ((vector, clipped), ((sensor, frozen), (codes, doubt))) in
             scaled.vectors.iter_mut().zip(&mut scaled.clipped).zip(sensors)
         {
-            let Some(codes) = codes else {
-                innovation.interrupt();
-                continue;
-            };
-            let believed = innovation.believes(codes, sure / sensor.per_code, sensor.clip_code);
+            let Some(codes) = codes else { continue };
             if frozen.sees(codes, sensor.clip_code, self.data.frozen_frames) {
                 any_frozen = true;
                 continue;
             }
-            if !believed {
+            if doubt {
                 add(&mut self.counters.implausible, 1);
                 continue;
             }
@@ -176,11 +192,11 @@ impl<const V: usize> Supervision<V> {
     }
 }
 
-/// Steps from frame to frame that one frame is always believed for, SI, whether it is true or a flipped bit. Of a gyro: what turns the
-/// attitude by 0.1 deg within a period. Of an accelerometer and a magnetometer: what the attitude's filter takes for noise, or for a
+/// Innovations that one frame is always believed for, SI, whether it is true or a flipped bit. Of a gyro: what turns the attitude by 0.1 deg
+/// within a period, on all three axes together. Of an accelerometer and a magnetometer: what the attitude's filter takes for noise, or for a
 /// disturbance, of one frame.
 fn sure_steps<const V: usize>(period_us: u32) -> [f32; V] {
-    let gyro_rad_s = 0.1_f32.to_radians() * 1e6 / period_us as f32;
+    let gyro_rad_s = 0.1_f32.to_radians() / libm::sqrtf(3.0) * 1e6 / period_us as f32;
     let mut steps = [SURE_FIELD_UT; V];
     if let [gyro, accel] = steps.as_mut_slice() {
         (*gyro, *accel) = (gyro_rad_s, SURE_FORCE_M_S2);

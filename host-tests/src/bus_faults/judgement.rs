@@ -18,19 +18,20 @@ pub enum Sensor {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Judgement {
     /// Readings that are not the truth of their time, unflagged.
+    /// By how much, as a multiple of the noise.
     pub wrong: Vec<(u64, Sensor, f32)>,
-    /// Readings that are flagged missing.
-    pub flagged: usize,
+    /// Times of readings of gyro and accelerometer that are flagged missing, microseconds.
+    pub flagged: Vec<u64>,
     /// When the first sample after the fault was that has a reading flagged, or is missing, microseconds.
     pub first_bad_us: Option<u64>,
     /// From when on all readings come and are good, microseconds.
     pub well_from_us: Option<u64>,
 }
 
-/// How far a good stamp may be off, microseconds: the phase of a 1 kHz loop.
-const STAMP_US: u64 = 1_500;
-/// The magnetometer's axes are measured one after the other, the first that long before the output.
-const FIELD_AGE_US: u64 = 7_000;
+/// How far a good stamp may be off, microseconds: half a period, where nothing says when the frame was put out.
+const STAMP_US: u64 = 2_500;
+/// The magnetometer's axes are measured one after the other, the first 6 ms before the output, and go to an inertial reading up to a period later.
+const FIELD_AGE_US: u64 = 11_000;
 /// A step between samples over this is a gap, microseconds.
 const GAP_US: u64 = 7_500;
 /// A magnetometer that says nothing for this long, microseconds.
@@ -39,33 +40,38 @@ const FIELD_GAP_US: u64 = 21_000;
 /// Noise, half a code, and the gain's part in a thousand.
 const TOLERANCE: [f32; 3] = [0.012, 0.065, 0.15];
 
-/// Judges a run.
+/// One or two readings that are flagged alone, long after the fault, are a false alarm, as sound runs have them too.
+const ALONE_AFTER_US: u64 = 100_000;
+
+/// Judges a run with a fault that is over at `over_us`.
 #[must_use]
-pub fn judge(motion: &Motion, run: &Run, from_us: u64) -> Judgement {
+pub fn judge(motion: &Motion, run: &Run, over_us: u64) -> Judgement {
     let mut judgement = Judgement::default();
-    let mut last_us = None;
-    let mut field_us = None;
-    for (_, sample) in run.samples.iter().filter(|(_, sample)| sample.t_us >= from_us) {
+    let (mut last_us, mut field_us) = (None::<u64>, None::<u64>);
+    let mut flagged_in_a_row = 0;
+    for (_, sample) in &run.samples {
         let mut bad = last_us.is_some_and(|last| sample.t_us - last > GAP_US);
         last_us = Some(sample.t_us);
+        let mut flagged = false;
         for (sensor, of, missing, age_us) in SENSORS {
             if sample.flags.contains(missing) {
-                if sensor != Sensor::Magnetometer {
-                    judgement.flagged += 1;
-                    bad = true;
-                }
+                flagged |= sensor != Sensor::Magnetometer;
                 continue;
             }
             if sensor == Sensor::Magnetometer {
-                bad |= field_us.is_some_and(|last| sample.t_us - last > FIELD_GAP_US);
                 field_us = Some(sample.t_us);
             }
             let error = excess(motion, sample, of, age_us, TOLERANCE[sensor as usize]);
             if error > 0.0 {
-                judgement.wrong.push((sample.t_us, sensor, error));
+                judgement.wrong.push((sample.t_us, sensor, error / TOLERANCE[sensor as usize]));
                 bad = true;
             }
         }
+        if flagged {
+            judgement.flagged.push(sample.t_us);
+        }
+        flagged_in_a_row = if flagged { flagged_in_a_row + 1 } else { 0 };
+        bad |= flagged && (flagged_in_a_row > 2 || sample.t_us < over_us + ALONE_AFTER_US);
         bad |= field_us.is_some_and(|last| sample.t_us - last > FIELD_GAP_US);
         if bad {
             judgement.first_bad_us = judgement.first_bad_us.or(Some(sample.t_us));

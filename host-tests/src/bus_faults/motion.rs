@@ -7,6 +7,10 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 
 /// Step of the truth, microseconds.
 pub const STEP_US: u64 = 1_000;
+/// How long the tool moves before time 0, microseconds.
+pub const BEFORE_US: u64 = 6_000_000;
+/// Steps from sample to sample of that time.
+const BEFORE_STEPS: usize = 5;
 /// White noise of the readings, uniform within this either side: some codes, as sound sensors have.
 const NOISE: [f32; 3] = [0.01, 0.06, 0.06];
 const GRAVITY_M_S2: f32 = 9.81;
@@ -17,6 +21,8 @@ pub struct Motion {
     pub seen: Vec<Sample>,
     /// The same without noise.
     pub truth: Vec<Sample>,
+    /// [`BEFORE_US`] of the same motion as good sensors would see it, up to time 0, which is `BEFORE_US` there.
+    pub before: Vec<Sample>,
 }
 
 impl Motion {
@@ -31,7 +37,7 @@ impl Motion {
         let field = Vector3::new(20.0, 3.0, 45.0);
         let mut body_to_ned = Rotation3::from_euler_angles(0.3, 0.7, 1.1);
         let (mut seen, mut truth) = (Vec::new(), Vec::new());
-        for step in 0..=duration_us / STEP_US {
+        for step in 0..=(BEFORE_US + duration_us) / STEP_US {
             let t_us = step * STEP_US;
             let t_s = t_us as f32 * 1e-6;
             let rate = Vector3::from(waves.map(|axis| axis.iter().map(|(a, hz, p)| a * (6.283 * hz * t_s + p).sin()).sum()));
@@ -54,7 +60,13 @@ impl Motion {
             });
             body_to_ned *= Rotation3::new(rate * (STEP_US as f32 * 1e-6));
         }
-        Self { seen, truth }
+        let start = (BEFORE_US / STEP_US) as usize;
+        let before = seen.iter().take(start).step_by(BEFORE_STEPS).copied().collect();
+        let from_start = |samples: Vec<Sample>| {
+            let later = samples.into_iter().skip(start);
+            later.map(|sample| Sample { t_us: sample.t_us - BEFORE_US, ..sample }).collect()
+        };
+        Self { seen: from_start(seen), truth: from_start(truth), before }
     }
 
     /// Least and largest truth of each axis from `from_us` to `to_us`.

@@ -52,6 +52,7 @@ pub fn run(motion: &Motion, case: Option<&Case>) -> Run {
     for truth in &motion.seen {
         // A time-out has moved the time on: the loop was not there.
         if truth.t_us < parts.now_us.get() {
+            pair.pass_to(truth);
             continue;
         }
         let mut samples = heapless::Vec::<Sample, 16>::new();
