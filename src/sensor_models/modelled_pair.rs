@@ -77,19 +77,19 @@ pub struct Periods {
 }
 
 impl<'a, const WORDS: usize> ModelledPair<'a, WORDS> {
-    /// Over SPI; touches no bus.
+    /// Over SPI; touches no bus. `trigger`: whether [`play`](Self::play) is called at the very time of an interrupt.
     #[must_use]
-    pub fn new(parts: &'a ModelledParts<WORDS>, periods: Periods, watermark_frames: u8) -> Self {
+    pub fn new(parts: &'a ModelledParts<WORDS>, periods: Periods, watermark_frames: u8, trigger: Trigger) -> Self {
         let now_us = &parts.now_us;
         let inertial_bus = FaultyBus::new(OnSpi::new(&parts.inertial, now_us), now_us, &parts.inertial_wire);
         let magnetic_bus = FaultyBus::new(OnSpi::new(&parts.magnetic, now_us), now_us, &parts.magnetic_wire);
         let part = Ism330dhcxAdapter::new_spi(inertial_bus, watermark_frames);
         let period_us = periods.inertial_us.unwrap_or(own_period_us::<2>(&part));
-        let inertial = Supervised::new(AtPeriod { part, period_us }, Mounting::ALIGNED, Trigger::Interrupt);
+        let inertial = Supervised::new(AtPeriod { part, period_us }, Mounting::ALIGNED, trigger);
         let part = Rm3100Adapter::new_spi(magnetic_bus, Rm3100Settings::default());
         let magnetic_period_us = periods.magnetic_us.unwrap_or(own_period_us::<1>(&part));
         let at_period = AtPeriod { part, period_us: magnetic_period_us };
-        let magnetic = Supervised::new(at_period, Mounting::ALIGNED, Trigger::Interrupt);
+        let magnetic = Supervised::new(at_period, Mounting::ALIGNED, trigger);
         Self {
             parts,
             inertial,

@@ -11,6 +11,11 @@ pub(super) struct Frozen {
 }
 
 impl Frozen {
+    /// Whether these are the codes of the last frame.
+    pub fn saw(&self, codes: [i32; 3]) -> bool {
+        self.last == codes
+    }
+
     /// Whether the sensor is frozen, with these codes. At the end of its range (`clip_code`) an axis may stand still.
     pub fn sees(&mut self, codes: [i32; 3], clip_code: i32, frames: u16) -> bool {
         let axes = self.same.iter_mut().zip(self.last).zip(codes);

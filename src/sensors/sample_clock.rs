@@ -10,44 +10,57 @@ pub enum Trigger {
 
 /// A 256th of a microsecond.
 const FRACTION: u32 = 8;
-/// The period follows what is seen by this power of two per burst.
-const PERIOD_GAIN: u32 = 9;
-/// An interrupt that is served within this part of the period is prompt, and says when the newest frame was put out. Of a later one only this is
-/// known: the newest frame is of the last period.
-const PROMPT: i64 = 4;
-/// After so many late bursts in a row it is the clock that is off.
-const LATE_BURSTS: u8 = 8;
 /// The phase follows the interrupt by this power of two per burst.
 const PHASE_GAIN: u32 = 3;
+/// An interrupt is served within this part of the period.
+const PROMPT: i64 = 4;
+/// Frames over which the period is measured, again and again.
+const COUNTED: i64 = 1_024;
 
 /// Times of frames that a part's own oscillator paces, from their number and from the times at which they were taken.
 ///
-/// The part's period is estimated within its tolerance. With an interrupt a stamp is within an eighth of the interrupt's jitter; polled, within
-/// a period of the truth, and steady from frame to frame.
+/// Polled, each burst bounds the newest frame's time to one period, and the bounds are carried on: a stamp is the middle of where they overlap,
+/// within a period of the truth and usually much closer. With an interrupt it follows that, smoothed over eight bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SampleClock {
     nominal: i64,
     tolerance: i64,
     trigger: Trigger,
     period: i64,
-    /// The last frame known, and when it became known.
-    newest: Option<(i64, i64)>,
+    /// How far the period may be off.
+    doubt: i64,
+    /// Where the measurement of the period began, and the frames since.
+    anchor: Option<i64>,
+    counted: i64,
+    newest: Option<Newest>,
     /// Frames known and not yet taken out.
     pending: i64,
-    /// The part has not been started anew since the last frame.
-    in_phase: bool,
+    uncounted: bool,
     /// Frames may have been lost since the last burst.
     lossy: bool,
-    /// Frames at which the interrupt comes: more of them were taken late.
-    watermark: i64,
-    /// Bursts in a row that were taken late.
-    late_bursts: u8,
+}
+
+/// The last frame that is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Newest {
+    t: i64,
+    /// How far that may be off.
+    doubt: i64,
+    /// When it became known; `None`: frames may be missing since.
+    seen: Option<i64>,
 }
 
 /// Times of a burst's frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamps {
-    first: i64,
+    /// How many frames there are up to the newest in the part, and how many of them are new.
+    known: i64,
+    new: i64,
+    newest: i64,
+    /// From new frame to new frame.
+    step: i64,
+    /// The newest frame of the burst before.
+    before: i64,
     period: i64,
     /// Frames that the part must have put out and that never came.
     pub lost: u32,
@@ -56,12 +69,19 @@ pub(super) struct Stamps {
 impl Stamps {
     /// When frame `k` of the burst was put out, microseconds; `None`: before time zero.
     pub fn t_us(&self, k: usize) -> Option<u64> {
-        u64::try_from((self.first + self.period * k as i64) >> FRACTION).ok()
+        let back = self.known - 1 - k as i64;
+        let t = if back < self.new {
+            self.newest - back * self.step
+        } else {
+            self.before - (back - self.new) * self.period
+        };
+        u64::try_from(t >> FRACTION).ok()
     }
 }
 
 impl SampleClock {
-    pub fn new(period_us: u32, tolerance: f32, watermark: u16, trigger: Trigger) -> Self {
+    /// `uncounted`: a part without a FIFO, which does not say how many frames there have been.
+    pub fn new(period_us: u32, tolerance: f32, uncounted: bool, trigger: Trigger) -> Self {
         let nominal = i64::from(period_us.max(1)) << FRACTION;
         let tolerance = (nominal as f32 * tolerance) as i64;
         Self {
@@ -69,36 +89,43 @@ impl SampleClock {
             tolerance,
             trigger,
             period: nominal,
+            doubt: tolerance,
+            anchor: None,
+            counted: 0,
             newest: None,
             pending: 0,
-            in_phase: false,
+            uncounted,
             lossy: false,
-            watermark: watermark.into(),
-            late_bursts: 0,
         }
-    }
-
-    /// The part was started anew: the next burst's newest frame is of the time at which it is taken.
-    pub fn restart(&mut self) {
-        self.pending = 0;
-        self.in_phase = false;
     }
 
     /// Frames may be missing: those that are not are still in step with those before.
     pub fn interrupt(&mut self) {
         self.pending = 0;
+        self.anchor = None;
         self.lossy = true;
+    }
+
+    /// The part was started anew: the next burst's newest frame is of the time at which it is taken.
+    pub fn resynchronise(&mut self) {
+        self.interrupt();
+        if let Some(newest) = &mut self.newest {
+            newest.seen = None;
+        }
     }
 
     /// How long ago the last frame was, in whole periods.
     pub fn periods_since(&self, now_us: u64) -> u32 {
-        let now = fixed(now_us);
-        self.newest.map_or(0, |(newest, _)| u32::try_from((now - newest) / self.period.max(1)).unwrap_or(0))
+        self.newest.map_or(0, |newest| u32::try_from((fixed(now_us) - newest.t) / self.period.max(1)).unwrap_or(0))
     }
 
-    /// Half a period, microseconds.
-    pub fn half_a_period_us(&self) -> u64 {
-        u64::try_from(self.period >> (FRACTION + 1)).unwrap_or(0)
+    /// Whether a part without a FIFO cannot have measured again by now. `repeated`: it shows the codes of the frame before.
+    pub fn is_early(&self, now_us: u64, repeated: bool) -> bool {
+        let Some(Newest { t, doubt, seen: Some(seen) }) = self.newest else { return false };
+        let (now, least) = (fixed(now_us), self.period - self.doubt);
+        // There is a new reading within a period of the time at which the last was read.
+        let again = repeated && now - seen < self.period + self.doubt;
+        again || t - doubt + least > now + self.slack()
     }
 
     /// Times for a burst of `taken` frames after which `left` are still in the part, taken at `now_us`.
@@ -106,76 +133,92 @@ impl SampleClock {
         let now = fixed(now_us);
         let (known, left) = (taken as i64 + i64::from(left), i64::from(left));
         let new = known - self.pending;
-        let rest = match self.trigger {
-            Trigger::Interrupt if known <= self.watermark => 0,
-            _ => self.period / 2,
-        };
-        let mut lost = 0;
-        let newest = match self.newest {
-            Some((newest, seen)) if self.in_phase => {
-                let predicted = newest + new * self.period;
-                match self.trigger {
-                    Trigger::Interrupt => {
-                        // The newest frame is of the last period. A burst that is no larger than usual was most likely taken as promptly as
-                        // usual; a larger one was not, and says how many frames there were, unless some may have been lost.
-                        let doubt = match (known > self.watermark, self.lossy) {
-                            (false, _) => self.period / PROMPT,
-                            (true, true) => self.period / (2 * PROMPT),
-                            (true, false) => -self.period / PROMPT,
-                        };
-                        lost = (now - predicted + doubt).div_euclid(self.period.max(1)).max(0);
-                        let expected = predicted + lost * self.period;
-                        let late = now - expected;
-                        self.late_bursts =
-                            if late > self.period / PROMPT { self.late_bursts.saturating_add(1) } else { 0 };
-                        if lost == 0 && self.late_bursts == 0 {
-                            self.follow_period(now - seen, new);
-                        }
-                        if late < -self.period / PROMPT {
-                            now
-                        } else if self.late_bursts == 0 || self.late_bursts > LATE_BURSTS {
-                            expected + (late >> PHASE_GAIN)
-                        } else if expected > now {
-                            now
-                        } else {
-                            expected
-                        }
-                    }
-                    Trigger::Polled => {
-                        self.follow_period(now - seen, new);
-                        lost = rounded(now - predicted, self.period) - 1;
-                        let kept = predicted + lost.max(0) * self.period;
-                        if kept > now {
-                            now
-                        } else if kept < now - self.period {
-                            now - self.period
-                        } else {
-                            kept
-                        }
-                    }
-                }
+        let (mut lost, newest) = match self.newest {
+            Some(Newest { t, doubt, seen: Some(_) }) => {
+                self.follow_period(now, new);
+                self.carried_on(now, t + new * self.period, doubt + new * self.doubt)
             }
-            Some((newest, _)) => {
-                lost = rounded(now - rest - newest, self.period) - new;
-                now - rest
+            Some(Newest { t, .. }) => {
+                let newest = self.taken_now(now);
+                (rounded(newest.t - t, self.period) - new, newest)
             }
-            None => now - rest,
+            None => (0, self.taken_now(now)),
         };
-        (self.in_phase, self.lossy) = (true, false);
-        self.newest = Some((newest, now));
+        lost = lost.max(0);
+        if lost > 0 || self.anchor.is_none() {
+            (self.anchor, self.counted) = (Some(now), 0);
+        }
+        let before = self.newest.map_or(newest.t - new * self.period, |newest| newest.t);
+        // Between two bursts with no loss the frames are evenly spread, however the phase was put right.
+        let step = match new {
+            1 if lost == 0 => newest.t - before,
+            2.. if lost == 0 => (newest.t - before) / new,
+            _ => self.period,
+        };
+        self.newest = Some(newest);
         self.pending = left;
+        self.lossy = false;
         Stamps {
-            first: newest - (known - 1) * self.period,
+            known,
+            new,
+            newest: newest.t,
+            step,
+            before,
             period: self.period,
             lost: u32::try_from(lost).unwrap_or(0),
         }
     }
 
-    fn follow_period(&mut self, elapsed: i64, new: i64) {
-        // Beyond the tolerance it is a gap or a surplus, which says nothing about the period.
-        let expected = new * self.period;
-        if (elapsed - expected).abs() <= self.period.max(expected / 4) {
-            let period = self.period + ((elapsed - expected) >> PERIOD_GAIN);
+    /// The newest frame, of which nothing is known but that it was there now.
+    fn taken_now(&self, now: i64) -> Newest {
+        let doubt = match self.trigger {
+            Trigger::Interrupt => 0,
+            Trigger::Polled => self.period / 2,
+        };
+        Newest { t: now - doubt, doubt, seen: Some(now) }
+    }
+
+    /// The newest frame, which should have come at `t`, give or take a doubt, and how many are missing before it.
+    fn carried_on(&self, now: i64, t: i64, doubt: i64) -> (i64, Newest) {
+        let (period, slack) = (self.period, self.slack());
+        let late = now - t - doubt;
+        let lost = rounded(late, period).max(0);
+        // An interrupt that is served later than this says only what a poll does: the newest frame is of the last period.
+        let prompt = (late - lost * period).abs() <= period / PROMPT;
+        if self.trigger == Trigger::Interrupt && prompt {
+            let t = t + lost * period;
+            // While the period is not known well the interrupt knows better.
+            let t = if doubt > slack { now } else { t + ((now - t) >> PHASE_GAIN) };
+            return (lost, Newest { t, doubt: 0, seen: Some(now) });
+        }
+        let (earliest, latest) = (now - period - slack, now + slack);
+        let lost = if self.uncounted || self.lossy {
+            // The one of the times that it can be of that lies within the last period.
+            (latest - t).div_euclid(period.max(1)).max(0)
+        } else {
+            let missing = earliest - (t + doubt);
+            if missing > 0 { 1 + missing / period.max(1) } else { 0 }
+        };
+        let t = t + lost * period;
+        let least = if t - doubt > earliest { t - doubt } else { earliest };
+        let most = if t + doubt < latest { t + doubt } else { latest };
+        // More frames than there was time for: the newest is of now.
+        let least = if least > most { most } else { least };
+        (lost, Newest { t: (least + most) / 2, doubt: (most - least) / 2, seen: Some(now) })
+    }
+
+    /// How much earlier or later than it is said a frame may have been taken: what the bus takes.
+    fn slack(&self) -> i64 {
+        self.period >> 4
+    }
+
+    /// Measures the period: `n` of them are the time between two bursts, to a period.
+    fn follow_period(&mut self, now: i64, new: i64) {
+        let Some(anchor) = self.anchor else { return };
+        self.counted += new;
+        let ends = self.period + 2 * self.slack();
+        if self.counted * self.doubt > ends {
+            let period = (now - anchor) / self.counted;
             let (least, most) = (self.nominal - self.tolerance, self.nominal + self.tolerance);
             self.period = if period < least {
                 least
@@ -184,6 +227,12 @@ impl SampleClock {
             } else {
                 period
             };
+            self.doubt = ends / self.counted;
+        }
+        if self.counted >= COUNTED {
+            (self.anchor, self.counted) = (Some(now), 0);
+            // So that it is measured once more within as many.
+            self.doubt = ends / (COUNTED / 2);
         }
     }
 }
@@ -193,5 +242,9 @@ fn fixed(t_us: u64) -> i64 {
 }
 
 fn rounded(numerator: i64, denominator: i64) -> i64 {
+    // The usual case, without a division of 64 bits.
+    if 2 * numerator.abs() < denominator {
+        return 0;
+    }
     (numerator + denominator / 2).div_euclid(denominator.max(1))
 }

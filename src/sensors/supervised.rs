@@ -18,7 +18,7 @@ use crate::sensors::{
 /// | the FIFO ran over | what it holds is stamped from its newest frame back; what is lost is counted |
 /// | no frame for ten periods | started anew after a pause |
 /// | an output that does not change | the sensor is flagged missing until it moves again; started anew after a pause |
-/// | data-ready stuck | frames that come sooner than half a period after the last are dropped |
+/// | data-ready stuck | frames that come too soon after the last, and the same reading again, are dropped |
 #[derive(Clone, Debug)]
 #[bisync]
 pub struct Supervised<P, const V: usize> {

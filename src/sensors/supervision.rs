@@ -35,7 +35,7 @@ impl<const V: usize> Supervision<V> {
             data,
             counters: Counters::default(),
             recovery: Recovery::NEW,
-            clock: SampleClock::new(data.period_us, data.period_tolerance, data.watermark_frames, trigger),
+            clock: SampleClock::new(data.period_us, data.period_tolerance, data.fifo_frames <= 1, trigger),
             mounting,
             frozen: [Frozen::default(); V],
             innovation: [Innovation::NEW; V],
@@ -63,7 +63,7 @@ impl<const V: usize> Supervision<V> {
         self.started_us = Some(now_us);
         self.settling = self.data.settling_frames;
         self.innovation = [Innovation::NEW; V];
-        self.clock.restart();
+        self.clock.resynchronise();
         self.recovery.started(now_us);
     }
 
@@ -76,7 +76,7 @@ impl<const V: usize> Supervision<V> {
     /// The part has lost its settings, and with them the frames of this burst.
     pub fn was_reset(&mut self) {
         add(&mut self.counters.resets, 1);
-        self.clock.restart();
+        self.clock.resynchronise();
         self.recovery.restart();
     }
 
@@ -109,7 +109,7 @@ impl<const V: usize> Supervision<V> {
             self.clock.interrupt();
         }
         let frames = burst.frames();
-        if !frames.is_empty() {
+        if !frames.is_empty() && !self.is_early(now_us, frames) {
             let stamps = self.clock.stamp(now_us, frames.len(), burst.left);
             add(&mut self.counters.lost_frames, stamps.lost);
             self.innovation.iter_mut().for_each(|innovation| innovation.skip(stamps.lost));
@@ -129,11 +129,22 @@ impl<const V: usize> Supervision<V> {
         }
     }
 
-    /// Frame `k` of a burst with its time and units, unless the part has not settled or cannot have measured it yet.
+    /// Whether a part without a FIFO shows a reading again, or one that it cannot have measured yet.
+    fn is_early(&mut self, now_us: u64, frames: &[Frame<V>]) -> bool {
+        let repeats = |frame: &Frame<V>| {
+            frame.codes.iter().zip(&self.frozen).all(|(codes, frozen)| codes.is_none_or(|codes| frozen.saw(codes)))
+        };
+        let early = self.data.fifo_frames == 1 && self.clock.is_early(now_us, frames.iter().all(repeats));
+        if early {
+            add(&mut self.counters.early_frames, 1);
+        }
+        early
+    }
+
+    /// Frame `k` of a burst with its time and units, unless the part has not settled.
     fn believed(&mut self, k: usize, frame: &Frame<V>, stamps: &Stamps) -> Option<Scaled<V>> {
         let t_us = stamps.t_us(k)?;
-        let earliest_us = self.last_t_us.map_or(0, |last| last.saturating_add(self.clock.half_a_period_us()));
-        if t_us < earliest_us {
+        if self.last_t_us.is_some_and(|last| t_us <= last) {
             add(&mut self.counters.early_frames, 1);
             return None;
         }

@@ -35,7 +35,7 @@ const FIELD_AGE_US: u64 = 11_000;
 /// A step between samples over this is a gap, microseconds.
 const GAP_US: u64 = 7_500;
 /// A magnetometer that says nothing for this long, microseconds.
-const FIELD_GAP_US: u64 = 21_000;
+const FIELD_GAP_US: u64 = 30_000;
 
 /// Noise, half a code, and the gain's part in a thousand.
 const TOLERANCE: [f32; 3] = [0.012, 0.065, 0.15];

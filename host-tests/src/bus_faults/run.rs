@@ -7,7 +7,7 @@ use super::{
 use meerkat_mwd::{
     Sample,
     sensor_models::{Conversions, ModelledPair, ModelledParts, Periods, Schedule},
-    sensors::{Condition, Counters},
+    sensors::{Condition, Counters, Trigger},
 };
 
 /// Depth of the FIFO: some more than a burst.
@@ -46,7 +46,7 @@ pub fn run(motion: &Motion, case: Option<&Case>) -> Run {
             wire.set(Schedule::of(injection));
         }
     }
-    let mut pair = ModelledPair::new(&parts, Periods::default(), 1);
+    let mut pair = ModelledPair::new(&parts, Periods::default(), 1, Trigger::Polled);
     let mut run = Run::default();
     let mut before = pair.counters();
     for truth in &motion.seen {
