@@ -36,6 +36,7 @@ pub struct Injection<F> {
 pub struct Schedule<F> {
     injection: Option<Injection<F>>,
     transactions: u32,
+    bytes: u64,
     struck_at_us: Option<u64>,
 }
 
@@ -43,7 +44,7 @@ impl<F: Copy> Schedule<F> {
     /// No fault.
     #[must_use]
     pub const fn none() -> Self {
-        Self { injection: None, transactions: 0, struck_at_us: None }
+        Self { injection: None, transactions: 0, bytes: 0, struck_at_us: None }
     }
 
     /// This fault.
@@ -56,6 +57,16 @@ impl<F: Copy> Schedule<F> {
     #[must_use]
     pub const fn transactions(&self) -> u32 {
         self.transactions
+    }
+
+    /// Bytes that these asked to move, either way; a model does not count them.
+    #[must_use]
+    pub const fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    pub(super) const fn moves(&mut self, bytes: usize) {
+        self.bytes = self.bytes.saturating_add(bytes as u64);
     }
 
     /// When the fault struck, microseconds.

@@ -93,8 +93,9 @@ impl<'a, B> FaultyBus<'a, B> {
         Self { inner, now_us, schedule }
     }
 
-    fn begin(&self) -> Course {
+    fn begin(&self, bytes: usize) -> Course {
         let mut schedule = self.schedule.get();
+        schedule.moves(bytes);
         schedule.begin(self.now_us.get());
         let acting = schedule.acting(self.now_us.get());
         self.schedule.set(schedule);

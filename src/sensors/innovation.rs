@@ -125,6 +125,8 @@ impl Axis {
         let size = libm::fabsf((code - self.believed - self.slope.saturating_mul(frames)) as f32) / frames as f32;
         let usual = libm::sqrtf(if self.mean_square > 1.0 { self.mean_square } else { 1.0 });
         let limit = SIGMAS * usual;
+        // What follows a reading that was only just believed may be as far from it as that was from the truth.
+        let sure = if self.is_usual { sure } else { 2.0 * sure };
         self.is_usual = size <= limit;
         // The first ones teach, however large they are.
         let within = if size > limit && !learning { limit } else { size };

@@ -193,8 +193,9 @@ impl SampleClock {
         }
         let (earliest, latest) = (now - period - slack, now + slack);
         let lost = if self.uncounted || self.lossy {
-            // The one of the times that it can be of that lies within the last period.
-            (latest - t).div_euclid(period.max(1)).max(0)
+            // The one of the times that it can be of that lies within the last period; fewer frames than there seemed to be where
+            // what was read were none.
+            (latest - t).div_euclid(period.max(1))
         } else {
             let missing = earliest - (t + doubt);
             if missing > 0 { 1 + missing / period.max(1) } else { 0 }

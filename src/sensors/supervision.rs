@@ -10,7 +10,7 @@ use crate::sensors::{
 const SILENT_PERIODS: u32 = 10;
 
 /// See [`sure_steps`].
-const SURE_FORCE_M_S2: f32 = 5.0;
+const SURE_FORCE_M_S2: f32 = 2.5;
 const SURE_FIELD_UT: f32 = 5.0;
 
 /// What is known of a part beside its registers: everything of a [`Supervised`](super::blocking::Supervised) source that needs no bus.

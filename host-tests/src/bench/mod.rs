@@ -1,6 +1,7 @@
 //! `mwd bench`: every figure that the README shows, from seeds, as tables on the terminal and as JSON.
 
 pub mod attitude;
+mod bus_faults;
 mod contaminated;
 pub mod contenders;
 mod coverage;
@@ -92,6 +93,7 @@ const SECTIONS: &[Section] = &[
     Section::on_host("effects", effects::run),
     Section::on_host("recordings", recordings::run),
     Section::on_host("attitude", attitude::run),
+    Section::on_host("bus_faults", bus_faults::run),
     Section { name: "target", place: Place::Target, run: target::run },
 ];
 

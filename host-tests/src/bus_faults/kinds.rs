@@ -93,9 +93,9 @@ pub fn cases(kind: &Kind, part: Part, transactions: u32) -> Vec<Case> {
             faults.iter().map(move |fault| {
                 let fault = match *fault {
                     // Another bit of the transaction each time: 61 is prime to every length.
-                    Fault::Wire(BusFault::BitFlip { bit }) => {
-                        Fault::Wire(BusFault::BitFlip { bit: ((u32::from(bit) * 23 + 61 * at_transaction) % 60_000) as u16 })
-                    }
+                    Fault::Wire(BusFault::BitFlip { bit }) => Fault::Wire(BusFault::BitFlip {
+                        bit: ((u32::from(bit) * 23 + 61 * at_transaction) % 60_000) as u16,
+                    }),
                     other => other,
                 };
                 Case { part, fault, at_transaction, lasting_us: kind.lasting_us }

@@ -40,7 +40,8 @@ impl Motion {
         for step in 0..=(BEFORE_US + duration_us) / STEP_US {
             let t_us = step * STEP_US;
             let t_s = t_us as f32 * 1e-6;
-            let rate = Vector3::from(waves.map(|axis| axis.iter().map(|(a, hz, p)| a * (6.283 * hz * t_s + p).sin()).sum()));
+            let rate =
+                Vector3::from(waves.map(|axis| axis.iter().map(|(a, hz, p)| a * (6.283 * hz * t_s + p).sin()).sum()));
             let down = body_to_ned.inverse() * Vector3::new(0.0, 0.0, GRAVITY_M_S2);
             let clean = Sample {
                 t_us,
@@ -76,7 +77,10 @@ impl Motion {
         let last = self.truth.len().saturating_sub(1);
         for sample in &self.truth[from.min(last)..=to.min(last)] {
             for (axis, x) in of(sample).into_iter().enumerate() {
-                range[axis] = (if x < range[axis].0 { x } else { range[axis].0 }, if x > range[axis].1 { x } else { range[axis].1 });
+                range[axis] = (
+                    if x < range[axis].0 { x } else { range[axis].0 },
+                    if x > range[axis].1 { x } else { range[axis].1 },
+                );
             }
         }
         range

@@ -22,6 +22,8 @@ pub struct Run {
     pub counters: [Counters; 2],
     /// Transactions with each.
     pub transactions: [u32; 2],
+    /// Bytes moved with each.
+    pub bytes: [u64; 2],
     /// When the fault struck, microseconds.
     pub struck_us: Option<u64>,
     /// When an adapter first said that something was wrong after that: an error, a counter, a condition.
@@ -61,8 +63,12 @@ pub fn run(motion: &Motion, case: Option<&Case>) -> Run {
         run.samples.extend(samples.into_iter().map(|sample| (now_us, sample)));
         run.struck_us = run.struck_us.or_else(|| {
             let [part, wire] = match case?.part {
-                Part::Ism330dhcx => [parts.inertial.borrow().schedule().struck_at_us(), parts.inertial_wire.get().struck_at_us()],
-                Part::Rm3100 => [parts.magnetic.borrow().schedule().struck_at_us(), parts.magnetic_wire.get().struck_at_us()],
+                Part::Ism330dhcx => {
+                    [parts.inertial.borrow().schedule().struck_at_us(), parts.inertial_wire.get().struck_at_us()]
+                }
+                Part::Rm3100 => {
+                    [parts.magnetic.borrow().schedule().struck_at_us(), parts.magnetic_wire.get().struck_at_us()]
+                }
             };
             part.or(wire)
         });
@@ -80,6 +86,8 @@ pub fn run(motion: &Motion, case: Option<&Case>) -> Run {
     }
     run.counters = before;
     run.conditions = pair.conditions();
-    run.transactions = [parts.inertial_wire.get().transactions(), parts.magnetic_wire.get().transactions()];
+    let wires = [parts.inertial_wire.get(), parts.magnetic_wire.get()];
+    run.transactions = wires.map(|wire| wire.transactions());
+    run.bytes = wires.map(|wire| wire.bytes());
     run
 }

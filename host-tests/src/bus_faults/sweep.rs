@@ -51,7 +51,9 @@ pub fn sweep(motion: &Motion, clean: &Run, part: Part, kind: &Kind, stride: usiz
         let workers: Vec<_> = (0..threads)
             .map(|worker| {
                 let cases = cases.iter().skip(worker).step_by(threads);
-                scope.spawn(move || cases.fold(Outcome::default(), |outcome, case| outcome.with(motion, clean, flown, case)))
+                scope.spawn(move || {
+                    cases.fold(Outcome::default(), |outcome, case| outcome.with(motion, clean, flown, case))
+                })
             })
             .collect();
         workers.into_iter().filter_map(|worker| worker.join().ok()).collect()
@@ -94,7 +96,15 @@ impl Outcome {
         self
     }
 
-    fn weigh_wrong(&mut self, motion: &Motion, run: &Run, clean: &Run, judgement: &Judgement, case: &Case, flown: &attitude::Flown) {
+    fn weigh_wrong(
+        &mut self,
+        motion: &Motion,
+        run: &Run,
+        clean: &Run,
+        judgement: &Judgement,
+        case: &Case,
+        flown: &attitude::Flown,
+    ) {
         let on_the_wire = matches!(case.fault, Fault::Wire(BusFault::BitFlip { .. } | BusFault::ShortRead { .. }));
         if on_the_wire && let Some(believed) = one_payload(run, clean) {
             if believed {
@@ -110,7 +120,8 @@ impl Outcome {
                 self.worst = Some(*case);
             }
             self.wrong_samples = self.wrong_samples.max(judgement.wrong.len());
-            self.wrong_noises = judgement.wrong.iter().fold(self.wrong_noises, |most, (_, _, noises)| most.max(*noises));
+            self.wrong_noises =
+                judgement.wrong.iter().fold(self.wrong_noises, |most, (_, _, noises)| most.max(*noises));
         }
     }
 

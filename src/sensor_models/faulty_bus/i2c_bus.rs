@@ -17,13 +17,14 @@ fn length(operation: &Operation<'_>) -> usize {
 
 impl<B: I2c> I2c for FaultyBus<'_, B> {
     fn transaction(&mut self, address: SevenBitAddress, operations: &mut [Operation<'_>]) -> Result<(), Self::Error> {
-        let course = self.begin();
+        let bytes = operations.iter().map(length).sum();
+        let course = self.begin(bytes);
         let fault = match course {
             Course::Blocked(fault) => return Err(InjectedError::Injected(fault)),
             Course::Unanswered(_) => None,
             Course::Through(fault) => fault,
         };
-        let flip = Flip::of(fault, operations.iter().map(length).sum());
+        let flip = Flip::of(fault, bytes);
         self.pass_on_i2c(address, operations, flip)?;
         let (mut offset, mut already_read) = (0, 0);
         for operation in operations.iter_mut() {
