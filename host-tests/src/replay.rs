@@ -30,7 +30,7 @@ use crate::{
 /// Bad input or usage; see [`crate::failure::exit_status`].
 pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
     let (mut trace, config) = prepare(args)?;
-    let recorded = trace.samples.clone();
+    let recorded = if args.through_sensors { through_sensors::each_field_once(&trace.samples) } else { Vec::new() };
     let played = args.through_sensors.then(|| through_sensors::play(&recorded, config.sample_period_us));
     if let Some(played) = &played {
         trace.samples.clone_from(&played.samples);

@@ -69,11 +69,21 @@ impl<E: i2c::Error> i2c::Error for InjectedError<E> {
     }
 }
 
+/// Counts what is spent in transactions, by whatever counter a board has.
+#[derive(Clone, Copy, Debug)]
+pub struct WireMeter {
+    /// Reads a counter of 24 bits that counts up.
+    pub count: fn() -> u32,
+    /// What has been spent so far.
+    pub spent: u64,
+}
+
 /// A bus with one fault. The schedule is shared with whoever plans it and counts transactions.
 pub struct FaultyBus<'a, B> {
     inner: B,
     now_us: &'a Cell<u64>,
     schedule: &'a Cell<Schedule<BusFault>>,
+    meter: Option<&'a Cell<Option<WireMeter>>>,
 }
 
 /// What becomes of a transaction.
@@ -90,7 +100,25 @@ impl<'a, B> FaultyBus<'a, B> {
     /// Around `inner`; `now_us` is the time of the program that plays, which a time-out moves on.
     #[must_use]
     pub const fn new(inner: B, now_us: &'a Cell<u64>, schedule: &'a Cell<Schedule<BusFault>>) -> Self {
-        Self { inner, now_us, schedule }
+        Self { inner, now_us, schedule, meter: None }
+    }
+
+    /// The same, with what its transactions take counted while there is a meter.
+    #[must_use]
+    pub fn metered(self, meter: &'a Cell<Option<WireMeter>>) -> Self {
+        Self { meter: Some(meter), ..self }
+    }
+
+    /// Does a transaction and adds what it took.
+    fn measured<T>(&mut self, transaction: impl FnOnce(&mut Self) -> T) -> T {
+        let Some((cell, meter)) = self.meter.and_then(|cell| Some((cell, cell.get()?))) else {
+            return transaction(self);
+        };
+        let began = (meter.count)();
+        let result = transaction(self);
+        let spent = (meter.count)().wrapping_sub(began) & ((1 << 24) - 1);
+        cell.set(Some(WireMeter { spent: meter.spent + u64::from(spent), ..meter }));
+        result
     }
 
     fn begin(&self, bytes: usize) -> Course {

@@ -27,7 +27,7 @@ pub use at_period::AtPeriod;
 pub use attachment::{OnI2c, OnSpi, PartError};
 pub use conversion::Conversions;
 pub use fault::{Injection, PartFault, Schedule};
-pub use faulty_bus::{BusFault, FaultyBus, InjectedError};
+pub use faulty_bus::{BusFault, FaultyBus, InjectedError, WireMeter};
 pub use ism330dhcx::Ism330dhcx;
 pub use modelled_pair::{ModelledPair, ModelledParts, PairError, Periods};
 pub use rm3100::Rm3100;

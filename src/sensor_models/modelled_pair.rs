@@ -1,7 +1,7 @@
 //! A gyro with accelerometer and a magnetometer as models, and the adapters that fly with the real ones, on them: truth in, samples out.
 
 use super::{
-    AtPeriod, BusFault, Conversions, FaultyBus, Ism330dhcx, OnSpi, PartError, Rm3100, Schedule,
+    AtPeriod, BusFault, Conversions, FaultyBus, Ism330dhcx, OnSpi, PartError, Rm3100, Schedule, WireMeter,
     faulty_bus::InjectedError,
 };
 use crate::{
@@ -34,6 +34,8 @@ pub struct ModelledParts<const WORDS: usize> {
     pub inertial_wire: Cell<Schedule<BusFault>>,
     /// Transactions with the magnetometer, and what goes wrong with them.
     pub magnetic_wire: Cell<Schedule<BusFault>>,
+    /// What the wires and the models behind them take, where someone counts.
+    pub meter: Cell<Option<WireMeter>>,
 }
 
 impl<const WORDS: usize> ModelledParts<WORDS> {
@@ -46,6 +48,7 @@ impl<const WORDS: usize> ModelledParts<WORDS> {
             now_us: Cell::new(0),
             inertial_wire: Cell::new(Schedule::none()),
             magnetic_wire: Cell::new(Schedule::none()),
+            meter: Cell::new(None),
         }
     }
 }
@@ -81,8 +84,10 @@ impl<'a, const WORDS: usize> ModelledPair<'a, WORDS> {
     #[must_use]
     pub fn new(parts: &'a ModelledParts<WORDS>, periods: Periods, watermark_frames: u8, trigger: Trigger) -> Self {
         let now_us = &parts.now_us;
-        let inertial_bus = FaultyBus::new(OnSpi::new(&parts.inertial, now_us), now_us, &parts.inertial_wire);
-        let magnetic_bus = FaultyBus::new(OnSpi::new(&parts.magnetic, now_us), now_us, &parts.magnetic_wire);
+        let inertial_bus =
+            FaultyBus::new(OnSpi::new(&parts.inertial, now_us), now_us, &parts.inertial_wire).metered(&parts.meter);
+        let magnetic_bus =
+            FaultyBus::new(OnSpi::new(&parts.magnetic, now_us), now_us, &parts.magnetic_wire).metered(&parts.meter);
         let part = Ism330dhcxAdapter::new_spi(inertial_bus, watermark_frames);
         let period_us = periods.inertial_us.unwrap_or(own_period_us::<2>(&part));
         let inertial = Supervised::new(AtPeriod { part, period_us }, Mounting::ALIGNED, trigger);

@@ -61,6 +61,22 @@ pub fn periods(samples: &[Sample], period_us: u32) -> Periods {
     Periods { inertial_us: Some(period_us), magnetic_us: magnetic.or(Some(period_us)) }
 }
 
+/// The recording with each magnetometer reading once: many recorders hold one over several samples, which a part that is read when it has
+/// measured does not do (and which looks like a part that is frozen).
+#[must_use]
+pub fn each_field_once(samples: &[Sample]) -> Vec<Sample> {
+    let mut last = None;
+    let once = samples.iter().map(|sample| {
+        let held = last == Some(sample.mag_ut);
+        last = Some(sample.mag_ut);
+        match held {
+            true => Sample { mag_ut: [0.0; 3], flags: sample.flags | SampleFlags::MAG_MISSING, ..*sample },
+            false => *sample,
+        }
+    });
+    once.collect()
+}
+
 /// Plays a recording through the models.
 #[must_use]
 pub fn play(samples: &[Sample], period_us: u32) -> Played {

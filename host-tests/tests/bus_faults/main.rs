@@ -1,6 +1,7 @@
 //! Every bus fault survived: each kind at every transaction of two seconds, no panic, no wrong sample unflagged.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod emulated;
 mod mocked;
 mod through_sensors;
 

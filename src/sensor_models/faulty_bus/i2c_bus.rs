@@ -17,6 +17,16 @@ fn length(operation: &Operation<'_>) -> usize {
 
 impl<B: I2c> I2c for FaultyBus<'_, B> {
     fn transaction(&mut self, address: SevenBitAddress, operations: &mut [Operation<'_>]) -> Result<(), Self::Error> {
+        self.measured(|bus| bus.do_i2c(address, operations))
+    }
+}
+
+impl<B: I2c> FaultyBus<'_, B> {
+    fn do_i2c(
+        &mut self,
+        address: SevenBitAddress,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), InjectedError<B::Error>> {
         let bytes = operations.iter().map(length).sum();
         let course = self.begin(bytes);
         let fault = match course {
@@ -37,9 +47,7 @@ impl<B: I2c> I2c for FaultyBus<'_, B> {
         }
         if let Course::Unanswered(fault) = course { Err(InjectedError::Injected(fault)) } else { Ok(()) }
     }
-}
 
-impl<B: I2c> FaultyBus<'_, B> {
     /// Does the transaction, with one bit of what is written changed.
     fn pass_on_i2c(
         &mut self,

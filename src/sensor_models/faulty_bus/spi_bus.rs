@@ -19,6 +19,12 @@ fn length(operation: &Operation<'_, u8>) -> usize {
 
 impl<B: SpiDevice> SpiDevice for FaultyBus<'_, B> {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Self::Error> {
+        self.measured(|bus| bus.do_spi(operations))
+    }
+}
+
+impl<B: SpiDevice> FaultyBus<'_, B> {
+    fn do_spi(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), InjectedError<B::Error>> {
         let bytes = operations.iter().map(length).sum();
         let course = self.begin(bytes);
         let fault = match course {
@@ -41,9 +47,7 @@ impl<B: SpiDevice> SpiDevice for FaultyBus<'_, B> {
         }
         if let Course::Unanswered(fault) = course { Err(InjectedError::Injected(fault)) } else { Ok(()) }
     }
-}
 
-impl<B: SpiDevice> FaultyBus<'_, B> {
     /// Does the transaction, with one bit of what is written changed.
     fn pass_on_spi(
         &mut self,
