@@ -50,7 +50,7 @@ pub fn judge(motion: &Motion, run: &Run, over_us: u64) -> Judgement {
     let (mut last_us, mut field_us) = (None::<u64>, None::<u64>);
     let mut flagged_in_a_row = 0;
     for (_, sample) in &run.samples {
-        let mut bad = last_us.is_some_and(|last| sample.t_us - last > GAP_US);
+        let mut bad = last_us.is_some_and(|last| sample.t_us.saturating_sub(last) > GAP_US);
         last_us = Some(sample.t_us);
         let mut flagged = false;
         for (sensor, of, missing, age_us) in SENSORS {
@@ -72,7 +72,7 @@ pub fn judge(motion: &Motion, run: &Run, over_us: u64) -> Judgement {
         }
         flagged_in_a_row = if flagged { flagged_in_a_row + 1 } else { 0 };
         bad |= flagged && (flagged_in_a_row > 2 || sample.t_us < over_us + ALONE_AFTER_US);
-        bad |= field_us.is_some_and(|last| sample.t_us - last > FIELD_GAP_US);
+        bad |= field_us.is_some_and(|last| sample.t_us.saturating_sub(last) > FIELD_GAP_US);
         if bad {
             judgement.first_bad_us = judgement.first_bad_us.or(Some(sample.t_us));
             judgement.well_from_us = None;

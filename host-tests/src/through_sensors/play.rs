@@ -57,7 +57,8 @@ pub fn periods(samples: &[Sample], period_us: u32) -> Periods {
         samples.iter().filter(|s| !s.flags.contains(SampleFlags::MAG_MISSING)).map(|s| s.t_us).collect();
     let mut steps: Vec<u64> = fields.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable();
-    let magnetic = steps.get(steps.len() / 2).and_then(|step| u32::try_from(*step).ok());
+    // A recorder's magnetometer may come unevenly: what is soon after the last is not too early.
+    let magnetic = steps.get(steps.len() / 10).and_then(|step| u32::try_from(*step).ok());
     Periods { inertial_us: Some(period_us), magnetic_us: magnetic.or(Some(period_us)) }
 }
 

@@ -96,7 +96,8 @@ fn measured(toolchain: &Toolchain, image: &[u8], field_nt: [u32; 3]) -> String {
         );
         command(&mut socket, &set);
     }
-    command(&mut socket, r#"{"execute":"cont"}"#);
+    // The program may be through before this is answered.
+    writeln!(socket.get_mut(), r#"{{"execute":"cont"}}"#).unwrap();
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()

@@ -29,13 +29,16 @@ fn within_the_bound(trace: &Trace) {
     let config = configuration::of_trace(trace);
     let recorded = each_field_once(&trace.samples);
     let played = play(&recorded, config.sample_period_us);
-    let (largest_deg, rms_deg) = differences(&config, &recorded, &played.samples).unwrap();
+    let differences = differences(&config, &recorded, &played.samples).unwrap();
+    let (largest_deg, _) = differences.quantisation_deg;
     let bound = QuantisationBound::new(&config, recorded.len());
-    println!("{largest_deg} deg at most, {rms_deg} rms; {bound:?}; flagged {:?} {:?}", played.flagged, played.counters);
+    println!("{differences:?}; {bound:?}; flagged {:?} {:?}", played.flagged, played.counters);
     assert!(largest_deg < bound.total_deg(), "{largest_deg} deg, bound {}", bound.total_deg());
     assert_eq!(played.lost, 0);
     assert!(played.stamp_error_us <= 1_000, "{}", played.stamp_error_us);
-    assert!(played.flagged.iter().all(|flagged| *flagged * 100 < trace.samples.len()), "{:?}", played.flagged);
+    // A recorder's magnetometer repeats itself and is interpolated, which a part's does not.
+    let [gyro, accel, mag] = played.flagged;
+    assert!(gyro.max(accel) * 200 < recorded.len() && mag * 10 < recorded.len(), "{:?}", played.flagged);
     // Codes, not the recording: half a code of each range, on every sample.
     let half_codes = [0.0351_f32.to_radians(), 0.000_245 * 9.81, 0.055];
     for (through, recorded) in played.samples.iter().zip(&recorded) {
