@@ -38,7 +38,7 @@ fn within_the_bound(trace: &Trace) {
     assert!(played.stamp_error_us <= 1_000, "{}", played.stamp_error_us);
     // A recorder's magnetometer repeats itself and is interpolated, which a part's does not.
     let [gyro, accel, mag] = played.flagged;
-    assert!(gyro.max(accel) * 200 < recorded.len() && mag * 10 < recorded.len(), "{:?}", played.flagged);
+    assert!(gyro.max(accel) * 200 < recorded.len() && mag * 5 < recorded.len(), "{:?}", played.flagged);
     // Codes, not the recording: half a code of each range, on every sample.
     let half_codes = [0.0351_f32.to_radians(), 0.000_245 * 9.81, 0.055];
     for (through, recorded) in played.samples.iter().zip(&recorded) {
