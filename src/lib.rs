@@ -29,8 +29,9 @@ pub use config::Config;
 pub use probe::Probe;
 pub use sample::{Sample, SampleFlags};
 
-/// The code of the README and of the guide to effects is compiled and run.
+/// The code of the README and of the guides is compiled and run.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 #[doc = include_str!("../docs/effects.md")]
+#[cfg_attr(feature = "bus", doc = include_str!("../docs/sensors.md"))]
 pub struct Readme;

@@ -10,12 +10,13 @@ const WAITING: usize = 8;
 
 /// Makes samples of the readings of an inertial and a magnetic source.
 ///
-/// Each inertial reading makes one sample. A magnetic reading goes to the first inertial one from half a sample period before it to a whole
-/// one after it: it cannot wait for one that has left. The samples between have [`SampleFlags::MAG_MISSING`]. Read the magnetic source first, then the inertial one: what a
-/// magnetic reading belongs to has left when it comes too late.
+/// Each inertial reading makes one sample, at once. A magnetic reading goes to the next inertial one, at its time or after it; the samples between
+/// have [`SampleFlags::MAG_MISSING`]. So the field of a sample is half a sample period older in the mean, which belongs into the
+/// configured latency of the magnetometer ([`mean_delay_s`](Self::mean_delay_s)). One that is more than one and a half periods old comes too
+/// late. Read the magnetic source first, then the inertial one.
 #[derive(Clone, Debug)]
 pub struct Combiner {
-    half_period_us: u64,
+    period_us: u64,
     waiting: Deque<MagneticReading, WAITING>,
     last_t_us: Option<u64>,
     lost_magnetic: u32,
@@ -27,7 +28,7 @@ impl Combiner {
     #[must_use]
     pub const fn new(sample_period_us: u32) -> Self {
         Self {
-            half_period_us: sample_period_us as u64 / 2,
+            period_us: sample_period_us as u64,
             waiting: Deque::new(),
             last_t_us: None,
             lost_magnetic: 0,
@@ -59,7 +60,7 @@ impl Combiner {
             temperature_c: reading.temperature_c,
             flags: reading.flags | SampleFlags::MAG_MISSING,
         };
-        if let Some(magnetic) = self.nearest(reading.t_us) {
+        if let Some(magnetic) = self.newest(reading.t_us) {
             // A fault of the magnetometer's is not the inertial sensors'.
             if !magnetic.flags.intersects(SampleFlags::MAG_MISSING | SampleFlags::FAULT) {
                 sample.mag_ut = magnetic.mag_ut;
@@ -70,21 +71,25 @@ impl Combiner {
         Some(sample)
     }
 
-    /// The newest waiting reading that is of this time; older ones are lost.
-    fn nearest(&mut self, t_us: u64) -> Option<MagneticReading> {
-        let mut nearest: Option<MagneticReading> = None;
-        while self.waiting.front().is_some_and(|magnetic| magnetic.t_us <= t_us.saturating_add(self.half_period_us)) {
-            let next = self.waiting.pop_front();
-            if nearest.is_some() {
-                self.lost_magnetic = self.lost_magnetic.saturating_add(1);
-            }
-            nearest = next;
+    /// The newest waiting reading of this time or before; older ones are lost, and itself when it is too old.
+    fn newest(&mut self, t_us: u64) -> Option<MagneticReading> {
+        let mut newest: Option<MagneticReading> = None;
+        while self.waiting.front().is_some_and(|magnetic| magnetic.t_us <= t_us) {
+            let lost = newest.is_some();
+            newest = self.waiting.pop_front();
+            self.lost_magnetic = self.lost_magnetic.saturating_add(lost.into());
         }
-        if nearest.is_some_and(|magnetic| magnetic.t_us.saturating_add(2 * self.half_period_us) < t_us) {
+        let in_time = newest.filter(|magnetic| t_us - magnetic.t_us <= self.period_us * 3 / 2);
+        if newest.is_some() && in_time.is_none() {
             self.lost_magnetic = self.lost_magnetic.saturating_add(1);
-            return None;
         }
-        nearest
+        in_time
+    }
+
+    /// How much older than its sample a magnetic reading is in the mean, seconds.
+    #[must_use]
+    pub fn mean_delay_s(&self) -> f32 {
+        0.5e-6 * self.period_us as f32
     }
 
     /// Magnetic readings that no sample has: they came too late, or two in one sample period, or the inertial source stood still.

@@ -22,7 +22,8 @@ pub struct Counters {
     pub frozen: u32,
     /// Readings of one sensor that jumped, repeated themselves or read zero as no motion makes them: flagged missing.
     pub implausible: u32,
-    /// Frames that the part must have measured by its rate, and that never came.
+    /// Frames that the part must have measured by its rate, and that never came. A lower bound for a part without a FIFO that is polled more slowly
+    /// than it measures: there one in seven cannot be told from an irregular poll.
     pub lost_frames: u32,
     /// Frames, or sensors of a frame, with a wrong tag, parity or checksum: flagged missing, or dropped.
     pub corrupt_frames: u32,

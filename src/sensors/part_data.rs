@@ -18,6 +18,7 @@ pub struct SensorData {
 impl SensorData {
     /// Group delay of a second-order Butterworth low-pass at low frequencies, seconds: sqrt(2) / (2 pi f). Data sheets state the bandwidth
     /// and not the delay.
+    #[cfg(any(feature = "ism330dhcx", feature = "lsm6dsv320x", feature = "icm42688", feature = "bmi088"))]
     pub(super) const fn low_pass_latency_s(bandwidth_hz: f32) -> f32 {
         0.225_079 / bandwidth_hz
     }

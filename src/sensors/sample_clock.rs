@@ -19,7 +19,7 @@ const COUNTED: i64 = 1_024;
 
 /// Times of frames that a part's own oscillator paces, from their number and from the times at which they were taken.
 ///
-/// Polled, each burst bounds the newest frame's time to one period, and the bounds are carried on: a stamp is the middle of where they overlap,
+/// Polled, each burst bounds the newest frame's time to one period or to the time since the last poll, and the bounds are carried on: a stamp is the middle of where they overlap,
 /// within a period of the truth and usually much closer. With an interrupt it follows that, smoothed over eight bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SampleClock {
@@ -38,6 +38,8 @@ pub(super) struct SampleClock {
     uncounted: bool,
     /// Frames may have been lost since the last burst.
     lossy: bool,
+    /// When the part was last asked: a new frame came after that.
+    asked: Option<i64>,
 }
 
 /// The last frame that is known.
@@ -96,6 +98,7 @@ impl SampleClock {
             pending: 0,
             uncounted,
             lossy: false,
+            asked: None,
         }
     }
 
@@ -112,6 +115,11 @@ impl SampleClock {
         if let Some(newest) = &mut self.newest {
             newest.seen = None;
         }
+    }
+
+    /// The part was asked, and had no new frame.
+    pub fn had_none(&mut self, now_us: u64) {
+        self.asked = Some(fixed(now_us));
     }
 
     /// How long ago the last frame was, in whole periods.
@@ -134,9 +142,16 @@ impl SampleClock {
         let (known, left) = (taken as i64 + i64::from(left), i64::from(left));
         let new = known - self.pending;
         let (mut lost, newest) = match self.newest {
+            // The rest of what was left before.
+            Some(newest) if new <= 0 && newest.seen.is_some() => (0, newest),
             Some(Newest { t, doubt, seen: Some(_) }) => {
                 self.follow_period(now, new);
-                self.carried_on(now, t + new * self.period, doubt + new * self.doubt)
+                let (lost, newest) = self.carried_on(now, t + new * self.period, doubt + new * self.doubt);
+                if lost > 0 {
+                    // Some may have been lost unseen before, and the period then is not what it seemed.
+                    (self.period, self.doubt) = (self.nominal, self.tolerance);
+                }
+                (lost, newest)
             }
             Some(Newest { t, .. }) => {
                 let newest = self.taken_now(now);
@@ -156,6 +171,7 @@ impl SampleClock {
             _ => self.period,
         };
         self.newest = Some(newest);
+        self.asked = Some(now);
         self.pending = left;
         self.lossy = false;
         Stamps {
@@ -173,14 +189,14 @@ impl SampleClock {
     fn taken_now(&self, now: i64) -> Newest {
         let doubt = match self.trigger {
             Trigger::Interrupt => 0,
-            Trigger::Polled => self.period / 2,
+            Trigger::Polled => (now - self.earliest(now)) / 2,
         };
         Newest { t: now - doubt, doubt, seen: Some(now) }
     }
 
     /// The newest frame, which should have come at `t`, give or take a doubt, and how many are missing before it.
     fn carried_on(&self, now: i64, t: i64, doubt: i64) -> (i64, Newest) {
-        let (period, slack) = (self.period, self.slack());
+        let (period, slack) = (self.period.max(1), self.slack());
         let late = now - t - doubt;
         let lost = rounded(late, period).max(0);
         // An interrupt that is served later than this says only what a poll does: the newest frame is of the last period.
@@ -191,14 +207,16 @@ impl SampleClock {
             let t = if doubt > slack { now } else { t + ((now - t) >> PHASE_GAIN) };
             return (lost, Newest { t, doubt: 0, seen: Some(now) });
         }
-        let (earliest, latest) = (now - period - slack, now + slack);
+        let (earliest, latest) = (self.earliest(now) - slack, now + slack);
         let lost = if self.uncounted || self.lossy {
             // The one of the times that it can be of that lies within the last period; fewer frames than there seemed to be where
             // what was read were none.
-            (latest - t).div_euclid(period.max(1))
+            (latest - t).div_euclid(period)
         } else {
             let missing = earliest - (t + doubt);
-            if missing > 0 { 1 + missing / period.max(1) } else { 0 }
+            let lost = if missing > 0 { 1 + missing / period } else { 0 };
+            // Where there was no time for one frame more, the bounds are a little too narrow.
+            if lost > 0 && t + lost * period - doubt > latest { lost - 1 } else { lost }
         };
         let t = t + lost * period;
         let least = if t - doubt > earliest { t - doubt } else { earliest };
@@ -206,6 +224,12 @@ impl SampleClock {
         // More frames than there was time for: the newest is of now.
         let least = if least > most { most } else { least };
         (lost, Newest { t: (least + most) / 2, doubt: (most - least) / 2, seen: Some(now) })
+    }
+
+    /// The newest of the frames that are there now, and were not when the part was asked before, is not older than this.
+    fn earliest(&self, now: i64) -> i64 {
+        let a_period_ago = now - self.period;
+        self.asked.map_or(a_period_ago, |asked| asked.max(a_period_ago))
     }
 
     /// How much earlier or later than it is said a frame may have been taken: what the bus takes.
@@ -219,7 +243,8 @@ impl SampleClock {
         self.counted += new;
         let ends = self.period + 2 * self.slack();
         if self.counted * self.doubt > ends {
-            let period = (now - anchor) / self.counted;
+            let counted = self.counted.max(1);
+            let period = (now - anchor) / counted;
             let (least, most) = (self.nominal - self.tolerance, self.nominal + self.tolerance);
             self.period = if period < least {
                 least
@@ -228,7 +253,7 @@ impl SampleClock {
             } else {
                 period
             };
-            self.doubt = ends / self.counted;
+            self.doubt = ends / counted;
         }
         if self.counted >= COUNTED {
             (self.anchor, self.counted) = (Some(now), 0);

@@ -109,7 +109,9 @@ impl<const V: usize> Supervision<V> {
             self.clock.interrupt();
         }
         let frames = burst.frames();
-        if !frames.is_empty() && !self.is_early(now_us, frames) {
+        if frames.is_empty() {
+            self.clock.had_none(now_us);
+        } else if !self.is_early(now_us, frames) {
             let stamps = self.clock.stamp(now_us, frames.len(), burst.left);
             add(&mut self.counters.lost_frames, stamps.lost);
             self.innovation.iter_mut().for_each(|innovation| innovation.skip(stamps.lost));

@@ -123,3 +123,25 @@ fn what_has_no_room_stays_in_the_part() {
     assert!(readings.len() > 3_900, "{}", readings.len());
     assert!(readings.iter().all(|reading| lateness_us(reading).abs() < 1.05 * f64::from(PERIOD_US)));
 }
+
+/// Without a FIFO, polled more slowly than it measures: of the frames that are over-written most are counted, and none too many.
+#[test]
+fn without_a_fifo_what_was_overwritten_is_counted() {
+    for seed in 0..20 {
+        let world = World::new(seed);
+        world.borrow_mut().fifo_frames = 1;
+        let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED, Trigger::Polled);
+        let (mut now_us, mut readings) = (0.0, Vec::new());
+        while now_us < 60e6 {
+            world.borrow_mut().advance_to(now_us);
+            read(&mut source, now_us as u64, &mut readings);
+            now_us += f64::from(PERIOD_US) * (0.5 + 2.0 * world.borrow_mut().uniform());
+        }
+        let gone =
+            f64::from(readings.last().unwrap().gyro_rad_s[0] - readings[0].gyro_rad_s[0]) * 10.0 / f64::from(PERIOD_US);
+        let lost = gone.round() as usize + 1 - readings.len();
+        let counted = source.counters().lost_frames as usize;
+        assert!(counted <= lost + 2 && counted * 4 > lost * 3, "seed {seed}: {counted} of {lost}");
+        assert!(readings.iter().skip(100).all(|reading| lateness_us(reading).abs() < 1.1 * f64::from(PERIOD_US)));
+    }
+}

@@ -12,7 +12,7 @@ fn magnetic(t_us: u64, flags: SampleFlags) -> MagneticReading {
 }
 
 proptest! {
-    /// Every magnetic reading is in one sample, or counted as lost, or still waits; one that is in a sample is at most half a period off.
+    /// Every magnetic reading is in one sample, or counted as lost, or still waits; one that is in a sample is at most one and a half periods old.
     #[test]
     fn readings_are_neither_lost_in_silence_nor_doubled(
         steps in prop::collection::vec(1_000_u64..40_000, 1..60), late in prop::collection::vec(0_usize..3, 60), bursts in 1_usize..8
@@ -41,7 +41,8 @@ proptest! {
                 assert_eq!(sample.t_us, t_us);
                 if !sample.flags.contains(SampleFlags::MAG_MISSING) {
                     with += 1;
-                    assert!((sample.mag_ut[0] - t_us as f32).abs() <= 0.5 * PERIOD_US as f32);
+                    let age_us = t_us as f32 - sample.mag_ut[0];
+                    assert!((0.0..=1.5 * PERIOD_US as f32).contains(&age_us));
                 }
             }
         }
@@ -85,4 +86,30 @@ fn a_magnetometers_fault_is_not_the_inertial_sensors() {
     }
     assert_eq!(combiner.inertial(&InertialReading { t_us: 20_000, ..InertialReading::default() }), None);
     assert_eq!(combiner.lost_inertial(), 1);
+}
+
+/// Interrupts of both: whenever the field comes between two samples, none is lost.
+#[test]
+fn a_field_that_comes_between_samples_is_not_lost() {
+    let mut combiner = Combiner::new(PERIOD_US as u32);
+    let (mut with, mut ages_us, mut next_us) = (0, 0.0, 6_831);
+    for k in 1..=4_000_u64 {
+        let mut given = 0;
+        while next_us <= k * PERIOD_US {
+            combiner.magnetic(magnetic(next_us, SampleFlags::empty()));
+            next_us += 6_831;
+            given += 1;
+        }
+        let sample = combiner.inertial(&InertialReading { t_us: k * PERIOD_US, ..InertialReading::default() }).unwrap();
+        assert_eq!(given, u32::from(!sample.flags.contains(SampleFlags::MAG_MISSING)));
+        if given > 0 {
+            (with, ages_us) = (with + 1, ages_us + (k * PERIOD_US) as f64 - f64::from(sample.mag_ut[0]));
+        }
+    }
+    assert_eq!(combiner.lost_magnetic(), 0);
+    approx::assert_relative_eq!(
+        ages_us / f64::from(with) * 1e-6,
+        f64::from(combiner.mean_delay_s()),
+        max_relative = 0.02
+    );
 }
