@@ -4,15 +4,18 @@ const SIGMAS: f32 = 6.0;
 const MEMORY: f32 = 16.0;
 /// So many frames are believed in any case: before them nothing is usual.
 const FIRST_FRAMES: f32 = 4.0;
-/// A reading of a sensor that has jumped is believed from the third on: it was no glitch.
-const JUMPED: u8 = 3;
+/// A reading of a sensor that has jumped is believed from the second on, unless it stands still there: it was no glitch.
+const JUMPED: u8 = 2;
 /// After so many lost frames the next may be anywhere.
 const MOST_LOST: u8 = 8;
 /// An axis that has changed its code so often since the start lives.
-const MOVES: u8 = 4;
-/// Natural logarithm of the odds against chance from which an output that repeats itself is not believed: a wrong alarm in 3,000 costs one
-/// reading.
-const DOUBTFUL: f32 = 8.0;
+const MOVES: u8 = 1;
+/// Natural logarithm of the odds against chance from which an output that repeats itself is not believed: a wrong alarm in some millions of
+/// readings, and it costs one of them.
+const DOUBTFUL: f32 = 15.0;
+/// The same for zeros of an axis that moves by so many codes, of which a wrong alarm in thousands does no harm.
+const DOUBTFUL_AT_ZERO: f32 = 8.0;
+const MOVING_CODES: f32 = 8.0;
 /// An exact zero that was not to be expected is also what a dead axis reads: it begins with so much of that.
 const ZERO: f32 = 4.6;
 /// Chance that a normally distributed step is zero, times its deviation in codes; from so many codes on that is so.
@@ -25,7 +28,7 @@ const LEAST_CODES: f32 = 2.0;
 /// on the straight line through the last two; the limit of its innovation, the difference from there, is six times the usual one, and
 /// never less than `sure`: what is so small is always believed. An axis that repeats itself, or reads exactly zero where something else is
 /// expected, while it usually moves by many codes, is frozen or dead; the more codes it moves by, the sooner that shows. After a start
-/// nothing is believed until every axis has moved a few times.
+/// nothing is believed until every axis has moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Innovation {
     axes: [Axis; 3],
@@ -87,30 +90,30 @@ impl Innovation {
         let frames = i32::from(self.skipped) + 1;
         self.frames = if self.frames < MEMORY { self.frames + 1.0 } else { MEMORY };
         let learning = self.frames <= FIRST_FRAMES;
-        let (mut jumped, mut doubtful, mut stand, mut odds) = (false, false, true, 0.0);
+        let (mut jumped, mut stuck, mut doubtful, mut stand, mut odds) = (false, false, false, true, 0.0);
         for (axis, code) in self.axes.iter_mut().zip(codes) {
             let stands = code == axis.last && code.abs() < clip_code;
             let (strange, unexpected) =
                 if self.begun { axis.innovation(code, frames, sure, learning, self.frames) } else { (false, false) };
             jumped |= strange;
+            stuck |= strange && stands;
             odds += axis.repeats(code, stands, unexpected, clip_code);
-            doubtful |= axis.repeated > DOUBTFUL;
+            doubtful |= axis.repeated > axis.limit(code);
             stand &= stands;
             axis.last = code;
         }
         self.repeated = if stand { self.repeated + odds } else { 0.0 };
         self.jumps = if jumped { self.jumps.saturating_add(1) } else { 0 };
         let alive = self.axes.iter().all(|axis| axis.moves >= MOVES);
-        if doubtful || self.repeated > DOUBTFUL || (jumped && self.jumps < JUMPED) {
+        if doubtful || self.repeated > DOUBTFUL || stuck || (jumped && self.jumps < JUMPED) {
             self.skip(1);
             return false;
         }
-        let follows = self.begun && !jumped;
         for (axis, code) in self.axes.iter_mut().zip(codes) {
-            axis.slope = match (follows, axis.is_usual) {
-                (true, true) => (code - axis.believed) / frames,
-                (true, false) => axis.slope,
-                (false, _) => 0,
+            axis.slope = match (self.begun, axis.is_usual) {
+                (true, true) => code.saturating_sub(axis.believed) / frames,
+                (true, false) if jumped => 0,
+                _ => axis.slope,
             };
             axis.believed = code;
         }
@@ -120,9 +123,17 @@ impl Innovation {
 }
 
 impl Axis {
+    /// Odds from which its repeats are not believed: an axis that lives and moves hardly ever reads exactly zero twice.
+    fn limit(&self, code: i32) -> f32 {
+        let moving = self.mean_square_step >= MOVING_CODES * MOVING_CODES;
+        if code == 0 && moving { DOUBTFUL_AT_ZERO } else { DOUBTFUL }
+    }
+
     /// Whether a code is beyond the limit, and whether it is not to be expected. Learns what is usual.
     fn innovation(&mut self, code: i32, frames: i32, sure: f32, learning: bool, memory: f32) -> (bool, bool) {
-        let size = libm::fabsf((code - self.believed - self.slope.saturating_mul(frames)) as f32) / frames as f32;
+        let size =
+            libm::fabsf(code.saturating_sub(self.believed).saturating_sub(self.slope.saturating_mul(frames)) as f32)
+                / frames as f32;
         let usual = libm::sqrtf(if self.mean_square > 1.0 { self.mean_square } else { 1.0 });
         let limit = SIGMAS * usual;
         // What follows a reading that was only just believed may be as far from it as that was from the truth.
@@ -131,7 +142,7 @@ impl Axis {
         // The first ones teach, however large they are.
         let within = if size > limit && !learning { limit } else { size };
         self.mean_square += (within * within - self.mean_square) / memory;
-        let step = (code - self.last) as f32;
+        let step = code.saturating_sub(self.last) as f32;
         self.mean_square_step += (step * step - self.mean_square_step) / memory;
         (!learning && size > limit && (size > sure || code == 0), size > 2.0 * usual)
     }
@@ -178,7 +189,7 @@ mod tests {
         assert!(innovation.believes(swinging(201), 300.0, 30_000));
         let raised = |k| swinging(k).map(|code| code + 9_000);
         let believed = [202, 203, 204, 205].map(|k| innovation.believes(raised(k), 300.0, 30_000));
-        assert_eq!(believed, [false, false, true, true]);
+        assert_eq!(believed, [false, true, true, true]);
     }
 
     #[test]
@@ -196,7 +207,7 @@ mod tests {
             let [x, _, z] = swinging(k);
             [x, 30_000, z]
         };
-        assert_eq!((200..206).filter(|k| railed.believes(clipped(*k), 300.0, 30_000)).count(), 4, "from the third on");
+        assert_eq!((200..206).filter(|k| railed.believes(clipped(*k), 300.0, 30_000)).count(), 5, "from the second on");
     }
 
     #[test]

@@ -35,7 +35,6 @@ pub(super) struct SampleClock {
     newest: Option<Newest>,
     /// Frames known and not yet taken out.
     pending: i64,
-    uncounted: bool,
     /// Frames may have been lost since the last burst.
     lossy: bool,
     /// When the part was last asked: a new frame came after that.
@@ -82,8 +81,7 @@ impl Stamps {
 }
 
 impl SampleClock {
-    /// `uncounted`: a part without a FIFO, which does not say how many frames there have been.
-    pub fn new(period_us: u32, tolerance: f32, uncounted: bool, trigger: Trigger) -> Self {
+    pub fn new(period_us: u32, tolerance: f32, trigger: Trigger) -> Self {
         let nominal = i64::from(period_us.max(1)) << FRACTION;
         let tolerance = (nominal as f32 * tolerance) as i64;
         Self {
@@ -96,7 +94,6 @@ impl SampleClock {
             counted: 0,
             newest: None,
             pending: 0,
-            uncounted,
             lossy: false,
             asked: None,
         }
@@ -197,6 +194,11 @@ impl SampleClock {
     /// The newest frame, which should have come at `t`, give or take a doubt, and how many are missing before it.
     fn carried_on(&self, now: i64, t: i64, doubt: i64) -> (i64, Newest) {
         let (period, slack) = (self.period.max(1), self.slack());
+        if self.lossy && doubt > period / PROMPT {
+            // It has been so long that the phase is not known any more.
+            let newest = self.taken_now(now);
+            return (rounded(newest.t - t, period), newest);
+        }
         let late = now - t - doubt;
         let lost = rounded(late, period).max(0);
         // An interrupt that is served later than this says only what a poll does: the newest frame is of the last period.
@@ -208,7 +210,7 @@ impl SampleClock {
             return (lost, Newest { t, doubt: 0, seen: Some(now) });
         }
         let (earliest, latest) = (self.earliest(now) - slack, now + slack);
-        let lost = if self.uncounted || self.lossy {
+        let lost = if self.lossy {
             // The one of the times that it can be of that lies within the last period; fewer frames than there seemed to be where
             // what was read were none.
             (latest - t).div_euclid(period)

@@ -35,7 +35,7 @@ impl<const V: usize> Supervision<V> {
             data,
             counters: Counters::default(),
             recovery: Recovery::NEW,
-            clock: SampleClock::new(data.period_us, data.period_tolerance, data.fifo_frames <= 1, trigger),
+            clock: SampleClock::new(data.period_us, data.period_tolerance, trigger),
             mounting,
             frozen: [Frozen::default(); V],
             innovation: [Innovation::NEW; V],

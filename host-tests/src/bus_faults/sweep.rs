@@ -149,7 +149,7 @@ impl Outcome {
 /// one changed and is believed.
 fn one_payload(run: &Run, clean: &Run) -> Option<bool> {
     let pairs = || run.samples.iter().zip(&clean.samples).map(|((_, a), (_, b))| (a, b));
-    let same_times = run.samples.len() == clean.samples.len() && pairs().all(|(a, b)| a.t_us.abs_diff(b.t_us) < 100);
+    let same_times = run.samples.len() == clean.samples.len() && pairs().all(|(a, b)| a.t_us.abs_diff(b.t_us) < 1_000);
     let readings = |sample: &Sample| {
         [
             (sample.gyro_rad_s, SampleFlags::GYRO_MISSING),
