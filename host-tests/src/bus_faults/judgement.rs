@@ -19,7 +19,7 @@ pub enum Sensor {
 pub struct Judgement {
     /// Readings that are not the truth of their time, unflagged.
     /// By how much, as a multiple of the noise.
-    pub wrong: Vec<(u64, Sensor, f32)>,
+    pub wrong: Vec<(u64, Sensor, f64)>,
     /// Times of readings of gyro and accelerometer that are flagged missing, microseconds.
     pub flagged: Vec<u64>,
     /// When the first sample after the fault was that has a reading flagged, or is missing, microseconds.
@@ -63,7 +63,7 @@ pub fn judge(motion: &Motion, run: &Run, over_us: u64) -> Judgement {
             }
             let error = excess(motion, sample, of, age_us, TOLERANCE[sensor as usize]);
             if error > 0.0 {
-                judgement.wrong.push((sample.t_us, sensor, error / TOLERANCE[sensor as usize]));
+                judgement.wrong.push((sample.t_us, sensor, f64::from(error / TOLERANCE[sensor as usize])));
                 bad = true;
             }
         }
@@ -94,5 +94,6 @@ const SENSORS: [(Sensor, Of, SampleFlags, u64); 3] = [
 fn excess(motion: &Motion, sample: &Sample, of: Of, age_us: u64, tolerance: f32) -> f32 {
     let range = motion.range(of, sample.t_us.saturating_sub(STAMP_US + age_us), sample.t_us + STAMP_US);
     let axes = of(sample).into_iter().zip(range);
-    axes.map(|(x, (least, most))| (least - tolerance - x).max(x - most - tolerance)).fold(0.0, f32::max)
+    let over = axes.flat_map(|(x, (least, most))| [least - tolerance - x, x - most - tolerance]);
+    over.fold(0.0, |most, x| if x > most { x } else { most })
 }

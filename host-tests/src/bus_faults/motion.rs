@@ -4,6 +4,7 @@ use meerkat_mwd::{Sample, SampleFlags};
 use nalgebra::{Rotation3, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
+use std::f32::consts::TAU;
 
 /// Step of the truth, microseconds.
 pub const STEP_US: u64 = 1_000;
@@ -32,7 +33,7 @@ impl Motion {
         let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
         let mut uniform = move || rng.next_u32() as f32 / u32::MAX as f32;
         let waves: [[(f32, f32, f32); 3]; 3] = std::array::from_fn(|_| {
-            std::array::from_fn(|k| (1.0 / (k + 1) as f32, 0.7 + 0.8 * k as f32 + 0.3 * uniform(), 6.28 * uniform()))
+            std::array::from_fn(|k| (1.0 / (k + 1) as f32, 0.7 + 0.8 * k as f32 + 0.3 * uniform(), TAU * uniform()))
         });
         let field = Vector3::new(20.0, 3.0, 45.0);
         let mut body_to_ned = Rotation3::from_euler_angles(0.3, 0.7, 1.1);
@@ -41,7 +42,7 @@ impl Motion {
             let t_us = step * STEP_US;
             let t_s = t_us as f32 * 1e-6;
             let rate =
-                Vector3::from(waves.map(|axis| axis.iter().map(|(a, hz, p)| a * (6.283 * hz * t_s + p).sin()).sum()));
+                Vector3::from(waves.map(|axis| axis.iter().map(|(a, hz, p)| a * libm::sinf(TAU * hz * t_s + p)).sum()));
             let down = body_to_ned.inverse() * Vector3::new(0.0, 0.0, GRAVITY_M_S2);
             let clean = Sample {
                 t_us,

@@ -19,7 +19,7 @@ pub struct Outcome {
     /// The most of those samples in a run.
     pub wrong_samples: usize,
     /// By how much they are wrong at most, as a multiple of the noise.
-    pub wrong_noises: f32,
+    pub wrong_noises: f64,
     /// Runs that did not come back to good samples, all of them.
     pub not_recovered: usize,
     /// Runs whose samples changed, and nothing said that something was wrong.
@@ -43,7 +43,8 @@ pub struct Outcome {
 pub fn sweep(motion: &Motion, clean: &Run, part: Part, kind: &Kind, stride: usize) -> Outcome {
     let transactions = clean.transactions[usize::from(part == Part::Rm3100)];
     let all = cases(kind, part, transactions);
-    let cases: Vec<Case> = all.into_iter().filter(|case| case.at_transaction as usize % stride == 0).collect();
+    let cases: Vec<Case> =
+        all.into_iter().filter(|case| (case.at_transaction as usize).is_multiple_of(stride)).collect();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let flown = attitude::fly(motion, &clean.samples);
     let parts: Vec<Outcome> = std::thread::scope(|scope| {

@@ -44,7 +44,7 @@ fn a_count_is_within_half_of_the_field_and_held_at_the_range() {
             wired.play(&Sample { t_us: k * 5_000, mag_ut: field, ..Sample::default() });
             assert!(is_ready(&wired));
             for (count, field) in counts(&wired).into_iter().zip(field) {
-                let expected = field.clamp(-800.0, 800.0) * gain;
+                let expected = (f64::from(field).clamp(-800.0, 800.0) * f64::from(gain)) as f32;
                 assert!((count as f32 - expected).abs() < 0.52, "{count} for {expected}");
             }
             assert!(!is_ready(&wired), "read is not new");

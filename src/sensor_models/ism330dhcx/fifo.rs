@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn every_tag_byte_has_even_parity() {
         for tag in [Tag::Gyro, Tag::Accelerometer, Tag::Temperature, Tag::Timestamp] {
-            assert!((0..4).all(|slot| tag_byte(tag, slot).count_ones() % 2 == 0));
+            assert!((0..4).all(|slot| tag_byte(tag, slot).count_ones().is_multiple_of(2)));
         }
         // Gyroscope in time slot 0: tag 1 in the five upper bits.
         assert_eq!(tag_byte(Tag::Gyro, 0), 0b0000_1001);
