@@ -28,8 +28,8 @@ pub struct Judgement {
     pub well_from_us: Option<u64>,
 }
 
-/// How far a good stamp may be off, microseconds: half a period, where nothing says when the frame was put out, and the loop's millisecond.
-const STAMP_US: u64 = 3_400;
+/// How far a good stamp may be off, microseconds: polled stamps are promised to a period. Without a fault they are within 1.5 ms.
+const STAMP_US: u64 = 4_900;
 /// The magnetometer's axes are measured one after the other, the first 6 ms before the output, and go to an inertial reading up to a period later.
 const FIELD_AGE_US: u64 = 11_000;
 /// A step between samples over this is a gap, microseconds.

@@ -52,13 +52,13 @@ fn sweep_all(part: Part) {
             "one axis dead for 300 ms" | "output frozen for 300 ms" => {
                 // One that stops where it is expected to be shows as soon as it should have moved on, and one that has never moved by the
                 // count of its repeats, after each start.
-                assert!(wrong_runs * 20 < runs && wrong_samples <= 45 && wrong_noises < 100.0, "{outcome:?}");
+                assert!(wrong_runs * 10 < runs && wrong_samples <= 45 && wrong_noises < 100.0, "{outcome:?}");
             }
             // A part without a FIFO leaves no trace of a reading that nobody has read.
             "FIFO overrun, or a reading lost" if part == Part::Rm3100 => assert_eq!(wrong_runs, 0),
             _ => assert_eq!((wrong_runs, silent), (0, silent.min(2)), "{outcome:?}"),
         }
-        assert!(outcome.recovery_us < 400_000, "{} us", outcome.recovery_us);
+        assert!(outcome.recovery_us < 400_000, "{kind:?}: {} us", outcome.recovery_us);
     }
 }
 
