@@ -19,6 +19,9 @@ pub mod telemetry; // what leaves the firmware
 #[cfg(feature = "storage")]
 pub mod storage; // what outlives the power
 
+#[cfg(feature = "sensor-models")]
+pub mod sensor_models; // sensors at register level, for runs without a sensor
+
 mod algebra;
 pub mod config;
 pub mod equations; // documentation: the paper's equations and our reading of each

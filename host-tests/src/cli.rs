@@ -79,6 +79,9 @@ pub struct ReplayArgs {
     /// Look for no effect beyond the 12 parameters
     #[arg(long)]
     pub no_effects: bool,
+    /// Through register-level models of an ISM330DHCX and an RM3100 and the adapters for them, instead of handing the samples over
+    #[arg(long)]
+    pub through_sensors: bool,
 }
 
 impl ReplayArgs {
@@ -96,6 +99,7 @@ impl ReplayArgs {
             optimizer: None,
             seed: None,
             no_effects: false,
+            through_sensors: false,
         }
     }
 

@@ -7,7 +7,7 @@ use crate::{
     deadline::{self, CommandError},
     flight::Flight,
     image::{self, ChipMemory, Image, ImageError, ImageSize},
-    replay,
+    replay, through_sensors,
     toolchain::{self, Missing, Toolchain},
     wire::{self, WireError},
 };
@@ -229,12 +229,29 @@ pub fn run_firmware(
 /// # Errors
 /// Bad input or usage, or whatever keeps the emulator from a whole flight.
 pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
-    let (trace, config) = replay::prepare(args)?;
+    let (mut trace, config) = replay::prepare(args)?;
+    let recorded = if args.through_sensors { through_sensors::each_field_once(&trace.samples) } else { Vec::new() };
+    let on_the_chip = match args.through_sensors {
+        true => Some(through_sensors::play_emulated(&recorded, config.sample_period_us)?),
+        false => None,
+    };
+    if let Some(through) = &on_the_chip {
+        trace.samples.clone_from(&through.played.samples);
+    }
     let emulated = fly_emulated(&config, &trace.samples)?;
     replay::deliver(args, &trace, &config, &emulated.flight, "by the firmware on the emulated Cortex-M4F")?;
     let mut out = io::stdout().lock();
     for line in emulated.cost_lines() {
         writeln!(out, "{line}")?;
+    }
+    if let Some(through) = &on_the_chip {
+        through_sensors::report(&mut out, &config, &recorded, &through.played)?;
+        let cost = through.cost;
+        writeln!(
+            out,
+            "         sampling path on the chip: {:.0} instructions a sample for adapters and supervision, {:.0} for wires and models",
+            cost.adapters, cost.wires
+        )?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 pub mod attitude_csv;
 pub mod bench;
+pub mod bus_faults;
 pub mod calibrate;
 pub mod cli;
 pub mod command;
@@ -28,6 +29,7 @@ pub mod result_json;
 pub mod score;
 pub mod simulate;
 pub mod summary;
+pub mod through_sensors;
 pub mod toolchain;
 pub mod trace;
 pub mod window_note;

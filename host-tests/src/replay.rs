@@ -20,6 +20,7 @@ use crate::{
     result_json::result_json,
     score::{self, Reference},
     summary::print_summary,
+    through_sensors,
     trace::Trace,
 };
 
@@ -28,9 +29,17 @@ use crate::{
 /// # Errors
 /// Bad input or usage; see [`crate::failure::exit_status`].
 pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
-    let (trace, config) = prepare(args)?;
+    let (mut trace, config) = prepare(args)?;
+    let recorded = if args.through_sensors { through_sensors::each_field_once(&trace.samples) } else { Vec::new() };
+    let played = args.through_sensors.then(|| through_sensors::play(&recorded, config.sample_period_us));
+    if let Some(played) = &played {
+        trace.samples.clone_from(&played.samples);
+    }
     let flight = fly_with_bar(&trace, &config)?;
     deliver(args, &trace, &config, &flight, "on this machine")?;
+    if let Some(played) = &played {
+        through_sensors::report(&mut io::stdout().lock(), &config, &recorded, played)?;
+    }
     Ok(())
 }
 

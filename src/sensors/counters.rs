@@ -20,6 +20,8 @@ pub struct Counters {
     pub silences: u32,
     /// A sensor, or an axis of one, had become frozen.
     pub frozen: u32,
+    /// Readings of one sensor that jumped, repeated themselves or read zero as no motion makes them: flagged missing.
+    pub implausible: u32,
     /// Frames that the part must have measured by its rate, and that never came. A lower bound for a part without a FIFO that is polled more slowly
     /// than it measures: there one in seven cannot be told from an irregular poll.
     pub lost_frames: u32,

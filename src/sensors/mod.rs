@@ -16,6 +16,7 @@ mod counters;
 mod error;
 mod frame;
 mod frozen;
+mod innovation;
 #[cfg(feature = "lsm6dsv320x")]
 mod lsm6dsv320x_range;
 mod mounting;

@@ -12,6 +12,8 @@ pub enum Trigger {
 const FRACTION: u32 = 8;
 /// The phase follows the interrupt by this power of two per burst.
 const PHASE_GAIN: u32 = 3;
+/// An interrupt is served within this part of the period.
+const PROMPT: i64 = 4;
 /// Frames over which the period is measured, again and again.
 const COUNTED: i64 = 1_024;
 
@@ -33,6 +35,8 @@ pub(super) struct SampleClock {
     newest: Option<Newest>,
     /// Frames known and not yet taken out.
     pending: i64,
+    /// Frames may have been lost since the last burst.
+    lossy: bool,
     /// When the part was last asked: a new frame came after that.
     asked: Option<i64>,
 }
@@ -90,14 +94,21 @@ impl SampleClock {
             counted: 0,
             newest: None,
             pending: 0,
+            lossy: false,
             asked: None,
         }
     }
 
-    /// Frames may be missing, or the part was started anew: the next burst's newest frame is of the time at which it is taken.
-    pub fn resynchronise(&mut self) {
+    /// Frames may be missing: those that are not are still in step with those before.
+    pub fn interrupt(&mut self) {
         self.pending = 0;
         self.anchor = None;
+        self.lossy = true;
+    }
+
+    /// The part was started anew: the next burst's newest frame is of the time at which it is taken.
+    pub fn resynchronise(&mut self) {
+        self.interrupt();
         if let Some(newest) = &mut self.newest {
             newest.seen = None;
         }
@@ -159,6 +170,7 @@ impl SampleClock {
         self.newest = Some(newest);
         self.asked = Some(now);
         self.pending = left;
+        self.lossy = false;
         Stamps {
             known,
             new,
@@ -181,19 +193,33 @@ impl SampleClock {
 
     /// The newest frame, which should have come at `t`, give or take a doubt, and how many are missing before it.
     fn carried_on(&self, now: i64, t: i64, doubt: i64) -> (i64, Newest) {
-        let (period, slack) = (self.period, self.slack());
-        if self.trigger == Trigger::Interrupt {
-            let lost = rounded(now - t - doubt, period).max(0);
+        let (period, slack) = (self.period.max(1), self.slack());
+        if self.lossy && doubt > period / PROMPT {
+            // It has been so long that the phase is not known any more.
+            let newest = self.taken_now(now);
+            return (rounded(newest.t - t, period), newest);
+        }
+        let late = now - t - doubt;
+        let lost = rounded(late, period).max(0);
+        // An interrupt that is served later than this says only what a poll does: the newest frame is of the last period.
+        let prompt = (late - lost * period).abs() <= period / PROMPT;
+        if self.trigger == Trigger::Interrupt && prompt {
             let t = t + lost * period;
             // While the period is not known well the interrupt knows better.
             let t = if doubt > slack { now } else { t + ((now - t) >> PHASE_GAIN) };
             return (lost, Newest { t, doubt: 0, seen: Some(now) });
         }
         let (earliest, latest) = (self.earliest(now) - slack, now + slack);
-        let missing = earliest - (t + doubt);
-        let lost = if missing > 0 { 1 + missing / period.max(1) } else { 0 };
-        // Where there was no time for one frame more, the bounds are a little too narrow.
-        let lost = if lost > 0 && t + lost * period - doubt > latest { lost - 1 } else { lost };
+        let lost = if self.lossy {
+            // The one of the times that it can be of that lies within the last period; fewer frames than there seemed to be where
+            // what was read were none.
+            (latest - t).div_euclid(period)
+        } else {
+            let missing = earliest - (t + doubt);
+            let lost = if missing > 0 { 1 + missing / period } else { 0 };
+            // Where there was no time for one frame more, the bounds are a little too narrow.
+            if lost > 0 && t + lost * period - doubt > latest { lost - 1 } else { lost }
+        };
         let t = t + lost * period;
         let least = if t - doubt > earliest { t - doubt } else { earliest };
         let most = if t + doubt < latest { t + doubt } else { latest };

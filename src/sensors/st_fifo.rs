@@ -42,11 +42,12 @@ impl StFifo {
     }
 
     /// Takes words out of `bytes`, after which `left` are still in the part.
-    pub fn take(&mut self, bytes: &[u8], left: u16, burst: &mut Burst<2>) {
+    pub fn take(&mut self, bytes: &[u8], mut left: u16, burst: &mut Burst<2>) {
         for word in bytes.as_chunks::<WORD>().0 {
             if word == &[0; WORD] {
                 // The FIFO was empty before its level said so.
                 burst.corrupt = burst.corrupt.saturating_add(1);
+                left = 0;
                 break;
             }
             self.word(word, burst);

@@ -1,12 +1,17 @@
 use crate::sensors::{
     Burst, Condition, Counters, Frame, Mounting, PartData, Scaled, StartError, Trigger,
     frozen::Frozen,
+    innovation::Innovation,
     recovery::Recovery,
     sample_clock::{SampleClock, Stamps},
 };
 
 /// After so many periods without a frame the part is started anew.
 const SILENT_PERIODS: u32 = 10;
+
+/// See [`sure_steps`].
+const SURE_FORCE_M_S2: f32 = 2.5;
+const SURE_FIELD_UT: f32 = 5.0;
 
 /// What is known of a part beside its registers: everything of a [`Supervised`](super::blocking::Supervised) source that needs no bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +22,7 @@ pub(super) struct Supervision<const V: usize> {
     clock: SampleClock,
     mounting: Mounting,
     frozen: [Frozen; V],
+    innovation: [Innovation; V],
     was_frozen: bool,
     settling: u16,
     started_us: Option<u64>,
@@ -32,6 +38,7 @@ impl<const V: usize> Supervision<V> {
             clock: SampleClock::new(data.period_us, data.period_tolerance, trigger),
             mounting,
             frozen: [Frozen::default(); V],
+            innovation: [Innovation::NEW; V],
             was_frozen: false,
             settling: 0,
             started_us: None,
@@ -55,13 +62,14 @@ impl<const V: usize> Supervision<V> {
         }
         self.started_us = Some(now_us);
         self.settling = self.data.settling_frames;
+        self.innovation = [Innovation::NEW; V];
         self.clock.resynchronise();
         self.recovery.started(now_us);
     }
 
     pub fn bus_failed(&mut self, now_us: u64) {
         add(&mut self.counters.bus_errors, 1);
-        self.clock.resynchronise();
+        self.clock.interrupt();
         self.recovery.bus_failed(now_us);
     }
 
@@ -94,15 +102,19 @@ impl<const V: usize> Supervision<V> {
     pub fn take(&mut self, now_us: u64, burst: &Burst<V>, mut out: impl FnMut(Scaled<V>)) -> Condition {
         if burst.overrun {
             add(&mut self.counters.overruns, 1);
-            self.clock.resynchronise();
+            self.clock.interrupt();
         }
         add(&mut self.counters.corrupt_frames, burst.corrupt.into());
+        if burst.corrupt > 0 {
+            self.clock.interrupt();
+        }
         let frames = burst.frames();
         if frames.is_empty() {
             self.clock.had_none(now_us);
         } else if !self.is_early(now_us, frames) {
             let stamps = self.clock.stamp(now_us, frames.len(), burst.left);
             add(&mut self.counters.lost_frames, stamps.lost);
+            self.innovation.iter_mut().for_each(|innovation| innovation.skip(stamps.lost));
             for (k, frame) in frames.iter().enumerate() {
                 if let Some(scaled) = self.believed(k, frame, &stamps) {
                     add(&mut self.counters.readings, 1);
@@ -141,21 +153,42 @@ impl<const V: usize> Supervision<V> {
         self.last_t_us = Some(t_us);
         if self.settling > 0 {
             self.settling -= 1;
+            // What is usual is learnt meanwhile.
+            self.doubts(frame);
             return None;
         }
         Some(self.scaled(t_us, frame))
     }
 
+    /// Of which sensors the codes are not to be believed.
+    fn doubts(&mut self, frame: &Frame<V>) -> [bool; V] {
+        let mut doubts = [false; V];
+        let sure = sure_steps::<V>(self.data.period_us);
+        let sensors = self.data.sensors.iter().zip(sure).zip(&mut self.innovation).zip(frame.codes);
+        for (doubt, (((sensor, sure), innovation), codes)) in doubts.iter_mut().zip(sensors) {
+            match codes {
+                Some(codes) => *doubt = !innovation.believes(codes, sure / sensor.per_code, sensor.clip_code),
+                None => innovation.skip(1),
+            }
+        }
+        doubts
+    }
+
     fn scaled(&mut self, t_us: u64, frame: &Frame<V>) -> Scaled<V> {
         let mut scaled = Scaled { t_us, vectors: [None; V], clipped: [false; V], temperature_c: None };
         let mut any_frozen = false;
-        let sensors = self.data.sensors.iter().zip(&mut self.frozen).zip(frame.codes);
-        for ((vector, clipped), ((sensor, frozen), codes)) in
+        let doubts = self.doubts(frame);
+        let sensors = self.data.sensors.iter().zip(&mut self.frozen).zip(frame.codes.into_iter().zip(doubts));
+        for ((vector, clipped), ((sensor, frozen), (codes, doubt))) in
             scaled.vectors.iter_mut().zip(&mut scaled.clipped).zip(sensors)
         {
             let Some(codes) = codes else { continue };
             if frozen.sees(codes, sensor.clip_code, self.data.frozen_frames) {
                 any_frozen = true;
+                continue;
+            }
+            if doubt {
+                add(&mut self.counters.implausible, 1);
                 continue;
             }
             *clipped = codes.iter().any(|code| code.abs() >= sensor.clip_code);
@@ -170,6 +203,18 @@ impl<const V: usize> Supervision<V> {
         }
         scaled
     }
+}
+
+/// Innovations that one frame is always believed for, SI, whether it is true or a flipped bit. Of a gyro: what turns the attitude by 0.1 deg
+/// within a period, on all three axes together. Of an accelerometer and a magnetometer: what the attitude's filter takes for noise, or for a
+/// disturbance, of one frame.
+fn sure_steps<const V: usize>(period_us: u32) -> [f32; V] {
+    let gyro_rad_s = 0.1_f32.to_radians() / libm::sqrtf(3.0) * 1e6 / period_us as f32;
+    let mut steps = [SURE_FIELD_UT; V];
+    if let [gyro, accel] = steps.as_mut_slice() {
+        (*gyro, *accel) = (gyro_rad_s, SURE_FORCE_M_S2);
+    }
+    steps
 }
 
 /// Counts, as far as the counter goes.

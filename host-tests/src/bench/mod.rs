@@ -1,6 +1,8 @@
 //! `mwd bench`: every figure that the README shows, from seeds, as tables on the terminal and as JSON.
 
 pub mod attitude;
+mod bus;
+mod bus_faults;
 mod contaminated;
 pub mod contenders;
 mod coverage;
@@ -93,8 +95,10 @@ const SECTIONS: &[Section] = &[
     Section::on_host("effects", effects::run),
     Section::on_host("recordings", recordings::run),
     Section::on_host("attitude", attitude::run),
+    Section::on_host("bus_faults", bus_faults::run),
     Section::on_host("sensors", sensors::run),
     Section { name: "target", place: Place::Target, run: target::run },
+    Section { name: "bus", place: Place::Target, run: bus::run },
 ];
 
 /// Runs the sections that were asked for, prints their tables as they come and writes them.

@@ -1,0 +1,30 @@
+//! What the sampling path costs on the emulated chip.
+
+use super::{
+    Effort,
+    one_window::scenario,
+    table::{Cell, Table},
+};
+use crate::{configuration::of_trace, simulate::simulate, through_sensors::play_emulated};
+
+/// Length of the run, seconds.
+const DURATION_S: f64 = 20.0;
+
+/// The emulator counts exactly, so one run says it all.
+pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+    let mut scenario = scenario("drilling_45deg")?;
+    scenario.duration_s = DURATION_S;
+    let (trace, _) = simulate(&scenario, 1);
+    let config = of_trace(&trace);
+    let cost = play_emulated(&trace.samples, config.sample_period_us)?.cost;
+    let mut table = Table::new(
+        format!(
+            "The sampling path of an ISM330DHCX and an RM3100 on the emulated Cortex-M4F, {DURATION_S} s of drilling, instructions"
+        ),
+        &["", "a sample"],
+    );
+    table.row(["adapters, supervision and combiner".into(), Cell::number(cost.adapters, 0)]);
+    table.row(["wires and register models, which a board has hardware for".into(), Cell::number(cost.wires, 0)]);
+    table.row(["the most of both together".into(), Cell::number(cost.most, 0)]);
+    Ok(vec![table])
+}

@@ -1,0 +1,14 @@
+//! Two seconds of the sensors' register-level models with one fault, and what the adapters made of it.
+
+mod attitude;
+mod judgement;
+pub mod kinds;
+mod motion;
+mod run;
+mod sweep;
+
+pub use judgement::{Judgement, Sensor, judge};
+pub use kinds::{Case, Fault, Kind};
+pub use motion::Motion;
+pub use run::{Run, run};
+pub use sweep::{Outcome, RUN_US, STRIKES_UNTIL_US, sweep};

@@ -1,0 +1,93 @@
+//! One run.
+
+use super::{
+    kinds::{Case, Part},
+    motion::Motion,
+};
+use meerkat_mwd::{
+    Sample,
+    sensor_models::{Conversions, ModelledPair, ModelledParts, Periods, Schedule},
+    sensors::{Condition, Counters, Trigger},
+};
+
+/// Depth of the FIFO: some more than a burst.
+pub const WORDS: usize = 64;
+
+/// What came of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Run {
+    /// The samples, and when they came out, microseconds.
+    pub samples: Vec<(u64, Sample)>,
+    /// Counters at the end, gyro and magnetometer.
+    pub counters: [Counters; 2],
+    /// Transactions with each.
+    pub transactions: [u32; 2],
+    /// Bytes moved with each.
+    pub bytes: [u64; 2],
+    /// When the fault struck, microseconds.
+    pub struck_us: Option<u64>,
+    /// When an adapter first said that something was wrong after that: an error, a counter, a condition.
+    pub noticed_us: Option<u64>,
+    /// How both are at the end.
+    pub conditions: [Condition; 2],
+}
+
+/// Plays a motion through the models, with a fault or none.
+#[must_use]
+pub fn run(motion: &Motion, case: Option<&Case>) -> Run {
+    let parts = ModelledParts::<WORDS>::new(Conversions::AtItsRate);
+    if let Some(case) = case {
+        if let Some(injection) = case.part_injection() {
+            match case.part {
+                Part::Ism330dhcx => parts.inertial.borrow_mut().inject(injection),
+                Part::Rm3100 => parts.magnetic.borrow_mut().inject(injection),
+            }
+        }
+        if let Some(injection) = case.wire_injection() {
+            let wire = if case.part == Part::Ism330dhcx { &parts.inertial_wire } else { &parts.magnetic_wire };
+            wire.set(Schedule::of(injection));
+        }
+    }
+    let mut pair = ModelledPair::new(&parts, Periods::default(), 1, Trigger::Polled);
+    let mut run = Run::default();
+    let mut before = pair.counters();
+    for truth in &motion.seen {
+        // A time-out has moved the time on: the loop was not there.
+        if truth.t_us < parts.now_us.get() {
+            pair.pass_to(truth);
+            continue;
+        }
+        let mut samples = heapless::Vec::<Sample, 16>::new();
+        pair.play(truth, &mut samples);
+        let now_us = parts.now_us.get();
+        run.samples.extend(samples.into_iter().map(|sample| (now_us, sample)));
+        run.struck_us = run.struck_us.or_else(|| {
+            let [part, wire] = match case?.part {
+                Part::Ism330dhcx => {
+                    [parts.inertial.borrow().schedule().struck_at_us(), parts.inertial_wire.get().struck_at_us()]
+                }
+                Part::Rm3100 => {
+                    [parts.magnetic.borrow().schedule().struck_at_us(), parts.magnetic_wire.get().struck_at_us()]
+                }
+            };
+            part.or(wire)
+        });
+        let counters = pair.counters();
+        if run.struck_us.is_some() && run.noticed_us.is_none() {
+            let source = usize::from(case.is_some_and(|case| case.part == Part::Rm3100));
+            let quiet = |mut counters: Counters| {
+                counters.readings = 0;
+                counters
+            };
+            let said = pair.last_errors()[source].is_some() || quiet(counters[source]) != quiet(before[source]);
+            run.noticed_us = said.then_some(now_us);
+        }
+        before = counters;
+    }
+    run.counters = before;
+    run.conditions = pair.conditions();
+    let wires = [parts.inertial_wire.get(), parts.magnetic_wire.get()];
+    run.transactions = wires.map(|wire| wire.transactions());
+    run.bytes = wires.map(|wire| wire.bytes());
+    run
+}

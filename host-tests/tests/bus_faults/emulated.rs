@@ -1,0 +1,122 @@
+//! The sampling path on the emulated chip: the same samples to the bit; and a driver against a device model that nobody here wrote.
+//!
+//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
+
+use mwd::{
+    bench::one_window,
+    configuration,
+    simulate::simulate,
+    through_sensors::{build, each_field_once, play, play_emulated},
+    toolchain::{self, Toolchain},
+};
+use std::{
+    io::{BufRead, BufReader, Write},
+    os::unix::net::UnixStream,
+    path::Path,
+    process::{Command, Stdio},
+    time::Duration,
+};
+
+/// The toolchain, or `None` after the reason was printed.
+fn toolchain() -> Option<Toolchain> {
+    match toolchain::prepare() {
+        Ok(toolchain) => Some(toolchain),
+        Err(missing) if std::env::var_os("MWD_REQUIRE_EMULATOR").is_some_and(|v| v == "1") => panic!("{missing}"),
+        Err(missing) => {
+            std::io::stderr().write_all(format!("SKIPPED: {missing}\n").as_bytes()).unwrap();
+            None
+        }
+    }
+}
+
+#[test]
+fn adapters_on_models_give_the_same_samples_on_host_and_chip() {
+    if toolchain().is_none() {
+        return;
+    }
+    let mut scenario = one_window::scenario("drilling_45deg").unwrap();
+    scenario.duration_s = 10.0;
+    let (trace, _) = simulate(&scenario, 9);
+    let period_us = configuration::of_trace(&trace).sample_period_us;
+    let recorded = each_field_once(&trace.samples);
+    let host = play(&recorded, period_us);
+    let chip = play_emulated(&recorded, period_us).unwrap();
+    let bytes = |sample: &meerkat_mwd::Sample| postcard::to_stdvec(sample).unwrap();
+    assert_eq!(host.samples.len(), chip.played.samples.len());
+    for (host, chip) in host.samples.iter().zip(&chip.played.samples) {
+        assert_eq!(bytes(host), bytes(chip), "host {host:?}\nchip {chip:?}");
+    }
+    assert!(chip.raw.len() >= recorded.len());
+    println!("{:?}", chip.cost);
+    assert!(chip.cost.adapters > 100.0 && chip.cost.wires > 100.0 && chip.cost.most >= chip.cost.adapters);
+}
+
+/// A command of QEMU's machine protocol; its answer, events left out.
+fn command(socket: &mut BufReader<UnixStream>, text: &str) -> String {
+    writeln!(socket.get_mut(), "{text}").unwrap();
+    loop {
+        let mut line = String::new();
+        assert!(socket.read_line(&mut line).unwrap() > 0, "{text}: the emulator is gone");
+        if !line.contains("\"event\"") {
+            assert!(line.contains("\"return\""), "{text}: {line}");
+            return line;
+        }
+    }
+}
+
+fn connect(path: &Path) -> BufReader<UnixStream> {
+    for _ in 0..600 {
+        if let Ok(stream) = UnixStream::connect(path) {
+            stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+            return BufReader::new(stream);
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    panic!("the emulator opens no socket");
+}
+
+/// What the image prints of a field in nanotesla. It is set when the machine is there and before it runs: a reset of the device, which setting
+/// up the machine is, clears what the command line says.
+fn measured(toolchain: &Toolchain, image: &[u8], field_nt: [u32; 3]) -> String {
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::write(directory.path().join("image"), image).unwrap();
+    let mut qemu = Command::new(&toolchain.qemu);
+    qemu.current_dir(directory.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    qemu.args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "none", "-S"]);
+    qemu.args(["-qmp", "unix:qmp,server=on,wait=off", "-device", "lsm303dlhc_mag,address=0x1e,id=mag"]);
+    qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel", "image"]);
+    let child = qemu.spawn().unwrap();
+    let mut socket = connect(&directory.path().join("qmp"));
+    let mut greeting = String::new();
+    socket.read_line(&mut greeting).unwrap();
+    command(&mut socket, r#"{"execute":"qmp_capabilities"}"#);
+    for (axis, nt) in ["x", "y", "z"].into_iter().zip(field_nt) {
+        let set = format!(
+            r#"{{"execute":"qom-set","arguments":{{"path":"/machine/peripheral/mag","property":"mag-{axis}","value":{nt}}}}}"#
+        );
+        command(&mut socket, &set);
+    }
+    // The program may be through before this is answered.
+    writeln!(socket.get_mut(), r#"{{"execute":"cont"}}"#).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn the_field_of_qemus_lsm303dlhc_is_read_over_a_bit_banged_bus() {
+    let Some(toolchain) = toolchain() else { return };
+    let image = build(&toolchain, "mps2-magnetometer").unwrap();
+    for field_nt in [[0, 0, 0], [20_000, 3_000, 45_000], [61_234, 33_333, 7], [4_999, 58_001, 28_765]] {
+        let said = measured(&toolchain, &image, field_nt);
+        let mut lines = said.lines();
+        assert_eq!(lines.next(), Some("identification 48 34 33"));
+        let field = lines.next().and_then(|line| line.strip_prefix("field ")).unwrap();
+        // An LSB is 91 nT on x and y, 102 nT on z; the model cuts off, and so does the conversion.
+        for (nt, (word, lsb_nt)) in field_nt.iter().zip(field.split(' ').zip([91, 91, 103])) {
+            let read: u32 = word.parse().unwrap();
+            assert!(read <= *nt && nt - read <= lsb_nt + 1, "{field} for {field_nt:?}");
+        }
+        assert_eq!(lines.next(), Some("nobody true"));
+    }
+}

@@ -1,0 +1,59 @@
+//! The same recording through the register models and directly.
+
+use meerkat_mwd::SampleFlags;
+use mwd::{
+    bench::one_window,
+    configuration,
+    simulate::simulate,
+    through_sensors::{QuantisationBound, differences, each_field_once, play},
+    trace::Trace,
+};
+use std::path::Path;
+
+/// Motion by hand, with a magnetometer whose readings come with every sample.
+#[test]
+fn a_recording_through_the_models_has_the_same_attitude_within_the_quantisation_bound() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
+    let trace = Trace::read(&path).unwrap();
+    within_the_bound(&trace);
+}
+
+#[test]
+fn so_has_simulated_drilling() {
+    let mut scenario = one_window::scenario("drilling_45deg").unwrap();
+    scenario.duration_s = 60.0;
+    within_the_bound(&simulate(&scenario, 5).0);
+}
+
+fn within_the_bound(trace: &Trace) {
+    let config = configuration::of_trace(trace);
+    let recorded = each_field_once(&trace.samples);
+    let played = play(&recorded, config.sample_period_us);
+    let differences = differences(&config, &recorded, &played.samples).unwrap();
+    let (largest_deg, _) = differences.quantisation_deg;
+    let bound = QuantisationBound::new(&config, recorded.len());
+    println!("{differences:?}; {bound:?}; flagged {:?} {:?}", played.flagged, played.counters);
+    assert!(largest_deg < bound.total_deg(), "{largest_deg} deg, bound {}", bound.total_deg());
+    assert_eq!(played.lost, 0);
+    assert!(played.stamp_error_us <= 1_000, "{}", played.stamp_error_us);
+    // A recorder's magnetometer repeats itself and is interpolated, which a part's does not.
+    let [gyro, accel, mag] = played.flagged;
+    assert!(gyro.max(accel) * 200 < recorded.len() && mag * 5 < recorded.len(), "{:?}", played.flagged);
+    // Codes, not the recording: half a code of each range, on every sample.
+    let half_codes = [0.0351_f32.to_radians(), 0.000_245 * 9.81, 0.055];
+    for (through, recorded) in played.samples.iter().zip(&recorded) {
+        assert_eq!(through.t_us, recorded.t_us);
+        let sensors = [
+            (through.gyro_rad_s, recorded.gyro_rad_s, SampleFlags::GYRO_MISSING),
+            (through.accel_m_s2, recorded.accel_m_s2, SampleFlags::ACCEL_MISSING),
+            (through.mag_ut, recorded.mag_ut, SampleFlags::MAG_MISSING),
+        ];
+        for ((a, b, missing), half) in sensors.into_iter().zip(half_codes) {
+            let believed = !through.flags.contains(missing);
+            assert!(
+                !believed || (0..3).all(|axis| (a[axis] - b[axis]).abs() <= half + 0.002 * b[axis].abs()),
+                "{a:?} {b:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Faults of a part, and when they strike.
+
+/// What can go wrong inside a sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PartFault {
+    /// The identification register reads another part's value.
+    WrongIdentification,
+    /// Data ready is asserted, on the pin and in the registers, whether or not there is anything new.
+    DataReadyStuckHigh,
+    /// Data ready is never asserted.
+    DataReadyStuckLow,
+    /// The FIFO overruns: its oldest half is lost. On a part without FIFO the unread measurement is lost.
+    FifoOverrun,
+    /// A brown-out: every register is back at its default, the FIFO is empty, nothing converts any more.
+    SilentReset,
+    /// Conversions go on and give the word of the last one before the fault.
+    FrozenOutput,
+    /// One axis reads exact zeros: 0 to 2 x, y, z of the gyro (of the magnetometer), 3 to 5 of the accelerometer.
+    DeadAxis(u8),
+}
+
+/// A fault and when it strikes: with the transaction of this number (the first is 0), for this long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Injection<F> {
+    /// What.
+    pub fault: F,
+    /// Transactions before it.
+    pub at_transaction: u32,
+    /// For how long from then on, microseconds; 0: for that one transaction.
+    pub lasting_us: u64,
+}
+
+/// When a fault strikes, and how many transactions there have been.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Schedule<F> {
+    injection: Option<Injection<F>>,
+    transactions: u32,
+    bytes: u64,
+    struck_at_us: Option<u64>,
+}
+
+impl<F: Copy> Schedule<F> {
+    /// No fault.
+    #[must_use]
+    pub const fn none() -> Self {
+        Self { injection: None, transactions: 0, bytes: 0, struck_at_us: None }
+    }
+
+    /// This fault.
+    #[must_use]
+    pub const fn of(injection: Injection<F>) -> Self {
+        Self { injection: Some(injection), ..Self::none() }
+    }
+
+    /// Transactions so far, also those that failed.
+    #[must_use]
+    pub const fn transactions(&self) -> u32 {
+        self.transactions
+    }
+
+    /// Bytes that these asked to move, either way; a model does not count them.
+    #[must_use]
+    pub const fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    pub(super) const fn moves(&mut self, bytes: usize) {
+        self.bytes = self.bytes.saturating_add(bytes as u64);
+    }
+
+    /// When the fault struck, microseconds.
+    #[must_use]
+    pub const fn struck_at_us(&self) -> Option<u64> {
+        self.struck_at_us
+    }
+
+    pub(super) fn lasting_us(&self) -> u64 {
+        self.injection.map_or(0, |injection| injection.lasting_us)
+    }
+
+    /// A transaction begins. Gives the fault if it strikes with this one.
+    pub(super) fn begin(&mut self, now_us: u64) -> Option<F> {
+        let number = self.transactions;
+        self.transactions = self.transactions.saturating_add(1);
+        let injection = self.injection.filter(|injection| injection.at_transaction == number)?;
+        self.struck_at_us = Some(now_us);
+        Some(injection.fault)
+    }
+
+    /// The fault that acts now.
+    pub(super) fn acting(&self, now_us: u64) -> Option<F> {
+        let (injection, struck) = (self.injection?, self.struck_at_us?);
+        let of_this_transaction = injection.at_transaction.checked_add(1) == Some(self.transactions);
+        let over = now_us.saturating_sub(struck) >= injection.lasting_us;
+        if over && !(injection.lasting_us == 0 && of_this_transaction) { None } else { Some(injection.fault) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_acts_from_its_transaction_for_its_time() {
+        let fault = PartFault::FrozenOutput;
+        let mut schedule = Schedule::of(Injection { fault, at_transaction: 1, lasting_us: 500 });
+        assert_eq!((schedule.begin(0), schedule.acting(0)), (None, None));
+        assert_eq!((schedule.begin(100), schedule.acting(100)), (Some(fault), Some(fault)));
+        assert_eq!((schedule.begin(599), schedule.acting(599)), (None, Some(fault)));
+        assert_eq!(schedule.acting(600), None);
+
+        let mut schedule = Schedule::of(Injection { fault, at_transaction: 0, lasting_us: 0 });
+        assert_eq!((schedule.begin(700), schedule.acting(700)), (Some(fault), Some(fault)));
+        assert_eq!((schedule.begin(700), schedule.acting(700)), (None, None));
+    }
+}

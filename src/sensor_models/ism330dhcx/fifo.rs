@@ -1,0 +1,127 @@
+//! The FIFO: words of a tag and six bytes (data sheet DS13012, chapter on the FIFO; application note AN5398, chapter "First-in first-out (FIFO) buffer").
+
+/// Words of an ISM330DHCX: 3 Kbyte of six data bytes each (DS13012, chapter on the FIFO).
+pub const DEPTH: usize = 512;
+
+/// What a word holds (DS13012, FIFO_DATA_OUT_TAG, table of the tags).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tag {
+    /// Angular rate.
+    Gyro = 0x01,
+    /// Specific force.
+    Accelerometer = 0x02,
+    /// Temperature.
+    Temperature = 0x03,
+    /// The part's own time.
+    Timestamp = 0x04,
+}
+
+/// Tag byte and data.
+type Word = [u8; 7];
+
+/// Tag, count of the time slot in two bits, and the bit that makes the byte's parity even (DS13012, FIFO_DATA_OUT_TAG).
+pub fn tag_byte(tag: Tag, slot: u8) -> u8 {
+    let byte = (tag as u8) << 3 | (slot & 3) << 1;
+    byte | (byte.count_ones() & 1) as u8
+}
+
+/// A ring of words.
+#[derive(Clone, Debug)]
+pub(super) struct Fifo<const WORDS: usize> {
+    words: [Word; WORDS],
+    first: usize,
+    length: usize,
+    slot: u8,
+    pub(super) overrun: bool,
+    pub(super) overrun_latched: bool,
+}
+
+impl<const WORDS: usize> Fifo<WORDS> {
+    pub(super) const fn empty() -> Self {
+        Self { words: [[0; 7]; WORDS], first: 0, length: 0, slot: 0, overrun: false, overrun_latched: false }
+    }
+
+    pub(super) fn clear(&mut self) {
+        (self.first, self.length, self.overrun, self.overrun_latched) = (0, 0, false, false);
+    }
+
+    pub(super) const fn length(&self) -> usize {
+        self.length
+    }
+
+    pub(super) const fn is_full(&self) -> bool {
+        self.length >= WORDS
+    }
+
+    /// A new instant: the words that follow are of it.
+    pub(super) fn next_slot(&mut self) {
+        self.slot = self.slot.wrapping_add(1) & 3;
+    }
+
+    /// Appends a word; where there is no room the oldest goes, or with `stops` the new one.
+    pub(super) fn push(&mut self, tag: Tag, data: [u8; 6], room: usize, stops: bool) {
+        let room = room.min(WORDS);
+        if self.length >= room {
+            self.overrun = true;
+            self.overrun_latched = true;
+            if stops || room == 0 {
+                return;
+            }
+            self.drop_oldest(self.length + 1 - room);
+        }
+        let [a, b, c, d, e, f] = data;
+        let place = (self.first + self.length).checked_rem(WORDS).unwrap_or(0);
+        if let Some(word) = self.words.get_mut(place) {
+            *word = [tag_byte(tag, self.slot), a, b, c, d, e, f];
+            self.length += 1;
+        }
+    }
+
+    /// Loses words that nobody has read.
+    pub(super) fn drop_oldest(&mut self, count: usize) {
+        let count = count.min(self.length);
+        self.first = (self.first + count).checked_rem(WORDS).unwrap_or(0);
+        self.length -= count;
+    }
+
+    /// The byte at one of the seven addresses of the output; an empty FIFO reads 0. With the last byte the word is gone.
+    pub(super) fn read(&mut self, byte: usize) -> u8 {
+        if self.length == 0 {
+            return 0;
+        }
+        let value = self.words.get(self.first).and_then(|word| word.get(byte)).copied().unwrap_or(0);
+        if byte == 6 {
+            self.drop_oldest(1);
+            self.overrun = false;
+        }
+        value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_tag_byte_has_even_parity() {
+        for tag in [Tag::Gyro, Tag::Accelerometer, Tag::Temperature, Tag::Timestamp] {
+            assert!((0..4).all(|slot| tag_byte(tag, slot).count_ones().is_multiple_of(2)));
+        }
+        // Gyroscope in time slot 0: tag 1 in the five upper bits.
+        assert_eq!(tag_byte(Tag::Gyro, 0), 0b0000_1001);
+    }
+
+    #[test]
+    fn words_come_out_in_order_and_the_oldest_goes_when_there_is_no_room() {
+        let mut fifo = Fifo::<3>::empty();
+        for value in 0..5 {
+            fifo.push(Tag::Gyro, [value; 6], 3, false);
+        }
+        assert!(fifo.overrun_latched && fifo.is_full());
+        let values: [u8; 4] = core::array::from_fn(|_| (0..7).fold(0, |_, byte| fifo.read(byte)));
+        assert_eq!(values, [2, 3, 4, 0]);
+        let mut stopped = Fifo::<3>::empty();
+        (0..5).for_each(|value| stopped.push(Tag::Gyro, [value; 6], 3, true));
+        assert_eq!(core::array::from_fn::<u8, 3, _>(|_| (0..7).fold(0, |_, byte| stopped.read(byte))), [0, 1, 2]);
+    }
+}

@@ -1,0 +1,211 @@
+//! A gyro with accelerometer and a magnetometer as models, and the adapters that fly with the real ones, on them: truth in, samples out.
+
+use super::{
+    AtPeriod, BusFault, Conversions, FaultyBus, Ism330dhcx, OnSpi, PartError, Rm3100, Schedule, WireMeter,
+    faulty_bus::InjectedError,
+};
+use crate::{
+    sample::Sample,
+    sensors::{
+        Combiner, Condition, Counters, InertialReading, MagneticReading, Mounting, PartData, ReadError, Rm3100Settings,
+        Trigger,
+        blocking::{InertialSource, MagneticSource, Supervised},
+        blocking::{Ism330dhcx as Ism330dhcxAdapter, Rm3100 as Rm3100Adapter, SpiRegisters},
+    },
+};
+use core::cell::{Cell, RefCell};
+use heapless::{Vec, VecView};
+use st_mems_bus::blocking::spi::SpiBus;
+
+/// Readings that are taken at once.
+const READINGS: usize = 16;
+/// Without an interrupt a part is asked after so many of its periods.
+const OVERDUE_PERIODS: u64 = 3;
+
+/// The parts of a probe, their wires and the time: what a board has where it would have sensors. `WORDS` is the depth of the FIFO.
+pub struct ModelledParts<const WORDS: usize> {
+    /// Gyro and accelerometer.
+    pub inertial: RefCell<Ism330dhcx<WORDS>>,
+    /// Magnetometer.
+    pub magnetic: RefCell<Rm3100>,
+    /// Time of the board, microseconds.
+    pub now_us: Cell<u64>,
+    /// Transactions with the gyro, and what goes wrong with them.
+    pub inertial_wire: Cell<Schedule<BusFault>>,
+    /// Transactions with the magnetometer, and what goes wrong with them.
+    pub magnetic_wire: Cell<Schedule<BusFault>>,
+    /// What the wires and the models behind them take, where someone counts.
+    pub meter: Cell<Option<WireMeter>>,
+}
+
+impl<const WORDS: usize> ModelledParts<WORDS> {
+    /// Parts after power-up at time 0.
+    #[must_use]
+    pub fn new(conversions: Conversions) -> Self {
+        Self {
+            inertial: RefCell::new(Ism330dhcx::new(conversions)),
+            magnetic: RefCell::new(Rm3100::new(conversions)),
+            now_us: Cell::new(0),
+            inertial_wire: Cell::new(Schedule::none()),
+            magnetic_wire: Cell::new(Schedule::none()),
+            meter: Cell::new(None),
+        }
+    }
+}
+
+type Wire<'a, P> = FaultyBus<'a, OnSpi<'a, P>>;
+type Inertial<'a, const WORDS: usize> = AtPeriod<Ism330dhcxAdapter<SpiBus<Wire<'a, Ism330dhcx<WORDS>>>>>;
+type Magnetic<'a> = AtPeriod<Rm3100Adapter<SpiRegisters<Wire<'a, Rm3100>>>>;
+/// An error of such a bus.
+pub type PairError = ReadError<InjectedError<PartError>>;
+
+/// The adapters over [`ModelledParts`].
+pub struct ModelledPair<'a, const WORDS: usize> {
+    parts: &'a ModelledParts<WORDS>,
+    inertial: Supervised<Inertial<'a, WORDS>, 2>,
+    magnetic: Supervised<Magnetic<'a>, 1>,
+    combiner: Combiner,
+    asked_us: [u64; 2],
+    conditions: [Condition; 2],
+    last_errors: [Option<PairError>; 2],
+}
+
+/// Periods of the parts where they are not their own, microseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Periods {
+    /// Of gyro and accelerometer.
+    pub inertial_us: Option<u32>,
+    /// Of the magnetometer.
+    pub magnetic_us: Option<u32>,
+}
+
+impl<'a, const WORDS: usize> ModelledPair<'a, WORDS> {
+    /// Over SPI; touches no bus. `trigger`: whether [`play`](Self::play) is called at the very time of an interrupt.
+    #[must_use]
+    pub fn new(parts: &'a ModelledParts<WORDS>, periods: Periods, watermark_frames: u8, trigger: Trigger) -> Self {
+        let now_us = &parts.now_us;
+        let inertial_bus =
+            FaultyBus::new(OnSpi::new(&parts.inertial, now_us), now_us, &parts.inertial_wire).metered(&parts.meter);
+        let magnetic_bus =
+            FaultyBus::new(OnSpi::new(&parts.magnetic, now_us), now_us, &parts.magnetic_wire).metered(&parts.meter);
+        let part = Ism330dhcxAdapter::new_spi(inertial_bus, watermark_frames);
+        let period_us = periods.inertial_us.unwrap_or(own_period_us::<2>(&part));
+        let inertial = Supervised::new(AtPeriod { part, period_us }, Mounting::ALIGNED, trigger);
+        let part = Rm3100Adapter::new_spi(magnetic_bus, Rm3100Settings::default());
+        let magnetic_period_us = periods.magnetic_us.unwrap_or(own_period_us::<1>(&part));
+        let at_period = AtPeriod { part, period_us: magnetic_period_us };
+        let magnetic = Supervised::new(at_period, Mounting::ALIGNED, trigger);
+        Self {
+            parts,
+            inertial,
+            magnetic,
+            combiner: Combiner::new(period_us),
+            asked_us: [0; 2],
+            conditions: [Condition::Starting; 2],
+            last_errors: [None; 2],
+        }
+    }
+
+    /// Time passes to `truth.t_us`, and the adapters take what there is. The samples of that are appended to `samples` as far as there is
+    /// room (16 are enough with a watermark up to 8 frames).
+    pub fn play(&mut self, truth: &Sample, samples: &mut VecView<Sample>) {
+        self.pass_to(truth);
+        self.service(samples);
+    }
+
+    /// Time passes in the parts, and no adapter runs.
+    pub fn pass_to(&mut self, truth: &Sample) {
+        // After a time-out the loop may be later than that.
+        self.parts.now_us.set(self.parts.now_us.get().max(truth.t_us));
+        if let Ok(mut part) = self.parts.inertial.try_borrow_mut() {
+            part.play(truth);
+        }
+        if let Ok(mut part) = self.parts.magnetic.try_borrow_mut() {
+            part.play(truth);
+        }
+    }
+
+    /// What the main loop of a board does when an interrupt comes, or when none has come for long: this is the sampling path.
+    pub fn service(&mut self, samples: &mut VecView<Sample>) {
+        let [inertial_interrupt, magnetic_interrupt] = self.interrupts();
+        let periods_us = [self.inertial.data().period_us, self.magnetic.data().period_us];
+        let now_us = self.parts.now_us.get();
+        let due = |interrupt, asked_us: u64, period_us: u32, condition| {
+            interrupt
+                || matches!(condition, Condition::Starting | Condition::Pausing)
+                || now_us.saturating_sub(asked_us) >= OVERDUE_PERIODS * u64::from(period_us)
+        };
+        let ([inertial_us, magnetic_us], [asked, asked_magnetic]) = (periods_us, self.asked_us);
+        let [condition, magnetic_condition] = self.conditions;
+        if due(magnetic_interrupt, asked_magnetic, magnetic_us, magnetic_condition) {
+            let mut readings: Vec<MagneticReading, READINGS> = Vec::new();
+            let result = self.magnetic.read(now_us, &mut readings);
+            self.note(1, now_us, result);
+            readings.into_iter().for_each(|reading| self.combiner.magnetic(reading));
+        }
+        // A time-out has moved the time on: first the parts have to be played to it.
+        if self.parts.now_us.get() != now_us {
+            return;
+        }
+        if due(inertial_interrupt, asked, inertial_us, condition) {
+            let mut readings: Vec<InertialReading, READINGS> = Vec::new();
+            let result = self.inertial.read(now_us, &mut readings);
+            self.note(0, now_us, result);
+            for sample in readings.iter().filter_map(|reading| self.combiner.inertial(reading)) {
+                let _ = samples.push(sample);
+            }
+        }
+    }
+
+    /// Levels of the parts' interrupt lines: gyro and accelerometer, magnetometer.
+    #[must_use]
+    pub fn interrupts(&self) -> [bool; 2] {
+        let inertial = self.parts.inertial.try_borrow().is_ok_and(|part| part.interrupt());
+        let magnetic = self.parts.magnetic.try_borrow().is_ok_and(|part| part.interrupt());
+        [inertial, magnetic]
+    }
+
+    fn note(&mut self, source: usize, now_us: u64, result: Result<Condition, PairError>) {
+        if let (Some(asked_us), Some(condition), Some(last_error)) =
+            (self.asked_us.get_mut(source), self.conditions.get_mut(source), self.last_errors.get_mut(source))
+        {
+            *asked_us = now_us;
+            *last_error = result.err();
+            *condition = result.unwrap_or(*condition);
+        }
+    }
+
+    /// How gyro and accelerometer, and the magnetometer, are.
+    #[must_use]
+    pub const fn conditions(&self) -> [Condition; 2] {
+        self.conditions
+    }
+
+    /// What the last call of each adapter failed with.
+    #[must_use]
+    pub const fn last_errors(&self) -> [Option<PairError>; 2] {
+        self.last_errors
+    }
+
+    /// What has gone wrong so far.
+    #[must_use]
+    pub fn counters(&self) -> [Counters; 2] {
+        [*self.inertial.counters(), *self.magnetic.counters()]
+    }
+
+    /// Ranges, codes and rates of gyro and accelerometer.
+    #[must_use]
+    pub fn inertial_data(&self) -> PartData<2> {
+        self.inertial.data()
+    }
+
+    /// Range, code and rate of the magnetometer.
+    #[must_use]
+    pub fn magnetic_data(&self) -> PartData<1> {
+        self.magnetic.data()
+    }
+}
+
+fn own_period_us<const V: usize>(part: &impl crate::sensors::blocking::Part<V>) -> u32 {
+    part.data().period_us
+}

@@ -1,0 +1,221 @@
+/// An innovation within so many times the usual one is believed.
+const SIGMAS: f32 = 6.0;
+/// The usual one is the root mean square over about so many frames.
+const MEMORY: f32 = 16.0;
+/// So many frames are believed in any case: before them nothing is usual.
+const FIRST_FRAMES: f32 = 4.0;
+/// A reading of a sensor that has jumped is believed from the second on, unless it stands still there: it was no glitch.
+const JUMPED: u8 = 2;
+/// After so many lost frames the next may be anywhere.
+const MOST_LOST: u8 = 8;
+/// An axis that has changed its code so often since the start lives.
+const MOVES: u8 = 1;
+/// Natural logarithm of the odds against chance from which an output that repeats itself is not believed: a wrong alarm in some millions of
+/// readings, and it costs one of them.
+const DOUBTFUL: f32 = 15.0;
+/// The same for zeros of an axis that moves by so many codes, of which a wrong alarm in thousands does no harm.
+const DOUBTFUL_AT_ZERO: f32 = 8.0;
+const MOVING_CODES: f32 = 8.0;
+/// An exact zero that was not to be expected is also what a dead axis reads: it begins with so much of that.
+const ZERO: f32 = 4.6;
+/// Chance that a normally distributed step is zero, times its deviation in codes; from so many codes on that is so.
+const DENSITY_AT_ZERO: f32 = 0.4;
+const LEAST_CODES: f32 = 2.0;
+
+/// Watches the codes of a vector sensor for what no motion makes.
+///
+/// A part without a checksum cannot say that a bit was flipped on the wire; a reading that jumps and comes back says it. A reading is expected
+/// on the straight line through the last two; the limit of its innovation, the difference from there, is six times the usual one, and
+/// never less than `sure`: what is so small is always believed. An axis that repeats itself, or reads exactly zero where something else is
+/// expected, while it usually moves by many codes, is frozen or dead; the more codes it moves by, the sooner that shows. After a start
+/// nothing is believed until every axis has moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Innovation {
+    axes: [Axis; 3],
+    /// There is a last reading that was believed.
+    begun: bool,
+    /// Odds against chance that all axes repeat themselves.
+    repeated: f32,
+    jumps: u8,
+    /// Frames that were lost, or not believed, before the next.
+    skipped: u8,
+    /// Frames that the means are of, to [`MEMORY`].
+    frames: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Axis {
+    last: i32,
+    believed: i32,
+    /// From frame to frame, of what was believed.
+    slope: i32,
+    moves: u8,
+    /// The last innovation was a usual one: others say nothing about the slope.
+    is_usual: bool,
+    mean_square_step: f32,
+    mean_square: f32,
+    /// Odds against chance of the repeats so far.
+    repeated: f32,
+}
+
+impl Innovation {
+    pub const NEW: Self = Self {
+        axes: [Axis {
+            last: 0,
+            believed: 0,
+            slope: 0,
+            moves: 0,
+            is_usual: false,
+            mean_square_step: 0.0,
+            mean_square: 0.0,
+            repeated: 0.0,
+        }; 3],
+        begun: false,
+        repeated: 0.0,
+        jumps: 0,
+        skipped: 0,
+        frames: 0.0,
+    };
+
+    /// So many frames were lost before the next one.
+    pub fn skip(&mut self, lost: u32) {
+        let lost = u8::try_from(lost).unwrap_or(u8::MAX);
+        self.skipped = self.skipped.saturating_add(lost);
+        self.begun &= self.skipped < MOST_LOST;
+    }
+
+    /// Whether these codes are to be believed. `sure`: an innovation of so many codes a frame always is. A code of `clip_code` or more, either
+    /// sign, is at the end of the range, where it may stand still.
+    pub fn believes(&mut self, codes: [i32; 3], sure: f32, clip_code: i32) -> bool {
+        let frames = i32::from(self.skipped) + 1;
+        self.frames = if self.frames < MEMORY { self.frames + 1.0 } else { MEMORY };
+        let learning = self.frames <= FIRST_FRAMES;
+        let (mut jumped, mut stuck, mut doubtful, mut stand, mut odds) = (false, false, false, true, 0.0);
+        for (axis, code) in self.axes.iter_mut().zip(codes) {
+            let stands = code == axis.last && code.abs() < clip_code;
+            let (strange, unexpected) =
+                if self.begun { axis.innovation(code, frames, sure, learning, self.frames) } else { (false, false) };
+            jumped |= strange;
+            stuck |= strange && stands;
+            odds += axis.repeats(code, stands, unexpected, clip_code);
+            doubtful |= axis.repeated > axis.limit(code);
+            stand &= stands;
+            axis.last = code;
+        }
+        self.repeated = if stand { self.repeated + odds } else { 0.0 };
+        self.jumps = if jumped { self.jumps.saturating_add(1) } else { 0 };
+        let alive = self.axes.iter().all(|axis| axis.moves >= MOVES);
+        if doubtful || self.repeated > DOUBTFUL || stuck || (jumped && self.jumps < JUMPED) {
+            self.skip(1);
+            return false;
+        }
+        for (axis, code) in self.axes.iter_mut().zip(codes) {
+            axis.slope = match (self.begun, axis.is_usual) {
+                (true, true) => code.saturating_sub(axis.believed) / frames,
+                (true, false) if jumped => 0,
+                _ => axis.slope,
+            };
+            axis.believed = code;
+        }
+        (self.begun, self.jumps, self.skipped) = (true, 0, 0);
+        alive
+    }
+}
+
+impl Axis {
+    /// Odds from which its repeats are not believed: an axis that lives and moves hardly ever reads exactly zero twice.
+    fn limit(&self, code: i32) -> f32 {
+        let moving = self.mean_square_step >= MOVING_CODES * MOVING_CODES;
+        if code == 0 && moving { DOUBTFUL_AT_ZERO } else { DOUBTFUL }
+    }
+
+    /// Whether a code is beyond the limit, and whether it is not to be expected. Learns what is usual.
+    fn innovation(&mut self, code: i32, frames: i32, sure: f32, learning: bool, memory: f32) -> (bool, bool) {
+        let size =
+            libm::fabsf(code.saturating_sub(self.believed).saturating_sub(self.slope.saturating_mul(frames)) as f32)
+                / frames as f32;
+        let usual = libm::sqrtf(if self.mean_square > 1.0 { self.mean_square } else { 1.0 });
+        let limit = SIGMAS * usual;
+        // What follows a reading that was only just believed may be as far from it as that was from the truth.
+        let sure = if self.is_usual { sure } else { 2.0 * sure };
+        self.is_usual = size <= limit;
+        // The first ones teach, however large they are.
+        let within = if size > limit && !learning { limit } else { size };
+        self.mean_square += (within * within - self.mean_square) / memory;
+        let step = code.saturating_sub(self.last) as f32;
+        self.mean_square_step += (step * step - self.mean_square_step) / memory;
+        (!learning && size > limit && (size > sure || code == 0), size > 2.0 * usual)
+    }
+
+    /// Counts how unlikely its standing still is; gives that of one frame.
+    fn repeats(&mut self, code: i32, stands: bool, unexpected: bool, clip_code: i32) -> f32 {
+        if code != self.last || code.abs() >= clip_code {
+            self.moves = self.moves.saturating_add(1);
+        }
+        let usual = libm::sqrtf(self.mean_square_step);
+        let odds = if usual < LEAST_CODES { 0.0 } else { libm::logf(usual / DENSITY_AT_ZERO) };
+        self.repeated = match (stands, code == 0 && odds > 0.0) {
+            (true, _) => self.repeated + odds,
+            (false, true) => odds + if unexpected { ZERO } else { 0.0 },
+            (false, false) => 0.0,
+        };
+        odds
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Codes of a sensor that swings by thousands, with some noise.
+    fn swinging(k: i32) -> [i32; 3] {
+        let noise = k.wrapping_mul(7_919) % 7;
+        let t = k as f32 * 0.03;
+        [libm::sinf(t), libm::cosf(t), libm::sinf(2.0 * t + 1.0)].map(|x| (3_000.0 * x) as i32 + noise)
+    }
+
+    fn settled() -> Innovation {
+        let mut innovation = Innovation::NEW;
+        let believed = (0..200).filter(|k| innovation.believes(swinging(*k), 300.0, 30_000)).count();
+        assert!(believed >= 195, "{believed}");
+        innovation
+    }
+
+    #[test]
+    fn a_glitch_is_not_believed_and_a_new_level_is_soon() {
+        let mut innovation = settled();
+        let [x, y, z] = swinging(200);
+        assert!(!innovation.believes([x, y ^ 1 << 12, z], 300.0, 30_000));
+        assert!(innovation.believes(swinging(201), 300.0, 30_000));
+        let raised = |k| swinging(k).map(|code| code + 9_000);
+        let believed = [202, 203, 204, 205].map(|k| innovation.believes(raised(k), 300.0, 30_000));
+        assert_eq!(believed, [false, true, true, true]);
+    }
+
+    #[test]
+    fn what_stands_still_in_motion_is_not_believed() {
+        let mut innovation = settled();
+        assert!(!innovation.believes(swinging(199), 300.0, 30_000), "all axes again");
+        let mut innovation = settled();
+        let dead: [bool; 3] = core::array::from_fn(|k| {
+            let [x, _, z] = swinging(200 + k as i32);
+            innovation.believes([x, 0, z], 300.0, 30_000)
+        });
+        assert_eq!(dead, [false; 3]);
+        let mut railed = settled();
+        let clipped = |k| {
+            let [x, _, z] = swinging(k);
+            [x, 30_000, z]
+        };
+        assert_eq!((200..206).filter(|k| railed.believes(clipped(*k), 300.0, 30_000)).count(), 5, "from the second on");
+    }
+
+    #[test]
+    fn a_quiet_sensor_may_repeat_itself_and_one_that_never_moved_is_not_believed() {
+        let mut quiet = Innovation::NEW;
+        let codes = |k: i32| [k / 4 % 2, 5 + k / 6 % 2, -3 + k / 5 % 2];
+        assert!((0..500).filter(|k| quiet.believes(codes(*k), 300.0, 30_000)).count() > 460);
+        let mut dead = Innovation::NEW;
+        assert!((0..500).all(|k| !dead.believes([k % 9, 0, k % 7], 300.0, 30_000)));
+    }
+}
