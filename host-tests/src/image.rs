@@ -13,10 +13,12 @@ pub const RAM_END: u64 = RAM_START + 128 * 1024;
 pub const STACK_LIMIT_BYTES: u64 = 12 * 1024;
 /// Longest time from the acquisition of a sample to its attitude, microseconds.
 pub const DELAY_LIMIT_US: u64 = 2_000;
-/// Static data that the firmware may have, bytes: the rest of the RAM, 18 KiB, is its stack.
+/// Static data that the firmware may have, bytes: the rest of the RAM, 24 KiB, is its stack.
 pub const RAM_LIMIT_BYTES: u64 = 104 * 1024;
 /// Flash that the firmware may take, bytes.
 pub const FLASH_LIMIT_BYTES: u64 = 256 * 1024;
+/// Flash that the sensors' drivers and the hardware's library of a real board may take beside it, bytes.
+pub const DRIVERS_LIMIT_BYTES: u64 = 24 * 1024;
 
 /// Memory of a chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

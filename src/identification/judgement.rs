@@ -77,6 +77,7 @@ impl WindowFit {
     }
 
     /// The report of a fit, with its uncertainty and the gate's decision.
+    #[inline(never)]
     pub(super) fn judged(&self, context: &Context) -> WindowReport {
         self.judge(context).unwrap_or_else(|refusal| unidentified(context, &self.job, refusal))
     }

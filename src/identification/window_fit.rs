@@ -203,13 +203,17 @@ impl WindowFit {
         }
     }
 
+    // Functions of their own, so that only one of them has its variables on the stack at a time.
+
     /// `None`: the samples have been overwritten.
+    #[inline(never)]
     fn make_tests(&mut self, context: &Context) -> Option<Phase> {
         let Material::Tests(tests) = &mut self.material else { return None };
         tests.make(context.stream, INCREMENTS_IN_A_STEP).map(|more| if more { Phase::Tests } else { Phase::Sum(0) })
     }
 
     /// A piece of the least-squares solution and the contests about it; `None` when there is none.
+    #[inline(never)]
     fn solve(&mut self, context: &Context, phase: Phase) -> Option<Phase> {
         let Self { weak, material: Material::Tests(tests), .. } = self else { return None };
         Some(match phase {
@@ -253,12 +257,14 @@ impl WindowFit {
     }
 
     /// Whether there was another node; `None`: its samples have been overwritten.
+    #[inline(never)]
     fn take_node(&mut self, context: &Context, index: usize) -> Option<bool> {
         let Self { weak, job, material: Material::Refinement(refinement), .. } = self else { return None };
         refinement.innovations.take_node(context, job, weak, index)
     }
 
     /// A piece of the search; `None` when there is nothing to search over.
+    #[inline(never)]
     fn refine(&mut self, context: &Context) -> Option<Phase> {
         let Self { phase, weak, job, material: Material::Refinement(refinement) } = self else { return None };
         Some(match phase {
