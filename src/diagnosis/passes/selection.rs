@@ -19,6 +19,8 @@ pub(super) enum Tested {
 /// What some columns show beside a model, while it is tested.
 pub(super) struct Trial {
     is_under_way: bool,
+    /// The columns' scores, group by group, cleared of what the model explains; and the information that they have beside the model.
+    scores: Scores,
     whitening: Whitening,
     whitened: Scores,
     flip: SignFlip,
@@ -29,6 +31,7 @@ impl Trial {
     pub const fn zero() -> Self {
         Self {
             is_under_way: false,
+            scores: [[0.0; MAX_PARAMETERS]; GROUPS],
             whitening: Whitening::zero(),
             whitened: [[0.0; MAX_PARAMETERS]; GROUPS],
             flip: SignFlip::zero(),
@@ -40,9 +43,9 @@ impl Trial {
         self.is_under_way = false;
     }
 
-    fn start(&mut self, scores: &Scores, whitening: Whitening, dimension: usize) {
-        self.whitened = whitening.whitened(scores);
-        self.whitening = whitening;
+    #[inline(never)]
+    fn start(&mut self, dimension: usize) {
+        self.whitened = self.whitening.whitened(&self.scores);
         self.flip.start(&self.whitened, dimension);
         self.is_under_way = true;
     }
@@ -55,12 +58,6 @@ impl Trial {
     }
 }
 
-/// A candidate's scores, group by group, cleared of what the model explains, and the information that it has beside the model.
-struct Effective {
-    scores: Scores,
-    whitening: Whitening,
-}
-
 impl Diagnosis {
     /// One piece of testing some columns beside a model; twice the gain and the p-value when it is done. `Err` where they show nothing or
     /// are one with the model.
@@ -69,14 +66,14 @@ impl Diagnosis {
             return Ok(self.trial.step());
         }
         let dimension = columns.len();
-        let Effective { scores, whitening } = self.effective_scores(columns, model).ok_or(())?;
-        self.trial.start(&scores, whitening, dimension);
+        self.find_scores(columns, model).ok_or(())?;
+        self.trial.start(dimension);
         Ok(None)
     }
 
-    /// What some columns show beside a model; `None` where that is nothing.
+    /// Finds what some columns show beside a model, for the trial; `None` where that is nothing.
     #[inline(never)]
-    fn effective_scores(&mut self, columns: core::ops::Range<usize>, model: &Model) -> Option<Effective> {
+    fn find_scores(&mut self, columns: core::ops::Range<usize>, model: &Model) -> Option<()> {
         let dimension = columns.len();
         if dimension == 0 || model.len() + dimension > MAX_COLUMNS {
             return None;
@@ -100,7 +97,7 @@ impl Diagnosis {
                 *element = self.normal.get(column, other) - explained;
             }
         }
-        let whitening = Whitening::new(&information, dimension, |i| {
+        self.trial.whitening = Whitening::new(&information, dimension, |i| {
             // What is left beside the model has to be more than rounding, too.
             let own = 1e-4 * self.normal.get(columns.start + i, columns.start + i);
             if own > OBSERVED { own } else { OBSERVED }
@@ -118,11 +115,13 @@ impl Diagnosis {
                 *score = at(group, column) - explained + own;
             }
         }
-        Some(Effective { scores, whitening })
+        self.trial.scores = scores;
+        Some(())
     }
 
     /// Whether P, after all effects, explains most of what is left: then it is about to be identified, and stays free. Else what it would
     /// take is the effects' own: which of two sensors' axes are turned cannot be told, and P flies as it is. `None`: there is more to do.
+    #[inline(never)]
     pub(super) fn p_is_wrong(&mut self, subject: &Subject) -> Option<bool> {
         let mut others = Model::new();
         for &column in self.model(subject, None).iter().filter(|column| usize::from(**column) >= P) {
@@ -151,6 +150,7 @@ impl Diagnosis {
     }
 
     /// Adds a candidate's scores, and keeps it if it shows most so far in all windows together.
+    #[inline(never)]
     pub(super) fn tries_with_history(&mut self, subject: &Subject, index: usize, history: &mut History) -> Tested {
         if !self.is_open(index) {
             return Tested::Done;
@@ -158,11 +158,12 @@ impl Diagnosis {
         if !self.trial.is_under_way {
             let model = self.model(subject, None);
             let columns = self.columns_of(subject, index);
-            let Some(Effective { scores, whitening }) = self.effective_scores(columns.clone(), &model) else {
+            if self.find_scores(columns.clone(), &model).is_none() {
                 return Tested::Done;
-            };
-            let Some(together) = history.with(&columns, &scores) else { return Tested::Done };
-            self.trial.start(&together, whitening, columns.len());
+            }
+            let Some(together) = history.with(&columns, &self.trial.scores) else { return Tested::Done };
+            self.trial.scores = together;
+            self.trial.start(columns.len());
             return Tested::Under;
         }
         let Some((twice_the_gain, p_value)) = self.trial.step() else { return Tested::Under };
@@ -196,6 +197,7 @@ impl Diagnosis {
 
     /// Drops a chosen effect that, as far as it is seen to be there, is not beyond its own deviation, or that, with the others there, no
     /// longer shows; notes if it is too small to matter. `None`: there is more to do.
+    #[inline(never)]
     pub(super) fn drops(&mut self, subject: &Subject, slot: usize) -> Option<bool> {
         let Some(&Chosen { index, by_history, .. }) = self.chosen.get(slot) else { return Some(false) };
         let index = usize::from(index);
@@ -244,6 +246,7 @@ impl Diagnosis {
     }
 
     /// Tests a candidate, and keeps it if it shows most so far, of those that show beyond chance.
+    #[inline(never)]
     pub(super) fn tries(&mut self, subject: &Subject, index: usize) -> Tested {
         if !self.is_open(index) || self.chosen.is_full() {
             return Tested::Done;
