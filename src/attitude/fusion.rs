@@ -21,14 +21,15 @@ mod sensors;
 
 /// Earth's rotation, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
-/// One filter step gathers samples for about this long, seconds.
-const BLOCK_S: f32 = 0.02;
+/// One filter step gathers samples for about this long, seconds: well under the shortest correlation time of an error that the filter
+/// knows (0.1 s), so that steps more often would say nothing more, and rotation inside is taken out sample by sample.
+const BLOCK_S: f32 = 0.04;
 /// Uncertainty of a tilt taken from a force that is as long as gravity, radians: 0.1 g of acceleration.
 const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
 /// A rotation less certain than this is found anew from gravity and field, radians.
 const LOST_RAD: f32 = 0.3;
 
-/// The attitude filter: strapdown propagation at the sample rate, corrected 50 times a second.
+/// The attitude filter: strapdown propagation at the sample rate, corrected 25 times a second.
 ///
 /// An error-state Kalman filter over attitude, residual gyro bias and horizontal velocity. The accelerometer is integrated to
 /// a velocity, and the only thing claimed about it is that velocity is bounded: a wrong tilt makes the integral of gravity run
@@ -45,7 +46,12 @@ pub struct AttitudeFilter {
     /// The earth's rotation, NED, rad/s; zero where the latitude is not known.
     earth_rate_ned_rad_s: Vector3<f32>,
     propagation: Propagation,
+    /// The attitude as a matrix, body to NED.
+    rotation: Matrix3<f32>,
     errors: ErrorState,
+    /// Of the angles, as of the last step of the filter.
+    sigmas: ToolAngleSigmas,
+    sigmas_stale: bool,
     reference: FieldReference,
     rest: Rest,
     block: Block,
@@ -87,7 +93,10 @@ impl AttitudeFilter {
             started: false,
             earth_rate_ned_rad_s: ZERO,
             propagation: Propagation::new(),
+            rotation: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             errors: ErrorState::new(),
+            sigmas: ToolAngleSigmas::UNSET,
+            sigmas_stale: false,
             reference: FieldReference::new(),
             rest: Rest::new(),
             block: Block::new(),
@@ -120,6 +129,7 @@ impl AttitudeFilter {
         *self = Self::new();
         (self.config, self.earth, self.started) = (*config, *earth, true);
         self.propagation.q = IDENTITY;
+        self.rotation = Matrix3::identity();
         self.reference = FieldReference::start(earth);
         if let Some(latitude_rad) = earth.latitude_rad {
             let (sine, cosine) = libm::sincosf(latitude_rad);
@@ -157,23 +167,27 @@ impl AttitudeFilter {
         }
         let rate = self.rate_rad_s - self.bias_rad_s;
         self.propagation.step(dt_s, &rate);
-        self.block.turn(&matrix(&self.propagation.q), &rate, dt_s);
+        self.rotation = matrix(&self.propagation.q);
+        self.block.turn(&self.rotation, &rate, dt_s);
     }
 
     /// Takes the vectors read with the sample: calibrated specific force (m/s^2, up at rest) and field (microtesla), body
     /// frame; `None` for what is missing, clipped or known to be wrong. Call after every [`AttitudeFilter::propagate`].
     pub fn observe(&mut self, accel_m_s2: Option<&Vector3<f32>>, mag_ut: Option<&Vector3<f32>>) {
-        let Some((config, earth)) = self.settings() else { return };
+        if !self.started {
+            return;
+        }
         // sensors end at some 200 g and some 5 mT
         let accel = accel_m_s2.filter(|a| a.norm_squared() < 1e8);
-        let mag = mag_ut.filter(|m| m.norm_squared() < 1e8 && m.norm_squared() > 1e-2);
+        let mag = mag_ut.filter(|m| (1e-2..1e8).contains(&m.norm_squared()));
         (self.accel_seen, self.mag_seen) = (accel.is_some(), mag.is_some());
         self.rest.observe(&self.rate_rad_s, accel, self.step_s);
         if !self.aligned || self.lost {
             // in free fall there is no direction to take
-            let least = 0.01 * earth.gravity_m_s2 * earth.gravity_m_s2;
+            let least = 0.01 * self.earth.gravity_m_s2 * self.earth.gravity_m_s2;
             if let Some(force) = accel.filter(|a| a.norm_squared() > least) {
-                self.align(&(matrix(&self.propagation.q) * force), &config, &earth);
+                let (config, earth) = (self.config, self.earth);
+                self.align(&(self.rotation * force), &config, &earth);
                 (self.aligned_s, self.contradiction_s) = (0.0, 0.0);
                 return;
             }
@@ -181,35 +195,34 @@ impl AttitudeFilter {
                 return;
             }
         }
-        let c = matrix(&self.propagation.q);
         if let Some(force) = accel {
-            self.block.force(&(c * force));
+            self.block.force(&(self.rotation * force));
         }
         if let Some(field) = mag {
-            self.block.field(&(c * field));
+            self.block.field(&(self.rotation * field));
         }
         if self.block.time_s + 0.5 * self.step_s >= BLOCK_S {
+            let (config, earth) = (self.config, self.earth);
             self.close_block(&config, &earth);
         }
     }
 
-    /// The attitude now, with the flags of the sample and the filter's own; `None` until a first specific force aligned it.
+    /// The attitude now, with the flags of the sample and the filter's own; `None` until a first specific force aligned it. Its sigmas
+    /// are those of the filter's last step, at most 40 ms ago.
     pub fn attitude(&mut self, mut flags: AttitudeFlags) -> Option<Attitude> {
-        let (config, earth) = self.settings()?;
         if !self.aligned {
             return None;
         }
-        let c = matrix(&self.propagation.q);
-        let angles = ToolAngles::of(&c);
-        let tilt = config.accel_sigma_m_s2 / earth.gravity_m_s2;
-        let unobserved = Vector3::new(tilt * tilt, tilt * tilt, self.heading_floor);
-        let sigmas =
-            ToolAngleSigmas::of(&c, &(self.errors.attitude_covariance() + Matrix3::from_diagonal(&unobserved)));
+        let angles = ToolAngles::of(&self.rotation);
+        if self.sigmas_stale {
+            self.find_sigmas();
+        }
+        let sigmas = &self.sigmas;
         self.near_vertical = near_vertical(
             self.near_vertical,
             angles.inclination_rad,
-            config.near_vertical_rad,
-            config.near_vertical_hysteresis_rad,
+            self.config.near_vertical_rad,
+            self.config.near_vertical_hysteresis_rad,
         );
         flags.set(AttitudeFlags::NEAR_VERTICAL, self.near_vertical);
         flags.set(AttitudeFlags::NO_HEADING, self.heading_blocks == 0);
@@ -244,6 +257,15 @@ impl AttitudeFilter {
         self.bias_rad_s
     }
 
+    #[inline(never)]
+    fn find_sigmas(&mut self) {
+        let tilt = self.config.accel_sigma_m_s2 / self.earth.gravity_m_s2;
+        let unobserved = Vector3::new(tilt * tilt, tilt * tilt, self.heading_floor);
+        let covariance = self.errors.attitude_covariance() + Matrix3::from_diagonal(&unobserved);
+        self.sigmas = ToolAngleSigmas::of(&self.rotation, &covariance);
+        self.sigmas_stale = false;
+    }
+
     fn settings(&self) -> Option<(AttitudeConfig, Earth)> {
         self.started.then_some((self.config, self.earth))
     }
@@ -253,6 +275,7 @@ impl AttitudeFilter {
         let bias = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
         let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
         self.errors = ErrorState::new();
+        self.sigmas_stale = true;
         for state in 0..STATES {
             self.errors.open(
                 state,

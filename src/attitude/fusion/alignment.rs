@@ -18,6 +18,8 @@ impl AttitudeFilter {
             let vertical = angles.inclination_rad < config.near_vertical_rad;
             self.turn_heading(-if vertical { angles.magnetic_toolface_rad } else { angles.azimuth_rad });
         }
+        self.rotation = matrix(&self.propagation.q);
+        self.sigmas_stale = true;
         let off_gravity = norm / earth.gravity_m_s2 - 1.0;
         let sigma = ALIGNMENT_SIGMA_RAD + off_gravity.abs();
         let heading = self.errors.variance(HEADING);

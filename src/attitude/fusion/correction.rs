@@ -1,4 +1,4 @@
-//! One step of the filter, 50 times a second: what the gathered samples say about the errors.
+//! One step of the filter, 25 times a second: what the gathered samples say about the errors.
 
 #![allow(clippy::indexing_slicing)] // Axes of fixed-size vectors, counted by loops.
 
@@ -9,6 +9,7 @@ use crate::{
         error_state::{BIAS, Gain, HEADING, Spread, VELOCITY},
     },
     config::{AttitudeConfig, Earth},
+    rotation::matrix,
 };
 use core::f32::consts::{PI, TAU};
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -56,15 +57,18 @@ impl AttitudeFilter {
         if let Some(field) = block.mean_field() {
             self.mag_used = self.observe_field(&field, &block, config, earth);
         }
-        let (attitude, bias, velocity) = self.errors.take_correction();
-        self.propagation.correct(&attitude);
-        self.bias_rad_s += bias;
-        self.velocity_m_s += velocity;
-        if !self.errors.is_sound() {
+        if self.errors.is_sound() {
+            let (attitude, bias, velocity) = self.errors.take_correction();
+            self.propagation.correct(&attitude);
+            self.bias_rad_s += bias;
+            self.velocity_m_s += velocity;
+        } else {
             self.open_all();
             self.stop(config);
         }
         self.check_tilt(force, block.time_s, config, earth);
+        self.rotation = matrix(&self.propagation.q);
+        self.sigmas_stale = true;
     }
 
     fn spread(&self, block: &Block, force_seen: bool, config: &AttitudeConfig) -> Spread {

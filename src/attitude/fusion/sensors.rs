@@ -33,6 +33,7 @@ impl AttitudeFilter {
             self.errors.open(HEADING, PI * PI);
             self.heading_blocks = 1;
         }
+        self.sigmas_stale = true;
         let between = |x: f32, least: f32, most: f32| {
             if x > most {
                 most
