@@ -21,15 +21,15 @@ mod sensors;
 
 /// Earth's rotation, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
-/// One filter step gathers samples for about this long, seconds: well under the shortest correlation time of an error that the filter
+/// One filter step gathers samples for about this long, seconds: half the shortest correlation time of an error that the filter
 /// knows (0.1 s), so that steps more often would say nothing more, and rotation inside is taken out sample by sample.
-const BLOCK_S: f32 = 0.04;
+const BLOCK_S: f32 = 0.05;
 /// Uncertainty of a tilt taken from a force that is as long as gravity, radians: 0.1 g of acceleration.
 const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
 /// A rotation less certain than this is found anew from gravity and field, radians.
 const LOST_RAD: f32 = 0.3;
 
-/// The attitude filter: strapdown propagation at the sample rate, corrected 25 times a second.
+/// The attitude filter: strapdown propagation at the sample rate, corrected 20 times a second.
 ///
 /// An error-state Kalman filter over attitude, residual gyro bias and horizontal velocity. The accelerometer is integrated to
 /// a velocity, and the only thing claimed about it is that velocity is bounded: a wrong tilt makes the integral of gravity run
@@ -208,7 +208,7 @@ impl AttitudeFilter {
     }
 
     /// The attitude now, with the flags of the sample and the filter's own; `None` until a first specific force aligned it. Its sigmas
-    /// are those of the filter's last step, at most 40 ms ago.
+    /// are those of the filter's last step, some 50 ms ago at most.
     pub fn attitude(&mut self, mut flags: AttitudeFlags) -> Option<Attitude> {
         if !self.aligned {
             return None;

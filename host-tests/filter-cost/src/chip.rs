@@ -35,10 +35,11 @@ fn main() -> ! {
         process::exit(1)
     };
     for rate_hz in RATES_HZ {
+        let dt_s = 1.0 / f32::from(rate_hz);
         let dt = Duration::from_micros(u64::from(1_000_000 / u32::from(rate_hz)));
         FILTER.start(&AttitudeConfig::default(), &Earth::default());
         counter.run("ours", rate_hz, |m| {
-            black_box(ours(FILTER, dt, m));
+            black_box(ours(FILTER, dt_s, m));
         });
         let mut vqf = Vqf::new(dt, VqfParams::default());
         counter.run("VQF", rate_hz, |m| {
@@ -58,8 +59,8 @@ fn main() -> ! {
 
 /// Compensation, propagation, fusion, angles with their uncertainties.
 #[inline(never)]
-fn ours(filter: &mut AttitudeFilter, dt: Duration, m: &Measurement) -> Option<Attitude> {
-    filter.propagate(dt.as_micros() as f32 * 1e-6, &MODEL.compensate(m.gyro_rad_s.into()));
+fn ours(filter: &mut AttitudeFilter, dt_s: f32, m: &Measurement) -> Option<Attitude> {
+    filter.propagate(dt_s, &MODEL.compensate(m.gyro_rad_s.into()));
     filter.observe(Some(&m.accel_m_s2), Some(&m.mag_ut));
     filter.attitude(AttitudeFlags::empty())
 }

@@ -1,4 +1,4 @@
-//! One step of the filter, 25 times a second: what the gathered samples say about the errors.
+//! One step of the filter, 20 times a second: what the gathered samples say about the errors.
 
 #![allow(clippy::indexing_slicing)] // Axes of fixed-size vectors, counted by loops.
 
@@ -33,7 +33,7 @@ const HEADING_GATE: f32 = 4.0;
 /// An undisturbed field that contradicts the heading for this long is believed, seconds.
 const HEADING_CONTRADICTION_S: f32 = 30.0;
 /// The heading starts as the mean of this many blocks' fields (1 s).
-const HEADING_ALIGNMENT_BLOCKS: u16 = 50;
+const HEADING_ALIGNMENT_BLOCKS: u16 = 20;
 /// The tilt starts from the mean force over this time, seconds.
 const ALIGNMENT_S: f32 = 0.5;
 /// Density of the mean rate about the bias at rest, rad/s per root hertz: gyro noise and the hand of a resting probe.
