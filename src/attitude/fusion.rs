@@ -60,6 +60,8 @@ pub struct AttitudeFilter {
     scale_sigma: f32,
     /// Of the magnetometer's delay against the gyro.
     timing_variance_s2: f32,
+    /// Of the gyro's delay, in sample periods.
+    gyro_timing_variance: f32,
     velocity_m_s: Vector2<f32>,
     rate_rad_s: Vector3<f32>,
     step_s: f32,
@@ -103,6 +105,7 @@ impl AttitudeFilter {
             bias_rad_s: ZERO,
             scale_sigma: 0.0,
             timing_variance_s2: 0.0,
+            gyro_timing_variance: 0.0,
             velocity_m_s: Vector2::new(0.0, 0.0),
             rate_rad_s: ZERO,
             step_s: 0.0,
@@ -137,6 +140,7 @@ impl AttitudeFilter {
         }
         self.scale_sigma = config.gyro_scale_sigma;
         self.mag_delay_known(None);
+        self.gyro_delay_known(true);
         self.open_all();
     }
 
@@ -261,7 +265,10 @@ impl AttitudeFilter {
     fn find_sigmas(&mut self) {
         let tilt = self.config.accel_sigma_m_s2 / self.earth.gravity_m_s2;
         let unobserved = Vector3::new(tilt * tilt, tilt * tilt, self.heading_floor);
-        let covariance = self.errors.attitude_covariance() + Matrix3::from_diagonal(&unobserved);
+        let turn = self.rotation * (self.rate_rad_s * self.step_s);
+        let covariance = self.errors.attitude_covariance()
+            + Matrix3::from_diagonal(&unobserved)
+            + turn * turn.transpose() * self.gyro_timing_variance;
         self.sigmas = ToolAngleSigmas::of(&self.rotation, &covariance);
         self.sigmas_stale = false;
     }

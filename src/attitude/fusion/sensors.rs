@@ -56,6 +56,12 @@ impl AttitudeFilter {
         self.reference.relearn();
     }
 
+    /// Whether the gyro's delay is known; else the attitude is uncertain by what the probe turns in half a sample period more or less,
+    /// uniform.
+    pub const fn gyro_delay_known(&mut self, known: bool) {
+        self.gyro_timing_variance = if known { 0.0 } else { 1.0 / 12.0 };
+    }
+
     /// The magnetometer's delay against the gyro has been taken out, within `sigma_s` seconds; `None`: it is no longer known.
     pub fn mag_delay_known(&mut self, sigma_s: Option<f32>) {
         let Some((config, _)) = self.settings() else { return };
