@@ -1,10 +1,12 @@
 //! `mwd bench`: every figure that the README shows, from seeds, as tables on the terminal and as JSON.
 
 pub mod attitude;
+mod attitude_cost;
 mod contaminated;
 pub mod contenders;
 mod coverage;
 pub mod cramer_rao;
+mod drilling;
 mod effects;
 mod evaluations;
 pub mod faults;
@@ -92,7 +94,9 @@ const SECTIONS: &[Section] = &[
     Section::on_host("effects", effects::run),
     Section::on_host("recordings", recordings::run),
     Section::on_host("attitude", attitude::run),
+    Section::on_host("drilling", drilling::run),
     Section { name: "target", place: Place::Target, run: target::run },
+    Section { name: "attitude_cost", place: Place::Target, run: attitude_cost::run },
 ];
 
 /// Runs the sections that were asked for, prints their tables as they come and writes them.
