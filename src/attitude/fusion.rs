@@ -58,6 +58,8 @@ pub struct AttitudeFilter {
     bias_rad_s: Vector3<f32>,
     /// Of what is left of the gyro's scale factors and couplings.
     scale_sigma: f32,
+    /// Mean rate over seconds.
+    sustained_rad_s: Vector3<f32>,
     /// Of the magnetometer's delay against the gyro.
     timing_variance_s2: f32,
     /// Of the gyro's delay, in sample periods.
@@ -104,6 +106,7 @@ impl AttitudeFilter {
             block: Block::new(),
             bias_rad_s: ZERO,
             scale_sigma: 0.0,
+            sustained_rad_s: ZERO,
             timing_variance_s2: 0.0,
             gyro_timing_variance: 0.0,
             velocity_m_s: Vector2::new(0.0, 0.0),

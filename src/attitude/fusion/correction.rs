@@ -18,6 +18,10 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 const SCALE_CORRELATION_S: f32 = 0.1;
 /// Correlation time of the probe's velocity, seconds: shaking, swinging, a hand.
 const VELOCITY_CORRELATION_S: f32 = 0.3;
+/// Rotation that lasts longer than this is sustained, seconds: longer than a hand's motion, a stick-slip cycle, a gesture.
+const SUSTAINED_S: f32 = 10.0;
+/// Speed of a probe at rest, m/s: a swing at 1 Hz whose force stays as steady as rest demands (0.5 m/s^2).
+const REST_SPEED_M_S: f32 = 0.05;
 /// White noise of the accelerometer including what vibration folds into it, m/s^2 per root hertz (MEMS data sheets: 1e-3 to 3e-3).
 const FORCE_NOISE_M_S2_RTHZ: f32 = 0.02;
 /// Spectral density of the acceleration while the accelerometer is not seen: 1 m/s^2 correlated over 0.2 s, (m/s^2)^2/Hz.
@@ -26,6 +30,8 @@ const UNSEEN_FORCE_DENSITY: f32 = 0.4;
 const FIELD_CORRELATION_S: f32 = 3.0;
 /// Correlation time of rate times delay, seconds.
 const TIMING_CORRELATION_S: f32 = 0.3;
+/// A reading of a magnetometer is held for so long, seconds, from reading to reading another part of it: one at 100 Hz (AK8963, mode 2).
+const HOLD_S: f32 = 0.01;
 /// A velocity beyond this many sigma weighs less.
 const VELOCITY_GATE: f32 = 3.0;
 /// A field's heading beyond this many sigma is not used.
@@ -45,11 +51,10 @@ impl AttitudeFilter {
     pub(super) fn close_block(&mut self, config: &AttitudeConfig, earth: &Earth) {
         let block = core::mem::replace(&mut self.block, Block::new());
         let force = block.mean_force();
-        self.errors.propagate(
-            &block.rotation_time,
-            if force.is_some() { earth.gravity_m_s2 * block.time_s } else { 0.0 },
-            &self.spread(&block, force.is_some(), config),
-        );
+        let mut spread = self.spread(&block, force.is_some(), config);
+        spread.bias += self.sustained_scale(&block);
+        let gravity_time = if force.is_some() { earth.gravity_m_s2 * block.time_s } else { 0.0 };
+        self.errors.propagate(&block.rotation_time, gravity_time, &spread);
         self.observe_velocity(force, block.time_s, config);
         if self.rest.detected() {
             self.observe_rest(&block);
@@ -89,12 +94,21 @@ impl AttitudeFilter {
         }
     }
 
+    /// Scale and coupling errors act on a sustained rotation as a bias does: by what it has grown, or waned, the variance of the bias.
+    fn sustained_scale(&mut self, block: &Block) -> f32 {
+        let before = self.sustained_rad_s.norm_squared();
+        let mean = block.angle_rad / block.time_s;
+        self.sustained_rad_s += (mean - self.sustained_rad_s) * (block.time_s / (SUSTAINED_S + block.time_s));
+        self.scale_sigma * self.scale_sigma * libm::fabsf(self.sustained_rad_s.norm_squared() - before)
+    }
+
     /// The velocity that the force adds up to is an error of the filter, apart from what the probe may really do.
     fn observe_velocity(&mut self, force: Option<Vector3<f32>>, time_s: f32, config: &AttitudeConfig) {
         if let Some(force) = force {
             self.velocity_m_s += force.xy() * time_s;
         }
-        let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
+        let speed = if self.rest.detected() { REST_SPEED_M_S } else { config.velocity_sigma_m_s };
+        let speed = speed * speed;
         self.accel_used = force.is_some();
         for k in 0..2 {
             let velocity = self.velocity_m_s[k];
@@ -167,7 +181,8 @@ impl AttitudeFilter {
             return true;
         }
         let timing = self.timing_variance_s2 * squared_rate;
-        let expected = self.errors.variance(HEADING) + direction + 4.0 * timing + tilt;
+        let hold = HOLD_S * HOLD_S / 12.0 * squared_rate;
+        let expected = self.errors.variance(HEADING) + direction + 4.0 * (timing + hold) + tilt;
         if innovation * innovation > HEADING_GATE * HEADING_GATE * expected {
             self.heading_contradiction_s += block.time_s;
             if self.heading_contradiction_s > HEADING_CONTRADICTION_S {
@@ -176,7 +191,7 @@ impl AttitudeFilter {
             return false;
         }
         self.heading_contradiction_s = 0.0;
-        let density = 2.0 * (direction * FIELD_CORRELATION_S + timing * TIMING_CORRELATION_S);
+        let density = 2.0 * (direction * FIELD_CORRELATION_S + timing * TIMING_CORRELATION_S) + hold * HOLD_S;
         self.errors.observe(HEADING, innovation, density / block.time_s + tilt, Gain::HeadingAndBias);
         // an error that is constant in the probe does not average out while the probe keeps its attitude: half of it is of that kind
         self.heading_floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
