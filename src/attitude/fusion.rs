@@ -58,8 +58,10 @@ pub struct AttitudeFilter {
     bias_rad_s: Vector3<f32>,
     /// Of what is left of the gyro's scale factors and couplings.
     scale_sigma: f32,
-    /// Mean rate over seconds.
+    /// Mean rate over seconds, mean of its square, and as much of it as is sustained, (rad/s)^2.
     sustained_rad_s: Vector3<f32>,
+    mean_square_rate: f32,
+    sustained_square_rate: f32,
     /// Of the magnetometer's delay against the gyro.
     timing_variance_s2: f32,
     /// Of the gyro's delay, in sample periods.
@@ -107,6 +109,8 @@ impl AttitudeFilter {
             bias_rad_s: ZERO,
             scale_sigma: 0.0,
             sustained_rad_s: ZERO,
+            mean_square_rate: 0.0,
+            sustained_square_rate: 0.0,
             timing_variance_s2: 0.0,
             gyro_timing_variance: 0.0,
             velocity_m_s: Vector2::new(0.0, 0.0),
@@ -194,7 +198,11 @@ impl AttitudeFilter {
             let least = 0.01 * self.earth.gravity_m_s2 * self.earth.gravity_m_s2;
             if let Some(force) = accel.filter(|a| a.norm_squared() > least) {
                 let (config, earth) = (self.config, self.earth);
+                let first = !self.aligned;
                 self.align(&(self.rotation * force), &config, &earth);
+                if first && let Some(field) = mag {
+                    self.face_north(field);
+                }
                 (self.aligned_s, self.contradiction_s) = (0.0, 0.0);
                 return;
             }

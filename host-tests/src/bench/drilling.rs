@@ -289,7 +289,8 @@ fn config(trace: &Trace) -> Config {
     Config {
         latency: Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) },
         attitude: AttitudeConfig {
-            accel_sigma_m_s2: model.accel_bias_m_s2.hypot(model.accel_scale * gravity_m_s2),
+            // of a scale factor at most half of gravity's share is across it
+            accel_sigma_m_s2: model.accel_bias_m_s2.hypot(0.5 * model.accel_scale * gravity_m_s2),
             mag_sigma_rad: (model.mag_bias_ut / field_ut).hypot(model.mag_scale),
             gyro_scale_sigma: GYRO_SCALE as f32,
             gyro_bias_sigma_rad_s: GYRO_BIAS_DEG_S.to_radians() as f32,

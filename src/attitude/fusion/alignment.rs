@@ -36,6 +36,14 @@ impl AttitudeFilter {
         (self.aligned, self.lost, self.accel_used) = (true, false, true);
     }
 
+    /// Turns the first attitude to where this field points north, as a start: whether the field is to be believed is still to be seen.
+    pub(super) fn face_north(&mut self, field_ut: &Vector3<f32>) {
+        let field = self.rotation * field_ut;
+        let north_rad = self.earth.declination_rad.unwrap_or(0.0);
+        self.turn_heading(north_rad - libm::atan2f(field.y, field.x));
+        self.rotation = matrix(&self.propagation.q);
+    }
+
     pub(super) fn turn_heading(&mut self, angle_rad: f32) {
         let turn = Vector3::new(0.0, 0.0, angle_rad);
         self.propagation.correct(&turn);

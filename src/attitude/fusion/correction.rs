@@ -18,8 +18,8 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 const SCALE_CORRELATION_S: f32 = 0.1;
 /// Correlation time of the probe's velocity, seconds: shaking, swinging, a hand.
 const VELOCITY_CORRELATION_S: f32 = 0.3;
-/// Rotation that lasts longer than this is sustained, seconds: longer than a hand's motion, a stick-slip cycle, a gesture.
-const SUSTAINED_S: f32 = 10.0;
+/// Rotation is sustained that lasts longer than this, seconds: the period of stick-slip is some seconds, gestures are shorter.
+const SUSTAINED_S: f32 = 4.0;
 /// Speed of a probe at rest, m/s: a swing at 1 Hz whose force stays as steady as rest demands (0.5 m/s^2).
 const REST_SPEED_M_S: f32 = 0.05;
 /// White noise of the accelerometer including what vibration folds into it, m/s^2 per root hertz (MEMS data sheets: 1e-3 to 3e-3).
@@ -94,12 +94,18 @@ impl AttitudeFilter {
         }
     }
 
-    /// Scale and coupling errors act on a sustained rotation as a bias does: by what it has grown, or waned, the variance of the bias.
+    /// Scale and coupling errors act on a sustained rotation as a bias does: by what the rotation has grown, or waned, grows the
+    /// variance of the bias. Rotation is sustained as far as the square of its mean exceeds its variance.
     fn sustained_scale(&mut self, block: &Block) -> f32 {
-        let before = self.sustained_rad_s.norm_squared();
+        let weight = block.time_s / (SUSTAINED_S + block.time_s);
         let mean = block.angle_rad / block.time_s;
-        self.sustained_rad_s += (mean - self.sustained_rad_s) * (block.time_s / (SUSTAINED_S + block.time_s));
-        self.scale_sigma * self.scale_sigma * libm::fabsf(self.sustained_rad_s.norm_squared() - before)
+        self.sustained_rad_s += (mean - self.sustained_rad_s) * weight;
+        self.mean_square_rate += (block.squared_rate() - self.mean_square_rate) * weight;
+        let squared = 2.0 * self.sustained_rad_s.norm_squared() - self.mean_square_rate;
+        let squared = if squared > 0.0 { squared } else { 0.0 };
+        let change = libm::fabsf(squared - self.sustained_square_rate);
+        self.sustained_square_rate = squared;
+        self.scale_sigma * self.scale_sigma * change
     }
 
     /// The velocity that the force adds up to is an error of the filter, apart from what the probe may really do.
