@@ -49,7 +49,12 @@ fn keys() -> impl Strategy<Value = Keys> {
     let earth = (option::of(-180.0..180.0_f64), positive(), positive(), option::of(-90.0..90.0_f64));
     let sensors = ([positive(), positive(), positive()], option::of(0.0..0.1_f64));
     (texts, earth, option::of(-90.0..90.0_f64), sensors).prop_map(
-        |((source, licence, [enu, tool, reference_north]), (declination, gravity, field, dip), latitude, (scales, delay))| {
+        |(
+            (source, licence, [enu, tool, reference_north]),
+            (declination, gravity, field, dip),
+            latitude,
+            (scales, delay),
+        )| {
             Keys {
                 earth_frame: if enu { EarthFrame::Enu } else { EarthFrame::Ned },
                 body_frame: if tool { BodyFrame::Tool } else { BodyFrame::Sensor },

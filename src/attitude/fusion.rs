@@ -70,14 +70,22 @@ pub struct AttitudeFilter {
     rate_rad_s: Vector3<f32>,
     step_s: f32,
     smooth_force_m_s2: Vector3<f32>,
+    /// Over about a second, in parts of gravity's square.
+    mean_square_force: f32,
     /// Since the tilt was last taken from the force, up to [`CONTRADICTION_S`], seconds.
     aligned_s: f32,
     contradiction_s: f32,
     velocity_contradiction_s: f32,
     heading_contradiction_s: f32,
+    /// Since the field agreed with the attitude.
+    unagreed_s: f32,
     heading_blocks: u16,
     /// Variance of the heading that no averaging takes away, rad^2.
     heading_floor: f32,
+    /// What a mean force that is not used says against the tilt, about north and east.
+    tilt_doubt_rad: Vector2<f32>,
+    /// Square of what an undisturbed field that is not used says against the heading, rad^2.
+    heading_doubt: f32,
     aligned: bool,
     lost: bool,
     near_vertical: bool,
@@ -117,12 +125,16 @@ impl AttitudeFilter {
             rate_rad_s: ZERO,
             step_s: 0.0,
             smooth_force_m_s2: ZERO,
+            mean_square_force: 0.0,
             aligned_s: 0.0,
             contradiction_s: 0.0,
             velocity_contradiction_s: 0.0,
             heading_contradiction_s: 0.0,
+            unagreed_s: 0.0,
             heading_blocks: 0,
             heading_floor: 0.0,
+            tilt_doubt_rad: Vector2::new(0.0, 0.0),
+            heading_doubt: 0.0,
             aligned: false,
             lost: false,
             near_vertical: false,
@@ -146,6 +158,7 @@ impl AttitudeFilter {
             self.earth_rate_ned_rad_s = Vector3::new(cosine, 0.0, -sine) * EARTH_RATE_RAD_S;
         }
         self.scale_sigma = config.gyro_scale_sigma;
+        self.mean_square_force = 1.0;
         self.mag_delay_known(None);
         self.gyro_delay_known(true);
         self.open_all();
@@ -174,6 +187,8 @@ impl AttitudeFilter {
             return;
         }
         if !plausible {
+            let config = self.config;
+            self.stop(&config);
             self.doubt(PI);
         }
         let rate = self.rate_rad_s - self.bias_rad_s;
@@ -275,7 +290,9 @@ impl AttitudeFilter {
     #[inline(never)]
     fn find_sigmas(&mut self) {
         let tilt = self.config.accel_sigma_m_s2 / self.earth.gravity_m_s2;
-        let unobserved = Vector3::new(tilt * tilt, tilt * tilt, self.heading_floor);
+        let doubt = self.tilt_doubt_rad.component_mul(&self.tilt_doubt_rad);
+        let (north, east) = (tilt * tilt + doubt.x, tilt * tilt + doubt.y);
+        let unobserved = Vector3::new(north, east, self.heading_floor + self.heading_doubt);
         let turn = self.rotation * (self.rate_rad_s * self.step_s);
         let covariance = self.errors.attitude_covariance()
             + Matrix3::from_diagonal(&unobserved)

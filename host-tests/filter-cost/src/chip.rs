@@ -23,10 +23,8 @@ const TURN_RAD_S: f32 = 3.14;
 const CALIBRATION: u32 = 200_000;
 
 /// What twelve parameters look like.
-const MODEL: GyroModel = GyroModel {
-    p: [[1.01, 0.02, 0.0], [0.0, 0.98, 0.01], [0.01, 0.0, 1.02]],
-    b_rad_s: [0.01, -0.01, 0.02],
-};
+const MODEL: GyroModel =
+    GyroModel { p: [[1.01, 0.02, 0.0], [0.0, 0.98, 0.01], [0.01, 0.0, 1.02]], b_rad_s: [0.01, -0.01, 0.02] };
 
 #[entry]
 fn main() -> ! {
@@ -95,7 +93,8 @@ impl Motion {
     fn step(&mut self, dt_s: f32) -> Measurement {
         self.t_s += dt_s;
         let (sine, cosine) = libm::sincosf(TURN_RAD_S * self.t_s);
-        let (north, down) = (Vector3::new(0.866 * cosine, -0.866 * sine, 0.5), Vector3::new(-0.5 * cosine, 0.5 * sine, 0.866));
+        let (north, down) =
+            (Vector3::new(0.866 * cosine, -0.866 * sine, 0.5), Vector3::new(-0.5 * cosine, 0.5 * sine, 0.866));
         Measurement {
             gyro_rad_s: Vector3::new(0.0, 0.0, TURN_RAD_S) + self.noise(0.01),
             accel_m_s2: down * -9.8 + self.noise(0.1),

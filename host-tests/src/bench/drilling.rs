@@ -104,8 +104,7 @@ fn phases() -> Vec<(String, Chosen)> {
     let drilling = ROTATIONS_RPM.iter().map(|&(name, rpm)| -> (String, Chosen) {
         (name.to_owned(), Box::new(move |run, phase| phase == 1 && run.rpm == rpm))
     });
-    let rotating: (String, Chosen) =
-        ("all rotating".to_owned(), Box::new(|run, phase| phase == 1 && run.rpm > 0.0));
+    let rotating: (String, Chosen) = ("all rotating".to_owned(), Box::new(|run, phase| phase == 1 && run.rpm > 0.0));
     [rest].into_iter().chain(drilling).chain([rotating]).collect()
 }
 

@@ -32,6 +32,13 @@ const FIELD_CORRELATION_S: f32 = 3.0;
 const TIMING_CORRELATION_S: f32 = 0.3;
 /// A reading of a magnetometer is held for so long, seconds, from reading to reading another part of it: one at 100 Hz (AK8963, mode 2).
 const HOLD_S: f32 = 0.01;
+/// The force's mean square, in parts of gravity's, that no motion keeps for long: accelerations that average out only add to it, and
+/// free fall, or an axis that is dead, takes from it. A tenth off in norm, as an accelerometer without a calibration may be, it passes.
+const LEAST_MEAN_SQUARE_FORCE: f32 = 0.8;
+/// Smoothing of that, seconds.
+const MEAN_SQUARE_S: f32 = 1.0;
+/// A field that agreed agrees for so long, seconds: some magnetometers are read 8 to 10 times a second.
+const AGREEMENT_S: f32 = 0.5;
 /// A velocity beyond this many sigma weighs less.
 const VELOCITY_GATE: f32 = 3.0;
 /// A field's heading beyond this many sigma is not used.
@@ -50,7 +57,8 @@ const CONTRADICTION_S: f32 = 2.0;
 impl AttitudeFilter {
     pub(super) fn close_block(&mut self, config: &AttitudeConfig, earth: &Earth) {
         let block = core::mem::replace(&mut self.block, Block::new());
-        let force = block.mean_force();
+        let read = block.mean_force();
+        let force = if self.force_is_sound(&block, earth) { read } else { None };
         let mut spread = self.spread(&block, force.is_some(), config);
         spread.bias += self.sustained_scale(&block);
         let gravity_time = if force.is_some() { earth.gravity_m_s2 * block.time_s } else { 0.0 };
@@ -62,6 +70,8 @@ impl AttitudeFilter {
         if let Some(field) = block.mean_field() {
             self.mag_used = self.observe_field(&field, &block, config, earth);
         }
+        let agreed = self.mag_used && block.mean_field().is_some();
+        self.unagreed_s = if agreed { 0.0 } else { self.unagreed_s + block.time_s };
         if self.errors.is_sound() {
             let (attitude, bias, velocity) = self.errors.take_correction();
             self.propagation.correct(&attitude);
@@ -71,7 +81,7 @@ impl AttitudeFilter {
             self.open_all();
             self.stop(config);
         }
-        self.check_tilt(force, block.time_s, config, earth);
+        self.check_tilt(read, block.time_s, config, earth);
         self.rotation = matrix(&self.propagation.q);
         self.sigmas_stale = true;
     }
@@ -92,6 +102,24 @@ impl AttitudeFilter {
             bias: config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * block.time_s,
             velocity: density * block.time_s,
         }
+    }
+
+    /// Whether the force may be gravity and acceleration: long enough, and not the other way up than the attitude while the field, in
+    /// norm and dip, agrees with the attitude.
+    fn force_is_sound(&mut self, block: &Block, earth: &Earth) -> bool {
+        let Some(square) = block.mean_square_force() else { return true };
+        let weight = block.time_s / (MEAN_SQUARE_S + block.time_s);
+        let gravity = earth.gravity_m_s2 * earth.gravity_m_s2;
+        // a shock is not to make up for what is missing
+        let share = if square < 2.0 * gravity { square / gravity } else { 2.0 };
+        self.mean_square_force += (share - self.mean_square_force) * weight;
+        let overturned = self.field_agrees() && !upright(&self.smooth_force_m_s2);
+        self.mean_square_force > LEAST_MEAN_SQUARE_FORCE && !overturned
+    }
+
+    /// Whether the field was of late what the attitude makes of it, so that the tilt cannot be far off.
+    fn field_agrees(&self) -> bool {
+        self.unagreed_s < AGREEMENT_S && self.heading_blocks >= HEADING_ALIGNMENT_BLOCKS
     }
 
     /// Scale and coupling errors act on a sustained rotation as a bias does: by what the rotation has grown, or waned, grows the
@@ -191,12 +219,14 @@ impl AttitudeFilter {
         let expected = self.errors.variance(HEADING) + direction + 4.0 * (timing + hold) + tilt;
         if innovation * innovation > HEADING_GATE * HEADING_GATE * expected {
             self.heading_contradiction_s += block.time_s;
+            self.heading_doubt = innovation * innovation;
             if self.heading_contradiction_s > HEADING_CONTRADICTION_S {
                 self.errors.open(HEADING, innovation * innovation);
             }
             return false;
         }
         self.heading_contradiction_s = 0.0;
+        self.heading_doubt = 0.0;
         let density = 2.0 * (direction * FIELD_CORRELATION_S + timing * TIMING_CORRELATION_S) + hold * HOLD_S;
         self.errors.observe(HEADING, innovation, density / block.time_s + tilt, Gain::HeadingAndBias);
         // an error that is constant in the probe does not average out while the probe keeps its attitude: half of it is of that kind
@@ -211,17 +241,26 @@ impl AttitudeFilter {
         let Some(force) = force else { return };
         self.aligned_s += if self.aligned_s < CONTRADICTION_S { time_s } else { 0.0 };
         self.smooth_force_m_s2 += (force - self.smooth_force_m_s2) * (time_s / (self.aligned_s + time_s));
-        let f = self.smooth_force_m_s2;
+        let f = &{ self.smooth_force_m_s2 };
         let norm_squared = f.norm_squared();
         let seen = norm_squared > 0.25 * earth.gravity_m_s2 * earth.gravity_m_s2;
         if self.aligned_s < ALIGNMENT_S && seen {
-            self.align(&f, config, earth);
+            self.align(f, config, earth);
         }
-        let upright = f.z < 0.0 && f.z * f.z > 0.25 * norm_squared;
-        self.contradiction_s = if seen && !upright { self.contradiction_s + time_s } else { 0.0 };
+        let overturned = !upright(f);
+        // what a force that is not used says against the tilt is uncertain, about north and about east
+        let per_gravity = if seen && !self.accel_used { 1.0 / earth.gravity_m_s2 } else { 0.0 };
+        self.tilt_doubt_rad = Vector2::new(f.y, f.x) * per_gravity;
+        let contradicted = seen && overturned && !self.field_agrees();
+        self.contradiction_s = if contradicted { self.contradiction_s + time_s } else { 0.0 };
         if self.contradiction_s > CONTRADICTION_S {
             self.lost = true;
             self.open_bias(config);
         }
     }
+}
+
+/// Whether a mean force, NED, points up within 60 deg.
+fn upright(force: &Vector3<f32>) -> bool {
+    force.z < 0.0 && force.z * force.z > 0.25 * force.norm_squared()
 }
