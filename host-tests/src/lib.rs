@@ -23,6 +23,7 @@ pub mod result_json;
 pub mod score;
 pub mod simulate;
 pub mod summary;
+pub mod surveys_csv;
 pub mod toolchain;
 pub mod trace;
 pub mod window_note;
