@@ -20,8 +20,6 @@ const SCALE_CORRELATION_S: f32 = 0.1;
 const VELOCITY_CORRELATION_S: f32 = 0.3;
 /// Rotation is sustained that lasts longer than this, seconds: the period of stick-slip is some seconds, gestures are shorter.
 const SUSTAINED_S: f32 = 4.0;
-/// Speed of a probe at rest, m/s: a swing at 1 Hz whose force stays as steady as rest demands (0.5 m/s^2).
-const REST_SPEED_M_S: f32 = 0.05;
 /// White noise of the accelerometer including what vibration folds into it, m/s^2 per root hertz (MEMS data sheets: 1e-3 to 3e-3).
 const FORCE_NOISE_M_S2_RTHZ: f32 = 0.02;
 /// Spectral density of the acceleration while the accelerometer is not seen: 1 m/s^2 correlated over 0.2 s, (m/s^2)^2/Hz.
@@ -95,8 +93,9 @@ impl AttitudeFilter {
         let rate_ned = block.rotation_time * block.angle_rad / (block.time_s * block.time_s);
         let noise = config.gyro_noise_rad_s_rthz * config.gyro_noise_rad_s_rthz * block.time_s;
         let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
-        let density =
-            FORCE_NOISE_M_S2_RTHZ * FORCE_NOISE_M_S2_RTHZ + if force_seen { 0.0 } else { UNSEEN_FORCE_DENSITY };
+        let (resting, moving) = (self.rest.force_density(self.step_s), FORCE_NOISE_M_S2_RTHZ * FORCE_NOISE_M_S2_RTHZ);
+        let noise_density = if self.rest.detected() && resting < moving { resting } else { moving };
+        let density = noise_density + if force_seen { 0.0 } else { UNSEEN_FORCE_DENSITY };
         Spread {
             attitude: along + Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate),
             bias: config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * block.time_s,
@@ -110,8 +109,8 @@ impl AttitudeFilter {
         let Some(square) = block.mean_square_force() else { return true };
         let weight = block.time_s / (MEAN_SQUARE_S + block.time_s);
         let gravity = earth.gravity_m_s2 * earth.gravity_m_s2;
-        // a shock is not to make up for what is missing
-        let share = if square < 2.0 * gravity { square / gravity } else { 2.0 };
+        // a shock is not to make up for what is missing longer than seconds
+        let share = if square < 16.0 * gravity { square / gravity } else { 16.0 };
         self.mean_square_force += (share - self.mean_square_force) * weight;
         let overturned = self.field_agrees() && !upright(&self.smooth_force_m_s2);
         self.mean_square_force > LEAST_MEAN_SQUARE_FORCE && !overturned
@@ -141,8 +140,9 @@ impl AttitudeFilter {
         if let Some(force) = force {
             self.velocity_m_s += force.xy() * time_s;
         }
-        let speed = if self.rest.detected() { REST_SPEED_M_S } else { config.velocity_sigma_m_s };
-        let speed = speed * speed;
+        let moving = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
+        let resting = self.rest.square_speed();
+        let speed = if self.rest.detected() && resting < moving { resting } else { moving };
         self.accel_used = force.is_some();
         for k in 0..2 {
             let velocity = self.velocity_m_s[k];
