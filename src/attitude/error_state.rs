@@ -19,6 +19,18 @@ pub(crate) enum Gain {
     Every,
     /// Heading and bias only, so that a disturbed field never tilts the estimate; the covariance stays that of the gain used.
     HeadingAndBias,
+    /// Heading alone: where no gravity is seen, a tilt error in the field would be taken for a bias.
+    Heading,
+}
+
+impl Gain {
+    fn moves(self, state: usize) -> bool {
+        match self {
+            Self::Every => true,
+            Self::HeadingAndBias => (HEADING..VELOCITY).contains(&state),
+            Self::Heading => state == HEADING,
+        }
+    }
 }
 
 /// How much the states spread over a step, in variance.
@@ -145,15 +157,15 @@ impl ErrorState {
         }
         let (residual, weight) = (innovation - self.correction[state], 1.0 / total);
         let mut k = column.map(|element| element * weight);
-        if gain == Gain::HeadingAndBias {
-            for still in [0, 1, VELOCITY, VELOCITY + 1] {
-                k[still] = 0.0;
+        if gain != Gain::Every {
+            for (state, k) in k.iter_mut().enumerate() {
+                *k = if gain.moves(state) { *k } else { 0.0 };
             }
         }
         for r in 0..STATES {
             self.correction[r] += k[r] * residual;
-            let moved = gain == Gain::Every || (HEADING..VELOCITY).contains(&r);
-            let (one, other) = if moved { (k[r], &column) } else { (column[r], &k) };
+            let (one, other) = if gain.moves(r) { (k[r], &column) } else { (column[r], &k) };
+            #[allow(clippy::needless_range_loop)] // with iterators it takes twice the instructions
             for c in r..STATES {
                 self.covariance[r][c] -= one * other[c];
             }
@@ -231,7 +243,7 @@ mod tests {
 
     #[test]
     fn an_optimal_and_a_restricted_gain_agree_with_the_dense_joseph_form() {
-        for gain in [Gain::Every, Gain::HeadingAndBias] {
+        for gain in [Gain::Every, Gain::HeadingAndBias, Gain::Heading] {
             let mut e = started();
             for _ in 0..20 {
                 e.propagate(&(exp_matrix(&Vector3::new(0.5, 0.2, 0.1)) * 0.02), 0.196, &spread());
@@ -241,18 +253,19 @@ mod tests {
             h[HEADING] = 1.0;
             let variance = 0.3_f32;
             let mut k = p * h.transpose() / (p[(HEADING, HEADING)] + f64::from(variance));
-            if gain == Gain::HeadingAndBias {
-                for i in [0, 1, 6, 7] {
-                    k[i] = 0.0;
-                }
-            }
+            let still: &[usize] = match gain {
+                Gain::Every => &[],
+                Gain::HeadingAndBias => &[0, 1, 6, 7],
+                Gain::Heading => &[0, 1, 3, 4, 5, 6, 7],
+            };
+            still.iter().for_each(|i| k[*i] = 0.0);
             let rest = Dense::identity() - k * h;
             let expected = rest * p * rest.transpose() + k * k.transpose() * f64::from(variance);
             e.observe(HEADING, 0.2, variance, gain);
             assert!((dense(&e) - expected).norm() < 1e-5 * expected.norm());
             let (attitude, _, velocity) = e.take_correction();
             assert!((f64::from(attitude.z) - 0.2 * k[HEADING]).abs() < 1e-6);
-            assert_eq!(gain == Gain::HeadingAndBias, attitude.xy().norm() == 0.0 && velocity.norm() == 0.0);
+            assert_eq!(gain != Gain::Every, attitude.xy().norm() == 0.0 && velocity.norm() == 0.0);
         }
     }
 

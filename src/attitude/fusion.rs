@@ -77,6 +77,8 @@ pub struct AttitudeFilter {
     contradiction_s: f32,
     velocity_contradiction_s: f32,
     heading_contradiction_s: f32,
+    /// Since a specific force was used, seconds.
+    unseen_force_s: f32,
     /// Since the field agreed with the attitude.
     unagreed_s: f32,
     heading_blocks: u16,
@@ -130,6 +132,7 @@ impl AttitudeFilter {
             contradiction_s: 0.0,
             velocity_contradiction_s: 0.0,
             heading_contradiction_s: 0.0,
+            unseen_force_s: 0.0,
             unagreed_s: 0.0,
             heading_blocks: 0,
             heading_floor: 0.0,

@@ -289,8 +289,8 @@ fn config(trace: &Trace) -> Config {
         latency: Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) },
         attitude: AttitudeConfig {
             // of a scale factor at most half of gravity's share is across it
-            accel_sigma_m_s2: model.accel_bias_m_s2.hypot(0.5 * model.accel_scale * gravity_m_s2),
-            mag_sigma_rad: (model.mag_bias_ut / field_ut).hypot(model.mag_scale),
+            accel_sigma_m_s2: libm::hypotf(model.accel_bias_m_s2, 0.5 * model.accel_scale * gravity_m_s2),
+            mag_sigma_rad: libm::hypotf(model.mag_bias_ut / field_ut, model.mag_scale),
             gyro_scale_sigma: GYRO_SCALE as f32,
             gyro_bias_sigma_rad_s: GYRO_BIAS_DEG_S.to_radians() as f32,
             ..AttitudeConfig::default()

@@ -35,6 +35,8 @@ const HOLD_S: f32 = 0.01;
 const LEAST_MEAN_SQUARE_FORCE: f32 = 0.8;
 /// Smoothing of that, seconds.
 const MEAN_SQUARE_S: f32 = 1.0;
+/// The field says nothing of the bias when gravity has not been seen for so long, seconds.
+const UNSEEN_FORCE_S: f32 = 1.0;
 /// A field that agreed agrees for so long, seconds: some magnetometers are read 8 to 10 times a second.
 const AGREEMENT_S: f32 = 0.5;
 /// A velocity beyond this many sigma weighs less.
@@ -59,6 +61,7 @@ impl AttitudeFilter {
         let force = if self.force_is_sound(&block, earth) { read } else { None };
         let mut spread = self.spread(&block, force.is_some(), config);
         spread.bias += self.sustained_scale(&block);
+        self.unseen_force_s = if force.is_some() { 0.0 } else { self.unseen_force_s + block.time_s };
         let gravity_time = if force.is_some() { earth.gravity_m_s2 * block.time_s } else { 0.0 };
         self.errors.propagate(&block.rotation_time, gravity_time, &spread);
         self.observe_velocity(force, block.time_s, config);
@@ -130,9 +133,15 @@ impl AttitudeFilter {
         self.mean_square_rate += (block.squared_rate() - self.mean_square_rate) * weight;
         let squared = 2.0 * self.sustained_rad_s.norm_squared() - self.mean_square_rate;
         let squared = if squared > 0.0 { squared } else { 0.0 };
-        let change = libm::fabsf(squared - self.sustained_square_rate);
-        self.sustained_square_rate = squared;
-        self.scale_sigma * self.scale_sigma * change
+        let before = self.sustained_square_rate;
+        // what swings with stick-slip is the same rotation still
+        let waned = squared < 0.25 * before;
+        if squared > before || waned {
+            self.sustained_square_rate = squared;
+            self.scale_sigma * self.scale_sigma * libm::fabsf(squared - before)
+        } else {
+            0.0
+        }
     }
 
     /// The velocity that the force adds up to is an error of the filter, apart from what the probe may really do.
@@ -228,7 +237,8 @@ impl AttitudeFilter {
         self.heading_contradiction_s = 0.0;
         self.heading_doubt = 0.0;
         let density = 2.0 * (direction * FIELD_CORRELATION_S + timing * TIMING_CORRELATION_S) + hold * HOLD_S;
-        self.errors.observe(HEADING, innovation, density / block.time_s + tilt, Gain::HeadingAndBias);
+        let gain = if self.unseen_force_s < UNSEEN_FORCE_S { Gain::HeadingAndBias } else { Gain::Heading };
+        self.errors.observe(HEADING, innovation, density / block.time_s + tilt, gain);
         // an error that is constant in the probe does not average out while the probe keeps its attitude: half of it is of that kind
         self.heading_floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
         true
