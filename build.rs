@@ -3,11 +3,25 @@
 
 fn main() {
     println!("cargo:rerun-if-changed=memory.x");
+    println!("cargo:rerun-if-changed=src/bin/probe/nrf52840.x");
     println!("cargo:rerun-if-changed=build.rs");
+    let feature = |name: &str| std::env::var_os(format!("CARGO_FEATURE_{name}")).is_some();
     let bare_metal = std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
-    if bare_metal && std::env::var_os("CARGO_FEATURE_FIRMWARE").is_some() {
-        println!("cargo:rustc-link-search={}", std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default());
-        println!("cargo:rustc-link-arg-bins=-Tlink.x");
-        println!("cargo:rustc-link-arg-bins=--nmagic");
+    if !bare_metal || !feature("FIRMWARE") {
+        return;
     }
+    let here = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
+    // The linker finds `memory.x` beside the workspace before any that a search path has, and cortex-m-rt's script asks for that name. A
+    // board with other addresses therefore has a whole script of its own.
+    if feature("BOARD_NRF52840") {
+        println!("cargo:rustc-link-search={here}/src/bin/probe");
+        println!("cargo:rustc-link-arg-bins=-Tnrf52840.x");
+    } else {
+        println!("cargo:rustc-link-search={here}");
+        println!("cargo:rustc-link-arg-bins=-Tlink.x");
+    }
+    if feature("DEFMT") {
+        println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+    }
+    println!("cargo:rustc-link-arg-bins=--nmagic");
 }

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing)]
 
+pub mod sensors; // drivers and adapters -> bursts of readings -> samples
 pub mod sample; // SI units, timestamp, flags
 pub mod compensation; // gyro model (P, b), accelerometer and magnetometer models
 pub mod attitude; // propagation, fusion, inclination, azimuth, toolface
@@ -15,6 +16,8 @@ pub mod identification; // least squares -> search -> observability -> acceptanc
 pub mod probe; // all of it behind `push` and `poll`
 #[cfg(feature = "serde")]
 pub mod telemetry; // what leaves the firmware
+#[cfg(feature = "storage")]
+pub mod storage; // what outlives the power
 
 mod algebra;
 pub mod config;
@@ -25,8 +28,9 @@ pub use config::Config;
 pub use probe::Probe;
 pub use sample::{Sample, SampleFlags};
 
-/// The code of the README and of the guide to effects is compiled and run.
+/// The code of the README and of the guides is compiled and run.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 #[doc = include_str!("../docs/effects.md")]
+#[cfg_attr(feature = "bus", doc = include_str!("../docs/sensors.md"))]
 pub struct Readme;

@@ -6,10 +6,14 @@ mod output;
 mod rail;
 mod readings;
 mod staleness;
+#[cfg(feature = "storage")]
+mod stored_model;
 mod survey;
 
 pub use output::{Counters, Output};
 pub use readings::CLIPPED_SHARE;
+#[cfg(feature = "storage")]
+pub use stored_model::NotRestored;
 
 use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
@@ -263,6 +267,12 @@ impl Probe {
             Some(units) => units,
             None => 0,
         }
+    }
+
+    /// What it was configured with.
+    #[must_use]
+    pub const fn config(&self) -> &Config {
+        &self.config
     }
 
     /// What has been counted since the start.

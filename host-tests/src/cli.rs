@@ -7,9 +7,9 @@ use meerkat_mwd::config::OptimizerKind;
 use world_magnetic_model::time::Date;
 
 use crate::{
-    bench, calibrate, diagnose, emulate,
+    bench, calibrate, command, diagnose, emulate,
     failure::{Failure, exit_status},
-    main_job, reference_field, replay, simulate,
+    main_job, monitor, record, reference_field, replay, simulate,
 };
 
 /// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores. Without a
@@ -37,6 +37,12 @@ pub enum Command {
     Simulate(SimulateArgs),
     /// Measure speed and accuracy
     Bench(BenchArgs),
+    /// Write what a probe sends of its raw samples as a trace, and its configuration beside it
+    Record(record::RecordArgs),
+    /// Show what a probe says
+    Monitor(monitor::MonitorArgs),
+    /// Send a command to a probe and wait for its answer
+    Command(command::CommandArgs),
     /// The reference field and gravity of a place, as a configuration
     Field(FieldArgs),
 }
@@ -275,6 +281,9 @@ fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
         Some(Command::Diagnose(args)) => diagnose::run(&args),
         Some(Command::Calibrate(args)) => calibrate::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
+        Some(Command::Record(args)) => record::run(&args),
+        Some(Command::Monitor(args)) => monitor::run(&args),
+        Some(Command::Command(args)) => command::run(&args),
         Some(Command::Field(args)) => reference_field::run(&args),
     }
 }

@@ -1,10 +1,12 @@
 //! The same flight, by the firmware on the emulated chip.
 
+pub mod real_time;
+
 use crate::{
     cli::ReplayArgs,
     deadline::{self, CommandError},
     flight::Flight,
-    image::{Image, ImageError, ImageSize},
+    image::{self, ChipMemory, Image, ImageError, ImageSize},
     replay,
     toolchain::{self, Missing, Toolchain},
     wire::{self, WireError},
@@ -130,10 +132,27 @@ pub struct Firmware {
 /// What the firmware is built for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Board {
-    /// The emulated STM32F405.
+    /// The emulated STM32F405 with a trace in and a flight out, as fast as it goes.
+    Trace,
+    /// The emulated STM32F405 in real time.
     Emulated,
+    /// A real STM32F405.
+    Stm32f405,
+    /// A real nRF52840.
+    Nrf52840,
     /// None: only the calls of the pipeline, to look at what they can reach.
     Bare,
+}
+
+impl Board {
+    /// The memory of its chip.
+    #[must_use]
+    pub const fn chip(self) -> ChipMemory {
+        match self {
+            Self::Nrf52840 => image::NRF52840,
+            _ => image::STM32F405,
+        }
+    }
 }
 
 /// Builds the firmware, or finds it built.
@@ -148,7 +167,10 @@ pub fn build_firmware(toolchain: &Toolchain, board: Board) -> Result<Firmware, E
     let mut cargo = toolchain.cargo_build();
     cargo.args(["-p", "meerkat-mwd", "--bin", "probe", "--features"]);
     cargo.arg(match board {
+        Board::Trace => "board-trace",
         Board::Emulated => "board-emulated",
+        Board::Stm32f405 => "board-stm32f405",
+        Board::Nrf52840 => "board-nrf52840",
         Board::Bare => "board-bare",
     });
     deadline::run(&mut cargo, BUILD).map_err(EmulateError::Build)?;
@@ -166,7 +188,7 @@ pub fn build_firmware(toolchain: &Toolchain, board: Board) -> Result<Firmware, E
 pub fn fly_emulated(config: &Config, samples: &[Sample]) -> Result<EmulatedFlight, EmulateError> {
     config.validate()?;
     let toolchain = toolchain::prepare()?;
-    let firmware = build_firmware(&toolchain, Board::Emulated)?;
+    let firmware = build_firmware(&toolchain, Board::Trace)?;
     let trace = wire::encode_trace(config, samples)?;
     let time = RUN + RUN_PER_SAMPLE.saturating_mul(u32::try_from(samples.len()).unwrap_or(u32::MAX));
     let landed = wire::decode_flight(&run_firmware(&toolchain, &firmware, &trace, time)?)?;

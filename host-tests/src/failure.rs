@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meerkat_mwd::config::ConfigError;
 
-use crate::{emulate::EmulateError, simulate::ScenarioError, trace::TraceError};
+use crate::{emulate::EmulateError, simulate::ScenarioError, toolchain::Missing, trace::TraceError};
 
 /// Every way in which a command ends without its result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -22,6 +22,9 @@ pub enum Failure {
     /// An option that the interface names and that does not exist yet.
     #[error("{0} is not built yet")]
     NotBuilt(&'static str),
+    /// Something that is needed is not there: a port, a key, an answer.
+    #[error("{0}")]
+    Missing(String),
     /// A result file cannot be written.
     #[error("{}: cannot be written: {why}", path.display())]
     Output {
@@ -39,10 +42,11 @@ impl Failure {
         Self::Output { path: path.to_owned(), why: error.to_string() }
     }
 
-    /// Exit status: 2, bad input or usage.
+    /// Exit status: 2, bad input or usage; 3, something is missing.
     #[must_use]
     pub const fn exit_status(&self) -> u8 {
         match self {
+            Self::Missing(_) => Missing::EXIT_STATUS,
             Self::Trace(_) | Self::Config(_) | Self::BadInput(_) | Self::NotBuilt(_) | Self::Output { .. } => 2,
         }
     }
@@ -68,7 +72,6 @@ mod tests {
     use meerkat_mwd::Config;
 
     use super::*;
-    use crate::toolchain::Missing;
 
     #[test]
     fn the_status_is_found_under_added_context_and_anything_else_is_a_defect() {

@@ -9,10 +9,40 @@ pub const FLASH_START: u64 = 0x0800_0000;
 pub const RAM_START: u64 = 0x2000_0000;
 /// One past its contiguous RAM, 128 KiB.
 pub const RAM_END: u64 = RAM_START + 128 * 1024;
+/// Most stack that the firmware may use, bytes.
+pub const STACK_LIMIT_BYTES: u64 = 12 * 1024;
+/// Longest time from the acquisition of a sample to its attitude, microseconds.
+pub const DELAY_LIMIT_US: u64 = 2_000;
 /// Static data that the firmware may have, bytes: the rest of the RAM, 18 KiB, is its stack.
-pub const RAM_LIMIT_BYTES: u64 = 112 * 1024;
+pub const RAM_LIMIT_BYTES: u64 = 104 * 1024;
 /// Flash that the firmware may take, bytes.
-pub const FLASH_LIMIT_BYTES: u64 = 304 * 1024;
+pub const FLASH_LIMIT_BYTES: u64 = 256 * 1024;
+
+/// Memory of a chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChipMemory {
+    /// Where its flash begins, and with it the vector table.
+    pub flash_start: u64,
+    /// What an image may take of it; the rest is kept for stored models.
+    pub flash_bytes: u64,
+    /// Contiguous RAM from [`RAM_START`] on.
+    pub ram_bytes: u64,
+}
+
+impl ChipMemory {
+    /// One past the RAM: the stack pointer after reset.
+    #[must_use]
+    pub const fn ram_end(&self) -> u64 {
+        RAM_START + self.ram_bytes
+    }
+}
+
+/// STM32F405xG (data sheet DS8626).
+pub const STM32F405: ChipMemory =
+    ChipMemory { flash_start: FLASH_START, flash_bytes: 1024 * 1024, ram_bytes: RAM_END - RAM_START };
+
+/// nRF52840 (product specification v1.7).
+pub const NRF52840: ChipMemory = ChipMemory { flash_start: 0, flash_bytes: 960 * 1024, ram_bytes: 256 * 1024 };
 
 /// Memory of the chip that an image takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

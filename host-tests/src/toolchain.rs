@@ -14,6 +14,9 @@ use std::{
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 /// STM32F405 machines, best first: the Olimex board is in QEMU 8 and later, the Netduino has the same chip with more RAM.
 const MACHINES: [&str; 2] = ["olimex-stm32-h405", "netduinoplus2"];
+/// Limits of what the compiler inlines and unrolls, as in `.cargo/config.toml`: four fifths of the flash, 9 % more instructions.
+const RUSTFLAGS: [&str; 3] =
+    ["-Cllvm-args=-inline-threshold=10", "-Cllvm-args=-inlinehint-threshold=50", "-Cllvm-args=-unroll-threshold=40"];
 const QEMU: &str = "qemu-system-arm";
 /// Debian's own compiler with the source of the core library, for when the server of rustup's targets cannot be reached.
 const DEBIAN_RUST: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
@@ -104,8 +107,8 @@ impl Compiler {
                 cargo.env_remove(&name);
             }
         }
-        // Set but empty: it also overrides flags from configuration files.
-        cargo.env("CARGO_ENCODED_RUSTFLAGS", "");
+        // It overrides flags from configuration files as well.
+        cargo.env("CARGO_ENCODED_RUSTFLAGS", RUSTFLAGS.join("\u{1f}"));
         if let Self::Debian { linker } = self {
             let path = env::var("PATH").unwrap_or_default();
             cargo.env_remove("RUSTUP_TOOLCHAIN").env_remove("RUSTC").env_remove("CARGO");
@@ -287,4 +290,17 @@ fn apt_install(packages: &[&str]) -> Result<(), String> {
     }
     let install = ["install", "-q", "-y", "--no-install-recommends", "-o", "DPkg::Lock::Timeout=120"];
     apt_get(&[&install[..], packages].concat(), APT_INSTALL).map(drop)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_firmware_built_by_hand_is_built_with_the_same_flags() {
+        let config = fs::read_to_string(workspace().join(".cargo/config.toml")).unwrap();
+        let config: toml::Table = config.parse().unwrap();
+        let flags = config["target"][TARGET]["rustflags"].as_array().unwrap();
+        assert!(flags.iter().map(|flag| flag.as_str().unwrap()).eq(RUSTFLAGS));
+    }
 }

@@ -33,6 +33,8 @@ pub struct Trace {
     pub rest: Option<Vec<bool>>,
     /// True angular rate, rad/s, body frame (columns `wx_true`, `wy_true`, `wz_true` of simulated traces).
     pub true_rate: Option<Vec<[f64; 3]>>,
+    /// What the driver itself said of a sample (column `sample_flags` of recorded traces, the bits of [`SampleFlags`]).
+    pub driver_flags: Option<Vec<SampleFlags>>,
     /// Remarks for the user, for instance which columns were ignored.
     pub notes: Vec<String>,
 }
@@ -54,7 +56,7 @@ impl Trace {
 
     /// Writes the trace so that [`Trace::read`] gives it back, gzip when the name ends in `.gz`.
     ///
-    /// The notes, and a driver's fault flags, have no place in the format. Sensor groups that no sample has are left out.
+    /// The notes have no place in the format. Sensor groups that no sample has are left out.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -112,7 +114,8 @@ impl Trace {
         self.samples.len() - self.reference.iter().filter(|q| q.is_some()).count()
     }
 
-    /// Sets the clipped flags of every sample from these full scales (see [`CLIPPED_SHARE`]), and clears the others.
+    /// Sets the clipped flags of every sample from these full scales (see [`CLIPPED_SHARE`]) and clears the others, but for what the
+    /// driver said.
     pub fn mark_clipped(&mut self, full_scale: &FullScale) {
         let beyond = |v: &[f32; 3], full_scale: Option<f32>| {
             full_scale.is_some_and(|limit| v.iter().any(|x| x.abs() >= CLIPPED_SHARE * limit))
@@ -125,6 +128,9 @@ impl Trace {
             mark(&sample.gyro_rad_s, full_scale.gyro_rad_s, SampleFlags::GYRO_CLIPPED, SampleFlags::GYRO_MISSING);
             mark(&sample.accel_m_s2, full_scale.accel_m_s2, SampleFlags::ACCEL_CLIPPED, SampleFlags::ACCEL_MISSING);
             mark(&sample.mag_ut, full_scale.mag_ut, SampleFlags::MAG_CLIPPED, SampleFlags::MAG_MISSING);
+        }
+        for (sample, said) in self.samples.iter_mut().zip(self.driver_flags.iter().flatten()) {
+            sample.flags |= *said;
         }
     }
 }

@@ -171,14 +171,14 @@ fn the_instruction_counter_is_exact_and_repeats() {
     let push = first.summary.push;
     assert!(push.instructions_max >= push.instructions_mean() && push.instructions_mean() > 10, "{push:?}");
     let stack_bytes = 128 * 1024 - first.image.ram_bytes();
-    assert!(u64::from(first.summary.stack_size_bytes).abs_diff(stack_bytes) < 64, "{:?}", first.summary);
+    assert!(u64::from(first.summary.stack_size_bytes).abs_diff(stack_bytes) < 320, "{:?}", first.summary);
     assert!(first.summary.stack_used_bytes > 256 && first.summary.stack_used_bytes < first.summary.stack_size_bytes);
 }
 
 #[test]
 fn the_image_fits_the_chip() {
     let Some(toolchain) = toolchain() else { return };
-    let Firmware { elf, size } = emulate::build_firmware(&toolchain, Board::Emulated).unwrap();
+    let Firmware { elf, size } = emulate::build_firmware(&toolchain, Board::Trace).unwrap();
     println!("{size}");
     assert!(size.ram_bytes() <= image::RAM_LIMIT_BYTES, "{size}");
     assert!(size.flash_bytes <= image::FLASH_LIMIT_BYTES, "{size}");
@@ -215,7 +215,7 @@ fn the_library_builds_alone_for_the_chip() {
 #[test]
 fn the_firmware_refuses_a_bad_trace_with_a_message() {
     let Some(toolchain) = toolchain() else { return };
-    let firmware = emulate::build_firmware(&toolchain, Board::Emulated).unwrap();
+    let firmware = emulate::build_firmware(&toolchain, Board::Trace).unwrap();
     let message = |trace: &[u8]| match emulate::run_firmware(&toolchain, &firmware, trace, MINUTE) {
         Err(EmulateError::Run(error)) => error.to_string(),
         other => panic!("{other:?}"),

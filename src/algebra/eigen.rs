@@ -1,37 +1,58 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
-/// Eigenvalues and eigenvectors (columns) of a symmetric matrix by cyclic Jacobi rotations (Golub and Van Loan, Matrix
-/// Computations, section 8.5). Always ends: at most 12 sweeps; f32 needs about 6.
-pub(crate) fn jacobi_eigen<const D: usize>(matrix: &[[f32; D]; D]) -> ([f32; D], [[f32; D]; D]) {
-    let mut a = *matrix;
-    let mut v = [[0.0; D]; D];
-    for (i, row) in v.iter_mut().enumerate() {
-        row[i] = 1.0;
+/// Most sweeps; f32 needs about 6.
+const SWEEPS: u8 = 12;
+
+/// Eigenvalues and eigenvectors of a symmetric matrix by cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, section 8.5),
+/// sweep by sweep. Always ends.
+#[derive(Clone, Debug)]
+pub(crate) struct Jacobi<const D: usize> {
+    a: [[f32; D]; D],
+    v: [[f32; D]; D],
+    sweeps: u8,
+}
+
+impl<const D: usize> Jacobi<D> {
+    pub fn new(matrix: &[[f32; D]; D]) -> Self {
+        let mut v = [[0.0; D]; D];
+        for (i, row) in v.iter_mut().enumerate() {
+            row[i] = 1.0;
+        }
+        Self { a: *matrix, v, sweeps: 0 }
     }
-    for _ in 0..12 {
+
+    /// One sweep; false when none is needed any more.
+    pub fn sweep(&mut self) -> bool {
         let mut off = 0.0;
         let mut diagonal = 0.0;
         for i in 0..D {
-            diagonal += a[i][i] * a[i][i];
+            diagonal += self.a[i][i] * self.a[i][i];
             for j in 0..i {
-                off += a[i][j] * a[i][j];
+                off += self.a[i][j] * self.a[i][j];
             }
         }
         let converged = off <= 1e-12 * diagonal;
-        if converged || off.is_nan() {
-            break;
+        if converged || off.is_nan() || self.sweeps == SWEEPS {
+            return false;
         }
         for p in 0..D {
             for q in p + 1..D {
-                rotate(&mut a, &mut v, p, q);
+                rotate(&mut self.a, &mut self.v, p, q);
             }
         }
+        self.sweeps += 1;
+        true
     }
-    let mut values = [0.0; D];
-    for (i, value) in values.iter_mut().enumerate() {
-        *value = a[i][i];
+
+    /// Eigenvalue `k`.
+    pub fn value(&self, k: usize) -> f32 {
+        self.a[k][k]
     }
-    (values, v)
+
+    /// The eigenvectors, in columns.
+    pub const fn vectors(&self) -> &[[f32; D]; D] {
+        &self.v
+    }
 }
 
 /// One Jacobi rotation that makes a[p][q] zero.
@@ -72,11 +93,13 @@ mod tests {
                     a[j][i] = a[i][j];
                 }
             }
-            let (values, vectors) = jacobi_eigen(&a);
+            let mut eigen = Jacobi::new(&a);
+            while eigen.sweep() {}
+            let vectors = eigen.vectors();
             for k in 0..12 {
                 for row in 0..12 {
                     let product: f32 = (0..12).map(|j| a[row][j] * vectors[j][k]).sum();
-                    assert!((product - values[k] * vectors[row][k]).abs() < 1e-5);
+                    assert!((product - eigen.value(k) * vectors[row][k]).abs() < 1e-5);
                 }
             }
         }

@@ -9,7 +9,7 @@ mod eigen;
 mod packed;
 mod quantile;
 
-pub(crate) use eigen::jacobi_eigen;
+pub(crate) use eigen::Jacobi;
 pub use packed::Packed;
 pub(crate) use packed::{Cholesky, dot, minus, plus};
 pub(crate) use quantile::quantile;

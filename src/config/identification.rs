@@ -70,6 +70,11 @@ impl IdentificationConfig {
         check(self.min_window_s <= self.window_s, "identification.min_window_s", "at most window_s")?;
         check(self.latency_s <= 5.0, "identification.latency_s", "at most 5, the capacity behind the window")?;
         check(self.step_s >= self.latency_s, "identification.step_s", "at least latency_s")?;
+        check(
+            self.optimizer.is_built_in(),
+            "identification.optimizer",
+            "one that is built in (feature baseline-searches)",
+        )?;
         check((1..=100_000).contains(&self.max_evaluations), "identification.max_evaluations", "1 to 100000")
     }
 }

@@ -1,4 +1,5 @@
-/// How the population search, or what takes its place, is chosen.
+/// How the population search, or what takes its place, is chosen. All but `Imoa`, `Lm` and `Ls` are there with the feature
+/// `baseline-searches` only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -21,4 +22,12 @@ pub enum OptimizerKind {
     Lm,
     /// The closed-form least-squares point itself; no search.
     Ls,
+}
+
+impl OptimizerKind {
+    /// Whether this build can search that way.
+    #[must_use]
+    pub const fn is_built_in(self) -> bool {
+        cfg!(feature = "baseline-searches") || matches!(self, Self::Imoa | Self::Lm | Self::Ls)
+    }
 }

@@ -10,6 +10,7 @@ use super::{
     sign_flip::GROUPS,
     weak_columns::{COLUMNS, GYRO},
 };
+use crate::window::SampleStream;
 use nalgebra::{Matrix3, Vector3};
 
 mod shocks;
@@ -30,13 +31,13 @@ pub(super) struct BiasStep {
 }
 
 impl BiasStep {
-    pub const NONE: Self = Self {
-        until: 0,
-        step_rad_s: Vector3::new(0.0, 0.0, 0.0),
-        sigma_rad_s: Vector3::new(0.0, 0.0, 0.0),
-        gain: 0.0,
-        p_value: 1.0,
-    };
+    pub const NONE: Self = Self { p_value: 1.0, ..Self::zero() };
+
+    #[inline(always)]
+    pub const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self { until: 0, step_rad_s: zero, sigma_rad_s: zero, gain: 0.0, p_value: 0.0 }
+    }
 
     /// What the compensated rate of an increment lacks to be as after the step.
     pub fn correction_rad_s(&self, index: u32) -> Vector3<f32> {
@@ -142,9 +143,9 @@ impl<'a> RateErrors<'a> {
         }
     }
 
-    /// The step that explains most, of those at a shock; `known` is one that has been taken out already. `None`: nothing can be told, or
-    /// there was no shock when the residual changed, or it did not change at once.
-    pub fn find(&mut self, known: &BiasStep, timing: &Timing, shocks: &Shocks, unit_rad_s: f32) -> Option<BiasStep> {
+    /// Begins to look for a step; `known` is one that has been taken out already. `None`: nothing can be told.
+    #[inline(never)]
+    pub fn begin(&mut self, known: &BiasStep, timing: &Timing, unit_rad_s: f32) -> Option<Scan> {
         self.put_back(known, timing, unit_rad_s);
         let mut all = Sums::ZERO;
         let mut line = Sums::ZERO;
@@ -153,37 +154,58 @@ impl<'a> RateErrors<'a> {
             all.add(&score, &information, 1.0);
             line.add(&score, &information, (test as f32 + 0.5) / timing.tests as f32);
         }
-        let total = inverse_with_prior(&all.of_one)?;
-        let drift = line.fit(&all, &total)?.1;
-        // Over all times, and over those at a shock.
-        let mut best = (0_u32, 0.0);
-        let mut best_at_shock: Option<(u32, f32, Fit)> = None;
-        let mut before = Sums::ZERO;
-        let mut whole = 0;
-        for until in shocks.times() {
-            while whole < timing.tests && timing.share(whole, until) >= 1.0 {
-                let (score, information) = self.of(whole);
-                before.add(&score, &information, 1.0);
-                whole += 1;
+        let inverse_of_all = inverse_with_prior(&all.of_one)?;
+        let drift = line.fit(&all, &inverse_of_all)?.1;
+        Some(Scan { all, inverse_of_all, drift, ..Scan::zero() })
+    }
+
+    /// Tries at most so many times; whether there are others.
+    #[inline(never)]
+    pub fn scan(
+        &self,
+        scan: &mut Scan,
+        timing: &Timing,
+        (shocks, stream): (&Shocks, &SampleStream),
+        most: usize,
+    ) -> bool {
+        let mut more = false;
+        for (tried, until) in shocks.times().skip(scan.tried).enumerate() {
+            more = tried == most;
+            if more {
+                break;
             }
-            let mut sums = before;
-            for test in whole..timing.tests.min(whole + timing.hops) {
+            scan.tried += 1;
+            while scan.whole < timing.tests && timing.share(scan.whole, until) >= 1.0 {
+                let (score, information) = self.of(scan.whole);
+                scan.before.add(&score, &information, 1.0);
+                scan.whole += 1;
+            }
+            let mut sums = scan.before;
+            for test in scan.whole..timing.tests.min(scan.whole + timing.hops) {
                 let (score, information) = self.of(test);
                 sums.add(&score, &information, timing.share(test, until));
             }
-            let Some((fit, gain)) = sums.fit(&all, &total) else { continue };
-            best = if gain > best.1 { (until, gain) } else { best };
-            if shocks.is_shock(until) && best_at_shock.is_none_or(|(_, most, _)| gain > most) {
-                best_at_shock = Some((until, gain, fit));
+            let Some((fit, gain)) = sums.fit(&scan.all, &scan.inverse_of_all) else { continue };
+            scan.best = if gain > scan.best.1 { (until, gain) } else { scan.best };
+            let at_shock = &mut scan.best_at_shock;
+            if shocks.is_shock(stream, until) && at_shock.as_ref().is_none_or(|(_, most, _)| gain > *most) {
+                *at_shock = Some((until, gain, fit));
             }
         }
-        let (until, twice_the_gain, fit) = best_at_shock?;
+        more
+    }
+
+    /// The step that explains most, of those at a shock. `None`: there was no shock when the residual changed, or it did not change at once.
+    #[inline(never)]
+    pub fn found(&self, scan: &Scan, timing: &Timing, shocks: &Shocks, unit_rad_s: f32) -> Option<BiasStep> {
+        let (until, twice_the_gain, fit) = scan.best_at_shock?;
         let (dispersion, freedom) = self.dispersion(timing, until, &fit)?;
         let noise = if dispersion > 1.0 { dispersion } else { 1.0 };
         // At the shock: no other time is likelier, or none that is farther off than the test windows tell apart.
-        let is_at_shock = best.0.abs_diff(until) <= timing.hop || twice_the_gain >= best.1 - AS_LIKELY * dispersion;
+        let (likeliest, most) = scan.best;
+        let is_at_shock = likeliest.abs_diff(until) <= timing.hop || twice_the_gain >= most - AS_LIKELY * dispersion;
         // A straight line has as many parameters.
-        if twice_the_gain <= drift || !is_at_shock {
+        if twice_the_gain <= scan.drift || !is_at_shock {
             return None;
         }
         let p_value = shocks.count() as f32 * chance_of_ratio(twice_the_gain / (3.0 * dispersion), 3.0, freedom);
@@ -216,6 +238,38 @@ impl<'a> RateErrors<'a> {
             }
         }
         (freedom > 3.0 && square > 0.0).then_some((square / freedom, freedom))
+    }
+}
+
+/// How far a search for a step has come.
+pub(super) struct Scan {
+    all: Sums,
+    inverse_of_all: Matrix3<f32>,
+    /// Twice the gain of a straight line.
+    drift: f32,
+    /// Of the test windows that lie wholly before the present time, and how many they are.
+    before: Sums,
+    whole: u32,
+    /// Times that have been tried.
+    tried: usize,
+    /// The likeliest of all times and twice its gain; the same of those at a shock.
+    best: (u32, f32),
+    best_at_shock: Option<(u32, f32, Fit)>,
+}
+
+impl Scan {
+    #[inline(always)]
+    pub const fn zero() -> Self {
+        Self {
+            all: Sums::ZERO,
+            inverse_of_all: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            drift: 0.0,
+            before: Sums::ZERO,
+            whole: 0,
+            tried: 0,
+            best: (0, 0.0),
+            best_at_shock: None,
+        }
     }
 }
 

@@ -1,12 +1,12 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
-    bias_step::{BiasStep, RateErrors, Shocks, Timing},
+    bias_step::{BiasStep, RateErrors, Scan, Shocks, Timing},
     history::History,
     normal::{Factor, MAX_COLUMNS, Model, Normal},
     remainder::Remainder,
     report::{BiasStepReport, DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
-    sign_flip::{GROUPS, Scores, sign_flip},
+    sign_flip::{GROUPS, Scores, SignFlip},
     walk::Walk,
     weak_columns::{COLUMNS, GYRO, GyroScales, Layout, TestFacts, WeakColumns},
     whitening::Whitening,
@@ -29,10 +29,15 @@ mod solution;
 mod verdict;
 
 use chosen::Chosen;
+use end_of_pass::{Ending, Next};
 use limits::*;
+use selection::Trial;
 
 /// Increments that are walked in one piece of work.
-const SLICE: u32 = 8;
+const SLICE: u32 = 4;
+
+/// Work units of a piece of the end of a pass.
+const END_UNITS: u32 = 250;
 
 /// Most test windows of one diagnosis.
 const MAX_TESTS: usize = 104;
@@ -99,6 +104,8 @@ pub(crate) struct Diagnosis {
     /// The step of the bias that is taken out, and the one that the last pass shows.
     step: BiasStep,
     shown_step: BiasStep,
+    shocks: Shocks,
+    scan: Scan,
     /// Sums of the raw and of the compensated rates of the pass, rad/s.
     rate_sums: [Vector3<f32>; 2],
     chosen: heapless::Vec<Chosen, MAX_ACTIVE>,
@@ -114,6 +121,11 @@ pub(crate) struct Diagnosis {
     nis: f32,
     nis_before: f32,
     remainder: Remainder,
+    ending: Ending,
+    trial: Trial,
+    /// The candidate that shows most so far, with its worth, and what history says that its parameters are.
+    best: heapless::Vec<(Chosen, f32), 1>,
+    estimate: [f32; MAX_PARAMETERS],
     /// Whether the report is to be taken.
     done: bool,
 }
@@ -147,8 +159,10 @@ impl Diagnosis {
             scales: [0.0; 2],
             x: [0.0; COLUMNS],
             taken_out: ActiveEffects::none(),
-            step: BiasStep::NONE,
-            shown_step: BiasStep::NONE,
+            step: BiasStep::zero(),
+            shown_step: BiasStep::zero(),
+            shocks: Shocks::zero(),
+            scan: Scan::zero(),
             rate_sums: [Vector3::new(0.0, 0.0, 0.0); 2],
             chosen: heapless::Vec::new(),
             left_out: 0,
@@ -161,6 +175,10 @@ impl Diagnosis {
             nis: 0.0,
             nis_before: 0.0,
             remainder: Remainder::zero(),
+            ending: Ending::Scales,
+            trial: Trial::zero(),
+            best: heapless::Vec::new(),
+            estimate: [0.0; MAX_PARAMETERS],
             done: false,
         }
     }
@@ -189,11 +207,13 @@ impl Diagnosis {
         self.residual_before_rad = None;
         self.nis_before = 0.0;
         self.done = false;
+        self.trial.drop_unfinished();
         self.start_pass(subject);
     }
 
     fn start_pass(&mut self, subject: &Subject) {
         self.next = self.job.from;
+        self.ending = Ending::Scales;
         self.test = 0;
         self.usable_before = self.usable;
         self.usable = 0;
@@ -201,7 +221,7 @@ impl Diagnosis {
         self.walk.start(subject.stream, self.job.from, (&self.p, &self.c, &self.step));
         RateErrors::new(self.factor.scratch()).clear();
         self.rate_sums = [Vector3::zeros(); 2];
-        self.columns.start(subject.stream.weak_form.hop());
+        self.columns.start(subject.stream.test_function.hop());
         self.normal.clear();
         self.scores.fill(0.0);
         let mut taken_out = ActiveEffects::none();
@@ -216,7 +236,7 @@ impl Diagnosis {
         self.residual_sums = [[0.0; 2]; 2];
         self.nis_sums = [0.0; 2];
         if !self.is_final {
-            self.remainder.start(subject.stream.weak_form.hop(), subject.stream.grid.interval_s());
+            self.remainder.start(subject.stream.test_function.hop(), subject.stream.grid.interval_s());
         }
         for chosen in &mut self.chosen {
             chosen.turned = [0.0; 2];
@@ -250,14 +270,15 @@ impl Diagnosis {
             self.next = end;
             return 40 * SLICE;
         }
-        let more = self.end_pass(subject, history);
-        if more {
-            self.start_pass(subject);
-        } else {
-            self.running = false;
-            self.done = true;
+        match self.end_pass(subject, history) {
+            Next::Step(ending) => self.ending = ending,
+            Next::Pass => self.start_pass(subject),
+            Next::Done => {
+                self.running = false;
+                self.done = true;
+            }
         }
-        3_000
+        END_UNITS
     }
 
     #[inline(never)]
@@ -272,11 +293,11 @@ impl Diagnosis {
         if !self.is_final {
             self.remainder.watch(&instant);
         }
-        let weak_form = &subject.stream.weak_form;
+        let function = &subject.stream.test_function;
         let moving = subject.config.identification.max_bias_rad_s;
         let library = (subject.library, &self.layout);
-        if let Some((facts, number)) = self.columns.push(&instant, weak_form, library, &scales, moving) {
-            self.take_test(subject, &facts, number, weak_form.noise_gain());
+        if let Some((facts, number)) = self.columns.push(&instant, function, library, &scales, moving) {
+            self.take_test(subject, &facts, number, function.noise_gain());
             self.columns.clear(number);
         }
     }

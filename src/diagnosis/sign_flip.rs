@@ -1,38 +1,80 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
+use crate::compensation::effect::MAX_PARAMETERS;
+
 /// Groups of contiguous test windows; 2^11 patterns of signs, as the sign of all together does not count.
 pub(super) const GROUPS: usize = 12;
-
-/// Most components of a score.
-use crate::compensation::effect::MAX_PARAMETERS;
 
 /// Whitened scores of one candidate, group by group.
 pub(super) type Scores = [[f32; MAX_PARAMETERS]; GROUPS];
 
+const PATTERNS: u32 = 1 << (GROUPS - 1);
+
 /// Twice the gain in log-likelihood of a candidate, |sum of z|^2, and the share of the patterns of signs that would give as much: the
 /// probability of it where the candidate is not there. Under that hypothesis the groups' scores are independent and as likely
-/// of one sign as of the other, however unlike their noises are.
-pub(super) fn sign_flip(scores: &Scores) -> (f32, f32) {
-    let mut sum = [0.0_f32; MAX_PARAMETERS];
-    for score in scores {
-        sum.iter_mut().zip(score).for_each(|(s, z)| *s += z);
+/// of one sign as of the other, however unlike their noises are. Counted some patterns at a time.
+pub(super) struct SignFlip {
+    scores: Scores,
+    /// Parameters that count; the others' scores are zero.
+    dimension: usize,
+    sum: [f32; MAX_PARAMETERS],
+    signs: [f32; GROUPS],
+    /// The next pattern.
+    pattern: u32,
+    as_large: u32,
+    observed: f32,
+}
+
+impl SignFlip {
+    #[inline(always)]
+    pub const fn zero() -> Self {
+        Self {
+            scores: [[0.0; MAX_PARAMETERS]; GROUPS],
+            dimension: 0,
+            sum: [0.0; MAX_PARAMETERS],
+            signs: [0.0; GROUPS],
+            pattern: 0,
+            as_large: 0,
+            observed: 0.0,
+        }
     }
-    let square = |v: &[f32; MAX_PARAMETERS]| v.iter().fold(0.0, |total, x| total + x * x);
-    let observed = square(&sum);
-    // Rounding must not make a pattern as large as itself smaller.
-    let limit = observed * (1.0 - 1e-5);
-    let mut signs = [1.0_f32; GROUPS];
-    let mut as_large = 1_u32;
-    const PATTERNS: u32 = 1 << (GROUPS - 1);
-    for pattern in 1..PATTERNS {
-        // Gray code: one group's sign changes from one pattern to the next.
-        let group = pattern.trailing_zeros() as usize;
-        signs[group] = -signs[group];
-        let change = 2.0 * signs[group];
-        sum.iter_mut().zip(&scores[group]).for_each(|(s, z)| *s += change * z);
-        as_large += u32::from(square(&sum) >= limit);
+
+    /// Begins with the whitened scores of the first `dimension` parameters.
+    pub fn start(&mut self, scores: &Scores, dimension: usize) {
+        self.scores = *scores;
+        self.dimension = dimension;
+        self.sum = [0.0; MAX_PARAMETERS];
+        for score in scores {
+            self.sum.iter_mut().zip(score).for_each(|(s, z)| *s += z);
+        }
+        self.signs = [1.0; GROUPS];
+        self.pattern = 1;
+        self.as_large = 1;
+        self.observed = self.square();
     }
-    (observed, as_large as f32 / PATTERNS as f32)
+
+    fn square(&self) -> f32 {
+        self.sum.iter().take(self.dimension).fold(0.0, |total, x| total + x * x)
+    }
+
+    /// Counts at most so many patterns; the result when all are counted.
+    #[inline(never)]
+    pub fn count(&mut self, patterns: u32) -> Option<(f32, f32)> {
+        // Rounding must not make a pattern as large as itself smaller.
+        let limit = self.observed * (1.0 - 1e-5);
+        let end = if PATTERNS - self.pattern < patterns { PATTERNS } else { self.pattern + patterns };
+        for pattern in self.pattern..end {
+            // Gray code: one group's sign changes from one pattern to the next.
+            let group = pattern.trailing_zeros() as usize;
+            self.signs[group] = -self.signs[group];
+            let change = 2.0 * self.signs[group];
+            let both = self.sum.iter_mut().zip(&self.scores[group]).take(self.dimension);
+            both.for_each(|(s, z)| *s += change * z);
+            self.as_large += u32::from(self.square() >= limit);
+        }
+        self.pattern = end;
+        (end == PATTERNS).then_some((self.observed, self.as_large as f32 / PATTERNS as f32))
+    }
 }
 
 #[cfg(test)]
@@ -40,6 +82,18 @@ mod tests {
     use super::*;
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
+
+    /// In pieces of any size.
+    fn sign_flip(scores: &Scores) -> (f32, f32) {
+        let mut flip = SignFlip::zero();
+        flip.start(scores, MAX_PARAMETERS);
+        let mut pieces = [1, 7, 500].into_iter().cycle();
+        loop {
+            if let Some(found) = flip.count(pieces.next().unwrap()) {
+                return found;
+            }
+        }
+    }
 
     #[test]
     fn groups_that_agree_are_as_rare_as_can_be_and_one_group_alone_says_nothing() {

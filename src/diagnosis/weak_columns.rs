@@ -4,7 +4,7 @@ use super::{report::MAX_CANDIDATES, walk::Instant};
 use crate::{
     compensation::{Effect, Sensor},
     config::IdentificationConfig,
-    window::{UNDER_WAY, WeakForm},
+    window::{TestFunction, UNDER_WAY},
 };
 use core::ops::Range;
 use nalgebra::Vector3;
@@ -103,6 +103,15 @@ const NO_ROWS: Rows = [[0.0; COLUMNS]; 3];
 /// Rows of one vector over one test window.
 pub(super) type Rows = [[f32; COLUMNS]; 3];
 
+/// Writes a column of the three rows.
+fn put(rows: &mut Rows, at: usize, column: &Vector3<f32>) {
+    for (row, value) in rows.iter_mut().zip(column.iter()) {
+        if let Some(element) = row.get_mut(at) {
+            *element = *value;
+        }
+    }
+}
+
 /// What is known of one test window beside its rows.
 #[derive(Clone, Copy)]
 pub(super) struct TestFacts {
@@ -161,7 +170,7 @@ impl Sums {
     }
 }
 
-/// The weak form of [`WeakForm`] with a column for every parameter of every candidate.
+/// The weak form of `WeakForm` with a column for every parameter of every candidate.
 ///
 /// An effect x f on the gyro's reading changes the true rate by -x f: columns -int phi R0 (v x -f) of both vectors. One on a vector's
 /// reading: columns -int phi' R0 f of that vector.
@@ -199,7 +208,7 @@ impl WeakColumns {
     pub fn push(
         &mut self,
         instant: &Instant,
-        weak_form: &WeakForm,
+        function: &TestFunction,
         (library, layout): (&[&dyn Effect], &Layout),
         scales: &GyroScales,
         moving_rate_rad_s: f32,
@@ -209,13 +218,13 @@ impl WeakColumns {
         let turned = vectors.map(|v| rotation * v);
         let gains = vectors.map(|v| rotation * v.cross_matrix());
         // Column by column: what it adds to gravity's and to the field's rows, times the weight (gyro) or the slope (vectors).
-        let mut columns = [[Vector3::<f32>::zeros(); COLUMNS]; 2];
+        let mut columns = [NO_ROWS; 2];
         for (column, gain) in columns.iter_mut().zip(&gains) {
             for i in 0..3 {
                 for j in 0..3 {
-                    column[3 * i + j] = gain.column(i) * (raw_rad_s[j] * scales.of_p(i, j));
+                    put(column, 3 * i + j, &(gain.column(i) * (raw_rad_s[j] * scales.of_p(i, j))));
                 }
-                column[9 + i] = gain.column(i) * -scales.c_rad_s;
+                put(column, 9 + i, &(gain.column(i) * -scales.c_rad_s));
             }
         }
         for (index, effect) in library.iter().enumerate() {
@@ -224,11 +233,13 @@ impl WeakColumns {
                 let Some(parameter) = effect.parameters().get(k) else { break };
                 let term = effect.term(k, moment) * parameter.usual;
                 let [of_force, of_field] = &mut columns;
-                let (Some(force), Some(field)) = (of_force.get_mut(at), of_field.get_mut(at)) else { break };
                 match sensor {
-                    Sensor::Gyro => (*force, *field) = (gains[0] * -term, gains[1] * -term),
-                    Sensor::Accelerometer => *force = rotation * term,
-                    Sensor::Magnetometer => *field = rotation * term,
+                    Sensor::Gyro => {
+                        put(of_force, at, &(gains[0] * -term));
+                        put(of_field, at, &(gains[1] * -term));
+                    }
+                    Sensor::Accelerometer => put(of_force, at, &(rotation * term)),
+                    Sensor::Magnetometer => put(of_field, at, &(rotation * term)),
                 }
             }
         }
@@ -244,18 +255,18 @@ impl WeakColumns {
         let (rows, _) = rows.as_chunks_mut::<3>();
         let (rows, _) = rows.as_chunks_mut::<2>();
         for (number, (sums, rows)) in self.sums.iter_mut().zip(rows).enumerate() {
-            let Some((weight, slope)) = weak_form.test_function(sums.position) else {
+            let Some((weight, slope)) = function.at(sums.position) else {
                 sums.position = sums.position.wrapping_add(1);
                 continue;
             };
             for v in 0..2 {
                 sums.rhs[v] += turned[v] * slope;
                 let (gyro, vector) = (0..layout.ends[0], layout.of_vector(v));
-                for (i, row) in rows[v].iter_mut().enumerate() {
+                for (row, column) in rows[v].iter_mut().zip(&columns[v]) {
                     for (runs, factor) in [(&gyro, weight), (&vector, slope)] {
                         let sums = row.get_mut(runs.clone()).unwrap_or_default();
-                        let added = columns[v].get(runs.clone()).unwrap_or_default();
-                        sums.iter_mut().zip(added).for_each(|(sum, column)| *sum += column[i] * factor);
+                        let added = column.get(runs.clone()).unwrap_or_default();
+                        sums.iter_mut().zip(added).for_each(|(sum, column)| *sum += column * factor);
                     }
                 }
             }
@@ -266,7 +277,7 @@ impl WeakColumns {
             sums.square_force += force_norm * force_norm;
             sums.roughness += roughness;
             sums.position += 1;
-            if weak_form.test_function(sums.position).is_none() {
+            if function.at(sums.position).is_none() {
                 completed = Some((sums.facts(moving_rate_rad_s), number));
                 *sums = Sums::zero();
             }

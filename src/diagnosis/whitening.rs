@@ -12,6 +12,11 @@ pub(super) struct Whitening {
 }
 
 impl Whitening {
+    #[inline(always)]
+    pub const fn zero() -> Self {
+        Self { lower: [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS], seen: [false; MAX_PARAMETERS] }
+    }
+
     /// `floor`: the pivot under which a parameter is not seen. `None` where none is.
     pub fn new(information: &[Vector; MAX_PARAMETERS], dimension: usize, floor: impl Fn(usize) -> f32) -> Option<Self> {
         let mut lower = [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS];

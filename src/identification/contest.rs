@@ -20,6 +20,8 @@ pub(crate) struct Contest {
     /// Whitened misfit of each model on each unseen group.
     losses: [[f32; MAX_GROUPS]; MODELS],
     groups: usize,
+    /// The models' fits to all but the next group.
+    fits: [[f32; MAGNETIC]; MODELS],
     /// Sum over the groups of the richest fit without the group minus that to everything: first and second moment.
     shift: [f32; 12],
     scatter: Packed<12, 78>,
@@ -36,31 +38,39 @@ pub(crate) struct Outcome {
 
 impl Contest {
     pub const fn zero() -> Self {
-        Self { losses: [[0.0; MAX_GROUPS]; MODELS], groups: 0, shift: [0.0; 12], scatter: Packed::zero() }
+        Self {
+            losses: [[0.0; MAX_GROUPS]; MODELS],
+            groups: 0,
+            fits: [[0.0; MAGNETIC]; MODELS],
+            shift: [0.0; 12],
+            scatter: Packed::zero(),
+        }
     }
 
     pub const fn groups(&self) -> usize {
         self.groups
     }
 
-    /// Plays one group: `total` of all equations, `unseen` those that do not teach; `witnesses`, the group's test windows, without those
-    /// that are beyond `disturbed` with both of the first two models; `everything`, the richest model's fit to all. `None` when a
-    /// fit fails.
+    /// Fits the models to the equations of all but the next group; `None` when a fit fails.
+    pub fn fit(&mut self, others: &Equations, models: &[Model], known: &Known) -> Option<()> {
+        for (fit, model) in self.fits.iter_mut().zip(models) {
+            *fit = solve(others, known, model)?;
+        }
+        Some(())
+    }
+
+    /// Plays that group, with the fits of `models` models: `witnesses`, the group's test windows, without those that are beyond `disturbed`
+    /// with both of the first two; `everything`, the richest model's fit to all.
     pub fn play<'a>(
         &mut self,
-        (total, unseen): (&Equations, &Equations),
         witnesses: impl Iterator<Item = &'a TestEquations>,
         disturbed: f32,
-        models: &[Model],
+        models: usize,
         known: &Known,
         everything: &[f32; 12],
     ) -> Option<()> {
-        let mut others = *total;
-        others.add_scaled(unseen, -1.0);
-        let mut fits = [[0.0; MAGNETIC]; MODELS];
-        for (fit, model) in fits.iter_mut().zip(models) {
-            *fit = solve(&others, known, model)?;
-        }
+        let mut fits = self.fits;
+        fits.iter_mut().skip(models).for_each(|none| *none = [0.0; MAGNETIC]);
         let mut sums = [0.0; MODELS];
         for test in witnesses {
             let found = test_misfits(test, known, &fits);
@@ -122,23 +132,23 @@ impl Contest {
 /// Share of the 2^n sign patterns of the gains whose sum is at least the observed one (n at most [`MAX_GROUPS`]). Counted in
 /// Gray's order: each pattern differs from the one before in one sign.
 fn sign_flip_p_value(gains: &[f32]) -> f32 {
-    let patterns = 1_u32 << gains.len();
+    // A pattern and its opposite have opposite sums: half of them are gone through, the last gain's sign kept.
+    let halves = (1_u32 << gains.len()) / 2;
     let observed: f32 = gains.iter().sum();
     // A thousand additions round; the observed pattern must count itself.
     let tolerance = 1e-4 * gains.iter().fold(0.0, |sum, g| sum + libm::fabsf(*g));
     let mut sum = observed;
-    let mut as_large = 1_u32;
-    for pattern in 1..patterns {
+    let opposite = |sum: f32| u32::from(-sum >= observed - tolerance);
+    let mut as_large = 1 + opposite(sum);
+    for pattern in 1..halves {
         let flipped = pattern.trailing_zeros();
         let gain = gains.get(flipped as usize).copied().unwrap_or(0.0);
         // The sign that flips was negative when Gray's code had its bit set before.
         let was_negative = (pattern - 1) ^ (pattern - 1) >> 1;
         sum += if was_negative >> flipped & 1 == 1 { 2.0 * gain } else { -2.0 * gain };
-        if sum >= observed - tolerance {
-            as_large += 1;
-        }
+        as_large += u32::from(sum >= observed - tolerance) + opposite(sum);
     }
-    as_large as f32 / patterns as f32
+    as_large as f32 / (2 * halves) as f32
 }
 
 #[cfg(test)]

@@ -19,8 +19,11 @@ use nalgebra::Vector3;
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
 
-/// Increments whose test windows are made anew in one piece of work.
-const REBUILT_IN_A_STEP: u32 = 16;
+/// Work units of beginning a fit.
+const START_UNITS: u32 = 150;
+
+/// Work units of learning from a fit.
+const LEARN_UNITS: u32 = 250;
 
 /// Work units of judging a fit.
 const JUDGE_UNITS: u32 = 500;
@@ -29,8 +32,8 @@ const JUDGE_UNITS: u32 = 500;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Idle,
-    /// The test windows are made anew, without the effects that have been found since they were.
-    Rebuilding,
+    /// The fit of the window is to be begun.
+    Due,
     Fitting,
     /// The result waits for its instant.
     Ready,
@@ -55,11 +58,11 @@ pub(crate) struct Identifier {
     job: Job,
     /// What the samples before it taught.
     carried: Carried,
+    /// Until when the samples of the fit that was judged are still to be learnt from; 0: none are.
+    to_learn_us: u64,
     state: State,
     work: Work,
     diagnosis: DiagnosisSchedule,
-    /// Whether the test windows that are kept were made with other effects.
-    stale_tests: bool,
     /// The result of the job, once it is judged.
     result: Vec<WindowReport, 1>,
     pending: Deque<WindowReport, PENDING>,
@@ -71,6 +74,8 @@ pub(crate) struct Identifier {
 mod bias_step;
 mod closing;
 mod reports;
+#[cfg(feature = "storage")]
+mod restoring;
 
 impl Identifier {
     pub const fn zero() -> Self {
@@ -87,10 +92,10 @@ impl Identifier {
             bias_known_us: 0,
             job: Job::zero(),
             carried: Carried::nothing(),
+            to_learn_us: 0,
             state: State::Idle,
             work: Work::Nothing,
             diagnosis: DiagnosisSchedule::zero(),
-            stale_tests: false,
             result: Vec::new(),
             pending: Deque::new(),
             reports_lost: 0,
@@ -105,7 +110,6 @@ impl Identifier {
         self.final_close_us = config.freeze_at_us.map_or(u64::MAX, |t| t.saturating_sub(micros(id.latency_s)));
         self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
         self.diagnosis.configure(config, self.final_close_us);
-        self.stale_tests = false;
         // Ranges of the stored increments where the full scale is unknown: 4000 deg/s and 32 g, the widest of the parts in use,
         // and ten times the strongest field on earth.
         self.stream.configure(&StreamSettings {
@@ -122,6 +126,7 @@ impl Identifier {
         self.learned_until_us = 0;
         self.bias_known_us = 0;
         self.carried = Carried::nothing();
+        self.to_learn_us = 0;
         self.work = Work::Nothing;
         self.state = State::Idle;
         self.pending.clear();
@@ -165,7 +170,6 @@ impl Identifier {
             return [false; 2];
         }
         let Some(change) = self.diagnosis.take_effect(t_us, &mut self.stream) else { return [false; 2] };
-        self.stale_tests = true;
         let bias = Vector3::from(self.flown.b_rad_s) + change.bias_rad_s;
         if bias.iter().all(|b| b.is_finite()) {
             self.flown.b_rad_s = bias.into();
@@ -229,17 +233,14 @@ impl Identifier {
 
     /// One bounded piece of work; returns its size in units, 0 when there is nothing to do.
     pub fn step(&mut self) -> u32 {
+        if self.to_learn_us > 0 {
+            self.learn();
+            return LEARN_UNITS;
+        }
         match self.state {
-            State::Rebuilding => {
-                let Self { work, stream, job, .. } = self;
-                let more = match work {
-                    Work::Rebuild(rebuild) => stream.rebuild(rebuild, job.to, REBUILT_IN_A_STEP),
-                    _ => false,
-                };
-                if !more {
-                    self.start_fit();
-                }
-                return REBUILT_IN_A_STEP * 12;
+            State::Due => {
+                self.start_fit();
+                return START_UNITS;
             }
             State::Fitting => {}
             State::Idle | State::Ready => return self.diagnosis.step(&mut self.work, &self.stream, &self.config),
@@ -249,7 +250,7 @@ impl Identifier {
             Step::More(units) => units,
             Step::Done(report) => {
                 match report.decision {
-                    Decision::Accepted | Decision::Refused(Refusal::ChangeTooSmall { .. }) => self.learn(),
+                    Decision::Accepted | Decision::Refused(Refusal::ChangeTooSmall { .. }) => self.will_learn(),
                     // What was carried no longer holds, or this window is wrong: the next one stands by itself.
                     Decision::Refused(Refusal::Contradiction { .. } | Refusal::RolledBack { .. }) => {
                         self.carried = Carried::nothing()
@@ -289,20 +290,25 @@ impl Identifier {
         if let Work::Fit(fit) = &self.work { fit.cost() } else { None }
     }
 
-    /// What no later window will hold is carried on.
-    fn learn(&mut self) {
+    /// What no later window will hold is to be carried on.
+    fn will_learn(&mut self) {
         let until_us = match self.next_close_us {
             u64::MAX => return,
             next_us => next_us.saturating_sub(micros(self.config.identification.window_s)),
         };
         if until_us > self.job.t_start_us {
             self.learned_until_us = until_us;
-            let mut carried = self.carried;
-            if let Some((context, fit)) = self.split() {
-                fit.learn(&context, until_us, &mut carried);
-            }
-            self.carried = carried;
+            self.to_learn_us = until_us;
         }
+    }
+
+    fn learn(&mut self) {
+        let until_us = core::mem::take(&mut self.to_learn_us);
+        let mut carried = self.carried;
+        if let Some((context, fit)) = self.split() {
+            fit.learn(&context, until_us, &mut carried);
+        }
+        self.carried = carried;
     }
 
     fn context(&self) -> Context<'_> {

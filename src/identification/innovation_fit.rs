@@ -92,7 +92,7 @@ impl InnovationFit {
         let grid = context.stream.grid;
         let length = Node::length(grid) as f32;
         // An equation's variance is its noise gain times that of an increment's vector; a node is the mean of some increments.
-        let of_node = |variance: f32| variance / (context.stream.noise_gain() * length);
+        let of_node = |variance: f32| variance / (context.stream.test_function.noise_gain() * length);
         let walk = context.config.attitude.gyro_noise_rad_s_rthz;
         self.noise = Noise {
             vectors: [of_node(weak.variances.gravity), of_node(weak.variances.field)],

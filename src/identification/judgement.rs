@@ -1,20 +1,21 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Twelve parameters, counted by loops.
 
 use super::{
-    Decision, Prior, Refusal, WindowReport,
+    Decision, Refusal, WindowReport,
     acceptance::{self, Evidence, Promise},
     contest::MIN_GROUPS,
     drift::Drift,
     least_squares::{Freedom, Model},
-    observability::Observability,
+    motion::Motion,
     prior::{model_of, prior_sigma, theta_of},
+    refinement::Refinement,
     weak_fit::{FACTORY_P, FLOWN_P, FULL, NOTHING},
     window_fit::{Context, Job, WindowFit},
 };
 use crate::{
     algebra::{Cholesky, Packed, dot, minus, plus},
     compensation::GyroModel,
-    optimizer::{Cost, LeastSquaresCost},
+    optimizer::Cost,
     window::gyro_part,
 };
 
@@ -105,23 +106,21 @@ impl WindowFit {
     }
 
     fn judge(&self, context: &Context) -> Result<WindowReport, Refusal> {
-        let objective = self.objective();
-        let (delta, evaluations) = self.optimum();
-        let mut theta = plus(&self.innovations.theta0, &delta);
-        let drift = self.innovations.drift(context, &self.job, &delta).ok_or(Refusal::Degenerate)?;
+        let refinement = self.refinement().ok_or(Refusal::Degenerate)?;
+        let Refinement { innovations, .. } = refinement;
+        let objective = refinement.objective(&self.weak.prior);
+        let (delta, evaluations) = refinement.optimum(&self.weak.prior);
+        let mut theta = plus(&innovations.theta0, &delta);
+        let drift = innovations.drift(context, &self.job, &delta).ok_or(Refusal::Degenerate)?;
         for i in 0..3 {
             theta[9 + i] += drift.change[i];
         }
         let fitted = model_of(&theta).ok_or(Refusal::Degenerate)?;
-        let cost_before = objective.evaluate(&minus(&theta_of(context.flown), &self.innovations.theta0));
+        let cost_before = objective.evaluate(&minus(&theta_of(context.flown), &innovations.theta0));
         let cost_after = objective.evaluate(&delta);
 
-        let mut information = Packed::zero();
-        objective.normal_equations(&delta, &mut information, &mut [0.0; 12]);
-        let posterior = information.cholesky().ok_or(Refusal::Degenerate)?;
-        // Against the data sheet: a rest counts as an observation of the bias.
-        let data_sheet = Prior::new(&context.config.identification, &context.config.gyro, None);
-        let observability = Observability::new(&data_sheet.information, &information).ok_or(Refusal::Degenerate)?;
+        let posterior = refinement.posterior.as_ref().ok_or(Refusal::Degenerate)?;
+        let observability = refinement.observability.as_ref().ok_or(Refusal::Degenerate)?;
         let jackknife = self.weak.contest.covariance();
 
         let (base, mut bias_only) = with_rest_bias(context, &self.job);
@@ -132,12 +131,12 @@ impl WindowFit {
         let contest = &self.weak.contest;
         let outcome = contest.between(FULL, FLOWN_P);
         let verdict = self.fit_to_judge(context).and_then(|()| {
-            acceptance::consistent(self.contradiction())?;
-            acceptance::agreed(self.innovations.motion.disagreement())?;
-            let promise =
-                self.promised(&change, &jackknife, &posterior).ok_or_else(|| self.too_little(observability.rank))?;
+            acceptance::consistent(refinement.contradiction)?;
+            acceptance::agreed(innovations.motion.disagreement())?;
+            let promise = promised(&innovations.motion, &change, &jackknife, posterior)
+                .ok_or_else(|| self.too_little(observability.rank()))?;
             if contest.groups() < MIN_GROUPS {
-                return Err(self.too_few(contest.groups(), observability.rank));
+                return Err(self.too_few(contest.groups(), observability.rank()));
             }
             let news = acceptance::judge(&Evidence { outcome, promise });
             if news.is_ok() || context.flown.p == context.config.gyro.p {
@@ -165,7 +164,7 @@ impl WindowFit {
             flown = GyroModel { b_rad_s: flown.b_rad_s, ..context.config.gyro };
             decision = Decision::Refused(Refusal::RolledBack { p_value });
         }
-        let sigma = sigma(&posterior, &jackknife, &drift, &fitted);
+        let sigma = sigma(posterior, &jackknife, &drift, &fitted);
         let prior = prior_sigma(&context.config.identification);
         let contested = self.weak.contest.groups() > 0;
         Ok(WindowReport {
@@ -182,7 +181,7 @@ impl WindowFit {
             flown,
             sigma,
             observable: core::array::from_fn(|i| sigma[i] < 0.5 * prior[i]),
-            rank: observability.rank,
+            rank: observability.rank(),
             rest_s: self.job.rest_s,
             explained: if contested { finite(outcome.explained) } else { None },
             p_value: if contested { finite(outcome.p_value) } else { None },
@@ -204,20 +203,6 @@ impl WindowFit {
         is_rolled_back.then_some(factory_wins.p_value)
     }
 
-    /// What a `change` of theta does to the rotation of the moving seconds. `None` when nothing moved.
-    fn promised(
-        &self,
-        change: &[f32; 12],
-        jackknife: &Packed<12, 78>,
-        posterior: &Cholesky<12, 78>,
-    ) -> Option<Promise> {
-        Some(Promise {
-            change_rad: self.innovations.motion.turned_by(change)?,
-            jackknife_rad: self.innovations.motion.deviation(jackknife),
-            posterior_rad: self.innovations.motion.deviation_of(posterior),
-        })
-    }
-
     /// Without a rest the bias comes from the window, when it wins clearly: with the factory's P in `bias_only`, with the flown P
     /// in `flown` unless a new P was accepted.
     fn fitted_bias(&self, context: &Context, bias_only: &mut GyroModel, decision: Decision, flown: &mut GyroModel) {
@@ -237,6 +222,20 @@ impl WindowFit {
             *flown = fit([0.0; 9]).unwrap_or(*flown);
         }
     }
+}
+
+/// What a `change` of theta does to the rotation of the moving seconds. `None` when nothing moved.
+fn promised(
+    motion: &Motion,
+    change: &[f32; 12],
+    jackknife: &Packed<12, 78>,
+    posterior: &Cholesky<12, 78>,
+) -> Option<Promise> {
+    Some(Promise {
+        change_rad: motion.turned_by(change)?,
+        jackknife_rad: motion.deviation(jackknife),
+        posterior_rad: motion.deviation_of(posterior),
+    })
 }
 
 /// By how much the jackknife's deviation has to exceed the posterior's to be believed instead: its square has some nine degrees of

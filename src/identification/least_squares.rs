@@ -119,13 +119,17 @@ fn normal_equations(sum: &Equations, variances: &RowVariances) -> (Packed<MAGNET
     (normal, rhs)
 }
 
-/// The solution with the whole gyro free and the row variances that its own misfit shows, iterated to agreement. `None`
-/// without equations or when they cannot be solved.
+/// Rounds after which the solution and the row variances that its own misfit shows agree: by about a digit a round.
+pub(crate) const ROUNDS: u8 = 5;
+
+/// The solution with the whole gyro free and the row variances that `before`, the solution of the round before, leaves; those of no change
+/// in the first. `None` without equations or when they cannot be solved.
 pub(crate) fn solve_with_variances(
     sum: &Equations,
     prior: &Prior,
     theta: &[f32; 12],
     magnetometer: MagnetometerErrors,
+    before: Option<&[f32; MAGNETIC]>,
 ) -> Option<([f32; MAGNETIC], RowVariances)> {
     if sum.is_empty() {
         return None;
@@ -135,21 +139,15 @@ pub(crate) fn solve_with_variances(
         let v = if rows > 0.0 { misfit / rows } else { 1.0 };
         if v > 1e-10 { v } else { 1e-10 }
     };
-    let mut variances = RowVariances {
-        gravity: variance(sum.gravity.square, sum.gravity.rows),
-        field: variance(sum.magnetic.square, sum.magnetic.rows),
+    let misfits = before.map_or([sum.gravity.square, sum.magnetic.square], |x| {
+        [sum.gravity.misfit(&gyro_part(x)), sum.magnetic.misfit(x)]
+    });
+    let variances = RowVariances {
+        gravity: variance(misfits[0], sum.gravity.rows),
+        field: variance(misfits[1], sum.magnetic.rows),
     };
-    let model = Model::full(magnetometer);
-    let mut x = solve(sum, &Known { variances: &variances, base: prior, prior, theta }, &model)?;
-    // Converges by about a digit a round.
-    for _ in 0..4 {
-        variances = RowVariances {
-            gravity: variance(sum.gravity.misfit(&gyro_part(&x)), sum.gravity.rows),
-            field: variance(sum.magnetic.misfit(&x), sum.magnetic.rows),
-        };
-        x = solve(sum, &Known { variances: &variances, base: prior, prior, theta }, &model)?;
-    }
-    Some((x, variances))
+    let known = Known { variances: &variances, base: prior, prior, theta };
+    Some((solve(sum, &known, &Model::full(magnetometer))?, variances))
 }
 
 /// Squared residuals of a test window over their variances, unweighted, at each of some solutions.

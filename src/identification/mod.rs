@@ -13,6 +13,7 @@ mod least_squares;
 mod motion;
 mod observability;
 mod prior;
+mod refinement;
 mod report;
 mod robust_weights;
 mod search;

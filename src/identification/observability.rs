@@ -1,6 +1,6 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
-use crate::algebra::{Cholesky, Packed, dot, jacobi_eigen};
+use crate::algebra::{Cholesky, Jacobi, Packed, dot};
 
 /// A direction counts as observed when its posterior deviation is under half of its prior one: information at least fourfold.
 const LEAST_RATIO: f32 = 4.0;
@@ -9,15 +9,12 @@ const LEAST_RATIO: f32 = 4.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Observability {
     prior: Cholesky<12, 78>,
-    /// One a row, unit length, in the prior's whitened coordinates.
-    directions: [[f32; 12]; 12],
-    observed: [bool; 12],
-    /// Observed directions.
-    pub rank: u8,
+    /// Of the posterior's information, in the prior's whitened coordinates.
+    eigen: Jacobi<12>,
 }
 
 impl Observability {
-    /// `None` when the prior cannot be factorised.
+    /// To be worked on until it is done; `None` when the prior cannot be factorised.
     pub fn new(prior_information: &Packed<12, 78>, posterior_information: &Packed<12, 78>) -> Option<Self> {
         let prior = prior_information.cholesky()?;
         // E = L^-1 H L^-T, column by column.
@@ -34,19 +31,30 @@ impl Observability {
                 (ratio[i][j], ratio[j][i]) = (mean, mean);
             }
         }
-        let (values, columns) = jacobi_eigen(&ratio);
-        let directions = core::array::from_fn(|k| columns.map(|row| row[k]));
-        let observed = values.map(|value| value > LEAST_RATIO);
-        let rank = observed.iter().filter(|o| **o).count() as u8;
-        Some(Self { prior, directions, observed, rank })
+        Some(Self { prior, eigen: Jacobi::new(&ratio) })
+    }
+
+    /// One piece of the eigen-decomposition; false when it is done.
+    pub fn work(&mut self) -> bool {
+        self.eigen.sweep()
+    }
+
+    fn is_observed(&self, direction: usize) -> bool {
+        self.eigen.value(direction) > LEAST_RATIO
+    }
+
+    /// Observed directions.
+    pub fn rank(&self) -> u8 {
+        (0..12).filter(|k| self.is_observed(*k)).count() as u8
     }
 
     /// The part of a change of theta that lies in the observed directions.
     pub fn observed_part(&self, change: &[f32; 12]) -> [f32; 12] {
         let whitened = self.prior.times_upper(change);
         let mut kept = [0.0; 12];
-        for (direction, _) in self.directions.iter().zip(&self.observed).filter(|(_, observed)| **observed) {
-            let along = dot(direction, &whitened);
+        for k in (0..12).filter(|k| self.is_observed(*k)) {
+            let direction = self.eigen.vectors().map(|row| row[k]);
+            let along = dot(&direction, &whitened);
             for (x, d) in kept.iter_mut().zip(direction) {
                 *x += along * d;
             }
@@ -74,8 +82,9 @@ mod tests {
         let mut alone = [0.0; 12];
         alone[7] = 1.0;
         posterior.add_outer(&alone, 1e5);
-        let observability = Observability::new(&prior, &posterior).unwrap();
-        assert_eq!(observability.rank, 2);
+        let mut observability = Observability::new(&prior, &posterior).unwrap();
+        while observability.work() {}
+        assert_eq!(observability.rank(), 2);
         let mut change = [0.1; 12];
         let kept = observability.observed_part(&change);
         assert!((kept[7] - 0.1).abs() < 1e-4);

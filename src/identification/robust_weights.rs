@@ -1,7 +1,7 @@
 mod clean_variances;
 
 use super::graduation::Graduation;
-use crate::window::{Equations, MAGNETIC, SampleStream, TESTS, TestEquations, gyro_part};
+use crate::window::{Equations, MAGNETIC, TESTS, TestEquations, TestWindows, gyro_part};
 use clean_variances::clean_variances;
 
 /// Below this share of the field's weight the equations agree to within their sensor's noise hardly anywhere.
@@ -27,20 +27,15 @@ impl RobustWeights {
         *self = Self::zero();
     }
 
-    pub fn of(&self, number: u32) -> [f32; 2] {
-        let stored = self.disregard.get(number as usize % TESTS).copied().unwrap_or([255; 2]);
+    /// Of a test window by its number.
+    pub fn of(&self, number: usize) -> [f32; 2] {
+        let stored = self.disregard.get(number).copied().unwrap_or([255; 2]);
         stored.map(|lost| f32::from(255 - lost) / 255.0)
     }
 
     /// From the residuals of the unweighted solution: the scales, and whether there is anything to weigh down.
-    pub fn measure(
-        &mut self,
-        stream: &SampleStream,
-        numbers: core::ops::Range<u32>,
-        theta: &[f32; 12],
-        x: &[f32; MAGNETIC],
-    ) {
-        let (variances, largest) = clean_variances(stream, numbers, theta, x);
+    pub fn measure(&mut self, tests: &TestWindows, theta: &[f32; 12], x: &[f32; MAGNETIC]) {
+        let (variances, largest) = clean_variances(tests, theta, x);
         self.variances = variances;
         self.begin(largest);
     }
@@ -53,10 +48,10 @@ impl RobustWeights {
     }
 
     /// Mean of the field's weights.
-    fn field_agreement(&self, stream: &SampleStream, numbers: core::ops::Range<u32>) -> f32 {
-        let seen = |number: &u32| stream.test(*number).is_some_and(|test| test.field.is_some());
+    fn field_agreement(&self, tests: &TestWindows) -> f32 {
         let (mut sum, mut count) = (0.0, 0.0);
-        for [_, field] in numbers.filter(seen).map(|number| self.of(number)) {
+        let seen = tests.numbered().filter(|(_, test)| test.field.is_some());
+        for [_, field] in seen.map(|(number, _)| self.of(number)) {
             sum += field;
             count += 1.0;
         }
@@ -69,20 +64,16 @@ impl RobustWeights {
     }
 
     /// Weighs some test windows anew by their residuals at a solution, in `sum` too.
-    pub fn weigh(
+    pub fn weigh<'a>(
         &mut self,
-        stream: &SampleStream,
-        numbers: impl Iterator<Item = u32>,
+        tests: impl Iterator<Item = (usize, &'a TestEquations)>,
         theta: &[f32; 12],
         x: &[f32; MAGNETIC],
         sum: &mut Equations,
     ) {
         let graduation = self.graduation;
-        for number in numbers {
-            let (Some(test), Some(stored)) = (stream.test(number), self.disregard.get_mut(number as usize % TESTS))
-            else {
-                continue;
-            };
+        for (number, test) in tests {
+            let Some(stored) = self.disregard.get_mut(number) else { continue };
             let mut weights = [1.0; 2];
             for ((weight, square), variance) in weights.iter_mut().zip(squares_of(test, theta, x)).zip(self.variances) {
                 if let Some(square) = square {
@@ -104,9 +95,9 @@ impl RobustWeights {
 
     /// To the next round, after a solution. Where the field agrees hardly anywhere, what bends it is no disturbance here and there but the
     /// rule: then all test windows weigh the same again, and the graduation is over.
-    pub fn advance(&mut self, stream: &SampleStream, numbers: core::ops::Range<u32>) -> Round {
+    pub fn advance(&mut self, tests: &TestWindows) -> Round {
         let graduated = matches!(self.graduation, Graduation::GemanMcClure { .. });
-        if graduated && self.field_agreement(stream, numbers) < LEAST_AGREEMENT {
+        if graduated && self.field_agreement(tests) < LEAST_AGREEMENT {
             self.start();
             return Round::Again;
         }

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     algebra::{minus, quantile},
-    window::{Equations, MAGNETIC, SampleStream, TESTS, gyro_part},
+    window::{Equations, MAGNETIC, TESTS, TestEquations, TestWindows, gyro_part},
 };
 
 /// Test windows that are gone through in one piece of work.
@@ -68,6 +68,8 @@ pub(crate) struct WeakFit {
     pub variances: RowVariances,
     pub magnetometer: MagnetometerErrors,
     pub contest: Contest,
+    /// The equations of all but the group that is being played.
+    others: Equations,
 }
 
 impl WeakFit {
@@ -88,6 +90,7 @@ impl WeakFit {
             variances: RowVariances { gravity: 0.0, field: 0.0 },
             magnetometer: MagnetometerErrors::None,
             contest: Contest::zero(),
+            others: Equations::zero(),
         }
     }
 
@@ -108,18 +111,15 @@ impl WeakFit {
         if self.tests == 0 { 0.0 } else { self.spoilt as f32 / self.tests as f32 }
     }
 
-    /// Adds slice `slice` of the test windows; `Some(false)` when there is none left.
-    pub fn sum(&mut self, stream: &SampleStream, job: &Job, slice: usize) -> Option<bool> {
+    /// Adds slice `slice` of the test windows; false when there is none left.
+    pub fn sum(&mut self, tests: &TestWindows, slice: usize) -> bool {
         if slice == 0 {
             self.total = Equations::zero();
             (self.tests, self.spoilt, self.seen) = (0, 0, [0; 2]);
         }
-        let mut numbers = slice_of(stream, job, slice).peekable();
-        if numbers.peek().is_none() {
-            return Some(false);
-        }
-        for number in numbers {
-            let test = stream.test(number)?;
+        let mut more = false;
+        for (number, test) in slice_of(tests, slice) {
+            more = true;
             self.total.add(test, &self.theta, self.weights.of(number));
             self.tests += 1;
             self.spoilt += u32::from(test.spoilt);
@@ -127,41 +127,47 @@ impl WeakFit {
             *gravity += u32::from(test.gravity.is_some());
             *field += u32::from(test.field.is_some());
         }
-        Some(true)
+        more
     }
 
-    /// Solves the window by itself, and says what is next for its weights.
-    pub fn solve_alone(&mut self, stream: &SampleStream, job: &Job) -> Option<Round> {
-        let alone = least_squares::solve_with_variances(&self.total, &self.base, &self.theta, self.magnetometer);
-        if alone.is_none() && self.weights.is_running() {
-            // So little weight is left that nothing can be solved.
-            self.weights.start();
-            return Some(Round::Again);
-        }
+    /// One round of solving the window by itself; `None` when it cannot be.
+    pub fn solve_alone(&mut self, round: u8) -> Option<()> {
+        let before = (round > 0).then_some(&self.solution);
+        let alone =
+            least_squares::solve_with_variances(&self.total, &self.base, &self.theta, self.magnetometer, before);
         (self.solution, self.variances) = alone?;
+        Some(())
+    }
+
+    /// So little weight is left that nothing can be solved: whether it helps to begin again without weights.
+    pub fn begin_again(&mut self) -> bool {
+        let weighted = self.weights.is_running();
+        if weighted {
+            self.weights.start();
+        }
+        weighted
+    }
+
+    /// After a solution: what is next for the weights.
+    pub fn next_weights(&mut self, tests: &TestWindows) -> Round {
         if self.measured {
-            let running = self.weights.is_running();
-            return Some(if running { self.weights.advance(stream, tests_of(stream, job)) } else { Round::Done });
+            return if self.weights.is_running() { self.weights.advance(tests) } else { Round::Done };
         }
         self.measured = true;
-        self.weights.measure(stream, tests_of(stream, job), &self.theta, &self.solution);
-        Some(if self.weights.is_running() { Round::Next } else { Round::Done })
+        self.weights.measure(tests, &self.theta, &self.solution);
+        if self.weights.is_running() { Round::Next } else { Round::Done }
     }
 
     /// Weighs slice `slice` of the test windows by their residuals; false when there is none left.
-    pub fn weigh(&mut self, stream: &SampleStream, job: &Job, slice: usize) -> bool {
-        let mut numbers = slice_of(stream, job, slice).peekable();
-        if numbers.peek().is_none() {
-            return false;
-        }
-        self.weights.weigh(stream, numbers, &self.theta, &self.solution, &mut self.total);
-        true
+    pub fn weigh(&mut self, tests: &TestWindows, slice: usize) -> bool {
+        let mut some = slice_of(tests, slice).peekable();
+        let more = some.peek().is_some();
+        self.weights.weigh(some, &self.theta, &self.solution, &mut self.total);
+        more
     }
 
-    /// Solves the window by itself for its variances; then with what earlier windows taught.
+    /// Once the window is solved by itself, and so its variances known: with what earlier windows taught.
     pub fn solve(&mut self) -> Option<()> {
-        let alone = least_squares::solve_with_variances(&self.total, &self.base, &self.theta, self.magnetometer)?;
-        (self.solution, self.variances) = alone;
         self.contest = Contest::zero();
         if !self.carried.is_empty() {
             self.solution = self.fit(&Model::full(self.magnetometer))?;
@@ -183,15 +189,15 @@ impl WeakFit {
         Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta }
     }
 
-    /// Plays group `group` of the contest about the magnetometer; `Some(false)` when there is none left.
-    pub fn play_magnetometer(&mut self, stream: &SampleStream, job: &Job, group: usize) -> Option<bool> {
-        self.play(stream, job, group, &MAGNETOMETER_MODELS)
+    /// Plays a third of a group of the contest about the magnetometer, the `piece`th of all; `Some(false)` when there is none left.
+    pub fn play_magnetometer(&mut self, tests: &TestWindows, piece: usize) -> Option<bool> {
+        self.play(tests, piece, &MAGNETOMETER_MODELS)
     }
 
-    /// Keeps those errors of the magnetometer that predict unseen test windows better, and solves again with them: an error that
+    /// Keeps those errors of the magnetometer that predict unseen test windows better; the window is to be solved again with them. An error that
     /// is there and left out bends P; one that is not there and kept only costs precision (a hard iron looks like a
     /// cross-coupling from the axis that turns).
-    pub fn choose_magnetometer(&mut self) -> Option<()> {
+    pub fn choose_magnetometer(&mut self) {
         let shows = |outcome: Outcome| outcome.p_value <= MAGNETOMETER_P_VALUE;
         let enough = self.contest.groups() >= MIN_GROUPS;
         self.magnetometer = if !enough || shows(self.contest.between(0, 1)) {
@@ -201,11 +207,10 @@ impl WeakFit {
         } else {
             MagnetometerErrors::None
         };
-        self.solve()
     }
 
-    /// Plays group `group` of the contest about the gyro; `Some(false)` when there is none left.
-    pub fn play_gyro(&mut self, context: &Context, job: &Job, group: usize) -> Option<bool> {
+    /// The same of the contest about the gyro.
+    pub fn play_gyro(&mut self, context: &Context, tests: &TestWindows, piece: usize) -> Option<bool> {
         let factory = theta_of(&context.config.gyro);
         let models = [
             Freedom::Full,
@@ -214,41 +219,47 @@ impl WeakFit {
             Freedom::Bias(p_part(&minus(&factory, &self.theta))),
         ]
         .map(|freedom| Model { freedom, magnetometer: self.magnetometer });
-        self.play(context.stream, job, group, &models)
+        self.play(tests, piece, &models)
     }
 
-    fn play(&mut self, stream: &SampleStream, job: &Job, group: usize, models: &[Model]) -> Option<bool> {
-        let numbers = tests_of(stream, job);
-        let is_filled = |number: &u32| stream.test(*number).is_some_and(|test| !test.is_empty());
-        let filled = numbers.clone().filter(is_filled).count();
-        let groups = (filled / TESTS_PER_GROUP).min(MAX_GROUPS);
+    /// First the equations of all but the group are summed, then the models are fitted to them, then the group is predicted.
+    fn play(&mut self, tests: &TestWindows, piece: usize, models: &[Model]) -> Option<bool> {
+        let filled = || tests.numbered().filter(|(_, test)| !test.is_empty());
+        let count = filled().count();
+        let groups = (count / TESTS_PER_GROUP).min(MAX_GROUPS);
+        let group = piece / 3;
         if group >= groups {
             return Some(false);
         }
         // Dealt out evenly, contiguous ones to a group.
-        let share = |g: usize| (g * filled).checked_div(groups).unwrap_or(0);
+        let share = |g: usize| (g * count).checked_div(groups).unwrap_or(0);
         let mine = share(group)..share(group + 1);
-        let of = |from: usize, count: usize| numbers.clone().filter(is_filled).skip(from).take(count);
-        // Neighbours that share samples with the group do not teach.
-        let mut unseen = Equations::zero();
-        let from = mine.start.saturating_sub(OVERLAPPING);
-        for number in of(from, mine.end + OVERLAPPING - from) {
-            unseen.add(stream.test(number)?, &self.theta, self.weights.of(number));
-        }
-        let everything = gyro_part(&self.solution);
         // Not `known()`: the contest is borrowed beside it.
         let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
-        let witnesses = of(mine.start, mine.len()).filter_map(|number| stream.test(number));
-        self.contest.play((&self.total, &unseen), witnesses, self.disturbed, models, &known, &everything)?;
+        match piece % 3 {
+            0 => {
+                // Neighbours that share samples with the group do not teach.
+                let from = mine.start.saturating_sub(OVERLAPPING);
+                self.others = self.total;
+                for (number, test) in filled().skip(from).take(mine.end + OVERLAPPING - from) {
+                    self.others.add(test, &self.theta, self.weights.of(number).map(|weight| -weight));
+                }
+            }
+            1 => self.contest.fit(&self.others, models, &known)?,
+            _ => {
+                let witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
+                self.contest.play(witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
+            }
+        }
         Some(true)
     }
 
     /// From how much the bias alone leaves in each test window: what is beyond doubt.
-    pub fn measure_doubt(&mut self, stream: &SampleStream, job: &Job) -> Option<()> {
+    pub fn measure_doubt(&mut self, tests: &TestWindows) -> Option<()> {
         let x = self.fit(&Model { freedom: Freedom::Bias([0.0; 9]), magnetometer: self.magnetometer })?;
         let mut misfits = [0.0; TESTS];
         let mut count = 0;
-        for test in tests_of(stream, job).filter_map(|number| stream.test(number)).filter(|test| !test.is_empty()) {
+        for test in tests.all().filter(|test| !test.is_empty()) {
             if let Some(slot) = misfits.get_mut(count) {
                 [*slot] = least_squares::test_misfits(test, &self.known(), &[x]);
                 count += 1;
@@ -259,14 +270,9 @@ impl WeakFit {
     }
 }
 
-/// The test windows of a job.
-fn tests_of(stream: &SampleStream, job: &Job) -> core::ops::Range<u32> {
-    stream.tests_within(job.from, job.to)
-}
-
-/// Some of them, to be gone through in one piece of work.
-fn slice_of(stream: &SampleStream, job: &Job, slice: usize) -> impl Iterator<Item = u32> + use<> {
-    tests_of(stream, job).skip(slice * SLICE).take(SLICE)
+/// Some of the test windows, to be gone through in one piece of work, with their numbers.
+fn slice_of(tests: &TestWindows, slice: usize) -> impl Iterator<Item = (usize, &TestEquations)> {
+    tests.numbered().skip(slice * SLICE).take(SLICE)
 }
 
 /// The part of P of a theta.

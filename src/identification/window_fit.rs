@@ -1,15 +1,18 @@
 use super::{
-    Carried, Forgetting, WindowCost, WindowReport, innovation_fit::InnovationFit, robust_weights::Round,
-    search::Search, weak_fit::WeakFit,
+    Carried, Forgetting, WindowCost, WindowReport, least_squares::ROUNDS, observability::Observability,
+    refinement::Refinement, robust_weights::Round, weak_fit::WeakFit,
 };
 use crate::{
-    algebra::{Cholesky, Packed, dot, minus, plus},
+    algebra::plus,
     compensation::{GyroModel, VectorModel},
     config::Config,
-    objective::Innovations,
-    optimizer::{LeastSquaresCost, Progress},
-    window::{RestBias, SampleStream},
+    optimizer::Progress,
+    window::{RestBias, SampleStream, TestWindows},
 };
+use core::mem::ManuallyDrop;
+
+/// Increments whose test windows are made in one piece of work.
+const INCREMENTS_IN_A_STEP: u32 = 16;
 
 /// The window being identified.
 #[derive(Clone, Copy, Debug)]
@@ -51,14 +54,20 @@ impl Job {
 /// Where the identification of a window stands; each step does a bounded piece of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// Sum the test windows' equations, slice by slice.
+    /// Make the test windows, some increments at a time.
+    Tests,
+    /// Sum their equations, slice by slice.
     Sum(usize),
     /// Weigh those down that a disturbance bends, slice by slice.
     Weigh(usize),
-    /// Solve them.
-    LeastSquares,
-    /// Cross-validate, group by group, which errors of the magnetometer the window shows.
+    /// Solve them by themselves, round by round.
+    LeastSquares(u8),
+    /// Find out which of them are disturbed.
+    Doubt,
+    /// Cross-validate, a third of a group at a time, which errors of the magnetometer the window shows.
     Magnetometer(usize),
+    /// Solve them with those.
+    Solve(u8),
     /// Cross-validate P and bias.
     Gyro(usize),
     /// Make node by node at the least-squares solution.
@@ -66,7 +75,11 @@ enum Phase {
     /// Noise scales and whitening.
     Whiten,
     Search,
-    /// Observability, uncertainty and acceptance.
+    /// What the window sees; whether that has been begun.
+    Observe(bool),
+    /// Whether it contradicts the ones before.
+    Compare,
+    /// Uncertainty and acceptance.
     Judge,
 }
 
@@ -92,14 +105,42 @@ impl Context<'_> {
     }
 }
 
-/// The identification of one window, resumable: from its test windows' equations to a report.
+/// The identification of one window, resumable: from its test windows to a report.
 pub(crate) struct WindowFit {
     phase: Phase,
     pub job: Job,
     pub(super) weak: WeakFit,
-    pub(super) innovations: InnovationFit,
-    whitening: Option<Cholesky<12, 78>>,
-    search: Search,
+    material: Material,
+}
+
+/// What a fit works on: first the test windows; then, in the same memory, what follows their solution.
+#[expect(clippy::large_enum_variant, reason = "the variants share static memory")]
+// As wide as what it stands before is aligned: with padding after it a variant is written by way of the stack.
+#[repr(u32)]
+enum Material {
+    // Nothing in either has to be dropped; with drop glue an assignment goes by way of the stack.
+    Tests(ManuallyDrop<TestWindows>),
+    Refinement(ManuallyDrop<Refinement>),
+}
+
+impl Material {
+    // Constants of all zeros, so that they are written where they belong: the values would go by way of the stack.
+
+    #[inline(never)]
+    fn begin_tests(&mut self) {
+        const TESTS: ManuallyDrop<TestWindows> = ManuallyDrop::new(TestWindows::zero());
+        if !matches!(self, Self::Tests(_)) {
+            *self = Self::Tests(TESTS);
+        }
+    }
+
+    #[inline(never)]
+    fn begin_refinement(&mut self) {
+        const REFINEMENT: ManuallyDrop<Refinement> = ManuallyDrop::new(Refinement::zero());
+        if !matches!(self, Self::Refinement(_)) {
+            *self = Self::Refinement(REFINEMENT);
+        }
+    }
 }
 
 /// What one step of a fit came to.
@@ -114,64 +155,45 @@ pub(crate) enum Step {
 }
 
 impl WindowFit {
+    #[inline(always)]
     pub const fn zero() -> Self {
         Self {
-            phase: Phase::Sum(0),
+            phase: Phase::Tests,
             job: Job::zero(),
             weak: WeakFit::zero(),
-            innovations: InnovationFit::zero(),
-            whitening: None,
-            search: Search::None,
+            material: Material::Tests(ManuallyDrop::new(TestWindows::zero())),
         }
     }
 
     /// Begins with what earlier windows taught.
     pub fn start(&mut self, context: &Context, job: Job, carried: &Carried) {
         self.job = job;
-        self.phase = Phase::Sum(0);
+        self.phase = Phase::Tests;
         let middle_us = job.t_start_us + (job.t_end_us - job.t_start_us) / 2;
         self.weak.start(context, &job, &carried.aged(middle_us, &context.forgetting()));
+        self.material.begin_tests();
+        if let Material::Tests(tests) = &mut self.material {
+            tests.start(context.stream, job.from, job.to, &self.weak.theta);
+        }
     }
 
     /// One bounded piece of work.
     pub fn step(&mut self, context: &Context) -> Step {
-        let Self { weak, job, .. } = self;
+        let units = self.units();
         let next = match self.phase {
-            Phase::Sum(slice) => weak.sum(context.stream, job, slice).map(|more| match more {
-                true => Phase::Sum(slice + 1),
-                false => Phase::LeastSquares,
-            }),
-            Phase::Weigh(slice) => Some(match weak.weigh(context.stream, job, slice) {
-                true => Phase::Weigh(slice + 1),
-                false => Phase::LeastSquares,
-            }),
-            Phase::LeastSquares => match weak.solve_alone(context.stream, job) {
-                Some(Round::Next) => Some(Phase::Weigh(0)),
-                Some(Round::Again) => Some(Phase::Sum(0)),
-                Some(Round::Done) => {
-                    weak.solve().and_then(|()| weak.measure_doubt(context.stream, job)).map(|()| Phase::Magnetometer(0))
-                }
-                None => None,
+            Phase::Judge => return Step::Done(self.judged(context)),
+            Phase::Tests => match self.make_tests(context) {
+                Some(next) => Some(next),
+                None => return Step::Overtaken,
             },
-            Phase::Magnetometer(group) => match weak.play_magnetometer(context.stream, job, group) {
-                Some(true) => Some(Phase::Magnetometer(group + 1)),
-                Some(false) => weak.choose_magnetometer().map(|()| Phase::Gyro(0)),
-                None => None,
-            },
-            Phase::Gyro(group) => weak.play_gyro(context, job, group).map(|more| match more {
-                true => Phase::Gyro(group + 1),
-                false => Phase::Nodes(0),
-            }),
-            Phase::Nodes(index) => match self.innovations.take_node(context, job, weak, index) {
+            Phase::Nodes(index) => match self.take_node(context, index) {
                 Some(true) => Some(Phase::Nodes(index + 1)),
                 Some(false) => Some(Phase::Whiten),
                 None => return Step::Overtaken,
             },
-            Phase::Whiten => self.whiten(context).map(|()| Phase::Search),
-            Phase::Search => Some(if self.search() == Progress::Done { Phase::Judge } else { Phase::Search }),
-            Phase::Judge => return Step::Done(self.judged(context)),
+            Phase::Whiten | Phase::Search | Phase::Observe(_) | Phase::Compare => self.refine(context),
+            phase => self.solve(context, phase),
         };
-        let units = self.units();
         match next {
             Some(phase) => {
                 self.phase = phase;
@@ -181,81 +203,120 @@ impl WindowFit {
         }
     }
 
+    /// `None`: the samples have been overwritten.
+    fn make_tests(&mut self, context: &Context) -> Option<Phase> {
+        let Material::Tests(tests) = &mut self.material else { return None };
+        tests.make(context.stream, INCREMENTS_IN_A_STEP).map(|more| if more { Phase::Tests } else { Phase::Sum(0) })
+    }
+
+    /// A piece of the least-squares solution and the contests about it; `None` when there is none.
+    fn solve(&mut self, context: &Context, phase: Phase) -> Option<Phase> {
+        let Self { weak, material: Material::Tests(tests), .. } = self else { return None };
+        Some(match phase {
+            Phase::Sum(slice) if weak.sum(tests, slice) => Phase::Sum(slice + 1),
+            Phase::Weigh(slice) if weak.weigh(tests, slice) => Phase::Weigh(slice + 1),
+            Phase::Sum(_) | Phase::Weigh(_) => Phase::LeastSquares(0),
+            Phase::LeastSquares(ROUNDS) => match weak.next_weights(tests) {
+                Round::Next => Phase::Weigh(0),
+                Round::Again => Phase::Sum(0),
+                Round::Done => Phase::Doubt,
+            },
+            Phase::LeastSquares(round) => match weak.solve_alone(round) {
+                Some(()) => Phase::LeastSquares(round + 1),
+                None if weak.begin_again() => Phase::Sum(0),
+                None => return None,
+            },
+            Phase::Doubt => {
+                weak.solve()?;
+                weak.measure_doubt(tests)?;
+                Phase::Magnetometer(0)
+            }
+            Phase::Magnetometer(piece) if weak.play_magnetometer(tests, piece)? => Phase::Magnetometer(piece + 1),
+            Phase::Magnetometer(_) => {
+                weak.choose_magnetometer();
+                Phase::Solve(0)
+            }
+            Phase::Solve(ROUNDS) => {
+                weak.solve()?;
+                Phase::Gyro(0)
+            }
+            Phase::Solve(round) => {
+                weak.solve_alone(round)?;
+                Phase::Solve(round + 1)
+            }
+            Phase::Gyro(piece) if weak.play_gyro(context, tests, piece)? => Phase::Gyro(piece + 1),
+            _ => {
+                self.material.begin_refinement();
+                Phase::Nodes(0)
+            }
+        })
+    }
+
+    /// Whether there was another node; `None`: its samples have been overwritten.
+    fn take_node(&mut self, context: &Context, index: usize) -> Option<bool> {
+        let Self { weak, job, material: Material::Refinement(refinement), .. } = self else { return None };
+        refinement.innovations.take_node(context, job, weak, index)
+    }
+
+    /// A piece of the search; `None` when there is nothing to search over.
+    fn refine(&mut self, context: &Context) -> Option<Phase> {
+        let Self { phase, weak, job, material: Material::Refinement(refinement) } = self else { return None };
+        Some(match phase {
+            Phase::Whiten => {
+                refinement.whiten(&weak.prior, context.config, job.t_end_us)?;
+                Phase::Search
+            }
+            Phase::Search if refinement.step(&weak.prior) == Progress::Running => Phase::Search,
+            Phase::Search => Phase::Observe(false),
+            Phase::Observe(false) => {
+                refinement.observe(&weak.prior, context.config);
+                Phase::Observe(true)
+            }
+            Phase::Observe(true) if refinement.observability.as_mut().is_some_and(Observability::work) => {
+                Phase::Observe(true)
+            }
+            Phase::Observe(true) => Phase::Compare,
+            _ => {
+                refinement.compare(weak);
+                Phase::Judge
+            }
+        })
+    }
+
     /// Size of a step of the present phase, in work units: some 300 instructions each.
-    fn units(&self) -> u32 {
+    const fn units(&self) -> u32 {
         match self.phase {
+            Phase::Tests => 12 * INCREMENTS_IN_A_STEP,
             Phase::Sum(_) | Phase::Weigh(_) => 150,
-            Phase::LeastSquares => 500,
-            Phase::Magnetometer(_) | Phase::Gyro(_) => 200,
+            Phase::Doubt => 500,
+            Phase::LeastSquares(_) | Phase::Solve(_) | Phase::Magnetometer(_) | Phase::Gyro(_) => 150,
             Phase::Nodes(_) => 30,
-            Phase::Whiten => 150,
+            Phase::Whiten | Phase::Observe(_) | Phase::Compare => 200,
             Phase::Search => 40,
             Phase::Judge => 0,
         }
     }
 
+    pub(super) fn refinement(&self) -> Option<&Refinement> {
+        if let Material::Refinement(refinement) = &self.material { Some(refinement) } else { None }
+    }
+
     /// The cost of the window that is being identified or was the last to be, once its innovations stand.
     pub fn cost(&self) -> Option<WindowCost<'_>> {
-        let stands = matches!(self.phase, Phase::Search | Phase::Judge);
-        self.whitening.as_ref().filter(|_| stands).map(|factor| WindowCost { objective: self.objective(), factor })
-    }
-
-    pub(super) fn objective(&self) -> Innovations<'_> {
-        self.innovations.objective(&self.weak.prior)
-    }
-
-    fn whiten(&mut self, context: &Context) -> Option<()> {
-        self.innovations.rescale()?;
-        let start = [0.0; 12];
-        let mut normal = Packed::zero();
-        self.objective().normal_equations(&start, &mut normal, &mut [0.0; 12]);
-        self.whitening = Some(normal.cholesky()?);
-        let Config { seed, identification, .. } = context.config;
-        self.search = Search::new(identification.optimizer, identification.max_evaluations, seed ^ self.job.t_end_us);
-        Some(())
-    }
-
-    fn search(&mut self) -> Progress {
-        let Some(factor) = &self.whitening else { return Progress::Done };
-        let objective = self.innovations.objective(&self.weak.prior);
-        self.search.step(&WindowCost { objective, factor })
-    }
-
-    /// The optimum found, about theta0, and the evaluations spent.
-    pub(super) fn optimum(&self) -> ([f32; 12], u32) {
-        (self.cost().map_or([0.0; 12], |cost| self.search.best(&cost)), self.search.evaluations())
+        self.refinement()?.cost(&self.weak.prior)
     }
 
     /// Carries on what the samples until `until_us` taught, which no later window will hold: the innovations of the stretches that
     /// lie before, which know of none that comes after.
     pub fn learn(&self, context: &Context, until_us: u64, carried: &mut Carried) {
-        if self.phase != Phase::Judge {
-            return;
-        }
+        let Some(refinement) = self.refinement().filter(|_| self.phase == Phase::Judge) else { return };
         let Job { t_start_us, t_end_us, .. } = self.job;
         let learned_us = until_us.min(t_end_us).saturating_sub(t_start_us);
-        let (delta, _) = self.optimum();
-        let (normal, descent) = self.innovations.lesson(learned_us, &delta);
-        let theta = plus(&self.innovations.theta0, &delta);
+        let (delta, _) = refinement.optimum(&self.weak.prior);
+        let (normal, descent) = refinement.innovations.lesson(learned_us, &delta);
+        let theta = plus(&refinement.innovations.theta0, &delta);
         let middle_us = t_start_us + learned_us / 2;
         *carried = carried.aged(middle_us, &context.forgetting());
         carried.learn(middle_us, &theta, &normal, &descent);
-    }
-
-    /// Squared distance between what the window says by itself and what was carried into it, in their deviations: chi-square with 12
-    /// degrees of freedom when nothing has changed.
-    ///
-    /// At the optimum the carried information pulls with u = L (m - x), L its matrix and m its mean, and all else holds against it.
-    /// Without it the optimum would lie W^-1 u farther from m, W being the information of all else, so the two are
-    /// (W^-1 + L^-1) u apart and the distance is u' (W^-1 + L^-1) u.
-    pub(super) fn contradiction(&self) -> f32 {
-        let carried = self.weak.carried();
-        let (delta, _) = self.optimum();
-        let theta = plus(&self.innovations.theta0, &delta);
-        let (mut normal, mut descent) = (Packed::zero(), [0.0; 12]);
-        self.objective().normal_equations(&delta, &mut normal, &mut descent);
-        normal.add_scaled(&carried.information, -1.0);
-        let pull = carried.information.times(&minus(&carried.mean, &theta));
-        normal.cholesky().map_or(0.0, |alone| dot(&alone.solve(&pull), &pull)) + carried.distance(&theta)
     }
 }

@@ -78,6 +78,12 @@ impl Surveyor {
         Ok(())
     }
 
+    /// What it was configured with; `None`: it was not.
+    #[must_use]
+    pub fn config(&self) -> Option<&SurveyConfig> {
+        self.settings.as_ref().map(|(_, config)| config)
+    }
+
     /// Takes one sample. Nothing happens before a configuration, and with a sample whose time does not increase.
     pub fn push(&mut self, input: &SurveyInput) -> SurveyNews {
         let mut news = SurveyNews::empty();

@@ -55,15 +55,6 @@ impl<const D: usize, const T: usize> Sums<D, T> {
         }
     }
 
-    fn add_scaled(&mut self, other: &Self, weight: f32) {
-        self.normal.add_scaled(&other.normal, weight);
-        for (sum, h) in self.rhs.iter_mut().zip(&other.rhs) {
-            *sum += weight * h;
-        }
-        self.square += weight * other.square;
-        self.rows += weight * other.rows;
-    }
-
     /// Sum of squared residuals at `x`.
     pub fn misfit(&self, x: &[f32; D]) -> f32 {
         let misfit = self.square - 2.0 * dot(&self.rhs, x) + self.normal.quadratic(x);
@@ -88,12 +79,6 @@ impl Equations {
     pub fn add(&mut self, test: &TestEquations, theta: &[f32; GYRO], [gravity, field]: [f32; 2]) {
         self.gravity.add(&test.gravity, theta, gravity);
         self.magnetic.add(&test.field, theta, field);
-    }
-
-    /// Adds `weight` times other equations about the same theta.
-    pub fn add_scaled(&mut self, other: &Self, weight: f32) {
-        self.gravity.add_scaled(&other.gravity, weight);
-        self.magnetic.add_scaled(&other.magnetic, weight);
     }
 
     /// Whether no row counts.
@@ -163,7 +148,7 @@ mod tests {
         let mut sum = Equations::zero();
         tests.iter().for_each(|test| sum.add(test, &THETA, [1.0; 2]));
         let mut twice = Equations::zero();
-        twice.add_scaled(&sum, 2.0);
+        tests.iter().for_each(|test| twice.add(test, &THETA, [2.0; 2]));
         for _ in 0..10 {
             let x = change(&mut generator);
             let expected: f32 = tests.iter().map(|test| test.field.misfits(&THETA, &[x])[0]).sum();

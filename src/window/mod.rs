@@ -1,4 +1,4 @@
-//! From samples to what identification works on: 20 ms increments, weak-form equations, nodes.
+//! From samples to what identification works on: 20 ms increments; and from them weak-form equations and nodes.
 
 mod accumulator;
 mod equations;
@@ -13,6 +13,7 @@ mod rest_bias;
 mod rows;
 mod stream;
 mod surroundings;
+mod test_windows;
 mod weak_form;
 
 pub(crate) use accumulator::{Accumulator, Reading};
@@ -25,6 +26,7 @@ pub(crate) use node_walk::NodeWalk;
 pub(crate) use rest::{RestDetector, RestLimits};
 pub(crate) use rest_bias::{RestBias, RestNorm};
 pub(crate) use rows::{MAGNETIC, gyro_part};
-pub(crate) use stream::{Rebuild, SampleStream, StreamSettings, TESTS};
+pub(crate) use stream::{SampleStream, StreamSettings};
 pub(crate) use surroundings::{SHARED, SurroundingsRing, halved, whole};
-pub(crate) use weak_form::{UNDER_WAY, WeakForm};
+pub(crate) use test_windows::{TESTS, TestWindows};
+pub(crate) use weak_form::{TestFunction, UNDER_WAY, WeakForm};

@@ -1,7 +1,7 @@
 use super::bias_steps::BiasSteps;
 use super::{
     Accumulator, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, Scales,
-    SurroundingsRing, TestEquations, WeakForm, rows::GYRO, weak_form::UNDER_WAY,
+    SurroundingsRing, TestFunction, rows::GYRO,
 };
 use crate::compensation::{ActiveEffects, Effect, Moment, effect::REFERENCE_TEMPERATURE_C};
 use nalgebra::{Matrix3, Vector3};
@@ -9,24 +9,18 @@ use nalgebra::{Matrix3, Vector3};
 /// Increments kept: the longest window (50 s of at least 20 ms) and the time to make its nodes.
 pub(crate) const INCREMENTS: usize = 2_600;
 
-/// Test windows kept: two a second of the longest window and of the time until its result is due, and a few for half lengths that
-/// are rounded to the grid.
-pub(crate) const TESTS: usize = 118;
-
-/// Everything that is gathered from samples as they come: increments, test windows' equations, and rests.
+/// Everything that is gathered from samples as they come: increments and rests.
 pub(crate) struct SampleStream {
     pub grid: Grid,
     pub increments: IncrementRing<INCREMENTS>,
     pub surroundings: SurroundingsRing,
     accumulator: Accumulator,
-    pub weak_form: WeakForm,
+    /// What the test windows of this grid are weighted with.
+    pub test_function: TestFunction,
     theta: [f32; GYRO],
     effects: ActiveEffects,
     bias_steps: BiasSteps,
     library: Option<&'static [&'static dyn Effect]>,
-    tests: [TestEquations; TESTS],
-    /// Test windows completed since the start of the stream; the ring holds the last of them.
-    tests_completed: u32,
     rest_detector: RestDetector,
     rest_limits: RestLimits,
     bias_walk_rad_s_rts: f32,
@@ -50,31 +44,6 @@ pub(crate) struct StreamSettings {
     pub scales: Scales,
 }
 
-/// A second walk over increments whose test windows were made with other effects.
-pub(crate) struct Rebuild {
-    weak_form: WeakForm,
-    next: u32,
-    test: u32,
-}
-
-impl Rebuild {
-    #[inline(always)]
-    pub const fn zero() -> Self {
-        Self { weak_form: WeakForm::zero(), next: 0, test: 0 }
-    }
-
-    /// Begins at increment `from`, or where the increments begin that are kept.
-    pub fn start(&mut self, stream: &SampleStream, from: u32) {
-        let hop = stream.weak_form.hop() as u32;
-        let kept = stream.increments.count().saturating_sub(INCREMENTS as u32 - 2 * hop);
-        let from = if from > kept { from } else { kept };
-        self.test = (from + hop.saturating_sub(1)).checked_div(hop).unwrap_or(0);
-        self.next = self.test * hop;
-        self.weak_form.configure(stream.grid, stream.rest_limits.bias_rad_s);
-        self.weak_form.start(&stream.theta);
-    }
-}
-
 impl SampleStream {
     pub const fn zero() -> Self {
         Self {
@@ -82,13 +51,11 @@ impl SampleStream {
             increments: IncrementRing::zero(),
             surroundings: SurroundingsRing::zero(),
             accumulator: Accumulator::zero(),
-            weak_form: WeakForm::zero(),
+            test_function: TestFunction::zero(),
             theta: [0.0; GYRO],
             effects: ActiveEffects::none(),
             bias_steps: BiasSteps::NONE,
             library: None,
-            tests: [TestEquations::zero(); TESTS],
-            tests_completed: 0,
             rest_detector: RestDetector::zero(),
             rest_limits: RestLimits { deviation_rad_s: 0.0, bias_rad_s: 0.0 },
             bias_walk_rad_s_rts: 0.0,
@@ -104,7 +71,7 @@ impl SampleStream {
 
     pub fn configure(&mut self, settings: &StreamSettings) {
         self.grid = Grid::new(settings.sample_period_us);
-        self.weak_form.configure(self.grid, settings.rest_limits.bias_rad_s);
+        self.test_function.configure(self.grid);
         self.effects = ActiveEffects::none();
         self.rest_limits = settings.rest_limits;
         self.bias_walk_rad_s_rts = settings.bias_walk_rad_s_rts;
@@ -122,9 +89,7 @@ impl SampleStream {
         self.surroundings.start();
         self.bias_steps = BiasSteps::NONE;
         self.accumulator.start(t_us, self.grid, self.sample_period_us);
-        self.weak_form.start(theta);
         self.theta = *theta;
-        self.tests_completed = 0;
         self.rest_detector.start(self.sample_period_us);
     }
 
@@ -158,15 +123,8 @@ impl SampleStream {
     }
 
     fn push_increment(&mut self, increment: &Increment) {
-        let kept = self.increments.push(increment);
-        let last = self.increments.count().wrapping_sub(1);
-        self.surroundings.complete(last);
-        let kept = if self.effects.is_empty() { kept } else { self.increment(last) };
-        let Some(test) = self.weak_form.push(&kept) else { return };
-        if let Some(slot) = self.tests.get_mut(self.tests_completed as usize % TESTS) {
-            *slot = test;
-        }
-        self.tests_completed = self.tests_completed.wrapping_add(1);
+        self.increments.push(increment);
+        self.surroundings.complete(self.increments.count().wrapping_sub(1));
     }
 
     /// Sets the effects that are looked for, all of which may come to be taken out.
@@ -185,9 +143,8 @@ impl SampleStream {
     }
 
     /// From here on these effects are taken out of the increments, those that are kept already included.
-    pub fn set_effects(&mut self, effects: &ActiveEffects) {
+    pub const fn set_effects(&mut self, effects: &ActiveEffects) {
         self.effects = *effects;
-        self.weak_form.change_model(&self.theta.clone());
     }
 
     /// From here on what was read before increment `until`, at `t_us`, is made to look like what is read after it: by that much more, raw.
@@ -240,47 +197,14 @@ impl SampleStream {
         }
     }
 
-    /// Makes the test windows from increment `from` on anew, without the effects that are active now: some of them in each call; false when
-    /// there is none left before increment `to`.
-    pub fn rebuild(&mut self, rebuild: &mut Rebuild, to: u32, increments: u32) -> bool {
-        for _ in 0..increments {
-            if rebuild.next >= to {
-                return false;
-            }
-            let increment = self.increment(rebuild.next);
-            rebuild.next += 1;
-            let Some(test) = rebuild.weak_form.push(&increment) else { continue };
-            let held = rebuild.test < self.tests_completed && rebuild.test + TESTS as u32 >= self.tests_completed;
-            if let Some(slot) = self.tests.get_mut(rebuild.test as usize % TESTS).filter(|_| held) {
-                *slot = test;
-            }
-            rebuild.test += 1;
-        }
-        true
-    }
-
-    /// The nominal model changes to w = P w_raw - c, from the next test window on.
-    pub fn change_model(&mut self, theta: &[f32; GYRO]) {
+    /// The nominal model is w = P w_raw - c from here on.
+    pub const fn change_model(&mut self, theta: &[f32; GYRO]) {
         self.theta = *theta;
-        self.weak_form.change_model(theta);
     }
 
-    /// The numbers of the test windows that lie wholly within increments `from..to`. Number n begins n hops after the start.
-    pub fn tests_within(&self, from: u32, to: u32) -> core::ops::Range<u32> {
-        let hop = self.weak_form.hop() as u32;
-        let first = (from + hop.saturating_sub(1)).checked_div(hop).unwrap_or(0);
-        first..(to + hop).checked_div(hop).unwrap_or(0).saturating_sub(UNDER_WAY as u32)
-    }
-
-    /// Variance of a test window's equation whose vector has a white noise of variance 1 in each increment.
-    pub fn noise_gain(&self) -> f32 {
-        self.weak_form.noise_gain()
-    }
-
-    /// A test window by number; `None` once it has been overwritten.
-    pub fn test(&self, number: u32) -> Option<&TestEquations> {
-        let held = number < self.tests_completed && number + TESTS as u32 >= self.tests_completed;
-        self.tests.get(number as usize % TESTS).filter(|_| held)
+    /// Mean square rate over a test window, as a rate, under which it holds nothing about P.
+    pub const fn moving_rate_rad_s(&self) -> f32 {
+        self.rest_limits.bias_rad_s
     }
 
     /// How many of the last `seconds` (at most 64) were at rest.

@@ -3,10 +3,10 @@
 mod test_function;
 mod test_window;
 
-use super::{Grid, Increment, TestEquations, rows::GYRO};
+use super::{Increment, TestEquations, rows::GYRO};
 use crate::rotation::{exp_quaternion, matrix, middle_to_middle, renormalised};
 use nalgebra::{Matrix3, Quaternion, Vector3};
-use test_function::TestFunction;
+pub(crate) use test_function::TestFunction;
 use test_window::{Field, Gravity, TestWindow};
 
 /// Test windows under way at a time: each begins a quarter of its length after the one before it, as sin^2 windows want it
@@ -34,8 +34,8 @@ pub(crate) struct WeakForm {
     previous_fields: [Vector3<f32>; 2],
     /// The de-rotated gravity and field of the last increment, where they were read.
     last_vectors: [Option<Vector3<f32>>; 2],
-    function: TestFunction,
     windows: [TestWindow; UNDER_WAY],
+    /// The rate, rms over a test window, under which one holds nothing about P.
     moving_rate_rad_s: f32,
 }
 
@@ -51,70 +51,36 @@ impl WeakForm {
             rates: [zero; 2],
             previous_fields: [zero; 2],
             last_vectors: [None; 2],
-            function: TestFunction::zero(),
             windows: [TestWindow::zero(); UNDER_WAY],
             moving_rate_rad_s: 0.0,
         }
     }
 
-    /// Sets the grid and the rate (rms over a test window) under which a window holds nothing about P.
-    pub fn configure(&mut self, grid: Grid, moving_rate_rad_s: f32) {
-        self.function.configure(grid);
+    /// Begins anew with the nominal model w = P w_raw - c, a test window every `hop` increments.
+    pub fn start(&mut self, theta: &[f32; GYRO], hop: usize, moving_rate_rad_s: f32) {
         self.moving_rate_rad_s = moving_rate_rad_s;
-    }
-
-    /// Begins anew with the nominal model w = P w_raw - c.
-    pub fn start(&mut self, theta: &[f32; GYRO]) {
-        self.set_model(theta);
+        self.theta = *theta;
+        self.p = Matrix3::from_fn(|i, j| theta[3 * i + j]);
+        self.c = Vector3::new(theta[9], theta[10], theta[11]);
         self.attitude = Quaternion::identity();
         self.raw = Vector3::zeros();
         self.rates = [Vector3::zeros(); 2];
         self.last_vectors = [None; 2];
         self.windows = [TestWindow::zero(); UNDER_WAY];
-        let hop = self.hop();
         for (number, window) in self.windows.iter_mut().enumerate().skip(1) {
             // Each begins later than the one before: it waits at a position before its first.
             window.position = usize::MAX - number * hop + 1;
         }
     }
 
-    /// Changes the nominal model between two increments: windows in progress are dropped.
-    pub fn change_model(&mut self, theta: &[f32; GYRO]) {
-        self.set_model(theta);
-        for window in &mut self.windows {
-            window.spoilt = true;
-        }
-    }
-
-    fn set_model(&mut self, theta: &[f32; GYRO]) {
-        self.theta = *theta;
-        self.p = Matrix3::from_fn(|i, j| theta[3 * i + j]);
-        self.c = Vector3::new(theta[9], theta[10], theta[11]);
-    }
-
-    /// Variance of an equation whose vector has a white noise of variance 1 in each increment.
-    pub fn noise_gain(&self) -> f32 {
-        self.function.noise_gain()
-    }
-
-    /// Weight and slope of the test function at an increment of a test window, times the interval; `None` beyond its end.
-    pub fn test_function(&self, position: usize) -> Option<(f32, f32)> {
-        self.function.at(position)
-    }
-
-    /// Increments from one test window to the next.
-    pub const fn hop(&self) -> usize {
-        self.function.hop()
-    }
-
     /// Takes one increment; returns the equations of the test window that it completes.
-    pub fn push(&mut self, increment: &Increment) -> Option<TestEquations> {
+    pub fn push(&mut self, increment: &Increment, function: &TestFunction) -> Option<TestEquations> {
         let mut completed = None;
         self.raw = increment.rate.unwrap_or(self.raw);
         let raw = self.raw;
         let rate = self.p * raw - self.c;
         let [earlier, before] = self.rates;
-        let turn = middle_to_middle([&earlier, &before, &rate], self.function.interval_s);
+        let turn = middle_to_middle([&earlier, &before, &rate], function.interval_s);
         self.attitude = renormalised(&(self.attitude * exp_quaternion(&turn)));
         self.rates = [before, rate];
         let rotation = matrix(&self.attitude);
@@ -138,7 +104,7 @@ impl WeakForm {
             }
         });
         for window in &mut self.windows {
-            let Some(test) = self.function.at(window.position) else {
+            let Some(test) = function.at(window.position) else {
                 // Waiting for its first increment.
                 window.position = window.position.wrapping_add(1);
                 continue;
@@ -147,7 +113,7 @@ impl WeakForm {
             window.add_gravity(gravity.as_ref(), &raw, test);
             window.add_field(field.as_ref(), &rotation, &raw, test);
             window.position += 1;
-            if window.position == self.function.length {
+            if window.position == function.length {
                 completed = Some(window.complete(self.moving_rate_rad_s, &self.theta));
             }
         }
@@ -160,7 +126,7 @@ mod tests {
     use super::*;
     use crate::{
         rotation::rotate_back,
-        window::{Equations, MAGNETIC},
+        window::{Equations, Grid, MAGNETIC},
     };
 
     const IDENTITY: [f32; GYRO] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
@@ -169,8 +135,9 @@ mod tests {
     fn solved(p: Matrix3<f32>, bias: Vector3<f32>, lag: f32, iron: Vector3<f32>) -> [f32; MAGNETIC] {
         let grid = Grid::new(20_000);
         let mut weak = WeakForm::zero();
-        weak.configure(grid, 0.05);
-        weak.start(&IDENTITY);
+        let mut function = TestFunction::zero();
+        function.configure(grid);
+        weak.start(&IDENTITY, function.hop(), 0.05);
         let mut sum = Equations::zero();
         let fine = 200;
         let mut q = Quaternion::<f64>::identity();
@@ -198,7 +165,7 @@ mod tests {
             let raw = inverse * mean(rate_sum) + bias;
             let increment =
                 Increment { rate: Some(raw), gravity: Some(mean(gravity_sum)), field: Some(mean(field_sum)) };
-            if let Some(test) = weak.push(&increment) {
+            if let Some(test) = weak.push(&increment, &function) {
                 sum.add(&test, &IDENTITY, [1.0; 2]);
             }
         }

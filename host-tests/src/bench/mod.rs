@@ -19,6 +19,7 @@ mod rate_error;
 mod recordings;
 pub mod rotation_error;
 mod seeds;
+mod sensors;
 mod swaps;
 mod table;
 mod target;
@@ -95,6 +96,7 @@ const SECTIONS: &[Section] = &[
     Section::on_host("recordings", recordings::run),
     Section::on_host("attitude", attitude::run),
     Section::on_host("drilling", drilling::run),
+    Section::on_host("sensors", sensors::run),
     Section { name: "target", place: Place::Target, run: target::run },
     Section { name: "attitude_cost", place: Place::Target, run: attitude_cost::run },
 ];

@@ -14,12 +14,13 @@ pub(super) enum Quantity {
     Movement,
     Rest,
     TrueRate(usize),
+    DriverFlags,
     Ignored,
 }
 
 /// Columns that come together. Without one of a required group there is no trace; an optional group is there or not,
 /// but a part of it is a mistake.
-const GROUPS: [(&[(&str, Quantity)], bool); 9] = [
+const GROUPS: [(&[(&str, Quantity)], bool); 10] = [
     (&[("t_s", Quantity::Time)], true),
     (&[("gx", Quantity::Gyro(0)), ("gy", Quantity::Gyro(1)), ("gz", Quantity::Gyro(2))], true),
     (&[("ax", Quantity::Accel(0)), ("ay", Quantity::Accel(1)), ("az", Quantity::Accel(2))], true),
@@ -36,6 +37,7 @@ const GROUPS: [(&[(&str, Quantity)], bool); 9] = [
     ),
     (&[("movement", Quantity::Movement)], false),
     (&[("rest", Quantity::Rest)], false),
+    (&[("sample_flags", Quantity::DriverFlags)], false),
     (
         &[("wx_true", Quantity::TrueRate(0)), ("wy_true", Quantity::TrueRate(1)), ("wz_true", Quantity::TrueRate(2))],
         false,

@@ -76,6 +76,7 @@ fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Columns, Trace), Loc
     note("columns", columns.ignored.clone());
     trace.movement = columns.has(Quantity::Movement).then(Vec::new);
     trace.rest = columns.has(Quantity::Rest).then(Vec::new);
+    trace.driver_flags = columns.has(Quantity::DriverFlags).then(Vec::new);
     trace.true_rate = columns.has(Quantity::TrueRate(0)).then(Vec::new);
     Ok((columns, trace))
 }
@@ -119,6 +120,7 @@ struct Row<'a> {
     movement: bool,
     rest: bool,
     true_rate: [f64; 3],
+    driver_flags: SampleFlags,
 }
 
 fn parse_row<'a>(row: &'a str, line: u64, columns: &Columns) -> Result<Row<'a>, Located> {
@@ -154,6 +156,10 @@ impl<'a> Row<'a> {
                 if let Some(place) = self.true_rate.get_mut(axis) {
                     *place = value;
                 }
+            }
+            Quantity::DriverFlags => {
+                let bits = parse_number::<u16>(cell)?.unwrap_or_default();
+                self.driver_flags = SampleFlags::from_bits(bits).ok_or_else(|| Fault::NotANumber(quoted(cell)))?;
             }
             Quantity::Ignored => {}
         }
@@ -205,6 +211,9 @@ impl<'a> Row<'a> {
             if let Some(column) = column {
                 column.push(value);
             }
+        }
+        if let Some(column) = &mut trace.driver_flags {
+            column.push(self.driver_flags);
         }
         if let Some(column) = &mut trace.true_rate {
             column.push(self.true_rate);

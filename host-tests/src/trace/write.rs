@@ -48,6 +48,7 @@ fn write_rows(trace: &Trace, out: &mut impl Write) -> io::Result<()> {
         (has_reference, ",qw,qx,qy,qz"),
         (trace.movement.is_some(), ",movement"),
         (trace.rest.is_some(), ",rest"),
+        (trace.driver_flags.is_some(), ",sample_flags"),
         (trace.true_rate.is_some(), ",wx_true,wy_true,wz_true"),
     ];
     write!(out, "t_s,gx,gy,gz,ax,ay,az")?;
@@ -72,6 +73,9 @@ fn write_rows(trace: &Trace, out: &mut impl Write) -> io::Result<()> {
         for column in [&trace.movement, &trace.rest].into_iter().flatten() {
             let value = column.get(row).is_some_and(|&value| value);
             write_cells(out, Some([u8::from(value)]))?;
+        }
+        if let Some(column) = &trace.driver_flags {
+            write_cells(out, column.get(row).map(|said| [said.bits()]))?;
         }
         if let Some(column) = &trace.true_rate {
             write_cells(out, column.get(row).copied())?;

@@ -1,146 +1,212 @@
-//! The emulated STM32F405: `trace.bin` of the emulator's working directory in, `flight.bin` out, both through semihosting.
+//! The emulated STM32F405 in real time: SysTick is the sample clock, recorded sensors are read from a file as each tick comes,
+//! frames go out and commands come in through USART1. The emulator's clock advances with executed instructions and jumps ahead
+//! while the chip sleeps, so a run is the same every time and an hour of it takes about as long as its work.
 //!
-//! In: postcard's encoding of a `Config`, then of one `Sample` after another to the end of the file. Out: `Record`s.
+//! Files, in the emulator's working directory: `boot.bin` and `sensors.bin` in. When the sensors' file is over the program prints what it
+//! has counted, a `key = value` a line, and ends.
 
-mod fault;
-mod instruction_counter;
-mod record_writer;
-mod stack;
-mod trace_reader;
+mod boot;
+mod flash;
+mod sensors;
+mod serial;
+mod watchdog;
 
-use cortex_m_rt::{ExceptionFrame, entry, exception};
-use fault::Fault;
-use instruction_counter::{InstructionCounter, Tally};
-use meerkat_mwd::{
-    Config, Probe, Sample,
-    diagnosis::HardIronInterval,
-    identification::WindowReport,
-    probe::Output,
-    telemetry::{Record, Summary},
+use crate::{
+    application::{
+        Application, Pipeline,
+        acquisition::{Acquisition, COUNTS, SampleConsumer, SampleQueue},
+        board::Board,
+        commands::Commands,
+        line::{Line, WaitingWindow},
+        memory::Memory,
+        sample_clock::{self, systick},
+        stage::Stage,
+    },
+    reset_record, stack,
 };
-use record_writer::RecordWriter;
-use semihosting::{eprintln, process};
-use trace_reader::TraceReader;
+use boot::{Boot, Hang};
+use core::mem::MaybeUninit;
+use cortex_m::{Peripherals, peripheral::SCB};
+use cortex_m_rt::{ExceptionFrame, entry, exception};
+use flash::FileFlash;
+use meerkat_mwd::{Probe, survey::Surveyor, telemetry::ResetReason};
+use semihosting::{eprintln, println, process};
+use serial::Serial;
 
 #[entry]
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
-    static mut INPUT: [u8; trace_reader::CAPACITY] = [0; trace_reader::CAPACITY];
-    static mut OUTPUT: [u8; record_writer::CAPACITY] = [0; record_writer::CAPACITY];
+    static mut SURVEYOR: Surveyor = Surveyor::new();
+    static mut LINE: Line = Line::new();
+    static mut WINDOW: WaitingWindow = None;
+    static mut COMMANDS: Commands = Commands::new();
+    static mut MEMORY: MaybeUninit<Memory<FileFlash>> = MaybeUninit::uninit();
+    static mut QUEUE: SampleQueue = SampleQueue::new();
 
-    match fly(PROBE, INPUT, OUTPUT) {
+    let pipeline =
+        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory: None };
+    match run(pipeline, MEMORY, QUEUE) {
         Ok(()) => process::exit(0),
-        Err(fault) => {
-            eprintln!("probe: {fault}");
+        Err(message) => {
+            eprintln!("probe: {message}");
             process::exit(1)
         }
     }
 }
 
-fn fly(
-    probe: &mut Probe,
-    input: &'static mut [u8; trace_reader::CAPACITY],
-    output: &'static mut [u8; record_writer::CAPACITY],
-) -> Result<(), Fault> {
-    let peripherals = cortex_m::Peripherals::take().ok_or(Fault::InstructionCounter)?;
-    let counter = InstructionCounter::start(peripherals.SYST)?;
-    let mut trace = TraceReader::open(c"trace.bin", input)?;
-    let mut flight = RecordWriter::create(c"flight.bin", output)?;
+fn run(
+    pipeline: Pipeline<FileFlash>,
+    memory: &'static mut MaybeUninit<Memory<FileFlash>>,
+    queue: &'static mut SampleQueue,
+) -> Result<(), &'static str> {
+    let peripherals = Peripherals::take().ok_or("started twice")?;
+    stack::guard(&peripherals.MPU);
+    let reset_reason = match (reset_record::start(), reset_record::resets()) {
+        (Some(cause), _) => cause,
+        (None, 0) => ResetReason::PowerOn,
+        (None, _) => ResetReason::Software,
+    };
+    let (producer, consumer) = queue.split();
+    let (mut application, period_us) = start(pipeline, memory, consumer, reset_reason)?;
+    sensors::start(Acquisition::new(producer), period_us, application.board().hang)?;
+    systick::start(peripherals.SYST, peripherals.SCB, period_us);
+    while !(sensors::are_over() && application.board().samples.is_empty()) {
+        application.turn();
+    }
+    print(&mut application);
+    Ok(())
+}
 
-    configure(probe, &mut trace)?;
+/// Apart, so that the configuration stands on the stack only while it is read.
+#[inline(never)]
+fn start(
+    mut pipeline: Pipeline<FileFlash>,
+    memory: &'static mut MaybeUninit<Memory<FileFlash>>,
+    samples: SampleConsumer,
+    reset_reason: ResetReason,
+) -> Result<(Application<Emulated>, u32), &'static str> {
+    let boot = Boot::read()?;
+    let serial = Serial::start(boot.settings.stream.bytes_per_s);
+    // A defect is played once.
+    let hang = if reset_reason == ResetReason::PowerOn { boot.hang } else { None };
+    let board = Emulated { samples, serial, reset_reason, hang, acquired: 0 };
+    if let Some(flash) = FileFlash::open(boot.power_cut_after) {
+        pipeline.memory = Memory::start(memory, flash, &boot.settings.config, watchdog::feed);
+    }
+    let application = Application::start(board, pipeline, &boot.settings).map_err(|error| {
+        eprintln!("probe: {error}");
+        "the configuration cannot be used"
+    })?;
+    Ok((application, boot.settings.config.sample_period_us))
+}
 
-    let mut push = Tally::default();
-    let mut poll = Tally::default();
-    let mut poll_before_window = Tally::default();
-    while let Some(sample) = trace.next::<Sample>()? {
-        let (output, ticks) = counter.measure(|| push_sample(probe, &sample));
-        push.add(ticks);
-        if let Some(output) = output {
-            write_output(&mut flight, output)?;
+struct Emulated {
+    samples: SampleConsumer,
+    serial: Serial,
+    reset_reason: ResetReason,
+    hang: Option<Hang>,
+    acquired: u32,
+}
+
+impl Board for Emulated {
+    type Flash = FileFlash;
+
+    fn now_us(&self) -> u64 {
+        systick::now_us()
+    }
+
+    fn samples(&mut self) -> &mut SampleConsumer {
+        &mut self.samples
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> usize {
+        self.serial.send(bytes, systick::now_us())
+    }
+
+    fn receive(&mut self) -> Option<u8> {
+        self.serial.receive()
+    }
+
+    fn feed_watchdog(&mut self) {
+        watchdog::feed();
+    }
+
+    fn idle(&mut self) {
+        // With interrupts masked one that comes between the question and the sleep still wakes.
+        cortex_m::interrupt::free(|_| {
+            if self.samples.is_empty() && !sensors::are_over() {
+                cortex_m::asm::wfi();
+            }
+        });
+    }
+
+    fn reset_reason(&self) -> ResetReason {
+        self.reset_reason
+    }
+
+    fn watchdog_resets(&self) -> u32 {
+        reset_record::watchdog_resets()
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        self.acquired = COUNTS.acquired();
+        if self.hang.is_some_and(|hang| hang.stage == stage && self.acquired >= hang.at_sample) {
+            loop {
+                cortex_m::asm::nop();
+            }
         }
-        let (report, ticks) = counter.measure(|| poll_probe(probe));
-        poll.add(ticks);
-        if let Some(report) = report {
-            let poll_instructions = counter.instructions(poll.since(&poll_before_window));
-            poll_before_window = poll;
-            write_window(&mut flight, &report, poll_instructions)?;
-        }
-        write_diagnosis(probe, &mut flight)?;
-    }
-    // Reports that came faster than one a sample.
-    while let Some(report) = probe.poll(0) {
-        write_window(&mut flight, &report, 0)?;
-    }
-
-    write_diagnosis(probe, &mut flight)?;
-
-    for interval in probe.hard_iron_intervals() {
-        write_hard_iron(&mut flight, interval)?;
-    }
-    write_end(probe, &mut flight, &counter, (&push, &poll))?;
-    flight.close()
-}
-
-// Functions of their own, so that a record stands on the stack only while it is written.
-
-#[inline(never)]
-fn configure(probe: &mut Probe, trace: &mut TraceReader) -> Result<(), Fault> {
-    let config: Config = trace.next()?.ok_or(Fault::TraceMalformed)?;
-    probe.configure(&config).map_err(Fault::Config)
-}
-
-#[inline(never)]
-fn write_end(
-    probe: &Probe,
-    flight: &mut RecordWriter,
-    counter: &InstructionCounter,
-    (push, poll): (&Tally, &Tally),
-) -> Result<(), Fault> {
-    let stack = stack::high_water_mark()?;
-    flight.write(&Record::End(Summary {
-        counters: probe.counters(),
-        push: counter.cost(push),
-        poll: counter.cost(poll),
-        ticks_per_1000_instructions: counter.ticks_per_1000_instructions(),
-        stack_used_bytes: stack.used_bytes,
-        stack_size_bytes: stack.size_bytes,
-    }))
-}
-
-#[inline(never)]
-fn write_hard_iron(flight: &mut RecordWriter, interval: &HardIronInterval) -> Result<(), Fault> {
-    flight.write(&Record::HardIron(*interval))
-}
-
-#[inline(never)]
-fn write_output(flight: &mut RecordWriter, output: Output) -> Result<(), Fault> {
-    flight.write(&Record::Output(output))
-}
-
-#[inline(never)]
-fn write_window(flight: &mut RecordWriter, report: &WindowReport, poll_instructions: u64) -> Result<(), Fault> {
-    flight.write(&Record::Window { report: *report, poll_instructions })
-}
-
-#[inline(never)]
-fn write_diagnosis(probe: &mut Probe, flight: &mut RecordWriter) -> Result<(), Fault> {
-    match probe.take_diagnosis() {
-        Some(report) => flight.write(&Record::Diagnosis(report)),
-        None => Ok(()),
     }
 }
 
-// Functions of their own, so that what is measured is the call that a program makes and not a part merged into the loop.
-
 #[inline(never)]
-fn push_sample(probe: &mut Probe, sample: &Sample) -> Option<Output> {
-    probe.push(sample)
+fn print(application: &mut Application<Emulated>) {
+    let reset_reason = application.board().reset_reason;
+    let counts = application.counts();
+    let delays = &counts.delays;
+    println!("reset_reason = {reset_reason:?}");
+    println!("watchdog_resets = {}", reset_record::watchdog_resets());
+    println!("results_lost = {}", application.pipeline().line.results_lost());
+    let line = application.pipeline().line.counters();
+    println!("frames = {}", line.frames);
+    println!("attitude_dropped = {}", line.attitude_dropped);
+    println!("samples_dropped = {}", line.samples_dropped);
+    println!("results_refused = {}", line.results_refused);
+    println!("acquired = {}", COUNTS.acquired());
+    println!("queue_full = {}", COUNTS.queue_full());
+    println!("missed_ticks = {}", COUNTS.missed_ticks());
+    println!("processed = {}", counts.processed);
+    println!("sequence_breaks = {}", counts.sequence_breaks);
+    println!("windows = {}", counts.windows);
+    println!("diagnoses = {}", counts.diagnoses);
+    println!("watchdog_fed = {}", counts.watchdog_fed);
+    println!("delay_worst_us = {}", delays.worst_us);
+    println!("delay_sum_us = {}", delays.sum_us);
+    println!("late = {}", delays.late);
+    let pipeline = application.pipeline().probe.counters();
+    println!("samples = {}", pipeline.samples);
+    println!("out_of_order = {}", pipeline.out_of_order);
+    println!("gaps = {}", pipeline.gaps);
+    println!("overruns = {}", pipeline.overruns);
+    println!("diagnosis_overruns = {}", pipeline.diagnosis_overruns);
+    println!("reports_lost = {}", pipeline.reports_lost);
+    println!("diagnoses_lost = {}", pipeline.diagnoses_lost);
+    let stack = stack::high_water_mark();
+    if let Some(memory) = &application.pipeline().memory {
+        let [stored, failed] = memory.stored_and_failed();
+        println!("models_stored = {stored}");
+        println!("storage_failures = {failed}");
+    }
+    println!("stack_used_bytes = {}", stack.used_bytes);
+    println!("stack_size_bytes = {}", stack.size_bytes);
 }
 
-#[inline(never)]
-fn poll_probe(probe: &mut Probe) -> Option<WindowReport> {
-    probe.poll(probe.poll_budget())
+#[exception]
+fn SysTick() {
+    sample_clock::round();
+    reset_record::count_powered_round();
+    watchdog::count_down();
+    SCB::set_pendsv();
 }
 
 // SAFETY: it only reports and ends the program; it returns to no faulted code.

@@ -4,24 +4,55 @@
 
 use super::*;
 
+/// Times at which the bias may have stepped that are looked at in one piece of work.
+const TIMES_IN_A_STEP: usize = 12;
+
 impl Diagnosis {
     /// Whether a candidate is the step of the bias.
     pub(super) fn is_bias_step(subject: &Subject, index: usize) -> bool {
         subject.library.get(index).is_some_and(|effect| effect.is_bias_step())
     }
 
-    /// What this pass shows of a step of the bias; one that is in the model follows it. Whether that stays when it was.
-    #[inline(never)]
-    pub(super) fn find_step(&mut self, subject: &Subject) -> bool {
-        if !subject.library.iter().any(|effect| effect.is_bias_step()) {
-            return true;
-        }
-        let hop = subject.stream.weak_form.hop() as u32;
+    /// When the pass's test windows are.
+    fn timing(&self, subject: &Subject) -> Timing {
+        let hop = subject.stream.test_function.hop() as u32;
         let tests = self.test.min(MAX_TESTS as u32);
-        let timing = Timing { from: self.job.from, hop, hops: UNDER_WAY as u32, tests };
-        let shocks = Shocks::new(subject.stream, self.job.from, self.job.to);
-        let unit_rad_s = GyroScales::new(&subject.config.identification).c_rad_s;
-        let found = RateErrors::new(self.factor.scratch()).find(&self.step, &timing, &shocks, unit_rad_s);
+        Timing { from: self.job.from, hop, hops: UNDER_WAY as u32, tests }
+    }
+
+    fn unit_rad_s(subject: &Subject) -> f32 {
+        GyroScales::new(&subject.config.identification).c_rad_s
+    }
+
+    /// Begins to look for a step of the bias; false where none is looked for, or nothing can be told.
+    #[inline(never)]
+    pub(super) fn look_for_step(&mut self, subject: &Subject) -> bool {
+        if !subject.library.iter().any(|effect| effect.is_bias_step()) {
+            return false;
+        }
+        self.shocks = Shocks::new(subject.stream, self.job.from, self.job.to);
+        let (timing, unit_rad_s) = (self.timing(subject), Self::unit_rad_s(subject));
+        let scan = RateErrors::new(self.factor.scratch()).begin(&self.step, &timing, unit_rad_s);
+        let begun = scan.is_some();
+        self.scan = scan.unwrap_or(Scan::zero());
+        begun
+    }
+
+    /// Looks at some more times; whether there are others.
+    pub(super) fn scan_for_step(&mut self, subject: &Subject) -> bool {
+        let timing = self.timing(subject);
+        let Self { factor, scan, shocks, .. } = self;
+        RateErrors::new(factor.scratch()).scan(scan, &timing, (shocks, subject.stream), TIMES_IN_A_STEP)
+    }
+
+    /// The step that this pass shows.
+    pub(super) fn found_step(&mut self, subject: &Subject) -> Option<BiasStep> {
+        let (timing, unit_rad_s) = (self.timing(subject), Self::unit_rad_s(subject));
+        RateErrors::new(self.factor.scratch()).found(&self.scan, &timing, &self.shocks, unit_rad_s)
+    }
+
+    /// Takes what this pass shows of a step of the bias; one that is in the model follows it. Whether that stays when it was.
+    pub(super) fn follow_step(&mut self, found: Option<BiasStep>) -> bool {
         self.shown_step = found.unwrap_or(BiasStep::NONE);
         if self.step.until == 0 || self.shown_step.until == 0 {
             return true;

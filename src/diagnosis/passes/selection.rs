@@ -5,21 +5,78 @@
 use super::*;
 use crate::identification::LEAST_EXPLAINED;
 
-/// What a candidate shows beside the model.
-pub(super) struct Effective {
+/// Patterns of signs that are counted in one piece of work.
+const PATTERNS_IN_A_STEP: u32 = 512;
+
+/// Whether a candidate has been looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Tested {
+    Done,
+    /// Its test is under way.
+    Under,
+}
+
+/// What some columns show beside a model, while it is tested.
+pub(super) struct Trial {
+    is_under_way: bool,
+    whitening: Whitening,
+    whitened: Scores,
+    flip: SignFlip,
+}
+
+impl Trial {
+    #[inline(always)]
+    pub const fn zero() -> Self {
+        Self {
+            is_under_way: false,
+            whitening: Whitening::zero(),
+            whitened: [[0.0; MAX_PARAMETERS]; GROUPS],
+            flip: SignFlip::zero(),
+        }
+    }
+
+    /// What is under way is not gone on with.
+    pub fn drop_unfinished(&mut self) {
+        self.is_under_way = false;
+    }
+
+    fn start(&mut self, scores: &Scores, whitening: Whitening, dimension: usize) {
+        self.whitened = whitening.whitened(scores);
+        self.whitening = whitening;
+        self.flip.start(&self.whitened, dimension);
+        self.is_under_way = true;
+    }
+
+    /// One piece of the test; twice the gain and the p-value when it is done.
+    fn step(&mut self) -> Option<(f32, f32)> {
+        let found = self.flip.count(PATTERNS_IN_A_STEP);
+        self.is_under_way = found.is_none();
+        found
+    }
+}
+
+/// A candidate's scores, group by group, cleared of what the model explains, and the information that it has beside the model.
+struct Effective {
     scores: Scores,
     whitening: Whitening,
 }
 
 impl Diagnosis {
-    /// A candidate's scores, group by group, cleared of what the model explains, and the information that it has beside the model. `None`
-    /// where it shows nothing or is one with the model.
-    pub(super) fn effective_scores(&mut self, subject: &Subject, index: usize, model: &Model) -> Option<Effective> {
-        self.effective_scores_of(self.columns_of(subject, index), model)
+    /// One piece of testing some columns beside a model; twice the gain and the p-value when it is done. `Err` where they show nothing or
+    /// are one with the model.
+    fn test_columns(&mut self, columns: core::ops::Range<usize>, model: &Model) -> Result<Option<(f32, f32)>, ()> {
+        if self.trial.is_under_way {
+            return Ok(self.trial.step());
+        }
+        let dimension = columns.len();
+        let Effective { scores, whitening } = self.effective_scores(columns, model).ok_or(())?;
+        self.trial.start(&scores, whitening, dimension);
+        Ok(None)
     }
 
-    /// The same of some columns.
-    pub(super) fn effective_scores_of(&mut self, columns: core::ops::Range<usize>, model: &Model) -> Option<Effective> {
+    /// What some columns show beside a model; `None` where that is nothing.
+    #[inline(never)]
+    fn effective_scores(&mut self, columns: core::ops::Range<usize>, model: &Model) -> Option<Effective> {
         let dimension = columns.len();
         if dimension == 0 || model.len() + dimension > MAX_COLUMNS {
             return None;
@@ -65,100 +122,116 @@ impl Diagnosis {
     }
 
     /// Whether P, after all effects, explains most of what is left: then it is about to be identified, and stays free. Else what it would
-    /// take is the effects' own: which of two sensors' axes are turned cannot be told, and P flies as it is.
-    pub(super) fn p_is_wrong(&mut self, model: &Model) -> bool {
+    /// take is the effects' own: which of two sensors' axes are turned cannot be told, and P flies as it is. `None`: there is more to do.
+    pub(super) fn p_is_wrong(&mut self, subject: &Subject) -> Option<bool> {
         let mut others = Model::new();
-        for &column in model.iter().filter(|column| usize::from(**column) >= P) {
+        for &column in self.model(subject, None).iter().filter(|column| usize::from(**column) >= P) {
             // As much room as the model has.
             let _ = others.push(column);
         }
-        let Some(Effective { scores, whitening }) = self.effective_scores_of(0..P, &others) else { return false };
-        let (gain, _) = sign_flip(&whitening.whitened(&scores));
+        let Ok(found) = self.test_columns(0..P, &others) else { return Some(false) };
+        let (gain, _) = found?;
         // What is left with P free, in the same units: three components of two vectors.
         let left = 6.0 * self.usable as f32;
-        gain > LEAST_EXPLAINED * (gain + left)
+        Some(gain > LEAST_EXPLAINED * (gain + left))
     }
 
-    /// Adds this window's scores to those of the windows before, and the candidate that shows most in all of them together to the model.
-    pub(super) fn add_by_history(&mut self, subject: &Subject, model: &Model, history: &mut History) -> bool {
+    /// Whether a candidate is neither in the model nor out of question.
+    fn is_open(&self, index: usize) -> bool {
+        let is_chosen = self.chosen.iter().any(|chosen| usize::from(chosen.index) == index);
+        !is_chosen && self.banned.checked_shr(index as u32).unwrap_or(0) & 1 == 0
+    }
+
+    /// Begins to add this window's scores to those of the windows before.
+    pub(super) fn begin_history(&mut self, history: &mut History) {
         let chosen = self.chosen.iter();
         history.begin(
             chosen.fold(self.banned, |mask, chosen| mask | 1_u32.checked_shl(u32::from(chosen.index)).unwrap_or(0)),
         );
-        let candidates = subject.library.len().min(MAX_CANDIDATES);
-        let limit = FALSE_ALARMS / candidates as f32;
-        let mut best: Option<(Chosen, [f32; MAX_PARAMETERS], f32)> = None;
-        for index in 0..candidates {
-            let taken = self.chosen.iter().any(|c| usize::from(c.index) == index);
-            if taken || self.banned.checked_shr(index as u32).unwrap_or(0) & 1 != 0 {
-                continue;
-            }
-            let Some(Effective { scores, whitening }) = self.effective_scores(subject, index, model) else { continue };
-            let columns = self.columns_of(subject, index);
-            let Some(together) = history.with(&columns, &scores) else { continue };
-            let whitened = whitening.whitened(&together);
-            let windows = f32::from(history.windows());
-            let (twice_the_gain, p_value) = sign_flip(&whitened);
-            let evidence = 0.5 * twice_the_gain / windows;
-            let worth = self.worth(subject, index, evidence);
-            if let Some(tried) = self.tried.get_mut(index).filter(|tried| tried.p_value > p_value) {
-                (tried.evidence, tried.p_value) = (evidence, p_value);
-            }
-            if p_value <= limit && worth > best.map_or(LEAST_WORTH, |(.., most)| most + LEAST_LEAD) {
-                let estimate = whitening.estimate(&whitened).map(|x| x / windows);
-                let sigma = whitening.sandwich(&whitened).map(|x| x / windows);
-                let found = Chosen { index: index as u8, evidence, p_value, sigma, by_history: true, ..Chosen::NONE };
-                best = Some((found, estimate, worth));
-            }
+    }
+
+    /// Adds a candidate's scores, and keeps it if it shows most so far in all windows together.
+    pub(super) fn tries_with_history(&mut self, subject: &Subject, index: usize, history: &mut History) -> Tested {
+        if !self.is_open(index) {
+            return Tested::Done;
         }
-        let Some((found, estimate, _)) = best else { return false };
+        if !self.trial.is_under_way {
+            let model = self.model(subject, None);
+            let columns = self.columns_of(subject, index);
+            let Some(Effective { scores, whitening }) = self.effective_scores(columns.clone(), &model) else {
+                return Tested::Done;
+            };
+            let Some(together) = history.with(&columns, &scores) else { return Tested::Done };
+            self.trial.start(&together, whitening, columns.len());
+            return Tested::Under;
+        }
+        let Some((twice_the_gain, p_value)) = self.trial.step() else { return Tested::Under };
+        let windows = f32::from(history.windows());
+        let evidence = 0.5 * twice_the_gain / windows;
+        if let Some(tried) = self.tried.get_mut(index).filter(|tried| tried.p_value > p_value) {
+            (tried.evidence, tried.p_value) = (evidence, p_value);
+        }
+        if self.leads(subject, index, evidence, p_value) {
+            let Trial { whitening, whitened, .. } = &self.trial;
+            let sigma = whitening.sandwich(whitened).map(|x| x / windows);
+            self.estimate = whitening.estimate(whitened).map(|x| x / windows);
+            let found = Chosen { index: index as u8, evidence, p_value, sigma, by_history: true, ..Chosen::NONE };
+            self.keep(found, self.worth(subject, index, evidence));
+        }
+        Tested::Done
+    }
+
+    /// Adds the candidate that shows most in all windows together to the model.
+    pub(super) fn add_by_history(&mut self, subject: &Subject) -> bool {
+        let Some((found, _)) = self.best.pop() else { return false };
         let columns = self.columns_of(subject, usize::from(found.index));
         let residual_before_rad = Self::shown_in(subject, found.index, self.residual);
         if self.chosen.push(Chosen { residual_before_rad, ..found }).is_err() {
             return false;
         }
+        let estimate = self.estimate;
         self.x.get_mut(columns).unwrap_or_default().iter_mut().zip(estimate).for_each(|(x, found)| *x = found);
         true
     }
 
     /// Drops a chosen effect that, as far as it is seen to be there, is not beyond its own deviation, or that, with the others there, no
-    /// longer shows; notes which are too small to matter.
-    pub(super) fn drop_one(&mut self, subject: &Subject) -> bool {
-        for slot in 0..self.chosen.len() {
-            let Some(&Chosen { index, by_history, .. }) = self.chosen.get(slot) else { break };
-            let index = usize::from(index);
-            let model = self.model(subject, Some(index));
-            let effective = self.effective_scores(subject, index, &model);
-            let is_step = Self::is_bias_step(subject, index);
-            let shows = is_step && self.shown_step.p_value <= FALSE_ALARMS
-                || effective.is_some_and(|effective| {
-                    let scores = effective.whitening.whitened(&effective.scores);
-                    // With P free: held, its own errors would not count.
-                    if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| !by_history && !self.p_is_held) {
-                        chosen.sigma = effective.whitening.sandwich(&scores);
-                    }
-                    by_history || sign_flip(&scores).1 <= FALSE_ALARMS
-                });
-            let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
-            let least_rad = if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
-            let (size_rad, sigma_rad) = self.size_rad(subject, slot);
-            let too_small = size_rad < least_rad;
-            if let (Some(chosen), Some(tried)) = (self.chosen.get_mut(slot), self.tried.get_mut(index)) {
-                chosen.too_small = too_small;
-                tried.too_small = too_small;
-            }
-            if !shows || size_rad < SIGNIFICANT * sigma_rad {
-                self.banned |= 1_u32.checked_shl(index as u32).unwrap_or(0);
-                let columns = self.columns_of(subject, index);
-                self.x.get_mut(columns).unwrap_or_default().fill(0.0);
-                self.chosen.retain(|chosen| usize::from(chosen.index) != index);
-                if is_step {
-                    self.step = BiasStep::NONE;
+    /// longer shows; notes if it is too small to matter. `None`: there is more to do.
+    pub(super) fn drops(&mut self, subject: &Subject, slot: usize) -> Option<bool> {
+        let Some(&Chosen { index, by_history, .. }) = self.chosen.get(slot) else { return Some(false) };
+        let index = usize::from(index);
+        let model = self.model(subject, Some(index));
+        let tested = self.test_columns(self.columns_of(subject, index), &model);
+        if let Ok(None) = tested {
+            return None;
+        }
+        let is_step = Self::is_bias_step(subject, index);
+        let shows = is_step && self.shown_step.p_value <= FALSE_ALARMS
+            || tested.ok().flatten().is_some_and(|(_, p_value)| {
+                // With P free: held, its own errors would not count.
+                if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| !by_history && !self.p_is_held) {
+                    chosen.sigma = self.trial.whitening.sandwich(&self.trial.whitened);
                 }
-                return true;
+                by_history || p_value <= FALSE_ALARMS
+            });
+        let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
+        let least_rad = if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
+        let (size_rad, sigma_rad) = self.size_rad(subject, slot);
+        let too_small = size_rad < least_rad;
+        if let (Some(chosen), Some(tried)) = (self.chosen.get_mut(slot), self.tried.get_mut(index)) {
+            chosen.too_small = too_small;
+            tried.too_small = too_small;
+        }
+        let drops = !shows || size_rad < SIGNIFICANT * sigma_rad;
+        if drops {
+            self.banned |= 1_u32.checked_shl(index as u32).unwrap_or(0);
+            let columns = self.columns_of(subject, index);
+            self.x.get_mut(columns).unwrap_or_default().fill(0.0);
+            self.chosen.retain(|chosen| usize::from(chosen.index) != index);
+            if is_step {
+                self.step = BiasStep::NONE;
             }
         }
-        false
+        Some(drops)
     }
 
     /// How much that of a chosen effect turns which is seen to be there, and the deviation of that, rad.
@@ -170,35 +243,43 @@ impl Diagnosis {
         }
     }
 
-    /// The candidate that shows most, of those that show beyond chance.
-    pub(super) fn best_candidate(&mut self, subject: &Subject, model: &Model) -> Option<(usize, f32, f32)> {
-        let candidates = subject.library.len().min(MAX_CANDIDATES);
-        let limit = FALSE_ALARMS / candidates as f32;
-        let mut best: Option<(usize, f32, f32, f32)> = None;
-        for index in 0..candidates {
-            let chosen = self.chosen.iter().any(|c| usize::from(c.index) == index);
-            if chosen || self.banned.checked_shr(index as u32).unwrap_or(0) & 1 != 0 {
-                continue;
-            }
-            let (evidence, p_value) = if Self::is_bias_step(subject, index) {
-                (self.shown_step.gain, self.shown_step.p_value)
-            } else {
-                let Some(Effective { scores, whitening }) = self.effective_scores(subject, index, model) else {
-                    continue;
-                };
-                let (twice_the_gain, p_value) = sign_flip(&whitening.whitened(&scores));
-                (0.5 * twice_the_gain, p_value)
-            };
-            if let Some(tried) = self.tried.get_mut(index) {
-                *tried = Tried { evidence, p_value, too_small: false };
-            }
-            if p_value <= limit
-                && self.worth(subject, index, evidence) > best.map_or(LEAST_WORTH, |(.., most)| most + LEAST_LEAD)
-            {
-                best = Some((index, evidence, p_value, self.worth(subject, index, evidence)));
-            }
+    /// Tests a candidate, and keeps it if it shows most so far, of those that show beyond chance.
+    pub(super) fn tries(&mut self, subject: &Subject, index: usize) -> Tested {
+        if !self.is_open(index) || self.chosen.is_full() {
+            return Tested::Done;
         }
-        best.map(|(index, evidence, p_value, _)| (index, evidence, p_value))
+        let (evidence, p_value) = if Self::is_bias_step(subject, index) {
+            (self.shown_step.gain, self.shown_step.p_value)
+        } else {
+            let model = self.model(subject, None);
+            match self.test_columns(self.columns_of(subject, index), &model) {
+                Ok(Some((twice_the_gain, p_value))) => (0.5 * twice_the_gain, p_value),
+                Ok(None) => return Tested::Under,
+                Err(()) => return Tested::Done,
+            }
+        };
+        if let Some(tried) = self.tried.get_mut(index) {
+            *tried = Tried { evidence, p_value, too_small: false };
+        }
+        if self.leads(subject, index, evidence, p_value) {
+            let found = Chosen { index: index as u8, evidence, p_value, ..Chosen::NONE };
+            self.keep(found, self.worth(subject, index, evidence));
+        }
+        Tested::Done
+    }
+
+    /// Keeps a candidate as the best so far.
+    fn keep(&mut self, found: Chosen, worth: f32) {
+        self.best.clear();
+        // Just emptied.
+        let _ = self.best.push((found, worth));
+    }
+
+    /// Whether a candidate shows beyond chance and more than the best so far.
+    fn leads(&self, subject: &Subject, index: usize, evidence: f32, p_value: f32) -> bool {
+        let least = self.best.first().map_or(LEAST_WORTH, |(_, most)| most + LEAST_LEAD);
+        let limit = FALSE_ALARMS / subject.library.len().min(MAX_CANDIDATES) as f32;
+        p_value <= limit && self.worth(subject, index, evidence) > least
     }
 
     /// Evidence of a candidate less what its parameters cost (Schwarz, Annals of Statistics 6 (1978) 461).

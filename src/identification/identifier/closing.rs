@@ -1,6 +1,6 @@
 //! When a window closes, and what is made of it then.
 
-use super::{Identifier, Job, Refusal, State, Work, micros, unidentified};
+use super::{Identifier, Job, Refusal, State, micros, unidentified};
 
 impl Identifier {
     pub(super) fn start_window(&mut self, t_us: u64) {
@@ -60,16 +60,7 @@ impl Identifier {
                 self.job = job;
                 self.result.clear();
                 // A diagnosis that is not done by now has had its time: when it is due it is counted as an overrun.
-                if core::mem::take(&mut self.stale_tests) {
-                    self.work.begin_rebuild();
-                    let Self { work, stream, .. } = self;
-                    if let Work::Rebuild(rebuild) = work {
-                        rebuild.start(stream, job.from);
-                    }
-                    self.state = State::Rebuilding;
-                } else {
-                    self.start_fit();
-                }
+                self.state = State::Due;
             }
             (false, _) => self.announce_overrun(&job),
         }

@@ -1,7 +1,7 @@
 use super::squares_of;
 use crate::{
     algebra::quantile,
-    window::{MAGNETIC, SampleStream, TESTS},
+    window::{MAGNETIC, TESTS, TestWindows},
 };
 
 /// Quantile of the squared norm of three standard normal components below which a quarter of them lie (chi-square, 3 degrees of
@@ -14,16 +14,11 @@ const NOISE_MARGIN: f32 = 1.44;
 
 /// Variances of one equation of a clean window, gravity and field, from the residuals of the unweighted solution; and the largest of the
 /// field's squared residuals.
-pub(super) fn clean_variances(
-    stream: &SampleStream,
-    numbers: core::ops::Range<u32>,
-    theta: &[f32; 12],
-    x: &[f32; MAGNETIC],
-) -> ([f32; 2], f32) {
+pub(super) fn clean_variances(tests: &TestWindows, theta: &[f32; 12], x: &[f32; MAGNETIC]) -> ([f32; 2], f32) {
     let mut squares = [[0.0_f32; TESTS]; 2];
     let mut noise = [0.0_f32; TESTS];
     let mut counts = [0_usize; 2];
-    for test in numbers.filter_map(|number| stream.test(number)) {
+    for test in tests.all() {
         let found = squares_of(test, theta, x);
         for ((square, count), sensor) in found.iter().zip(&mut counts).zip(&mut squares) {
             let (Some(square), Some(slot)) = (square, sensor.get_mut(*count)) else { continue };
@@ -39,5 +34,5 @@ pub(super) fn clean_variances(
         |squares: &mut [f32], count: usize| quantile(squares.get_mut(..count).unwrap_or_default(), 0.25) / QUARTER;
     let largest = field.iter().fold(0.0, |most: f32, square| if *square > most { *square } else { most });
     let sensor_noise = quantile(noise.get_mut(..counts[1]).unwrap_or_default(), 0.25);
-    ([own(gravity, counts[0]), NOISE_MARGIN * stream.noise_gain() * sensor_noise], largest)
+    ([own(gravity, counts[0]), NOISE_MARGIN * tests.noise_gain() * sensor_noise], largest)
 }

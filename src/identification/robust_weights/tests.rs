@@ -1,15 +1,15 @@
 mod tumbling;
 
 use super::*;
+use crate::window::SampleStream;
 use crate::{
     compensation::GyroModel,
     config::IdentificationConfig,
     identification::{
-        least_squares::{MagnetometerErrors, solve_with_variances},
+        least_squares::{MagnetometerErrors, ROUNDS, solve_with_variances},
         prior::Prior,
     },
 };
-use core::ops::Range;
 use nalgebra::Vector3;
 use tumbling::{HOP, tumbling};
 
@@ -24,47 +24,56 @@ struct Weighed {
 
 const THETA: [f32; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 
-fn numbers(stream: &SampleStream) -> Range<u32> {
-    stream.tests_within(0, stream.increments.count())
+/// All the test windows of a stream.
+fn windows(stream: &SampleStream) -> TestWindows {
+    let mut tests = TestWindows::zero();
+    tests.start(stream, 0, stream.increments.count(), &THETA);
+    while tests.make(stream, 100).unwrap() {}
+    tests
 }
 
-fn summed(stream: &SampleStream, weights: &RobustWeights) -> Equations {
+fn summed(tests: &TestWindows, weights: &RobustWeights) -> Equations {
     let mut sum = Equations::zero();
-    for number in numbers(stream) {
-        sum.add(stream.test(number).unwrap(), &THETA, weights.of(number));
+    for (number, test) in tests.numbered() {
+        sum.add(test, &THETA, weights.of(number));
     }
     sum
 }
 
 /// Solves, measures and weighs until it is done.
-fn weighed(stream: &SampleStream) -> Weighed {
+fn weighed(tests: &TestWindows) -> Weighed {
     let prior = Prior::new(&IdentificationConfig::default(), &GyroModel::IDENTITY, None);
-    let solve = |sum: &Equations| solve_with_variances(sum, &prior, &THETA, MagnetometerErrors::LagAndIron).unwrap().0;
+    let solve = |sum: &Equations| {
+        let round = |before: Option<&[f32; MAGNETIC]>| {
+            solve_with_variances(sum, &prior, &THETA, MagnetometerErrors::LagAndIron, before).unwrap().0
+        };
+        (1..ROUNDS).fold(round(None), |x, _| round(Some(&x)))
+    };
     let mut weights = RobustWeights::zero();
     weights.start();
-    let mut sum = summed(stream, &weights);
+    let mut sum = summed(tests, &weights);
     let mut solution = solve(&sum);
-    weights.measure(stream, numbers(stream), &THETA, &solution);
+    weights.measure(tests, &THETA, &solution);
     let (mut rounds, mut again) = (0, false);
     while weights.is_running() {
-        weights.weigh(stream, numbers(stream), &THETA, &solution, &mut sum);
+        weights.weigh(tests.numbered(), &THETA, &solution, &mut sum);
         solution = solve(&sum);
         rounds += 1;
         assert!(rounds < 100, "it ends");
-        match weights.advance(stream, numbers(stream)) {
+        match weights.advance(tests) {
             Round::Next => {}
             Round::Again => {
                 assert!(!again, "once");
-                assert!(numbers(stream).all(|number| weights.of(number) == [1.0; 2]), "from the start");
+                assert!(tests.numbered().all(|(number, _)| weights.of(number) == [1.0; 2]), "from the start");
                 again = true;
-                sum = summed(stream, &weights);
+                sum = summed(tests, &weights);
                 solution = solve(&sum);
             }
             Round::Done => break,
         }
     }
     // Taking in and out by differences comes to the same as adding with the weights.
-    let anew = solve(&summed(stream, &weights));
+    let anew = solve(&summed(tests, &weights));
     for (i, (x, y)) in solution.iter().zip(&anew).enumerate().take(12) {
         assert!((x - y).abs() < 2e-4, "{i}: {x} {y}");
     }
@@ -83,35 +92,35 @@ fn in_trouble(k: u32) -> bool {
 }
 
 /// How much of a test window's sin^2 lies in trouble, 0 to 1.
-fn share_in_trouble(number: u32) -> f32 {
+fn share_in_trouble(number: usize) -> f32 {
     let length = 4 * HOP;
     let weight = |k: u32| 1.0 - libm::cosf(core::f32::consts::TAU * (k as f32 + 0.5) / length as f32);
-    (0..length).filter(|k| in_trouble(number * HOP + k)).map(weight).sum::<f32>() / length as f32
+    (0..length).filter(|k| in_trouble(number as u32 * HOP + k)).map(weight).sum::<f32>() / length as f32
 }
 
 #[test]
 fn a_clean_window_keeps_every_weight_and_nothing_is_begun() {
-    let stream = tumbling(|_, _| {});
-    let clean = weighed(&stream);
+    let tests = &windows(&tumbling(|_, _| {}));
+    let clean = weighed(tests);
     assert_eq!((clean.rounds, clean.again), (0, false));
-    assert!(numbers(&stream).count() > 90);
-    assert!(numbers(&stream).all(|number| clean.weights.of(number) == [1.0; 2]));
+    assert!(tests.all().count() > 90);
+    assert!(tests.numbered().all(|(number, _)| clean.weights.of(number) == [1.0; 2]));
     assert!(p_error(&clean.solution) < 2e-3, "{:?}", clean.solution);
-    assert_eq!(clean.weights.field_agreement(&stream, numbers(&stream)), 1.0);
+    assert_eq!(clean.weights.field_agreement(tests), 1.0);
 }
 
 /// Steel beside the tool: the field is another for some seconds.
 #[test]
 fn windows_that_another_field_bends_end_without_weight_and_the_others_keep_theirs() {
-    let stream = tumbling(|k, [_, _, field]| {
+    let tests = &windows(&tumbling(|k, [_, _, field]| {
         if in_trouble(k) {
             *field += Vector3::new(12.0, -9.0, 14.0);
         }
-    });
-    let found = weighed(&stream);
+    }));
+    let found = weighed(tests);
     assert!(!found.again && found.rounds > 8, "{}", found.rounds);
     let (mut bent, mut clean, mut kept) = (0, 0, 0);
-    for number in numbers(&stream) {
+    for (number, _) in tests.numbered() {
         let [gravity, field] = found.weights.of(number);
         let share = share_in_trouble(number);
         if share > 0.05 && share < 0.95 {
@@ -133,21 +142,19 @@ fn windows_that_another_field_bends_end_without_weight_and_the_others_keep_their
 #[test]
 fn a_fault_of_the_gyro_that_only_the_field_shows_takes_gravitys_weight_too() {
     let fault = Vector3::new(0.06, -0.05, 0.05);
-    let stream = tumbling(|k, [rate, _, _]| {
+    let tests = &windows(&tumbling(|k, [rate, _, _]| {
         if in_trouble(k) {
             *rate += fault;
         }
-    });
-    let found = weighed(&stream);
+    }));
+    let found = weighed(tests);
     assert!(!found.again);
     let (mut bent, mut shown_by_gravity) = (0, 0);
-    for number in numbers(&stream) {
+    for (number, test) in tests.numbered() {
         let [gravity, field] = found.weights.of(number);
         if share_in_trouble(number) > 0.3 {
             assert!(gravity < 0.02 && field < 0.02, "{number}: {gravity} {field}");
-            let [Some(square), _] = squares_of(stream.test(number).unwrap(), &THETA, &found.solution) else {
-                panic!("gravity was read")
-            };
+            let [Some(square), _] = squares_of(test, &THETA, &found.solution) else { panic!("gravity was read") };
             bent += 1;
             shown_by_gravity += u32::from(Graduation::Tukey(0).weight(square / found.weights.variances[0]) == 0.0);
         } else if share_in_trouble(number) == 0.0 {
@@ -162,10 +169,10 @@ fn a_fault_of_the_gyro_that_only_the_field_shows_takes_gravitys_weight_too() {
 #[test]
 fn where_hardly_any_window_agrees_all_weigh_the_same_again() {
     for (x, z) in [(1.02, 0.985), (1.2, 0.85)] {
-        let stream = tumbling(|_, [_, _, field]| field.component_mul_assign(&Vector3::new(x, 1.0, z)));
-        let found = weighed(&stream);
+        let tests = &windows(&tumbling(|_, [_, _, field]| field.component_mul_assign(&Vector3::new(x, 1.0, z))));
+        let found = weighed(tests);
         assert!(found.again && !found.weights.is_running());
-        assert!(numbers(&stream).all(|number| found.weights.of(number) == [1.0; 2]));
+        assert!(tests.numbered().all(|(number, _)| found.weights.of(number) == [1.0; 2]));
     }
 }
 

@@ -8,7 +8,7 @@ const HOP_S: f32 = 0.5;
 const CAPACITY: usize = 100;
 
 /// sin^2 over a test window, and its slope, increment by increment.
-pub(super) struct TestFunction {
+pub(crate) struct TestFunction {
     /// Increments of a test window.
     pub length: usize,
     pub interval_s: f32,

@@ -1,4 +1,4 @@
-//! What the firmware sends: one [`Record`] after another, self-delimiting in postcard's encoding.
+//! What the emulated board writes through semihosting: one [`Record`] after another, self-delimiting in postcard's encoding.
 
 #[cfg(feature = "survey-records")]
 use crate::survey::{DrillingDynamics, SurveyReport};

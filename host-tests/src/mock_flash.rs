@@ -1,0 +1,214 @@
+//! A NOR flash in memory: it programs words, only from 1 to 0, erases whole sectors, counts both, and loses power where it is told to.
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+};
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+/// What is left of the word or the erasure during which the power goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// It never began.
+    Before,
+    /// It was under way: of a word some bits are programmed; of a sector every bit is as it was, erased or anything.
+    Torn,
+    /// It was done, and nobody heard of it.
+    After,
+}
+
+/// Every kind of cut.
+pub const CUTS: [Cut; 3] = [Cut::Before, Cut::Torn, Cut::After];
+
+/// Why the flash did not do it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MockError {
+    /// The power is off.
+    PowerCut,
+    /// A word was to be programmed a second time, or an erasure was not allowed: a defect of whoever asked.
+    Forbidden,
+    /// The arguments are wrong.
+    Arguments(NorFlashErrorKind),
+}
+
+impl NorFlashError for MockError {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::Arguments(kind) => *kind,
+            _ => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+/// The flash. `WORD` bytes are programmed at a time and `SECTOR` bytes erased.
+#[derive(Clone, Debug)]
+pub struct MockFlash<const WORD: usize = 4, const SECTOR: usize = 16384> {
+    bytes: Vec<u8>,
+    /// Words programmed and sectors erased so far.
+    operations: u64,
+    cut: Option<(u64, Cut)>,
+    is_on: bool,
+    may_erase: bool,
+    stuck: Option<usize>,
+    erases: Vec<u32>,
+    words: Vec<u64>,
+    rng: Xoshiro128PlusPlus,
+}
+
+impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
+    /// An erased flash of so many sectors. `seed` is of what is left by cuts.
+    #[must_use]
+    pub fn new(sectors: usize, seed: u64) -> Self {
+        Self {
+            bytes: vec![0xFF; sectors * SECTOR],
+            operations: 0,
+            cut: None,
+            is_on: true,
+            may_erase: true,
+            stuck: None,
+            erases: vec![0; sectors],
+            words: vec![0; sectors],
+            rng: Xoshiro128PlusPlus::seed_from_u64(seed),
+        }
+    }
+
+    /// The power goes `operations` words or erasures from now.
+    pub fn cut_in(&mut self, operations: u64, cut: Cut) {
+        self.cut = Some((self.operations + operations, cut));
+    }
+
+    /// The power is back, and stays.
+    pub fn power_up(&mut self) {
+        (self.is_on, self.cut) = (true, None);
+    }
+
+    /// Whether the power is on.
+    #[must_use]
+    pub const fn is_on(&self) -> bool {
+        self.is_on
+    }
+
+    /// Whether erasing is allowed: not while drilling.
+    pub const fn allow_erase(&mut self, allowed: bool) {
+        self.may_erase = allowed;
+    }
+
+    /// One bit of this sector no longer erases.
+    pub const fn wear_out(&mut self, sector: usize) {
+        self.stuck = Some(sector);
+    }
+
+    /// Words programmed and sectors erased so far.
+    #[must_use]
+    pub const fn operations(&self) -> u64 {
+        self.operations
+    }
+
+    /// Erasures of each sector.
+    #[must_use]
+    pub fn erases(&self) -> &[u32] {
+        &self.erases
+    }
+
+    /// Words programmed in each sector.
+    #[must_use]
+    pub fn words(&self) -> &[u64] {
+        &self.words
+    }
+
+    /// What it holds, to be spoilt.
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        &mut self.bytes
+    }
+
+    /// Begins an operation: what is left of it when the power goes during it.
+    fn begin(&mut self) -> Result<Option<Cut>, MockError> {
+        if !self.is_on {
+            return Err(MockError::PowerCut);
+        }
+        let cut = self.cut.filter(|(at, _)| *at == self.operations).map(|(_, cut)| cut);
+        self.operations += 1;
+        self.is_on = cut.is_none();
+        Ok(cut)
+    }
+}
+
+impl<const WORD: usize, const SECTOR: usize> ErrorType for MockFlash<WORD, SECTOR> {
+    type Error = MockError;
+}
+
+impl<const WORD: usize, const SECTOR: usize> ReadNorFlash for MockFlash<WORD, SECTOR> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), MockError> {
+        if !self.is_on {
+            return Err(MockError::PowerCut);
+        }
+        check_read(self, offset, bytes.len()).map_err(MockError::Arguments)?;
+        bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl<const WORD: usize, const SECTOR: usize> NorFlash for MockFlash<WORD, SECTOR> {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), MockError> {
+        check_erase(self, from, to).map_err(MockError::Arguments)?;
+        if !self.may_erase {
+            return Err(MockError::Forbidden);
+        }
+        for sector in from as usize / SECTOR..to as usize / SECTOR {
+            let cut = self.begin()?;
+            self.erases[sector] += u32::from(cut != Some(Cut::Before));
+            let kind = self.rng.next_u32() % 4;
+            for byte in &mut self.bytes[sector * SECTOR..][..SECTOR] {
+                let noise = self.rng.next_u32();
+                match (cut, kind) {
+                    (Some(Cut::Before), _) => {}
+                    // Some cells have been erased; all to the eye; anything; or all but a few.
+                    (Some(Cut::Torn), 0) => *byte |= noise as u8,
+                    (Some(Cut::Torn), 1) => *byte = noise as u8,
+                    (Some(Cut::Torn), 2) if noise.is_multiple_of(1024) => {}
+                    _ => *byte = 0xFF,
+                }
+            }
+            if self.stuck == Some(sector) {
+                self.bytes[sector * SECTOR + SECTOR / 2] &= 0x7F;
+            }
+            if cut.is_some() {
+                return Err(MockError::PowerCut);
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), MockError> {
+        check_write(self, offset, bytes.len()).map_err(MockError::Arguments)?;
+        for (k, word) in bytes.chunks(WORD).enumerate() {
+            let at = offset as usize + k * WORD;
+            let cut = self.begin()?;
+            let held = &mut self.bytes[at..at + WORD];
+            if held.iter().any(|byte| *byte != 0xFF) {
+                return Err(MockError::Forbidden);
+            }
+            self.words[at / SECTOR] += 1;
+            for (held, new) in held.iter_mut().zip(word) {
+                *held &= match cut {
+                    Some(Cut::Before) => 0xFF,
+                    Some(Cut::Torn) => *new | self.rng.next_u32() as u8,
+                    Some(Cut::After) | None => *new,
+                };
+            }
+            if cut.is_some() {
+                return Err(MockError::PowerCut);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,39 @@
+//! The image of every board: where its chip starts, and within its chip's memory.
+
+use super::drilling::toolchain;
+use mwd::{
+    emulate::{self, Board, Firmware},
+    image::{self, Image},
+};
+
+#[test]
+fn every_board_starts_where_its_chip_does_and_fits_it() {
+    let Some(toolchain) = toolchain() else { return };
+    for board in [Board::Emulated, Board::Trace, Board::Stm32f405, Board::Nrf52840] {
+        let Firmware { elf, size } = emulate::build_firmware(&toolchain, board).unwrap();
+        let chip = board.chip();
+        let table = Image::parse(&elf).unwrap().vector_table().unwrap();
+        println!("{board:?}: vector table at {:#010x}, {size}", table.address);
+        assert_eq!(table.address, chip.flash_start, "{board:?}");
+        assert_eq!(u64::from(table.stack_pointer), chip.ram_end(), "{board:?}");
+        let code = chip.flash_start..chip.flash_start + size.flash_bytes;
+        assert!(code.contains(&u64::from(table.reset)) && table.reset % 2 == 1, "{board:?}: {table:x?}");
+        assert!(size.flash_bytes <= chip.flash_bytes && size.ram_bytes() <= chip.ram_bytes, "{board:?}: {size}");
+        assert!(size.ram_bytes() <= image::RAM_LIMIT_BYTES, "{board:?}: {size}");
+        assert!(size.flash_bytes <= image::FLASH_LIMIT_BYTES, "{board:?}: {size}");
+    }
+}
+
+/// Nothing in the firmware writes a float as text: that alone takes 15 KiB.
+#[test]
+fn no_board_formats_a_float() {
+    let Some(toolchain) = toolchain() else { return };
+    for board in [Board::Emulated, Board::Trace, Board::Stm32f405, Board::Nrf52840] {
+        let Firmware { elf, .. } = emulate::build_firmware(&toolchain, board).unwrap();
+        let image = Image::parse(&elf).unwrap();
+        assert!(image.has_function("push"), "{board:?}: the names are not in the image");
+        for part in ["flt2dec", "float_to_decimal", "float_to_general"] {
+            assert!(!image.has_function(part), "{board:?} formats a float: {part}");
+        }
+    }
+}

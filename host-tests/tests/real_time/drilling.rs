@@ -1,0 +1,62 @@
+//! What is flown: drilling at 45 deg, 200 samples a second.
+
+use meerkat_mwd::{
+    Config, Sample,
+    probe::Output,
+    telemetry::{AttitudeFormat, StreamConfig},
+};
+use mwd::{
+    configuration, flight,
+    simulate::{Scenario, simulate},
+    toolchain::{self, Toolchain},
+};
+use std::{io::Write, path::Path, time::Duration};
+
+/// Longest that an emulated run may take.
+pub const LIMIT: Duration = Duration::from_secs(1_800);
+
+pub const PERIOD_US: u64 = 5_000;
+
+/// A configuration and samples with the times that the probe's sample clock gives them.
+pub fn drilling(duration_s: f64, seed: u64) -> (Config, Vec<Sample>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
+    let scenario = Scenario { duration_s, sample_period_us: PERIOD_US as u32, ..Scenario::read(&path).unwrap() };
+    let (trace, _) = simulate(&scenario, seed);
+    let config = configuration::of_trace(&trace);
+    let samples = trace.samples.iter().zip(1..).map(|(sample, k)| Sample { t_us: k * PERIOD_US, ..*sample });
+    (config, samples.collect())
+}
+
+/// Every output with all its bits, over a line of 921,600 baud.
+pub fn everything() -> StreamConfig {
+    let mut stream = StreamConfig { bytes_per_s: 92_160, attitude_every: 1, ..StreamConfig::default() };
+    stream.attitude_format = AttitudeFormat::Exact;
+    stream
+}
+
+/// Checks that each output of a probe is to the last bit what the same samples give on the host, and returns how many are not there.
+pub fn missing_of_the_host(config: &Config, samples: &[Sample], probe: &[Output]) -> u64 {
+    let host = flight::fly(config, samples, |_| ()).unwrap().outputs;
+    // `==` would take -0 for 0.
+    let bytes = |output: &Output| postcard::to_stdvec(output).unwrap();
+    let mut rest = host.iter();
+    for output in probe {
+        let same = rest.find(|host| host.t_us == output.t_us);
+        let same = same.unwrap_or_else(|| panic!("an output of no sample, or one again: {output:?}"));
+        assert_eq!(bytes(same), bytes(output), "host {same:?}\nprobe {output:?}");
+    }
+    (host.len() - probe.len()) as u64
+}
+
+/// The toolchain, or `None` after the reason was printed.
+pub fn toolchain() -> Option<Toolchain> {
+    match toolchain::prepare() {
+        Ok(toolchain) => Some(toolchain),
+        Err(missing) if std::env::var_os("MWD_REQUIRE_EMULATOR").is_some_and(|v| v == "1") => panic!("{missing}"),
+        Err(missing) => {
+            // The runner keeps what the macros print to itself.
+            std::io::stderr().write_all(format!("SKIPPED: {missing}\n").as_bytes()).unwrap();
+            None
+        }
+    }
+}

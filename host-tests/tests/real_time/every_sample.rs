@@ -1,0 +1,80 @@
+//! Every sample is processed once and in time, while identification and diagnosis run; and gives what it gives on the host.
+
+use super::{
+    drilling::{LIMIT, drilling, everything, missing_of_the_host, toolchain},
+    received::Received,
+};
+use meerkat_mwd::Sample;
+use mwd::{
+    emulate::real_time::{Landed, RealTime},
+    image,
+};
+
+/// Flies twice, and checks what holds of every run.
+fn fly(duration_s: f64) -> Option<(Landed, Received)> {
+    let toolchain = toolchain()?;
+    let (config, samples) = drilling(duration_s, 1);
+    let run = RealTime { config, stream: everything(), recording: true, ..RealTime::default() };
+    let landed = run.run(&toolchain, &samples, LIMIT).unwrap();
+    println!("{duration_s} s at 200 Hz: {:#?}", landed.values);
+    assert_eq!(landed, run.run(&toolchain, &samples, LIMIT).unwrap(), "the same run is the same");
+
+    for name in ["acquired", "processed", "samples"] {
+        assert_eq!(landed.count(name), Some(samples.len() as u64), "{name}");
+    }
+    for name in ["queue_full", "missed_ticks", "sequence_breaks", "out_of_order", "gaps", "overruns"] {
+        assert_eq!(landed.count(name), Some(0), "{name}");
+    }
+    for name in ["diagnosis_overruns", "reports_lost", "diagnoses_lost", "results_lost", "samples_dropped"] {
+        assert_eq!(landed.count(name), Some(0), "{name}");
+    }
+    let received = Received::of(&landed.serial);
+    assert!(received.is_whole(), "{:?}", received.link);
+    // What is still in the queue when the sensors' file ends was not sent.
+    let missing = missing_of_the_host(&config, &samples, &received.outputs);
+    assert!(missing <= landed.count("attitude_dropped").unwrap() + 2, "{missing} outputs are missing");
+    assert_eq!(landed.count("windows"), Some(received.identifications.len() as u64));
+    assert_eq!(landed.count("diagnoses"), Some(received.diagnoses.len() as u64));
+    Some((landed, received))
+}
+
+/// What was recorded over the line replays to the same attitude.
+fn assert_recording_replays(received: &Received) {
+    let [boot] = received.boots[..] else { panic!("{} boots", received.boots.len()) };
+    let numbers: Vec<u32> = received.samples.iter().map(|sample| sample.number).collect();
+    assert!(numbers.iter().copied().eq(0..numbers.len() as u32), "a sample is missing");
+    let samples: Vec<Sample> = received.samples.iter().map(|sample| sample.sample).collect();
+    missing_of_the_host(&boot.config, &samples, &received.outputs);
+}
+
+/// What the sample clock's and the sensors' interrupts take of the stack.
+const INTERRUPT_BYTES: u32 = 512;
+
+/// The stack's high-water mark is reached early, and is within its limit.
+fn assert_memory(received: &Received) {
+    let marks: Vec<u32> = received.healths.iter().map(|health| health.stack_used_bytes).collect();
+    println!("stack after each 5 s: {marks:?} of {}", received.healths[0].stack_size_bytes);
+    let (last, half) = (marks[marks.len() - 1], marks[marks.len() / 2]);
+    // The interrupt's frame lies on whatever it interrupts.
+    assert!(last - half < INTERRUPT_BYTES, "the stack still grows in the second half: {half} to {last}");
+    assert!(u64::from(last) <= image::STACK_LIMIT_BYTES, "{last} bytes of stack");
+}
+
+#[test]
+fn minutes_with_identification_and_diagnosis_lose_nothing_and_replay() {
+    let Some((landed, received)) = fly(150.0) else { return };
+    assert!(landed.count("windows") > Some(1) && landed.count("diagnoses") > Some(0));
+    assert_recording_replays(&received);
+    assert_memory(&received);
+    assert!(landed.count("delay_worst_us") <= Some(image::DELAY_LIMIT_US), "{:?}", landed.values);
+}
+
+#[test]
+#[ignore = "an hour of virtual time, twice: some minutes"]
+fn an_hour_with_identification_and_diagnosis_loses_nothing() {
+    let Some((landed, received)) = fly(3_600.0) else { return };
+    assert!(landed.count("windows") > Some(50) && landed.count("diagnoses") > Some(50));
+    assert_recording_replays(&received);
+    assert_memory(&received);
+    assert!(landed.count("delay_worst_us") <= Some(image::DELAY_LIMIT_US), "{:?}", landed.values);
+}

@@ -1,0 +1,12 @@
+//! The probe's program in real time on the emulated chip.
+//!
+//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod boards;
+mod drilling;
+mod every_sample;
+mod memory;
+mod received;
+mod slow_line;
+mod watchdog;

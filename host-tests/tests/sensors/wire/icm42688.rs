@@ -1,0 +1,53 @@
+use meerkat_mwd::sensors::{Frame, blocking::Icm42688};
+
+use super::{burst, mock, spi, start};
+
+/// Packet 4: header; x, y, z of the accelerometer, then of the gyro, two bytes each; temperature; time; the low four bits, accelerometer's first.
+fn packet(header: u8, accel: [i32; 3], gyro: [i32; 3], temperature: i16) -> Vec<u8> {
+    let upper = |code: i32| ((code >> 4) as i16).to_be_bytes();
+    let low = |k: usize| ((accel[k] & 15) << 4 | gyro[k] & 15) as u8;
+    let mut bytes = vec![header];
+    bytes.extend(accel.into_iter().chain(gyro).flat_map(upper));
+    bytes.extend(temperature.to_be_bytes());
+    bytes.extend([0, 0, low(0), low(1), low(2)]);
+    bytes
+}
+
+#[test]
+fn start_and_bursts() {
+    let settings = || spi(&[&[0xCE]], &[0x0F, 0x07, 0x07]);
+    let (accel, gyro) = ([1, -2, 400_000], [-524_200, 17, 3]);
+    let sound = packet(0x78, accel, gyro, -132);
+    let empty = vec![0xFF; 20];
+    let invalid = packet(0x78, accel, [-524_288, 0, 0], 0);
+    let mut bus = mock(&[
+        spi(&[&[0x76], &[0]], &[]),
+        spi(&[&[0xF5]], &[0x47]),
+        spi(&[&[0x11], &[0x01]], &[]),
+        spi(&[&[0x14], &[0x03]], &[]),
+        spi(&[&[0x64], &[0x00, 0x04]], &[]),
+        spi(&[&[0x4C], &[0x73]], &[]),
+        spi(&[&[0x4D], &[0x51]], &[]),
+        spi(&[&[0x4F], &[0x07]], &[]),
+        spi(&[&[0x50], &[0x07]], &[]),
+        spi(&[&[0x5F], &[0x77, 0x01, 0x00]], &[]),
+        spi(&[&[0x4E], &[0x0F]], &[]),
+        spi(&[&[0x16], &[0x40]], &[]),
+        spi(&[&[0x4B], &[0x02]], &[]),
+        settings(),
+        // One packet was expected, and there are three.
+        spi(&[&[0xAD]], &[vec![0x04, 0, 3], sound.clone()].concat()),
+        settings(),
+        spi(&[&[0xAD]], &[vec![0x02, 0, 1], invalid, empty].concat()),
+        settings(),
+    ]);
+    let mut part = Icm42688::new(bus.clone());
+    assert_eq!(start(&mut part), [1_000, 200]);
+    let first = burst(&mut part);
+    assert_eq!(first.frames(), [Frame { codes: [Some(gyro), Some(accel)], temperature: Some(-132) }]);
+    assert_eq!((first.left, first.overrun), (2, false));
+    let second = burst(&mut part);
+    assert_eq!(second.frames(), [Frame { codes: [None, Some(accel)], temperature: Some(0) }]);
+    assert!(second.overrun);
+    bus.done();
+}

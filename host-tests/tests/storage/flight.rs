@@ -1,0 +1,194 @@
+//! From a flight into the flash and back into a flight.
+
+use super::models::{Chip, Dice, limits, open, prepare};
+use meerkat_mwd::{
+    Config, Probe,
+    compensation::{GyroModel, effects::LIBRARY},
+    probe::{NotRestored, Output},
+    storage::{Implausible, Outcome, StabilityGate, StoreReason, StoredModel, fingerprint},
+};
+use mwd::{
+    configuration::of_trace,
+    simulate::{Scenario, simulate},
+    trace::Trace,
+};
+use nalgebra::Vector3;
+use std::path::Path;
+
+fn drilling(duration_s: f64, seed: u64) -> (Trace, Config) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
+    let (trace, _) = simulate(&Scenario { duration_s, ..Scenario::read(&path).unwrap() }, seed);
+    let config = of_trace(&trace);
+    (trace, config)
+}
+
+fn probe(config: &Config, model: Option<&StoredModel>) -> Box<Probe> {
+    let mut probe = Box::new(Probe::new());
+    probe.configure(config).unwrap();
+    if let Some(model) = model {
+        probe.restore(model).unwrap();
+    }
+    probe
+}
+
+fn bits(model: &GyroModel) -> Vec<u32> {
+    model.p.iter().flatten().chain(&model.b_rad_s).map(|x| x.to_bits()).collect()
+}
+
+/// Whether what flies is this to the bit.
+fn flies(probe: &Probe, model: &StoredModel) -> bool {
+    bits(probe.gyro_model()) == bits(&model.gyro) && *probe.effects() == model.effects
+}
+
+fn rate_error_deg_s(trace: &Trace, outputs: &[Output]) -> f64 {
+    let truths = trace.true_rate.as_ref().unwrap();
+    let square = |(truth, output): (&[f64; 3], &Output)| {
+        (Vector3::from(output.rate_rad_s.map(f64::from)) - Vector3::from(*truth)).norm_squared()
+    };
+    (truths.iter().zip(outputs).map(square).sum::<f64>() / outputs.len() as f64).sqrt().to_degrees()
+}
+
+fn through_flash(model: &StoredModel) -> StoredModel {
+    let mut store = open(Chip::new(3, 1));
+    prepare(&mut store);
+    store.store_model(model).unwrap();
+    match open(store.into_flash()).restore(None).unwrap().outcome {
+        Outcome::Chosen { model, .. } => model,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_model_that_has_proved_stable_is_stored_and_flies_from_the_first_sample_after_power_up() {
+    for seed in [3, 4] {
+        let (trace, config) = drilling(240.0, seed);
+        let mut first = probe(&config, None);
+        let mut gate = StabilityGate::new(&config.gyro, None);
+        let mut stored = Vec::new();
+        let mut outputs = Vec::new();
+        for sample in &trace.samples {
+            gate.sample(sample);
+            outputs.extend(first.push(sample));
+            let Some(report) = first.poll(first.poll_budget()) else { continue };
+            if let Some(model) = first.model_worth_storing(&report, &mut gate) {
+                assert!(flies(&first, &model));
+                gate.stored(&model);
+                stored.push(through_flash(&model));
+            }
+        }
+        assert_eq!(stored.len(), 1, "seed {seed}: once, for the next is not due before half an hour");
+        let model = stored[0];
+        let StoreReason::Stable { windows } = model.reason else { panic!("{model:?}") };
+        assert!(windows >= 3 && model.gyro.p != config.gyro.p && model.explained.is_some());
+
+        let opening = trace.samples.len() * 50 / 240;
+        let mut second = probe(&config, Some(&model));
+        let restored: Vec<Output> = trace.samples[..opening]
+            .iter()
+            .filter_map(|sample| {
+                let output = second.push(sample);
+                second.poll(second.poll_budget());
+                assert_eq!(bits(second.gyro_model())[..9], bits(&model.gyro)[..9], "P before the first window");
+                output
+            })
+            .collect();
+        let [with, without] = [&restored[..], &outputs[..opening]].map(|outputs| rate_error_deg_s(&trace, outputs));
+        println!("seed {seed}: first 50 s, {with:.3} deg/s with the stored model, {without:.3} without");
+        assert!(with < 0.2 * without);
+    }
+}
+
+/// At any instant of a flight, what flies then, through flash, flies in another probe: P, b and effects, to the bit.
+#[test]
+fn a_flight_that_is_broken_off_anywhere_goes_on_with_the_same_model() {
+    let (trace, config) = drilling(170.0, 5);
+    let mut first = probe(&config, None);
+    let mut different = 0;
+    for (k, sample) in trace.samples.iter().enumerate() {
+        first.push(sample);
+        first.poll(first.poll_budget());
+        if k % 997 != 996 {
+            continue;
+        }
+        let model = through_flash(&StoredModel {
+            gyro: *first.gyro_model(),
+            sigma: [0.001; 12],
+            effects: *first.effects(),
+            library: fingerprint(&LIBRARY),
+            temperature_c: None,
+            t_us: sample.t_us,
+            reason: StoreReason::Command,
+            explained: None,
+            p_value: None,
+        });
+        assert!(flies(&first, &model));
+        different += u32::from(model.gyro != config.gyro);
+        let mut second = probe(&config, Some(&model));
+        assert!(flies(&second, &model));
+        for sample in trace.samples[k + 1..].iter().take(300) {
+            second.push(sample).unwrap();
+            second.poll(second.poll_budget());
+        }
+        assert!(flies(&second, &model));
+    }
+    assert!(different > 5);
+}
+
+/// Effects of every kind.
+#[test]
+fn effects_are_restored_to_the_bit() {
+    let (trace, config) = drilling(12.0, 6);
+    let mut dice = Dice::new(51);
+    for effects in 0..=6 {
+        for _ in 0..10 {
+            let model = dice.model(effects, 0, 0);
+            let restored = through_flash(&model);
+            assert_eq!(restored, model);
+            let mut probe = probe(&config, Some(&restored));
+            for sample in &trace.samples[..200] {
+                probe.push(sample).unwrap();
+            }
+            assert!(flies(&probe, &model));
+        }
+    }
+}
+
+/// Asking for models and refusing some changes nothing in a flight.
+#[test]
+fn with_nothing_restored_the_flight_is_the_same_to_the_bit() {
+    let (trace, config) = drilling(100.0, 7);
+    let mut dice = Dice::new(52);
+    let mut bad = dice.model(2, 0, 0);
+    bad.gyro.p[1][1] = 1.5;
+    let (mut plain, mut asked) = (probe(&config, None), probe(&config, None));
+    assert!(matches!(asked.restore(&bad), Err(NotRestored::Implausible(Implausible::P { row: 1, column: 1, .. }))));
+    let mut gate = StabilityGate::new(&config.gyro, None);
+    for sample in &trace.samples {
+        gate.sample(sample);
+        let [one, other] = [plain.push(sample), asked.push(sample)].map(|output| postcard::to_stdvec(&output).unwrap());
+        assert_eq!(one, other);
+        let [one, other] = [&mut plain, &mut asked].map(|probe| probe.poll(probe.poll_budget()));
+        assert_eq!(one, other);
+        if let Some(report) = other {
+            asked.model_worth_storing(&report, &mut gate);
+        }
+    }
+    assert_eq!(bits(plain.gyro_model()), bits(asked.gyro_model()));
+}
+
+#[test]
+fn a_model_is_restored_only_at_the_beginning_and_with_its_effects() {
+    let (trace, mut config) = drilling(12.0, 8);
+    let mut dice = Dice::new(53);
+    let [plain, with_effects] = [dice.model(0, 0, 0), dice.model(2, 0, 0)];
+    assert_eq!(Probe::new().restore(&plain), Err(NotRestored::NotAtTheBeginning));
+    let mut begun = probe(&config, None);
+    begun.push(&trace.samples[0]);
+    assert_eq!(begun.restore(&plain), Err(NotRestored::NotAtTheBeginning));
+    config.effects = false;
+    let mut without = probe(&config, None);
+    assert_eq!(without.restore(&with_effects), Err(NotRestored::EffectsSwitchedOff));
+    assert!(without.effects().is_empty() && *without.gyro_model() == config.gyro);
+    assert_eq!(without.restore(&plain), Ok(()));
+    assert_eq!(limits().check(&with_effects), Ok(()));
+}

@@ -1,0 +1,12 @@
+//! Frames, queue, survey word, commands and the programs at the other end of the line.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod commands;
+mod corruption;
+mod flown;
+mod messages;
+mod played_probe;
+mod ports;
+mod queue;
+mod recorded;
+mod survey_word;

@@ -1,0 +1,103 @@
+//! What the probe computed can be computed again, to the last bit, from what it sent.
+
+use crate::flown;
+use meerkat_mwd::{
+    Config, Sample, SampleFlags,
+    telemetry::{AttitudeFormat, Message},
+};
+use mwd::attitude_csv::write_attitude_csv;
+use std::{fs, path::Path, process::Command};
+
+fn mwd(arguments: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).output().unwrap()
+}
+
+/// Records the bytes of a line, replays the trace, and compares attitude files.
+fn recorded_and_replayed(config: &Config, samples: &[Sample]) {
+    let bytes = flown::stream(config, samples, AttitudeFormat::Exact);
+    let outputs: Vec<_> = flown::messages(&bytes)
+        .into_iter()
+        .filter_map(|message| if let Message::Output(output) = message { Some(output) } else { None })
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    write_attitude_csv(&outputs, Path::new(&at("probe.csv"))).unwrap();
+    fs::write(at("line.bin"), &bytes).unwrap();
+
+    let recorded = mwd(&["record", &at("line.bin"), "-o", &at("trace.csv.gz")]);
+    assert!(recorded.status.success(), "{}", String::from_utf8_lossy(&recorded.stderr));
+    let said = String::from_utf8(recorded.stdout).unwrap();
+    assert!(said.contains("0 damaged, 0 oversize, 0 missing"), "{said}");
+    let replayed =
+        mwd(&["replay", &at("trace.csv.gz"), "--config", &at("trace.toml"), "--attitude", &at("replay.csv")]);
+    assert!(replayed.status.success(), "{}", String::from_utf8_lossy(&replayed.stderr));
+    let (probe, replay) = (fs::read(at("probe.csv")).unwrap(), fs::read(at("replay.csv")).unwrap());
+    assert!(probe.len() > 1_000);
+    assert!(probe == replay, "the attitude differs");
+}
+
+#[test]
+fn a_recording_replays_to_the_same_attitude() {
+    for name in ["broad_06", "multipos_mpu9150_imu0"] {
+        let (mut config, samples) = flown::recording(name);
+        // Numbers that no short decimal is.
+        config.accel.offset = [0.1 + 0.2, -1.0 / 3.0, f32::MIN_POSITIVE];
+        config.earth.declination_rad = Some(0.123_456_79);
+        config.earth.latitude_rad = None;
+        config.seed = 12_345_678_901_234;
+        recorded_and_replayed(&config, &samples);
+    }
+}
+
+/// Missing and frozen sensors, faults, clipping that only the driver knows of, numbers that are none, gaps.
+#[test]
+fn a_recording_of_troubles_replays_to_the_same_attitude() {
+    let (config, mut samples) = flown::recording("broad_06");
+    samples.truncate(12_000);
+    for (index, sample) in samples.iter_mut().enumerate() {
+        match index % 997 {
+            100 => sample.gyro_rad_s[1] = f32::NAN,
+            200 => sample.accel_m_s2 = [f32::INFINITY, f32::NEG_INFINITY, 0.0],
+            300..400 => sample.flags.insert(SampleFlags::MAG_MISSING),
+            450 => sample.flags.insert(SampleFlags::ACCEL_MISSING | SampleFlags::GYRO_MISSING),
+            500 => sample.gyro_rad_s = [-0.0, 1e-40, f32::MIN_POSITIVE],
+            550..560 => sample.mag_ut = [0.0; 3],
+            600 => sample.temperature_c = f32::NAN,
+            650 => sample.flags.insert(SampleFlags::GYRO_CLIPPED | SampleFlags::FAULT),
+            660..664 => sample.flags.insert(SampleFlags::ACCEL_CLIPPED),
+            700..900 => sample.t_us += 0,
+            _ => {}
+        }
+        sample.t_us += 2_000_000 * (index as u64 / 5_000);
+    }
+    recorded_and_replayed(&config, &samples);
+}
+
+#[test]
+fn damage_and_losses_are_told() {
+    let (config, samples) = flown::recording("broad_06");
+    let bytes = flown::stream(&config, &samples[..3_000], AttitudeFormat::Compact);
+    let mut frames: Vec<Vec<u8>> = bytes[1..].split_inclusive(|&byte| byte == 0).map(<[u8]>::to_vec).collect();
+    // Three raw samples, which are every other frame from the second on: one is lost, one damaged, one both is late and was there.
+    let sample = |frame: &Vec<u8>| {
+        let mut decoder = flown::Decoder::new();
+        flown::frames(&mut decoder, frame).first().is_some_and(|(kind, ..)| *kind == 4)
+    };
+    let places: Vec<usize> = (0..frames.len()).filter(|&index| sample(&frames[index])).collect();
+    frames[places[100]][5] ^= 4;
+    frames.remove(places[50]);
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    fs::write(at("line.bin"), frames.concat()).unwrap();
+    let recorded = mwd(&["record", &at("line.bin"), "-o", &at("trace.csv")]);
+    let said = String::from_utf8(recorded.stdout).unwrap();
+    assert!(recorded.status.success());
+    for text in ["2998 samples", "2 samples were lost on the way", "1 damaged", "2 missing"] {
+        assert!(said.contains(text), "{text}: {said}");
+    }
+    // A second run does not go into the same trace.
+    fs::write(at("two.bin"), [&bytes[..], &bytes[..]].concat()).unwrap();
+    let recorded = mwd(&["record", &at("two.bin"), "-o", &at("two.csv")]);
+    let said = String::from_utf8(recorded.stdout).unwrap();
+    assert!(said.contains("3000 samples") && said.contains("started anew"), "{said}");
+}

@@ -1,0 +1,306 @@
+//! The probe's program, the same on every board: samples first, then one bounded piece of identification or diagnosis, then
+//! telemetry, then sleep.
+
+pub mod acquisition;
+pub mod board;
+pub mod commands;
+pub mod delay;
+pub mod line;
+pub mod memory;
+pub mod sample_clock;
+#[cfg(feature = "spi-sensors")]
+pub mod sensors;
+pub mod stage;
+
+use crate::stack;
+use acquisition::{Acquired, COUNTS};
+use board::Board;
+use commands::Commands;
+use delay::Delays;
+use line::{Line, WaitingWindow};
+use meerkat_mwd::{
+    Config, Probe, Sample,
+    config::{ConfigError, SurveyConfig},
+    survey::Surveyor,
+    telemetry::{Boot, Health, Key, StreamConfig},
+};
+use memory::Memory;
+use stage::{Progress, Stage};
+
+/// Units of work in one piece, some 30,000 instructions; a piece that is not cut up overshoots it.
+const SLICE_UNITS: u32 = 100;
+
+/// Work that is put off for later when the loop is short of time, in samples' shares: a second at 200 Hz.
+const OWED_SAMPLES: u32 = 200;
+
+/// Microseconds from one report of health to the next.
+const HEALTH_US: u64 = 5_000_000;
+
+/// Microseconds after the start at which health is reported first.
+const SILENT_US: u64 = 1_000_000;
+
+/// What the probe starts from.
+pub struct Settings {
+    pub config: Config,
+    pub survey: SurveyConfig,
+    pub stream: StreamConfig,
+    /// Whether raw samples are sent from the start.
+    pub recording: bool,
+    /// The key of commands that change calibration; `None`: none was provisioned.
+    pub key: Option<[u8; 32]>,
+}
+
+/// What stands in static RAM, and the application works on.
+pub struct Pipeline<F: 'static> {
+    pub probe: &'static mut Probe,
+    pub surveyor: &'static mut Surveyor,
+    pub line: &'static mut Line,
+    pub window: &'static mut WaitingWindow,
+    pub commands: &'static mut Commands,
+    /// `None`: there is none that can be used, and the probe flies without.
+    pub memory: Option<&'static mut Memory<F>>,
+}
+
+/// What the application has counted since the start.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Counts {
+    /// Samples taken out of the queue.
+    pub processed: u32,
+    /// Samples whose number was not the next one: the queue was full, or a tick was missed.
+    pub sequence_breaks: u32,
+    /// Windows identified, whether or not a model came of it.
+    pub windows: u32,
+    /// Diagnoses that were made.
+    pub diagnoses: u32,
+    /// Times that every stage had made progress.
+    pub watchdog_fed: u32,
+    /// From acquisition to attitude.
+    pub delays: Delays,
+}
+
+/// The program on one board.
+pub struct Application<B: Board> {
+    board: B,
+    pipeline: Pipeline<B::Flash>,
+    /// Whether a stored model had its chance to fly.
+    begun: bool,
+    next_sequence: u32,
+    owed_units: u32,
+    progress: Progress,
+    served: u32,
+    /// When the next report of health is due.
+    health_us: u64,
+    counts: Counts,
+}
+
+impl<B: Board> Application<B> {
+    /// Starts from a configuration.
+    ///
+    /// # Errors
+    /// The field that cannot be used.
+    pub fn start(board: B, pipeline: Pipeline<B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
+        let Settings { config, survey, stream, recording, key } = settings;
+        pipeline.probe.configure(config)?;
+        pipeline.surveyor.configure(&config.earth, survey)?;
+        pipeline.line.configure(stream)?;
+        pipeline.line.record(*recording);
+        pipeline.commands.provision(key.as_ref().and_then(Key::of_bytes));
+        Ok(Self {
+            board,
+            pipeline,
+            begun: false,
+            next_sequence: 0,
+            owed_units: 0,
+            progress: Progress::default(),
+            served: COUNTS.served(),
+            // The first words are the boot's, unless the sensors are dead.
+            health_us: SILENT_US,
+            counts: Counts::default(),
+        })
+    }
+
+    /// One round of the loop; sleeps when nothing is left to do.
+    pub fn turn(&mut self) {
+        self.enter(Stage::Samples);
+        while let Some(acquired) = self.board.samples().dequeue() {
+            self.fly(&acquired);
+        }
+        // Emptied, with or without a sample: sensors that are dead are no reason to start anew.
+        self.progress.made(Stage::Samples);
+        self.enter(Stage::Work);
+        let more = self.work();
+        self.progress.made(Stage::Work);
+        self.enter(Stage::Telemetry);
+        self.telemetry();
+        self.progress.made(Stage::Telemetry);
+        self.watch();
+        if !more {
+            self.board.idle();
+        }
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        self.board.enter(stage);
+    }
+
+    /// One sample to its attitude.
+    #[inline(never)]
+    fn fly(&mut self, acquired: &Acquired) {
+        if acquired.sequence != self.next_sequence {
+            self.counts.sequence_breaks = self.counts.sequence_breaks.saturating_add(1);
+        }
+        self.next_sequence = acquired.sequence.wrapping_add(1);
+        let sample = &acquired.sample;
+        if !self.begun {
+            self.begin(sample);
+        }
+        let Pipeline { probe, surveyor, line, memory, .. } = &mut self.pipeline;
+        if let Some(memory) = memory {
+            memory.sample(sample);
+        }
+        let output = probe.push(sample);
+        let now_us = self.board.now_us();
+        if let Some(output) = &output {
+            self.counts.delays.add(now_us.saturating_sub(sample.t_us));
+            line.surveys(surveyor.push(&probe.survey_input(sample, output)));
+        }
+        line.sample(now_us, acquired.sequence, sample, output.as_ref());
+        self.counts.processed = self.counts.processed.wrapping_add(1);
+        let budget = self.pipeline.probe.poll_budget();
+        let most = budget.saturating_mul(OWED_SAMPLES);
+        self.owed_units = self.owed_units.saturating_add(budget);
+        if self.owed_units > most {
+            self.owed_units = most;
+        }
+    }
+
+    /// Before the first sample: it says how warm it is, and so which stored model may fly.
+    #[inline(never)]
+    fn begin(&mut self, first: &Sample) {
+        self.begun = true;
+        let Pipeline { probe, memory, .. } = &mut self.pipeline;
+        if let Some(memory) = memory {
+            memory.restore(probe, first);
+        }
+        self.report_boot(self.board.now_us());
+    }
+
+    /// What the probe says of itself when it starts, and before a recording.
+    #[inline(never)]
+    fn report_boot(&mut self, now_us: u64) {
+        let Pipeline { probe, line, memory, .. } = &mut self.pipeline;
+        let boot = Boot {
+            reset: self.board.reset_reason(),
+            watchdog_resets: self.board.watchdog_resets(),
+            restored_model: memory.as_ref().and_then(|memory| memory.restored()),
+            ..Boot::new(*probe.config())
+        };
+        line.boot(now_us, &boot);
+    }
+
+    /// One bounded piece of identification or diagnosis; whether more is owed.
+    #[inline(never)]
+    fn work(&mut self) -> bool {
+        let slice = if self.owed_units < SLICE_UNITS { self.owed_units } else { SLICE_UNITS };
+        self.owed_units -= slice;
+        if slice > 0 {
+            let Pipeline { probe, line, window, memory, .. } = &mut self.pipeline;
+            if let Some(report) = probe.poll(slice) {
+                if let Some(memory) = memory {
+                    memory.window(probe, &report);
+                }
+                self.counts.windows = self.counts.windows.saturating_add(1);
+                line.window(window, report);
+            }
+        }
+        if let Some(memory) = &mut self.pipeline.memory {
+            memory.step();
+        }
+        self.owed_units > 0
+    }
+
+    /// One frame out, and what has come in.
+    #[inline(never)]
+    fn telemetry(&mut self) {
+        let now_us = self.board.now_us();
+        if now_us >= self.health_us || core::mem::take(&mut self.pipeline.commands.health_asked) {
+            self.health_us = now_us + HEALTH_US;
+            self.report_health(now_us);
+        }
+        self.take_diagnosis(now_us);
+        self.receive(now_us);
+        let Pipeline { surveyor, line, window, .. } = &mut self.pipeline;
+        line.transmit(&mut self.board, surveyor, window);
+    }
+
+    #[inline(never)]
+    fn take_diagnosis(&mut self, now_us: u64) {
+        let Pipeline { probe, line, .. } = &mut self.pipeline;
+        if !line.takes_diagnosis() {
+            return;
+        }
+        if let Some(report) = probe.take_diagnosis() {
+            self.counts.diagnoses = self.counts.diagnoses.saturating_add(1);
+            line.diagnosis(now_us, &report);
+        }
+    }
+
+    #[inline(never)]
+    fn report_health(&mut self, now_us: u64) {
+        let stack = stack::high_water_mark();
+        let commands = self.pipeline.commands.counters();
+        let [models_stored, storage_failures] =
+            self.pipeline.memory.as_ref().map_or([0; 2], |memory| memory.stored_and_failed());
+        let health = Health {
+            t_us: now_us,
+            counters: self.pipeline.probe.counters(),
+            samples_acquired: COUNTS.acquired(),
+            sample_overruns: COUNTS.queue_full(),
+            missed_ticks: COUNTS.missed_ticks(),
+            sensor_faults: COUNTS.faults(),
+            worst_delay_us: self.counts.delays.worst_us,
+            late_attitudes: self.counts.delays.late,
+            stack_used_bytes: stack.used_bytes,
+            stack_size_bytes: stack.size_bytes,
+            watchdog_resets: self.board.watchdog_resets(),
+            results_lost: self.pipeline.line.results_lost(),
+            sent: self.pipeline.line.counters(),
+            received: self.pipeline.commands.link(),
+            commands_accepted: commands.accepted,
+            commands_refused: commands.refused,
+            models_stored,
+            storage_failures,
+            ..Health::default()
+        };
+        self.pipeline.line.health(now_us, &health);
+    }
+
+    /// Feeds the watchdog when every stage has made progress.
+    fn watch(&mut self) {
+        let served = COUNTS.served();
+        if served != self.served {
+            self.served = served;
+            self.progress.made(Stage::Acquisition);
+        }
+        if self.progress.take_if_whole() {
+            self.board.feed_watchdog();
+            self.counts.watchdog_fed = self.counts.watchdog_fed.wrapping_add(1);
+        }
+    }
+}
+
+/// What a run in the emulator is judged by, beside what it sends.
+#[cfg(feature = "board-emulated")]
+impl<B: Board> Application<B> {
+    pub const fn board(&mut self) -> &mut B {
+        &mut self.board
+    }
+
+    pub const fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    pub const fn pipeline(&self) -> &Pipeline<B::Flash> {
+        &self.pipeline
+    }
+}

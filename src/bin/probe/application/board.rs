@@ -1,0 +1,38 @@
+//! What the application needs of a board, and nothing else of the chip.
+
+use super::{acquisition::SampleConsumer, stage::Stage};
+use embedded_storage::nor_flash::NorFlash;
+use meerkat_mwd::telemetry::ResetReason;
+
+/// A board. Its interrupt reads the sensors and fills the queue; everything else happens when the application calls.
+pub trait Board {
+    /// The sectors of stored models.
+    type Flash: NorFlash + 'static;
+
+    /// Microseconds of the clock that stamps the samples.
+    fn now_us(&self) -> u64;
+
+    /// The queue that the interrupt fills.
+    fn samples(&mut self) -> &mut SampleConsumer;
+
+    /// Takes as many of the first bytes as the transmitter has room for, and says how many. Does not wait.
+    fn send(&mut self, bytes: &[u8]) -> usize;
+
+    /// The next byte that was received.
+    fn receive(&mut self) -> Option<u8>;
+
+    /// Gives the watchdog another round.
+    fn feed_watchdog(&mut self);
+
+    /// Sleeps until an interrupt, unless a sample is waiting.
+    fn idle(&mut self);
+
+    /// Why the chip started.
+    fn reset_reason(&self) -> ResetReason;
+
+    /// Resets by the watchdog since power came.
+    fn watchdog_resets(&self) -> u32;
+
+    /// A stage begins. For boards that play a defect; the others do nothing.
+    fn enter(&mut self, _stage: Stage) {}
+}

@@ -1,0 +1,28 @@
+//! How long after its acquisition a sample's attitude was there.
+
+/// An attitude later than this is counted, microseconds.
+pub const LATE_US: u64 = 2_000;
+
+/// Delays from acquisition to attitude.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Delays {
+    /// The worst, microseconds.
+    pub worst_us: u32,
+    /// Sum of all, for the mean, microseconds.
+    pub sum_us: u64,
+    /// How many were over [`LATE_US`].
+    pub late: u32,
+}
+
+impl Delays {
+    pub fn add(&mut self, delay_us: u64) {
+        let delay = u32::try_from(delay_us).unwrap_or(u32::MAX);
+        if delay > self.worst_us {
+            self.worst_us = delay;
+        }
+        self.sum_us = self.sum_us.saturating_add(delay_us);
+        if delay_us > LATE_US {
+            self.late = self.late.saturating_add(1);
+        }
+    }
+}

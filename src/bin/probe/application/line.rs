@@ -1,0 +1,166 @@
+//! What goes over the line, and what waits for it.
+
+use super::board::Board;
+use meerkat_mwd::{
+    Sample,
+    config::ConfigError,
+    diagnosis::DiagnosisReport,
+    identification::WindowReport,
+    probe::Output,
+    survey::{SurveyNews, Surveyor},
+    telemetry::{
+        Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, StreamConfig,
+        TelemetryQueue,
+    },
+};
+
+/// Bytes that wait: results (a diagnosis takes up to 1,000, a window 400), a recording, attitudes.
+type Queue = TelemetryQueue<2048, 512, 256>;
+
+/// More than a window's report, a survey or a window of dynamics takes.
+const RESULT: usize = 600;
+
+/// The report of a window that waits for room. Apart from the rest, for "none" is not all zero.
+pub type WaitingWindow = Option<WindowReport>;
+
+/// The way out. All zero at first, so that a `static` of it costs no flash.
+pub struct Line {
+    queue: Queue,
+    /// The frame on its way into the transmitter.
+    frame: [u8; MAX_FRAME],
+    length: usize,
+    sent: usize,
+    surveys: SurveyNews,
+    recording: bool,
+    results_lost: u32,
+}
+
+impl Line {
+    pub const fn new() -> Self {
+        Self {
+            queue: Queue::new(),
+            frame: [0; MAX_FRAME],
+            length: 0,
+            sent: 0,
+            surveys: SurveyNews::empty(),
+            recording: false,
+            results_lost: 0,
+        }
+    }
+
+    /// # Errors
+    /// The field that cannot be used.
+    pub fn configure(&mut self, stream: &StreamConfig) -> Result<(), ConfigError> {
+        self.queue.configure(stream)
+    }
+
+    /// Whether raw samples are sent.
+    pub const fn record(&mut self, recording: bool) {
+        self.recording = recording;
+    }
+
+    pub const fn counters(&self) -> LineCounters {
+        self.queue.counters()
+    }
+
+    /// Results that were pushed out by newer ones before they found room.
+    pub const fn results_lost(&self) -> u32 {
+        self.results_lost
+    }
+
+    /// What the probe starts with.
+    #[inline(never)]
+    pub fn boot(&mut self, now_us: u64, boot: &Boot) {
+        let sent = self.queue.push_result(now_us, boot);
+        self.lost_unless(sent.is_ok());
+    }
+
+    /// One sample, and what came of it.
+    pub fn sample(&mut self, now_us: u64, number: u32, sample: &Sample, output: Option<&Output>) {
+        if self.recording {
+            self.queue.push_sample(now_us, number, sample);
+        }
+        if let Some(output) = output {
+            self.queue.push_attitude(now_us, output);
+        }
+    }
+
+    /// Which surveys are new; the surveyor keeps them.
+    pub fn surveys(&mut self, news: SurveyNews) {
+        self.lost_unless(!self.surveys.intersects(news));
+        self.surveys |= news;
+    }
+
+    /// What came of a window.
+    pub fn window(&mut self, waiting: &mut WaitingWindow, report: WindowReport) {
+        let before = waiting.replace(report);
+        self.lost_unless(before.is_none());
+    }
+
+    /// Whether there is room for any diagnosis, which the pipeline keeps until then.
+    pub fn takes_diagnosis(&self) -> bool {
+        self.queue.results_room() > MAX_PAYLOAD
+    }
+
+    /// What came of a diagnosis; only when it is taken.
+    #[inline(never)]
+    pub fn diagnosis(&mut self, now_us: u64, report: &DiagnosisReport) {
+        let taken = self.queue.push_result(now_us, report);
+        self.lost_unless(taken.is_ok());
+    }
+
+    /// The answer to a command. One that finds no room is not given: its sender asks again.
+    #[inline(never)]
+    pub fn acknowledge(&mut self, now_us: u64, answer: &Acknowledgement) {
+        let _ = self.queue.push_result(now_us, answer);
+    }
+
+    /// How the probe does. One that finds no room is no loss: the next one tells the same and more.
+    #[inline(never)]
+    pub fn health(&mut self, now_us: u64, health: &Health) {
+        let _ = self.queue.push_result(now_us, health);
+    }
+
+    /// Gives the board what it takes. One frame at most in a call, so that the time of it is bounded.
+    pub fn transmit<B: Board>(&mut self, board: &mut B, surveyor: &Surveyor, waiting: &mut WaitingWindow) {
+        let now_us = board.now_us();
+        self.queue_results(now_us, surveyor, waiting);
+        if self.sent == self.length {
+            self.sent = 0;
+            self.length = self.queue.pop(now_us, &mut self.frame).map_or(0, <[u8]>::len);
+        }
+        let rest = self.frame.get(self.sent..self.length).unwrap_or_default();
+        if !rest.is_empty() {
+            self.sent += board.send(rest);
+        }
+    }
+
+    #[inline(never)]
+    fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor, waiting: &mut WaitingWindow) {
+        let queue = &mut self.queue;
+        // Once there is room for any of them, none is refused.
+        if waiting.is_some() && queue.results_room() >= RESULT {
+            // Its temperature is the stored model's matter.
+            let _ =
+                waiting.take().map(|report| queue.push_result(now_us, &Identification { report, temperature_c: None }));
+        }
+        if self.surveys.contains(SurveyNews::STATIONARY) && queue.results_room() >= RESULT {
+            self.surveys.remove(SurveyNews::STATIONARY);
+            let _ = surveyor.stationary().map(|report| queue.push_result(now_us, report));
+        }
+        if self.surveys.contains(SurveyNews::ROTATING) && queue.results_room() >= RESULT {
+            self.surveys.remove(SurveyNews::ROTATING);
+            let _ = surveyor.rotating().map(|report| queue.push_result(now_us, report));
+        }
+        if self.surveys.contains(SurveyNews::DYNAMICS) && queue.results_room() >= RESULT {
+            self.surveys.remove(SurveyNews::DYNAMICS);
+            let _ = surveyor.dynamics().map(|window| queue.push_result(now_us, window));
+        }
+    }
+
+    fn lost_unless(&mut self, kept: bool) {
+        if !kept {
+            self.results_lost = self.results_lost.saturating_add(1);
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The sample clock's rounds, counted by its interrupt, and time read from them.
+//!
+//! A board's timer goes round once a sample period; its interrupt calls [`round`] and has the highest priority of all.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+static ROUNDS: AtomicU32 = AtomicU32::new(0);
+static ROUNDS_HIGH: AtomicU32 = AtomicU32::new(0);
+
+/// One more round.
+pub fn round() {
+    // Loads and stores: nothing preempts the one interrupt that calls this.
+    let rounds = ROUNDS.load(Ordering::Relaxed).wrapping_add(1);
+    ROUNDS.store(rounds, Ordering::Relaxed);
+    if rounds == 0 {
+        ROUNDS_HIGH.store(ROUNDS_HIGH.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    }
+}
+
+/// Rounds since the start, and what `timer` says within the round. Not with interrupts masked: a round that ends meanwhile would not count.
+pub fn rounds_and(timer: impl Fn() -> u32) -> (u64, u32) {
+    let rounds = || (ROUNDS_HIGH.load(Ordering::Relaxed), ROUNDS.load(Ordering::Relaxed));
+    loop {
+        let before = rounds();
+        let within = timer();
+        // The interrupt of a round that has just ended comes here.
+        cortex_m::asm::isb();
+        if rounds() == before {
+            let (high, low) = before;
+            return (u64::from(high) << 32 | u64::from(low), within);
+        }
+    }
+}
+
+/// Rounds since the start.
+pub fn rounds() -> u64 {
+    rounds_and(|| 0).0
+}
+
+/// SysTick as the timer, where it goes on while the core sleeps. 24 bits: up to 99 ms at 168 MHz.
+#[cfg(not(feature = "board-nrf52840"))]
+pub mod systick {
+    use cortex_m::peripheral::{SCB, SYST, scb::SystemHandler, syst::SystClkSource};
+
+    /// Of the STM32F405 at its highest clock.
+    const TICKS_PER_US: u32 = 168;
+
+    /// Starts it. PendSV, which it is to call, gets the lowest priority.
+    pub fn start(mut timer: SYST, mut scb: SCB, period_us: u32) {
+        // SAFETY: no critical section of this program rests on priorities, only on masking all interrupts.
+        #[allow(unsafe_code)]
+        unsafe {
+            scb.set_priority(SystemHandler::SysTick, 0);
+            scb.set_priority(SystemHandler::PendSV, 0xf0);
+        }
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(period_us.saturating_mul(TICKS_PER_US).saturating_sub(1));
+        timer.clear_current();
+        timer.enable_interrupt();
+        timer.enable_counter();
+    }
+
+    /// Microseconds since the start.
+    pub fn now_us() -> u64 {
+        let period = SYST::get_reload() + 1;
+        // It counts down and its exception comes as it reaches zero: zero is the first tick of a round.
+        let up = || match SYST::get_current() {
+            0 => 0,
+            down => period - down,
+        };
+        let (rounds, ticks) = super::rounds_and(up);
+        (rounds * u64::from(period) + u64::from(ticks)) / u64::from(TICKS_PER_US)
+    }
+}

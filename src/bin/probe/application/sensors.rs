@@ -1,0 +1,65 @@
+//! The sensors of a real board, read in PendSV once a round of the sample clock.
+
+use super::acquisition::Acquisition;
+use heapless::Vec;
+use meerkat_mwd::{
+    config::{FullScale, Latency},
+    sensors::{
+        BURST_FRAMES, Combiner, InertialReading, MagneticReading,
+        blocking::{InertialSource, MagneticSource},
+    },
+};
+
+/// An inertial part and a magnetometer, and where their samples go.
+pub struct Sensors<I, M> {
+    inertial: I,
+    magnetic: M,
+    combiner: Combiner,
+    acquisition: Acquisition,
+    rounds: u64,
+}
+
+impl<I: InertialSource, M: MagneticSource> Sensors<I, M> {
+    /// Touches no bus.
+    pub fn new(inertial: I, magnetic: M, acquisition: Acquisition) -> Self {
+        let combiner = Combiner::new(inertial.data().period_us);
+        Self { inertial, magnetic, combiner, acquisition, rounds: 0 }
+    }
+
+    /// Reads what the parts have measured since the last round. A part that fails is started anew by its source, which counts it.
+    pub fn read(&mut self, rounds: u64, now_us: u64) {
+        let missed = rounds.saturating_sub(self.rounds).saturating_sub(1);
+        self.rounds = rounds;
+        // No sample is lost by it: they wait in the part's FIFO.
+        self.acquisition.served(u32::try_from(missed).unwrap_or(u32::MAX));
+
+        let mut readings = Vec::<MagneticReading, BURST_FRAMES>::new();
+        let magnetic = self.magnetic.read(now_us, &mut readings);
+        for reading in readings {
+            self.combiner.magnetic(reading);
+        }
+        let mut readings = Vec::<InertialReading, BURST_FRAMES>::new();
+        let inertial = self.inertial.read(now_us, &mut readings);
+        for sample in readings.iter().filter_map(|reading| self.combiner.inertial(reading)) {
+            self.acquisition.put(sample);
+        }
+        if magnetic.is_err() || inertial.is_err() {
+            self.acquisition.fault();
+        }
+    }
+}
+
+/// What the parts' data sheets say of a sample's sensors.
+pub fn data_sheet<I: InertialSource, M: MagneticSource>(inertial: &I, magnetic: &M) -> (u32, FullScale, Latency) {
+    let (inertial, magnetic) = (inertial.data(), magnetic.data());
+    let [gyro, accel] = inertial.sensors;
+    let [mag] = magnetic.sensors;
+    let mean = |latency: [f32; 3]| Some(latency.iter().sum::<f32>() / 3.0);
+    let full_scale = FullScale {
+        gyro_rad_s: Some(gyro.full_scale),
+        accel_m_s2: Some(accel.full_scale),
+        mag_ut: Some(mag.full_scale),
+    };
+    let latency = Latency { gyro_s: mean(gyro.latency_s), accel_s: mean(accel.latency_s), mag_s: mean(mag.latency_s) };
+    (inertial.period_us, full_scale, latency)
+}

@@ -1,0 +1,29 @@
+//! What no stage comes back from: noted for the next start, then reset.
+
+use crate::reset_record::{Asked, reset};
+use core::panic::PanicInfo;
+use cortex_m_rt::{ExceptionFrame, exception};
+// The logger.
+use defmt_rtt as _;
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    if let Some(location) = info.location() {
+        defmt::error!("panic at {=str}:{=u32}", location.file(), location.line());
+    }
+    reset(Asked::Fault)
+}
+
+// SAFETY: it only reports and resets; it returns to no faulted code.
+#[allow(unsafe_code)]
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    defmt::error!("hard fault at {=u32:#010x}", frame.pc());
+    reset(Asked::Fault)
+}
+
+/// The program cannot start.
+pub fn stop(why: &'static str) -> ! {
+    defmt::error!("{=str}", why);
+    reset(Asked::Fault)
+}

@@ -1,0 +1,205 @@
+//! A board with an nRF52840 and a 32 MHz crystal: an ISM330DHCX on SPIM2 (P0.13 to P0.15, select P0.16), an RM3100 on SPIM1 (P0.19 to P0.21,
+//! select P0.22), the line on UART0 (P0.06, P0.08) at 921,600 baud, logs by RTT.
+
+mod acquisition;
+mod flash;
+mod port;
+mod timer;
+
+use crate::{
+    application::{
+        Application, Pipeline, Settings,
+        acquisition::{Acquisition, SampleConsumer, SampleQueue},
+        board::Board,
+        commands::Commands,
+        line::{Line, WaitingWindow},
+        memory::{self, Memory},
+        sensors::data_sheet,
+    },
+    fault, reset_record,
+    serial_queues::{Incoming, Outgoing, SerialQueues},
+    stack,
+};
+use acquisition::BoardSensors;
+use core::mem::MaybeUninit;
+use cortex_m::{Peripherals as Core, peripheral::scb::SystemHandler};
+use cortex_m_rt::entry;
+use flash::ModelFlash;
+use meerkat_mwd::{
+    Config, Probe,
+    config::SurveyConfig,
+    survey::Surveyor,
+    telemetry::{ResetReason, StreamConfig},
+};
+use nrf52840_hal::{
+    clocks::Clocks,
+    gpio::{Level, p0},
+    pac::{POWER, Peripherals, WDT},
+    wdt::{Watchdog, WatchdogHandle, count::One, handles::Hdl0},
+};
+
+const BYTES_PER_S: u32 = 92_160;
+/// Ticks of 32,768 Hz: a second.
+const WATCHDOG_TICKS: u32 = 32_768;
+
+#[entry]
+#[allow(clippy::too_many_arguments)] // Its statics are arguments to what `entry` makes of it.
+fn main() -> ! {
+    // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
+    static mut PROBE: Probe = Probe::new();
+    static mut SURVEYOR: Surveyor = Surveyor::new();
+    static mut LINE: Line = Line::new();
+    static mut WINDOW: WaitingWindow = None;
+    static mut COMMANDS: Commands = Commands::new();
+    static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
+    static mut SAMPLES: SampleQueue = SampleQueue::new();
+    static mut SENSORS: MaybeUninit<BoardSensors> = MaybeUninit::uninit();
+    static mut OUTGOING: Outgoing = Outgoing::new();
+    static mut INCOMING: Incoming = Incoming::new();
+
+    let (Some(chip), Some(mut core)) = (Peripherals::take(), Core::take()) else { fault::stop("started twice") };
+    stack::guard(&core.MPU);
+    // Before anything that may not come back, a crystal that does not start among it.
+    let watchdog = watchdog(chip.WDT);
+    let reset_reason = reset_reason(&chip.POWER);
+    // The crystal paces the sample clock.
+    let _clocks = Clocks::new(chip.CLOCK).enable_ext_hfosc();
+
+    let pins = p0::Parts::new(chip.P0);
+    let wires = (
+        pins.p0_13.into_push_pull_output(Level::High).degrade(),
+        pins.p0_14.into_floating_input().degrade(),
+        pins.p0_15.into_push_pull_output(Level::High).degrade(),
+    );
+    let inertial = acquisition::inertial(chip.SPIM2, wires, pins.p0_16.into_push_pull_output(Level::High).degrade());
+    let wires = (
+        pins.p0_19.into_push_pull_output(Level::High).degrade(),
+        pins.p0_20.into_floating_input().degrade(),
+        pins.p0_21.into_push_pull_output(Level::High).degrade(),
+    );
+    let magnetic = acquisition::magnetic(chip.SPIM1, wires, pins.p0_22.into_push_pull_output(Level::High).degrade());
+    let (outgoing, to_port) = OUTGOING.split();
+    let (from_port, incoming) = INCOMING.split();
+    let wires = (pins.p0_06.into_push_pull_output(Level::High).degrade(), pins.p0_08.into_floating_input().degrade());
+    port::start(chip.UART0, wires, to_port, from_port);
+
+    let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
+    let (models, mut factory) = flash::split(chip.NVMC);
+    let factory = memory::factory_records(&mut factory);
+    let settings = Settings {
+        config: Config { sample_period_us, full_scale, latency, ..memory::factory_config(&factory) },
+        survey: SurveyConfig::default(),
+        stream: StreamConfig { bytes_per_s: BYTES_PER_S, ..StreamConfig::default() },
+        recording: false,
+        key: factory.key,
+    };
+    let (producer, samples) = SAMPLES.split();
+    let mut board = Nrf52840 { samples, serial: SerialQueues { outgoing, incoming }, watchdog, reset_reason };
+    let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
+    let pipeline =
+        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory };
+    let Ok(mut application) = Application::start(board, pipeline, &settings) else {
+        fault::stop("the configuration cannot be used")
+    };
+    defmt::info!("started, {=u32} us a sample", sample_period_us);
+    acquisition::start(SENSORS, (inertial, magnetic), Acquisition::new(producer));
+    // SAFETY: no critical section of this program rests on priorities, only on masking all interrupts.
+    #[allow(unsafe_code)]
+    unsafe {
+        core.SCB.set_priority(SystemHandler::PendSV, 0xf0);
+    }
+    timer::start(chip.TIMER0, sample_period_us);
+    loop {
+        application.turn();
+    }
+}
+
+/// Goes on from a watchdog that a reset by software left running.
+fn watchdog(wdt: WDT) -> WatchdogHandle<Hdl0> {
+    match Watchdog::try_new(wdt) {
+        Ok(mut watchdog) => {
+            watchdog.set_lfosc_ticks(WATCHDOG_TICKS);
+            watchdog.run_during_debug_halt(false);
+            watchdog.activate::<One>().handles.0
+        }
+        Err(wdt) => match Watchdog::try_recover::<One>(wdt) {
+            Ok(parts) => parts.handles.0,
+            Err(_) => fault::stop("the watchdog runs with another program's settings"),
+        },
+    }
+}
+
+/// What RESETREAS says (product specification, POWER), which then is cleared. No bit: power came.
+fn reset_reason(power: &POWER) -> ResetReason {
+    let asked = reset_record::start();
+    let flags = power.resetreas.read();
+    // A one clears.
+    power.resetreas.write(|w| {
+        w.resetpin().set_bit();
+        w.dog().set_bit();
+        w.sreq().set_bit();
+        w.lockup().set_bit()
+    });
+    if flags.dog().bit() {
+        reset_record::count_watchdog_reset();
+        ResetReason::Watchdog
+    } else if flags.lockup().bit() {
+        ResetReason::Fault
+    } else if flags.sreq().bit() {
+        asked.unwrap_or(ResetReason::Software)
+    } else if flags.resetpin().bit() {
+        ResetReason::Pin
+    } else {
+        ResetReason::PowerOn
+    }
+}
+
+struct Nrf52840 {
+    samples: SampleConsumer,
+    serial: SerialQueues,
+    watchdog: WatchdogHandle<Hdl0>,
+    reset_reason: ResetReason,
+}
+
+impl Board for Nrf52840 {
+    type Flash = ModelFlash;
+
+    fn now_us(&self) -> u64 {
+        timer::now_us()
+    }
+
+    fn samples(&mut self) -> &mut SampleConsumer {
+        &mut self.samples
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> usize {
+        let sent = self.serial.send(bytes);
+        port::wake();
+        sent
+    }
+
+    fn receive(&mut self) -> Option<u8> {
+        self.serial.receive()
+    }
+
+    fn feed_watchdog(&mut self) {
+        self.watchdog.pet();
+    }
+
+    fn idle(&mut self) {
+        // With interrupts masked one that comes between the question and the sleep still wakes.
+        cortex_m::interrupt::free(|_| {
+            if self.samples.is_empty() {
+                cortex_m::asm::wfi();
+            }
+        });
+    }
+
+    fn reset_reason(&self) -> ResetReason {
+        self.reset_reason
+    }
+
+    fn watchdog_resets(&self) -> u32 {
+        reset_record::watchdog_resets()
+    }
+}

@@ -1,0 +1,25 @@
+//! Bytes between the loop and the interrupt of a serial port.
+
+use heapless::spsc::{Consumer, Producer, Queue};
+
+/// Bytes that wait for the line: 5 ms of 921,600 baud.
+pub type Outgoing = Queue<u8, 512>;
+/// Bytes that wait for the loop: 2.7 ms of 921,600 baud, and a command is shorter.
+pub type Incoming = Queue<u8, 256>;
+
+/// The loop's side.
+pub struct SerialQueues {
+    pub outgoing: Producer<'static, u8>,
+    pub incoming: Consumer<'static, u8>,
+}
+
+impl SerialQueues {
+    /// As many of the first bytes as there is room for.
+    pub fn send(&mut self, bytes: &[u8]) -> usize {
+        bytes.iter().take_while(|byte| self.outgoing.enqueue(**byte).is_ok()).count()
+    }
+
+    pub fn receive(&mut self) -> Option<u8> {
+        self.incoming.dequeue()
+    }
+}

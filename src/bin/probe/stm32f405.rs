@@ -1,0 +1,180 @@
+//! A board with an STM32F405 and an 8 MHz crystal: an ISM330DHCX on SPI1 (PA5 to PA7, select PA4), an RM3100 on SPI2 (PB13 to PB15, select PB12),
+//! the line on USART1 (PA9, PA10) at 921,600 baud, logs by RTT.
+
+mod acquisition;
+mod flash;
+mod port;
+
+use crate::{
+    application::{
+        Application, Pipeline, Settings,
+        acquisition::{Acquisition, SampleConsumer, SampleQueue},
+        board::Board,
+        commands::Commands,
+        line::{Line, WaitingWindow},
+        memory::{self, Memory},
+        sample_clock::{self, systick},
+        sensors::data_sheet,
+    },
+    fault, reset_record,
+    serial_queues::{Incoming, Outgoing, SerialQueues},
+    stack,
+};
+use acquisition::BoardSensors;
+use core::mem::MaybeUninit;
+use cortex_m::{Peripherals as Core, peripheral::SCB};
+use cortex_m_rt::{entry, exception};
+use flash::{FactoryFlash, ModelFlash};
+use meerkat_mwd::{
+    Config, Probe,
+    config::SurveyConfig,
+    survey::Surveyor,
+    telemetry::{ResetReason, StreamConfig},
+};
+use stm32f4xx_hal::{
+    pac::{Peripherals, RCC},
+    prelude::*,
+    rcc,
+    serial::Config as SerialConfig,
+    watchdog::IndependentWatchdog,
+};
+
+const BAUD: u32 = 921_600;
+
+#[entry]
+#[allow(clippy::too_many_arguments)] // Its statics are arguments to what `entry` makes of it.
+fn main() -> ! {
+    // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
+    static mut PROBE: Probe = Probe::new();
+    static mut SURVEYOR: Surveyor = Surveyor::new();
+    static mut LINE: Line = Line::new();
+    static mut WINDOW: WaitingWindow = None;
+    static mut COMMANDS: Commands = Commands::new();
+    static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
+    static mut SAMPLES: SampleQueue = SampleQueue::new();
+    static mut SENSORS: MaybeUninit<BoardSensors> = MaybeUninit::uninit();
+    static mut OUTGOING: Outgoing = Outgoing::new();
+    static mut INCOMING: Incoming = Incoming::new();
+
+    let (Some(chip), Some(core)) = (Peripherals::take(), Core::take()) else { fault::stop("started twice") };
+    stack::guard(&core.MPU);
+    // Before anything that may not come back, a crystal that does not start among it.
+    let mut watchdog = IndependentWatchdog::new(chip.IWDG);
+    watchdog.start(1_000.millis());
+    let reset_reason = reset_reason(&chip.RCC);
+
+    let mut rcc = chip.RCC.freeze(rcc::Config::hse(8.MHz()).sysclk(168.MHz()));
+    let (a, b) = (chip.GPIOA.split(&mut rcc), chip.GPIOB.split(&mut rcc));
+    let inertial = acquisition::inertial(chip.SPI1, (a.pa5, a.pa6, a.pa7), a.pa4, &mut rcc);
+    let magnetic = acquisition::magnetic(chip.SPI2, (b.pb13, b.pb14, b.pb15), b.pb12, &mut rcc);
+    let line = chip.USART1.serial((a.pa9, a.pa10), SerialConfig::default().baudrate(BAUD.bps()), &mut rcc);
+    let Ok(line) = line else { fault::stop("921,600 baud cannot be had from this clock") };
+    let (outgoing, to_port) = OUTGOING.split();
+    let (from_port, incoming) = INCOMING.split();
+    port::start(line, to_port, from_port);
+
+    let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
+    let models = ModelFlash(chip.FLASH);
+    let factory = memory::factory_records(&mut FactoryFlash);
+    let settings = Settings {
+        config: Config { sample_period_us, full_scale, latency, ..memory::factory_config(&factory) },
+        survey: SurveyConfig::default(),
+        stream: StreamConfig { bytes_per_s: BAUD / 10, ..StreamConfig::default() },
+        recording: false,
+        key: factory.key,
+    };
+    let (producer, samples) = SAMPLES.split();
+    let serial = SerialQueues { outgoing, incoming };
+    let mut board = Stm32f405 { samples, serial, watchdog, reset_reason };
+    let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
+    let pipeline =
+        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory };
+    let Ok(mut application) = Application::start(board, pipeline, &settings) else {
+        fault::stop("the configuration cannot be used")
+    };
+    defmt::info!("started, {=u32} us a sample", sample_period_us);
+    acquisition::start(SENSORS, (inertial, magnetic), Acquisition::new(producer));
+    systick::start(core.SYST, core.SCB, sample_period_us);
+    loop {
+        application.turn();
+    }
+}
+
+/// What the reset flags say (RM0090 section 7.3.21), which then are cleared. The pin's is set by every reset.
+fn reset_reason(rcc: &RCC) -> ResetReason {
+    let asked = reset_record::start();
+    let flags = rcc.csr().read();
+    rcc.csr().modify(|_, w| w.rmvf().set_bit());
+    if flags.wdgrstf().bit() || flags.wwdgrstf().bit() {
+        reset_record::count_watchdog_reset();
+        ResetReason::Watchdog
+    } else if let Some(asked) = asked.filter(|_| flags.sftrstf().bit()) {
+        asked
+    } else if flags.sftrstf().bit() {
+        ResetReason::Software
+    } else if flags.porrstf().bit() {
+        ResetReason::PowerOn
+    } else if flags.borrstf().bit() {
+        ResetReason::BrownOut
+    } else if flags.padrstf().bit() {
+        ResetReason::Pin
+    } else {
+        ResetReason::Unknown
+    }
+}
+
+struct Stm32f405 {
+    samples: SampleConsumer,
+    serial: SerialQueues,
+    watchdog: IndependentWatchdog,
+    reset_reason: ResetReason,
+}
+
+impl Board for Stm32f405 {
+    type Flash = ModelFlash;
+
+    fn now_us(&self) -> u64 {
+        systick::now_us()
+    }
+
+    fn samples(&mut self) -> &mut SampleConsumer {
+        &mut self.samples
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> usize {
+        let sent = self.serial.send(bytes);
+        port::wake();
+        sent
+    }
+
+    fn receive(&mut self) -> Option<u8> {
+        self.serial.receive()
+    }
+
+    fn feed_watchdog(&mut self) {
+        self.watchdog.feed();
+    }
+
+    fn idle(&mut self) {
+        // With interrupts masked one that comes between the question and the sleep still wakes.
+        cortex_m::interrupt::free(|_| {
+            if self.samples.is_empty() {
+                cortex_m::asm::wfi();
+            }
+        });
+    }
+
+    fn reset_reason(&self) -> ResetReason {
+        self.reset_reason
+    }
+
+    fn watchdog_resets(&self) -> u32 {
+        reset_record::watchdog_resets()
+    }
+}
+
+#[exception]
+fn SysTick() {
+    sample_clock::round();
+    SCB::set_pendsv();
+}

@@ -1,0 +1,52 @@
+//! A model that outlives the power: into the probe before its first sample, and out of it when it is worth a record.
+
+use super::Probe;
+use crate::{
+    identification::WindowReport,
+    storage::{Implausible, Limits, StabilityGate, StoredModel},
+};
+
+/// Why a stored model does not fly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum NotRestored {
+    /// Only a probe that has been configured and has taken no sample can take a model.
+    NotAtTheBeginning,
+    /// Its bias goes with its effects, and the configuration switches effects off.
+    EffectsSwitchedOff,
+    /// It may not fly with this configuration and library.
+    Implausible(Implausible),
+}
+
+impl Probe {
+    /// Flies a stored model from the first sample on, instead of the factory's. Call it after [`Probe::configure`]; the prior stays the
+    /// factory's, so a model that no longer holds is rolled back as any other.
+    ///
+    /// # Errors
+    /// The model does not fly, and the probe is as it was.
+    pub fn restore(&mut self, model: &StoredModel) -> Result<(), NotRestored> {
+        if !self.configured || self.counters.samples > 0 {
+            return Err(NotRestored::NotAtTheBeginning);
+        }
+        if !self.config.effects && !model.effects.is_empty() {
+            return Err(NotRestored::EffectsSwitchedOff);
+        }
+        Limits::new(&self.config, self.library()).check(model).map_err(NotRestored::Implausible)?;
+        self.identifier.restore(&model.gyro, &model.effects);
+        self.attitude_effects = self.effects().of_attitude(self.library());
+        self.filter.mag_delay_known(self.mag_delay_sigma_s());
+        if model.gyro.p != self.config.gyro.p {
+            // P is as well known as when it was stored. A bias is another one at every start: it is as unknown as without a record.
+            let mut sigma = model.sigma;
+            sigma.iter_mut().skip(9).for_each(|sigma| *sigma = f32::MAX);
+            self.filter.model_changed(&self.config.gyro, &model.gyro, &sigma);
+        }
+        self.last_raw_rad_s = model.gyro.b_rad_s;
+        Ok(())
+    }
+
+    /// The model that flies, where it is worth a record; to be asked with every report that [`Probe::poll`] hands out.
+    pub fn model_worth_storing(&self, report: &WindowReport, gate: &mut StabilityGate) -> Option<StoredModel> {
+        gate.window(report, self.gyro_model(), self.effects(), self.library())
+    }
+}

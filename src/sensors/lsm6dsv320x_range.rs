@@ -1,0 +1,9 @@
+/// Which of the two accelerometers of an LSM6DSV320X is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Lsm6dsv320xRange {
+    /// The one to 16 g, at 240 Hz.
+    #[default]
+    G16,
+    /// The one for shocks, to 320 g in steps of 10 mg, at its slowest rate, 480 Hz.
+    G320,
+}

@@ -1,0 +1,115 @@
+/// The pause before the second start; each further one is twice as long.
+const FIRST_PAUSE_US: u32 = 10_000;
+/// The longest pause.
+const LONGEST_PAUSE_US: u32 = 5_120_000;
+/// A part that measured for so long without an incident is well again: the next pause is the first.
+const WELL_AFTER_US: u64 = 2_000_000;
+/// A bus that failed so often in a row gets a pause, and the part a new start.
+const ERRORS_IN_A_ROW: u8 = 5;
+
+/// When a part is started, read and left alone. It knows no bus: it is told what happened, and asked what is next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Recovery {
+    state: State,
+    pause_us: u32,
+    errors: u8,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Starting { step: u8, not_before_us: u64 },
+    Measuring { since_us: u64, restart_at_us: Option<u64> },
+}
+
+/// What to do now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Next {
+    /// This step of the start.
+    Step(u8),
+    /// Read.
+    Read,
+    /// The start goes on later.
+    Wait,
+    /// The part is left alone.
+    Pause,
+}
+
+impl Recovery {
+    pub const NEW: Self =
+        Self { state: State::Starting { step: 0, not_before_us: 0 }, pause_us: FIRST_PAUSE_US, errors: 0 };
+
+    pub fn next(&mut self, now_us: u64) -> Next {
+        match self.state {
+            State::Starting { step: 0, not_before_us } if now_us < not_before_us => Next::Pause,
+            State::Starting { not_before_us, .. } if now_us < not_before_us => Next::Wait,
+            State::Starting { step, .. } => Next::Step(step),
+            State::Measuring { restart_at_us: Some(at_us), .. } if now_us >= at_us => {
+                self.state = State::Starting { step: 0, not_before_us: 0 };
+                Next::Step(0)
+            }
+            State::Measuring { .. } => Next::Read,
+        }
+    }
+
+    /// A step of the start is done; the next one comes after so many microseconds.
+    pub fn stepped(&mut self, now_us: u64, step: u8, after_us: u32) {
+        let not_before_us = now_us.saturating_add(after_us.into());
+        self.state = State::Starting { step: step.saturating_add(1), not_before_us };
+    }
+
+    /// The part measures.
+    pub fn started(&mut self, now_us: u64) {
+        self.state = State::Measuring { since_us: now_us, restart_at_us: None };
+        self.errors = 0;
+    }
+
+    /// A burst was read. `well`: nothing is wrong with it.
+    pub fn was_read(&mut self, now_us: u64, well: bool) {
+        self.errors = 0;
+        let State::Measuring { since_us, restart_at_us } = &mut self.state else { return };
+        if !well {
+            *since_us = now_us;
+        } else {
+            *restart_at_us = None;
+            if now_us.saturating_sub(*since_us) >= WELL_AFTER_US {
+                self.pause_us = FIRST_PAUSE_US;
+            }
+        }
+    }
+
+    /// The bus failed while the part was read. Says whether that was once too often.
+    pub fn bus_failed(&mut self, now_us: u64) -> bool {
+        self.errors = self.errors.saturating_add(1);
+        if self.errors < ERRORS_IN_A_ROW {
+            return false;
+        }
+        self.pause(now_us);
+        true
+    }
+
+    /// Starts the part anew, at once.
+    pub fn restart(&mut self) {
+        self.state = State::Starting { step: 0, not_before_us: 0 };
+    }
+
+    /// Leaves the part alone for a while, then starts it anew.
+    pub fn pause(&mut self, now_us: u64) {
+        let not_before_us = now_us.saturating_add(self.longer_pause_us());
+        self.state = State::Starting { step: 0, not_before_us };
+        self.errors = 0;
+    }
+
+    /// Starts the part anew after a while, and reads it until then.
+    pub fn restart_later(&mut self, now_us: u64) {
+        if let State::Measuring { restart_at_us: None, since_us } = self.state {
+            let at_us = now_us.saturating_add(self.longer_pause_us());
+            self.state = State::Measuring { since_us, restart_at_us: Some(at_us) };
+        }
+    }
+
+    fn longer_pause_us(&mut self) -> u64 {
+        let pause_us = self.pause_us;
+        self.pause_us = pause_us.saturating_mul(2).min(LONGEST_PAUSE_US);
+        pause_us.into()
+    }
+}

@@ -1,0 +1,87 @@
+use super::{Burst, Frame};
+
+/// Bytes of one word in the FIFO of ST's inertial modules: a tag, and three axes of two bytes, low byte first.
+pub(super) const WORD: usize = 7;
+/// A word of the gyro and one of the accelerometer make a frame.
+const WORDS_OF_A_FRAME: u16 = 2;
+
+/// The FIFO of ST's inertial modules, with a gyro and an accelerometer batched at one rate: pairs words into frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct StFifo {
+    gyro_tag: u8,
+    accel_tag: u8,
+    /// Whether bit 0 of a tag makes its parity even.
+    has_parity: bool,
+    /// A frame whose second word is not out yet.
+    open: Option<Open>,
+    /// The thermometer's last code: it is slow, and read now and then.
+    pub temperature: Option<i32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Open {
+    frame: Frame<2>,
+    /// Which of four time slots in turn; `None`: its word was spoilt.
+    slot: Option<u8>,
+}
+
+impl StFifo {
+    pub const fn new(gyro_tag: u8, accel_tag: u8, has_parity: bool) -> Self {
+        Self { gyro_tag, accel_tag, has_parity, open: None, temperature: None }
+    }
+
+    /// The part was started anew.
+    pub fn clear(&mut self) {
+        self.interrupted();
+        self.temperature = None;
+    }
+
+    /// Words may have been lost.
+    pub fn interrupted(&mut self) {
+        self.open = None;
+    }
+
+    /// Takes words out of `bytes`, after which `left` are still in the part.
+    pub fn take(&mut self, bytes: &[u8], left: u16, burst: &mut Burst<2>) {
+        for word in bytes.as_chunks::<WORD>().0 {
+            if word == &[0; WORD] {
+                // The FIFO was empty before its level said so.
+                burst.corrupt = burst.corrupt.saturating_add(1);
+                break;
+            }
+            self.word(word, burst);
+        }
+        let open = u16::from(self.open.is_some());
+        burst.left = (left + open) / WORDS_OF_A_FRAME;
+    }
+
+    fn word(&mut self, &[tag, x0, x1, y0, y1, z0, z1]: &[u8; WORD], burst: &mut Burst<2>) {
+        let codes = [[x0, x1], [y0, y1], [z0, z1]].map(|bytes| i32::from(i16::from_le_bytes(bytes)));
+        let sensor = tag >> 3;
+        let sound = !self.has_parity || tag.count_ones().is_multiple_of(2);
+        let slot = (sound && (sensor == self.gyro_tag || sensor == self.accel_tag)).then_some(tag >> 1 & 3);
+        if slot.is_none() {
+            burst.corrupt = burst.corrupt.saturating_add(1);
+        }
+        // Words of different slots do not belong together: one was lost between them.
+        let fits = |open: &Open| open.slot.is_none() || slot.is_none() || open.slot == slot;
+        let first = match self.open.take() {
+            Some(open) if fits(&open) => Some(open.frame),
+            Some(open) => {
+                burst.push(open.frame);
+                None
+            }
+            None => None,
+        };
+        let mut frame = first.unwrap_or(Frame { temperature: self.temperature, ..Frame::default() });
+        let [gyro, accel] = &mut frame.codes;
+        if slot.is_some() {
+            *(if sensor == self.gyro_tag { gyro } else { accel }) = Some(codes);
+        }
+        if first.is_some() {
+            burst.push(frame);
+        } else {
+            self.open = Some(Open { frame, slot });
+        }
+    }
+}

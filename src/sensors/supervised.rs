@@ -1,0 +1,172 @@
+use heapless::VecView;
+
+use super::{InertialSource, MagneticSource, Part, bisync};
+use crate::sensors::{
+    BURST_FRAMES, Burst, Condition, Counters, InertialData, InertialReading, MagneticData, MagneticReading, Mounting,
+    ReadError, Scaled, StartStep, Trigger,
+    recovery::Next,
+    supervision::{Supervision, add},
+};
+
+/// A part as a source: its frames get times, units, mounting and flags, and it is started anew when it fails.
+///
+/// | fault | what happens |
+/// |---|---|
+/// | the bus fails | the burst is dropped; after five in a row the part is left alone for 10 ms, then started anew |
+/// | wrong identity, failed start | started anew after a pause that doubles from 10 ms to 5 s |
+/// | the part was reset | its settings are read back after each burst: the burst is dropped, the part started anew at once |
+/// | the FIFO ran over | what it holds is stamped from its newest frame back; what is lost is counted |
+/// | no frame for ten periods | started anew after a pause |
+/// | an output that does not change | the sensor is flagged missing until it moves again; started anew after a pause |
+/// | data-ready stuck | frames that come too soon after the last, and the same reading again, are dropped |
+#[derive(Clone, Debug)]
+#[bisync]
+pub struct Supervised<P, const V: usize> {
+    part: P,
+    supervision: Supervision<V>,
+}
+
+#[bisync]
+impl<P: Part<V>, const V: usize> Supervised<P, V> {
+    /// Wraps a part; touches no bus. `mounting`: how its axes lie in the body's. `trigger`: what the time that it is read at stands for.
+    pub fn new(part: P, mounting: Mounting, trigger: Trigger) -> Self {
+        let supervision = Supervision::new(part.data(), mounting, trigger);
+        Self { part, supervision }
+    }
+
+    /// The part, and with it the bus.
+    pub fn release(self) -> P {
+        self.part
+    }
+
+    async fn bursts<R: From<Scaled<V>>>(
+        &mut self,
+        now_us: u64,
+        out: &mut VecView<R>,
+    ) -> Result<Condition, ReadError<P::Error>> {
+        match self.supervision.recovery.next(now_us) {
+            Next::Wait => Ok(Condition::Starting),
+            Next::Pause => Ok(Condition::Pausing),
+            Next::Step(step) => self.step(now_us, step).await,
+            Next::Read => {
+                let mut condition = Condition::Running;
+                // No more than the FIFO holds, whatever it says is left.
+                for _ in 0..=self.supervision.data.fifo_frames as usize / BURST_FRAMES {
+                    if out.capacity() - out.len() < BURST_FRAMES {
+                        break;
+                    }
+                    let left;
+                    (condition, left) = self.burst(now_us, out).await?;
+                    if left == 0 {
+                        break;
+                    }
+                }
+                Ok(condition)
+            }
+        }
+    }
+
+    async fn step(&mut self, now_us: u64, step: u8) -> Result<Condition, ReadError<P::Error>> {
+        match self.part.start(step).await {
+            Ok(StartStep::After(after_us)) => {
+                self.supervision.recovery.stepped(now_us, step, after_us);
+                Ok(Condition::Starting)
+            }
+            Ok(StartStep::Done) => {
+                self.supervision.started(now_us);
+                Ok(Condition::Starting)
+            }
+            Err(error) => {
+                self.supervision.start_failed(now_us, &error);
+                Err(ReadError::Start(error))
+            }
+        }
+    }
+
+    /// One burst: how the source is, and how many frames are left in the part.
+    async fn burst<R: From<Scaled<V>>>(
+        &mut self,
+        now_us: u64,
+        out: &mut VecView<R>,
+    ) -> Result<(Condition, u16), ReadError<P::Error>> {
+        let mut burst = Burst::default();
+        if let Err(error) = self.part.read(&mut burst).await {
+            self.supervision.bus_failed(now_us);
+            return Err(ReadError::Bus(error));
+        }
+        if (!burst.frames().is_empty() || self.supervision.is_overdue(now_us)) && !self.is_configured(now_us).await? {
+            self.supervision.was_reset();
+            return Err(ReadError::Reset);
+        }
+        let condition = self.supervision.take(now_us, &burst, |scaled| {
+            // There is room for a burst.
+            let _ = out.push(scaled.into());
+        });
+        if burst.frames().is_empty() && self.supervision.is_silent(now_us) {
+            return Err(ReadError::Silent);
+        }
+        Ok((condition, burst.left))
+    }
+
+    /// A flipped bit on the bus looks like a lost setting: asked twice, it is told from one.
+    async fn is_configured(&mut self, now_us: u64) -> Result<bool, ReadError<P::Error>> {
+        match self.part.is_configured().await {
+            Ok(true) => return Ok(true),
+            Ok(false) => {}
+            Err(_) => add(&mut self.supervision.counters.bus_errors, 1),
+        }
+        match self.part.is_configured().await {
+            Ok(true) => {
+                add(&mut self.supervision.counters.doubtful_settings, 1);
+                Ok(true)
+            }
+            Ok(false) => Ok(false),
+            Err(error) => {
+                self.supervision.bus_failed(now_us);
+                Err(ReadError::Bus(error))
+            }
+        }
+    }
+}
+
+#[bisync]
+impl<P: Part<2>> InertialSource for Supervised<P, 2> {
+    type Error = P::Error;
+
+    fn data(&self) -> InertialData {
+        self.supervision.data
+    }
+
+    fn counters(&self) -> &Counters {
+        &self.supervision.counters
+    }
+
+    async fn read(
+        &mut self,
+        now_us: u64,
+        out: &mut VecView<InertialReading>,
+    ) -> Result<Condition, ReadError<P::Error>> {
+        self.bursts(now_us, out).await
+    }
+}
+
+#[bisync]
+impl<P: Part<1>> MagneticSource for Supervised<P, 1> {
+    type Error = P::Error;
+
+    fn data(&self) -> MagneticData {
+        self.supervision.data
+    }
+
+    fn counters(&self) -> &Counters {
+        &self.supervision.counters
+    }
+
+    async fn read(
+        &mut self,
+        now_us: u64,
+        out: &mut VecView<MagneticReading>,
+    ) -> Result<Condition, ReadError<P::Error>> {
+        self.bursts(now_us, out).await
+    }
+}

@@ -1,0 +1,71 @@
+//! Memory that survives: accepted models, the command counter, and apart from them what the factory wrote.
+//!
+//! # Use
+//! ```text
+//! power-up   FactoryRecords::read(region)            calibrations and key; nothing here can write them
+//!            ModelStore::open(flash, limits)         reads all sectors, writes nothing
+//!            prepare(NotDrilling::PowerUp)           until it says Ready: the only calls that erase
+//!            restore(temperature) -> Probe::restore  the nearest temperature's model, or why there is none
+//! each sample   StabilityGate::sample; step()        32 bytes of a model that is being written
+//! each window   Probe::model_worth_storing -> begin_model
+//! commands      store_counter before the action; retire_models; prepare(NotDrilling::Command)
+//! ```
+//!
+//! # Timing budget
+//! A single-bank STM32F4 fetches no instruction from its flash while the flash is programmed or erased: reading it then stalls the bus (RM0090
+//! section 3.6), interrupts included. Data sheet DS8626, memory characteristics, flash memory programming, 32 bits at a time (2.7 to 3.6 V; a byte
+//! at a time takes as long for each byte, and erasing then 400 and 800 ms):
+//!
+//! | | typical | at most | when |
+//! |---|---|---|---|
+//! | a word | 16 us | 100 us | the longest stall of a sample's interrupt while drilling |
+//! | one [`ModelStore::step`], 8 words | 0.13 ms | 0.8 ms | after a sample, while a model is being written |
+//! | a model, 5 to 19 steps | 0.6 to 2.4 ms | 4 to 15 ms | spread over as many samples |
+//! | [`ModelStore::store_counter`], 16 words | 0.26 ms | 1.6 ms | before a command is done |
+//! | erasing 16 KiB | 250 ms | 500 ms | not while drilling, one in each call of [`ModelStore::prepare`] |
+//! | erasing 128 KiB | 1 s | 2 s | never |
+//!
+//! So models stand in sectors 1 to 3, 16 KiB each; the factory's records in sector 11, write-protected by the option bytes. `memory.x` keeps
+//! code out of both. A power-up after a rollover erases one or two sectors (0.5 to 1 s at most), any other none; the first one of all three.
+//! A watchdog has to outlast one erasure. 10,000 erasures are guaranteed (DS8626, endurance): at some 80 models a sector more than two
+//! million models.
+//!
+//! # Why a log of its own
+//! `sequential-storage` 8 erases inside `store_item` as soon as a page is full, and inside its repair, which a read can start: half a second
+//! without a sample while drilling. Its queue never erases to push where it may not overwrite, but both skip what has rotted without
+//! counting it, and a page counts as erased when its first and last words read so, as they can after an erasure that was cut off. `ekv`
+//! erases as it compacts, too. Erasing kept apart, what is left of the problem is small: records that are only appended, each in whole
+//! 32-byte granules with a CRC-32C; copies that are the original to the bit; an erasure is believed by the mark that was written after it.
+//! The flash is driven through `embedded-storage`'s blocking trait: on the chip the processor is what blocks, so there is nothing that a
+//! future could wait for.
+//!
+//! # What a power cut leaves
+//! A record counts when its check holds, so one that was cut off is skipped and counted, and the one before it still stands. A
+//! sector without its mark is erased again. What counts is copied before its sector is erased, and a copy is the same record. One ready
+//! sector is left alone while drilling, so that there is always room to copy to; when the room ends before that, a model is refused and
+//! counted.
+
+mod error;
+mod factory;
+mod granules;
+mod index;
+mod little_endian;
+mod model_store;
+mod plausibility;
+mod preparation;
+mod record;
+mod restoration;
+mod sector;
+mod single_values;
+mod stability;
+mod stored_model;
+
+pub use error::StorageError;
+pub use factory::{FactoryCalibration, FactoryRecords, KEY_BYTES, Provisioning};
+pub use index::ScanCounts;
+pub use model_store::{ModelStore, Progress, StoreCounts};
+pub use plausibility::{Implausible, Limits};
+pub use preparation::{NotDrilling, Preparation};
+pub use restoration::{Outcome, Restoration};
+pub use stability::{BETWEEN_STORES_US, STABLE_WINDOWS, StabilityGate};
+pub use stored_model::{StoreReason, StoredModel, fingerprint};

@@ -1,0 +1,308 @@
+use super::{
+    Limits, StorageError, StoredModel,
+    granules::{Place, holds, walk},
+    index::{Index, KEPT, ScanCounts},
+    record::{GRANULE, Header, Kind, MAX_RECORD, encode},
+    sector::{Sector, State, granules_of},
+    stored_model,
+};
+use embedded_storage::nor_flash::NorFlash;
+
+/// Granules at the end of the room that models leave to counters: sixteen commands.
+const FOR_COUNTERS: u16 = 32;
+
+/// Accepted models and the command counter, in a ring of equal sectors.
+///
+/// `flash` is the ring alone: `SECTORS` sectors from address 0, three or more. Its erase size is the sector's.
+#[derive(Clone)]
+pub struct ModelStore<F, const SECTORS: usize = 3> {
+    pub(super) flash: F,
+    pub(super) limits: Limits,
+    pub(super) sectors: [Sector; SECTORS],
+    pub(super) index: Index,
+    /// The record that is being written, or has been read.
+    pub(super) buffer: [u8; MAX_RECORD],
+    writing: Option<Writing>,
+    pub(super) counts: StoreCounts,
+}
+
+/// A model on its way into the flash.
+#[derive(Clone, Copy)]
+struct Writing {
+    temperature_c: Option<[f32; 2]>,
+    number: u32,
+    place: Place,
+    granules: u16,
+    done: u16,
+}
+
+/// What has been written, and what has not, since the storage was opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StoreCounts {
+    /// Models stored.
+    pub stored: u32,
+    /// Models, counters and retirements refused for want of room.
+    pub refused_full: u32,
+    /// Models refused because they would not be restored.
+    pub refused_implausible: u32,
+    /// Writes and erasures that failed, or were not found in the flash afterwards.
+    pub failed: u32,
+    /// Models given up because the flash had lost its marks and no room was left to copy them.
+    pub abandoned: u32,
+}
+
+/// How far a model has been written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Progress {
+    /// Nothing is being written.
+    Idle,
+    /// There is more to be programmed.
+    More,
+    /// It is stored, and was read back.
+    Stored {
+        /// Its number.
+        number: u32,
+    },
+}
+
+impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
+    /// Reads what the flash holds; writes nothing.
+    ///
+    /// # Errors
+    /// A flash that does not suit, or that cannot be read.
+    #[inline(never)]
+    pub fn open(flash: F, limits: Limits) -> Result<Self, StorageError<F::Error>> {
+        let needed = (KEPT * MAX_RECORD).next_multiple_of(GRANULE) + 64 * GRANULE;
+        let problem = if SECTORS < 3 || SECTORS > 250 || flash.capacity() < SECTORS * F::ERASE_SIZE {
+            Some("of at least three sectors")
+        } else if F::ERASE_SIZE < needed || F::ERASE_SIZE > 1 << 20 || !F::ERASE_SIZE.is_multiple_of(GRANULE) {
+            Some("of sectors of 8 KiB to 1 MiB")
+        } else if !GRANULE.is_multiple_of(F::WRITE_SIZE) || !GRANULE.is_multiple_of(F::READ_SIZE) {
+            Some("of words of 1, 2, 4, 8, 16 or 32 bytes")
+        } else {
+            None
+        };
+        if let Some(problem) = problem {
+            return Err(StorageError::Geometry(problem));
+        }
+        let mut store = Self {
+            flash,
+            limits,
+            sectors: [Sector::UNREADY; SECTORS],
+            index: Index::empty(),
+            buffer: [0; MAX_RECORD],
+            writing: None,
+            counts: StoreCounts::default(),
+        };
+        let damaged = store.read_sectors()?;
+        store.index = store.scan(None)?;
+        store.index.counts.damaged = damaged;
+        Ok(store)
+    }
+
+    /// States of the sectors. Returns how many places in them are damaged.
+    #[inline(never)]
+    fn read_sectors(&mut self) -> Result<u32, StorageError<F::Error>> {
+        let mut damaged = 0_u32;
+        for (number, sector) in (0..).zip(&mut self.sectors) {
+            let base = Place { sector: number, granule: 0 }.address::<F>();
+            let (sequence, erases) = Sector::read_mark(&mut self.flash, base).map_err(StorageError::Flash)?;
+            let mut records = 0_u32;
+            let extent = (1, granules_of::<F>());
+            let walked = walk(&mut self.flash, base, extent, &mut self.buffer, &mut |_, _, _| records += 1)
+                .map_err(StorageError::Flash)?;
+            let state = match (sequence, records) {
+                (1.., 0) if walked.free == 1 => State::Ready,
+                (_, 1..) => State::Used,
+                // Nothing was ever completed in it.
+                _ => State::Unready,
+            };
+            *sector = Sector { state, sequence, erases, free: walked.free };
+            damaged = damaged.saturating_add(walked.damaged);
+        }
+        Ok(damaged)
+    }
+
+    /// What counts of all sectors but one.
+    #[inline(never)]
+    pub(super) fn scan(&mut self, but: Option<u8>) -> Result<Index, StorageError<F::Error>> {
+        let mut index = Index::empty();
+        let mut after = None;
+        // In the order in which they were begun, so that the latest copy is noted last.
+        while let Some((number, sequence)) = self.next_used(after) {
+            after = Some((sequence, number));
+            if Some(number) == but {
+                continue;
+            }
+            let base = Place { sector: number, granule: 0 }.address::<F>();
+            let (limits, extent) = (&self.limits, (1, granules_of::<F>()));
+            walk(&mut self.flash, base, extent, &mut self.buffer, &mut |header, payload, granule| {
+                index.note(header, payload, Place { sector: number, granule }, limits);
+            })
+            .map_err(StorageError::Flash)?;
+        }
+        index.retire();
+        Ok(index)
+    }
+
+    /// The used sector after one of this sequence and number, and its sequence.
+    fn next_used(&self, after: Option<(u32, u8)>) -> Option<(u8, u32)> {
+        let used = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == State::Used);
+        let keys = used.map(|(number, sector)| (sector.sequence, number));
+        keys.filter(|key| after.is_none_or(|after| *key > after)).min().map(|(sequence, number)| (number, sequence))
+    }
+
+    /// The sector that is written to: the latest used one whose mark can be read.
+    pub(super) fn active(&self) -> Option<u8> {
+        let used = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == State::Used && sector.sequence > 0);
+        used.max_by_key(|(_, sector)| sector.sequence).map(|(number, _)| number)
+    }
+
+    pub(super) fn ready(&self) -> usize {
+        self.sectors.iter().filter(|sector| sector.state == State::Ready).count()
+    }
+
+    /// Takes room for a record; a ready sector is begun only while more than `reserve` are ready, and the last sector that may be begun is
+    /// filled only up to `margin`.
+    #[inline(never)]
+    pub(super) fn take_room(&mut self, granules: u16, reserve: usize, margin: u16) -> Option<Place> {
+        let may_begin = self.ready() > reserve;
+        let fits = |free: u16| free + granules + if may_begin { 0 } else { margin } <= granules_of::<F>();
+        let active = self.active();
+        let active = active.filter(|number| self.sectors.get(usize::from(*number)).is_some_and(|s| fits(s.free)));
+        let number = match active {
+            Some(number) => number,
+            None if may_begin => {
+                let ready = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == State::Ready);
+                ready.min_by_key(|(_, sector)| sector.sequence)?.0
+            }
+            None => return None,
+        };
+        let sector = self.sectors.get_mut(usize::from(number))?;
+        let place = Place { sector: number, granule: sector.free };
+        sector.state = State::Used;
+        sector.free += granules;
+        Some(place)
+    }
+
+    /// Begins to store a model; [`ModelStore::step`] programs it piece by piece.
+    ///
+    /// # Errors
+    /// Nothing is written: it would not be restored, there is no room (both counted), or another one is being written.
+    #[inline(never)]
+    pub fn begin_model(&mut self, model: &StoredModel) -> Result<(), StorageError<F::Error>> {
+        if self.writing.is_some() {
+            return Err(StorageError::Busy);
+        }
+        if let Err(reason) = self.limits.check(model) {
+            self.counts.refused_implausible = self.counts.refused_implausible.saturating_add(1);
+            return Err(StorageError::Implausible(reason));
+        }
+        let number = self.index.last_number.saturating_add(1);
+        let encoded = encode(&mut self.buffer, Kind::MODEL, stored_model::VERSION, number, |w| model.encode(w));
+        let placed = encoded.and_then(|granules| Some((granules, self.take_room(granules, 1, FOR_COUNTERS)?)));
+        let Some((granules, place)) = placed else { return self.refuse_full() };
+        self.index.last_number = number;
+        self.writing = Some(Writing { temperature_c: model.temperature_c, number, place, granules, done: 0 });
+        Ok(())
+    }
+
+    /// Programs the next 32 bytes of the model that is being written; after the last of them reads it back.
+    ///
+    /// # Errors
+    /// The flash failed or does not hold what was written (counted): the model is not stored and can be begun again.
+    #[inline(never)]
+    pub fn step(&mut self) -> Result<Progress, StorageError<F::Error>> {
+        let Some(mut writing) = self.writing.take() else { return Ok(Progress::Idle) };
+        let place = Place { granule: writing.place.granule + writing.done, ..writing.place };
+        let begin = usize::from(writing.done) * GRANULE;
+        let bytes = self.buffer.get(begin..begin + GRANULE).unwrap_or_default();
+        if let Err(e) = self.flash.write(place.address::<F>(), bytes) {
+            return self.failed(StorageError::Flash(e));
+        }
+        writing.done += 1;
+        if writing.done < writing.granules {
+            self.writing = Some(writing);
+            return Ok(Progress::More);
+        }
+        let bytes = self.buffer.get(..begin + GRANULE).unwrap_or_default();
+        match holds(&mut self.flash, writing.place.address::<F>(), bytes) {
+            Ok(true) => {}
+            Ok(false) => return self.failed(StorageError::NotVerified),
+            Err(e) => return self.failed(StorageError::Flash(e)),
+        }
+        self.index.keep(writing.number, writing.place, writing.temperature_c);
+        self.counts.stored = self.counts.stored.saturating_add(1);
+        Ok(Progress::Stored { number: writing.number })
+    }
+
+    /// Stores a model at once, for where nothing is sampled meanwhile. Returns its number.
+    ///
+    /// # Errors
+    /// As [`ModelStore::begin_model`] and [`ModelStore::step`].
+    pub fn store_model(&mut self, model: &StoredModel) -> Result<u32, StorageError<F::Error>> {
+        self.begin_model(model)?;
+        loop {
+            if let Progress::Stored { number } = self.step()? {
+                return Ok(number);
+            }
+        }
+    }
+
+    /// Reads a record into the buffer; `None` where there is no whole one.
+    pub(super) fn read_record(&mut self, place: Place) -> Result<Option<Header>, StorageError<F::Error>> {
+        let address = place.address::<F>();
+        let Some((head, tail)) = self.buffer.split_first_chunk_mut::<GRANULE>() else { return Ok(None) };
+        self.flash.read(address, head).map_err(StorageError::Flash)?;
+        let Some(header) = Header::parse(head) else { return Ok(None) };
+        if let Some(rest) = tail.get_mut(..header.bytes() - GRANULE).filter(|rest| !rest.is_empty()) {
+            self.flash.read(address + GRANULE as u32, rest).map_err(StorageError::Flash)?;
+        }
+        Ok(header.payload(&self.buffer).map(|_| header))
+    }
+
+    pub(super) fn refuse_full<T>(&mut self) -> Result<T, StorageError<F::Error>> {
+        self.counts.refused_full = self.counts.refused_full.saturating_add(1);
+        Err(StorageError::Full)
+    }
+
+    pub(super) fn failed<T>(&mut self, error: StorageError<F::Error>) -> Result<T, StorageError<F::Error>> {
+        self.counts.failed = self.counts.failed.saturating_add(1);
+        Err(error)
+    }
+
+    /// Whether a model is being written.
+    #[must_use]
+    pub const fn is_writing(&self) -> bool {
+        self.writing.is_some()
+    }
+
+    /// What was found when the storage was opened.
+    #[must_use]
+    pub const fn scan_counts(&self) -> ScanCounts {
+        self.index.counts
+    }
+
+    /// What has been written since.
+    #[must_use]
+    pub const fn counts(&self) -> StoreCounts {
+        self.counts
+    }
+
+    /// Erasures of each sector; what a mark that cannot be read said is not in it.
+    #[must_use]
+    pub fn erases(&self) -> [u32; SECTORS] {
+        self.sectors.map(|sector| sector.erases)
+    }
+
+    /// The flash's driver, for what is not reading or writing; what it holds may not change.
+    pub const fn flash_mut(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
+    /// Gives the flash back.
+    pub fn into_flash(self) -> F {
+        self.flash
+    }
+}

@@ -1,0 +1,161 @@
+use super::{StoredModel, fingerprint};
+use crate::{
+    compensation::{Effect, GyroModel},
+    config::Config,
+};
+use nalgebra::Vector3;
+
+/// How far a parameter may lie from the factory's, in deviations of the prior: as far as identification lets one go, for a model that was
+/// accepted has to be restored. With the default prior these are 30 % of scale, 15 % of coupling and 6 deg/s of bias; a common part's
+/// data sheet allows 3 %, 2 % and 5 deg/s (MPU-9250 product specification PS-MPU-9250A-01, section 3.1), so what lies beyond is not wear.
+const PLAUSIBLE_SIGMAS: f32 = 5.0;
+
+/// Coldest and hottest that a probe's electronics can be, degrees Celsius: storage limits of parts for drilling (silicon-on-insulator
+/// parts end at 225 to 250).
+const TEMPERATURES_C: [f32; 2] = [-65.0, 250.0];
+
+/// What a stored model is held against before it may fly.
+#[derive(Clone, Copy)]
+pub struct Limits {
+    factory: GyroModel,
+    /// Of P's diagonal, dimensionless.
+    scale: f32,
+    /// Of P's other elements, dimensionless.
+    coupling: f32,
+    /// Of P b, rad/s.
+    bias_rad_s: f32,
+    library: &'static [&'static dyn Effect],
+    pub(super) fingerprint: u32,
+}
+
+/// Why a stored model may not fly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Implausible {
+    /// A number is infinite or not one, or P cannot be inverted.
+    NotAModel,
+    /// An element of P is too far from the factory's.
+    P {
+        /// Row.
+        row: u8,
+        /// Column.
+        column: u8,
+        /// How far.
+        off: f32,
+        /// How far it may be.
+        limit: f32,
+    },
+    /// The bias is too far from the factory's.
+    Bias {
+        /// Axis.
+        axis: u8,
+        /// How far, rad/s.
+        off_rad_s: f32,
+        /// How far it may be, rad/s.
+        limit_rad_s: f32,
+    },
+    /// A deviation is negative or larger than the limit of its parameter.
+    Sigma {
+        /// Of the twelve parameters.
+        index: u8,
+    },
+    /// The temperatures are not a range, or no electronics works there.
+    Temperature,
+    /// Its effects count in another library than this firmware's.
+    OtherLibrary,
+    /// An effect is not in the library, is there twice, or has a parameter that is not believed.
+    Effect {
+        /// Its place in the library.
+        index: u8,
+        /// The parameter; `None`: the effect itself.
+        parameter: Option<u8>,
+    },
+}
+
+impl Limits {
+    /// Those of a configuration that has been checked, with the effects that are looked for.
+    #[must_use]
+    pub fn new(config: &Config, library: &'static [&'static dyn Effect]) -> Self {
+        let prior = &config.identification;
+        Self {
+            factory: config.gyro,
+            scale: PLAUSIBLE_SIGMAS * prior.prior_sigma_diagonal,
+            coupling: PLAUSIBLE_SIGMAS * prior.prior_sigma_off_diagonal,
+            bias_rad_s: PLAUSIBLE_SIGMAS * prior.prior_sigma_bias_rad_s,
+            library,
+            fingerprint: fingerprint(library),
+        }
+    }
+
+    /// Whether a model may fly.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with it.
+    pub fn check(&self, model: &StoredModel) -> Result<(), Implausible> {
+        if !model.gyro.is_valid() || ![model.explained, model.p_value].iter().flatten().all(|x| x.is_finite()) {
+            return Err(Implausible::NotAModel);
+        }
+        let in_row = |row: u8| {
+            model
+                .gyro
+                .p
+                .iter()
+                .zip(&self.factory.p)
+                .nth(usize::from(row))
+                .into_iter()
+                .flat_map(|(p, f)| p.iter().zip(f))
+        };
+        for row in 0..3 {
+            for (column, (p, factory)) in (0..3).zip(in_row(row)) {
+                let (off, limit) = (libm::fabsf(p - factory), if row == column { self.scale } else { self.coupling });
+                if off > limit {
+                    return Err(Implausible::P { row, column, off, limit });
+                }
+            }
+        }
+        let of = |model: &GyroModel| model.p_matrix() * Vector3::from(model.b_rad_s);
+        for (axis, off) in (0..3).zip((of(&model.gyro) - of(&self.factory)).iter()) {
+            let off_rad_s = libm::fabsf(*off);
+            // The product of finite numbers need not be one.
+            if off_rad_s > self.bias_rad_s || !off_rad_s.is_finite() {
+                return Err(Implausible::Bias { axis, off_rad_s, limit_rad_s: self.bias_rad_s });
+            }
+        }
+        for (index, sigma) in (0..12).zip(&model.sigma) {
+            let most = if index < 9 { self.scale } else { self.bias_rad_s };
+            if !(0.0..=most).contains(sigma) {
+                return Err(Implausible::Sigma { index });
+            }
+        }
+        let [coldest, hottest] = TEMPERATURES_C;
+        if model.temperature_c.is_some_and(|[low, high]| !(coldest <= low && low <= high && high <= hottest)) {
+            return Err(Implausible::Temperature);
+        }
+        self.check_effects(model)
+    }
+
+    fn check_effects(&self, model: &StoredModel) -> Result<(), Implausible> {
+        if model.effects.is_empty() {
+            return Ok(());
+        }
+        if model.library != self.fingerprint {
+            return Err(Implausible::OtherLibrary);
+        }
+        for found in model.effects.iter() {
+            let index = found.index;
+            let twice = model.effects.iter().filter(|other| other.index == index).count() > 1;
+            let effect = self.library.get(usize::from(index)).filter(|_| !twice);
+            let Some(effect) = effect else { return Err(Implausible::Effect { index, parameter: None }) };
+            for (k, (value, sigma)) in (0..).zip(found.parameters.iter().zip(&found.sigma)) {
+                let believed = match effect.parameters().get(usize::from(k)) {
+                    Some(parameter) => parameter.believes(*value) && sigma.is_finite() && *sigma >= 0.0,
+                    None => *value == 0.0 && *sigma == 0.0,
+                };
+                if !believed {
+                    return Err(Implausible::Effect { index, parameter: Some(k) });
+                }
+            }
+        }
+        Ok(())
+    }
+}

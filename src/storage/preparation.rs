@@ -1,0 +1,163 @@
+//! Sectors are erased only here.
+
+use super::{
+    ModelStore, StorageError,
+    granules::{Place, program},
+    index::{Index, KEPT, Single, Slot},
+    record::{GRANULE, Kind},
+    sector::{State, granules_of},
+};
+use embedded_storage::nor_flash::NorFlash;
+
+/// The caller's word that nothing is sampled that matters: erasing stops the processor for as long as the data sheet says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NotDrilling {
+    /// Before the first sample after power-up.
+    PowerUp,
+    /// On a command, which is refused while drilling.
+    Command,
+}
+
+/// How far the storage is prepared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Preparation {
+    /// A sector has been erased; there is more to do.
+    More,
+    /// All but one sector are ready or bad.
+    Ready {
+        /// How many are bad.
+        bad: u8,
+    },
+}
+
+impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
+    /// Makes all sectors but one ready, what counts in the others copied before they are erased. Call it until it says that it is ready:
+    /// each call erases at most one sector, so that a watchdog can be fed between.
+    ///
+    /// # Errors
+    /// A model is being written, or the flash failed. What is stored stays so.
+    #[inline(never)]
+    pub fn prepare(&mut self, _why: NotDrilling) -> Result<Preparation, StorageError<F::Error>> {
+        if self.is_writing() {
+            return Err(StorageError::Busy);
+        }
+        if let Some(unready) = self.first_of(State::Unready) {
+            self.erase(unready)?;
+            return Ok(Preparation::More);
+        }
+        let in_state = |state| self.sectors.iter().filter(|sector| sector.state == state).count();
+        let (used, bad) = (in_state(State::Used), in_state(State::Bad));
+        let oldest = self.first_of(State::Used).filter(|oldest| used > 1 || self.is_cramped(*oldest));
+        let Some(oldest) = oldest else { return Ok(Preparation::Ready { bad: bad as u8 }) };
+        match self.evacuate(oldest) {
+            Ok(()) => self.erase(oldest)?,
+            // Power that was cut again and again while it was prepared has filled the room with copies that were cut off.
+            Err(StorageError::Full) => match self.redundant()? {
+                Some(redundant) => {
+                    self.erase(redundant)?;
+                    let counts = self.index.counts;
+                    self.index = Index { counts, last_number: self.index.last_number, ..self.scan(None)? };
+                }
+                None => self.abandon(oldest)?,
+            },
+            Err(e) => return Err(e),
+        }
+        Ok(Preparation::More)
+    }
+
+    /// Whether the only sector in use is so full that it has to be rewritten, because sectors are bad and none could be begun while drilling.
+    fn is_cramped(&self, number: u8) -> bool {
+        let free = self.sectors.get(usize::from(number)).map_or(0, |sector| sector.free);
+        self.ready() == 1 && u32::from(free) * 4 > u32::from(granules_of::<F>()) * 3
+    }
+
+    /// The first in the order of erasure that is in a state.
+    fn first_of(&self, state: State) -> Option<u8> {
+        let those = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == state);
+        those.min_by_key(|(_, sector)| sector.sequence).map(|(number, _)| number)
+    }
+
+    fn erase(&mut self, number: u8) -> Result<(), StorageError<F::Error>> {
+        let last = self.sectors.iter().map(|sector| sector.sequence).max().unwrap_or(0);
+        let base = Place { sector: number, granule: 0 }.address::<F>();
+        let Some(sector) = self.sectors.get_mut(usize::from(number)) else { return Ok(()) };
+        let erased = sector.erase(&mut self.flash, base, last.saturating_add(1));
+        erased.or_else(|e| self.failed(e))
+    }
+
+    /// Copies what counts and is nowhere later.
+    #[inline(never)]
+    fn evacuate(&mut self, from: u8) -> Result<(), StorageError<F::Error>> {
+        if let Some(sector) = self.sectors.get_mut(usize::from(from)) {
+            sector.free = granules_of::<F>();
+        }
+        for k in 0..KEPT {
+            let slot = self.index.kept.get(k).copied().flatten().filter(|slot| slot.place.sector == from);
+            let Some(slot) = slot else { continue };
+            let copied = self.copy(slot.place)?.map(|place| Slot { place, ..slot });
+            if copied.is_none() {
+                self.index.counts.damaged = self.index.counts.damaged.saturating_add(1);
+            }
+            if let Some(kept) = self.index.kept.get_mut(k) {
+                *kept = copied;
+            }
+        }
+        self.rewrite_singles(from)
+    }
+
+    #[inline(never)]
+    fn rewrite_singles(&mut self, from: u8) -> Result<(), StorageError<F::Error>> {
+        if let Some(counter) = self.index.counter.filter(|counter| counter.sector == from) {
+            let sector = self.write_single(Kind::COUNTER, counter.value, 0)?;
+            self.index.counter = Some(Single { sector, ..counter });
+        }
+        if let Some(retired) = self.index.retired.filter(|retired| retired.sector == from) {
+            let sector = self.write_single(Kind::RETIREMENT, retired.value, 0)?;
+            self.index.retired = Some(Single { sector, ..retired });
+        }
+        Ok(())
+    }
+
+    /// Copies a record as it is, number and check included, so that a copy and its original are the same model. `None`: it has rotted.
+    #[inline(never)]
+    fn copy(&mut self, from: Place) -> Result<Option<Place>, StorageError<F::Error>> {
+        let Some(granules) = self.read_record(from)?.map(|header| header.granules()) else { return Ok(None) };
+        let to = self.take_room(granules, 0, 0).ok_or(StorageError::Full)?;
+        let bytes = self.buffer.get(..usize::from(granules) * GRANULE).unwrap_or_default();
+        match program(&mut self.flash, to.address::<F>(), bytes) {
+            Ok(()) => Ok(Some(to)),
+            Err(e) => self.failed(e),
+        }
+    }
+
+    /// A sector without which nothing would be missing, the latest first.
+    #[inline(never)]
+    fn redundant(&mut self) -> Result<Option<u8>, StorageError<F::Error>> {
+        let all = self.scan(None)?;
+        let mut before = u32::MAX;
+        for _ in 0..SECTORS {
+            let used = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == State::Used);
+            let latest = used.filter(|(_, sector)| sector.sequence < before).max_by_key(|(_, sector)| sector.sequence);
+            let Some((number, sector)) = latest else { break };
+            before = sector.sequence;
+            if self.scan(Some(number))?.holds_all_of(&all) {
+                return Ok(Some(number));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Gives up the models of a sector, which can only come from a flash that has lost its marks; they are counted.
+    #[inline(never)]
+    fn abandon(&mut self, number: u8) -> Result<(), StorageError<F::Error>> {
+        self.erase(number)?;
+        for slot in &mut self.index.kept {
+            if slot.take_if(|slot| slot.place.sector == number).is_some() {
+                self.counts.abandoned = self.counts.abandoned.saturating_add(1);
+            }
+        }
+        self.rewrite_singles(number)
+    }
+}

@@ -1,0 +1,133 @@
+//! How a record stands in flash: a header, its payload, and a check over both.
+
+use super::little_endian::{Reader, Writer};
+use crc::{Crc, NoTable};
+
+/// Records begin at multiples of this, bytes: the largest word that a flash programs at a time (STM32H7: 256 bits), so that no word is
+/// programmed twice and a torn record spoils none but itself.
+pub(super) const GRANULE: usize = 32;
+
+/// The longest record, bytes: a model with six effects of nine parameters takes 19 granules.
+pub(super) const MAX_RECORD: usize = 20 * GRANULE;
+
+const HEADER: usize = 16;
+/// Of the check, which stands first, so that what it covers is one piece.
+const CHECK: usize = 4;
+/// "MW".
+const MAGIC: u16 = 0x574D;
+
+/// CRC-32C (Castagnoli; RFC 3720, section 12.1), bit by bit: a table would be 1 KiB of flash, and without one the longest record takes a
+/// fifth of a millisecond.
+static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&crc::CRC_32_ISCSI);
+
+/// What a record is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Kind(pub u8);
+
+impl Kind {
+    pub const MODEL: Self = Self(1);
+    pub const COUNTER: Self = Self(2);
+    /// All models before it are not to be flown again.
+    pub const RETIREMENT: Self = Self(3);
+    /// The first granule of a sector.
+    pub const MARK: Self = Self(4);
+    pub const FACTORY: Self = Self(5);
+    pub const KEY: Self = Self(6);
+}
+
+/// A record's first bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Header {
+    pub kind: Kind,
+    /// Of the payload's layout.
+    pub version: u8,
+    /// Rises from record to record; a copy keeps the original's.
+    pub number: u32,
+    /// Of the payload, bytes.
+    length: u16,
+    check: u32,
+}
+
+impl Header {
+    /// Reads a header; `None` where none can be.
+    pub fn parse(bytes: &[u8]) -> Option<Self> {
+        let mut reader = Reader(bytes);
+        let check = reader.u32()?;
+        let (magic, kind, version) = (reader.u16()?, Kind(reader.u8()?), reader.u8()?);
+        let header = Self { kind, version, number: reader.u32()?, length: reader.u16()?, check };
+        (magic == MAGIC && header.bytes() <= MAX_RECORD).then_some(header)
+    }
+
+    /// Of the whole record, whole granules.
+    pub fn bytes(&self) -> usize {
+        (HEADER + usize::from(self.length)).next_multiple_of(GRANULE)
+    }
+
+    pub fn granules(&self) -> u16 {
+        // At most `MAX_RECORD` bytes, or it was not parsed.
+        (self.bytes() / GRANULE) as u16
+    }
+
+    /// The payload of a whole record whose header this is; `None` where the check fails.
+    pub fn payload<'a>(&self, record: &'a [u8]) -> Option<&'a [u8]> {
+        let covered = record.get(CHECK..HEADER + usize::from(self.length))?;
+        (check(covered) == self.check).then(|| covered.get(HEADER - CHECK..)).flatten()
+    }
+}
+
+#[inline(never)]
+fn check(covered: &[u8]) -> u32 {
+    CRC.checksum(covered)
+}
+
+/// Lays a record out in `record` and returns its length in granules; `None` when it does not fit.
+pub(super) fn encode(
+    record: &mut [u8],
+    kind: Kind,
+    version: u8,
+    number: u32,
+    payload: impl FnOnce(&mut Writer<'_>),
+) -> Option<u16> {
+    record.fill(0xFF);
+    let mut writer = Writer::new(record.get_mut(HEADER..)?);
+    payload(&mut writer);
+    let length = writer.finish()?;
+    let mut writer = Writer::new(record.get_mut(CHECK..HEADER)?);
+    writer.u16(MAGIC);
+    writer.u8(kind.0);
+    writer.u8(version);
+    writer.u32(number);
+    writer.u16(u16::try_from(length).ok()?);
+    let sum = check(record.get(CHECK..HEADER + length)?);
+    Writer::new(record).u32(sum);
+    Some(Header::parse(record)?.granules())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_is_read_as_it_was_written_and_no_flipped_bit_passes() {
+        let mut record = [0; 3 * GRANULE];
+        let payload: [u8; 50] = core::array::from_fn(|i| (i * 37) as u8);
+        let granules = encode(&mut record, Kind::COUNTER, 7, 123_456, |w| w.bytes(&payload));
+        assert_eq!(granules, Some(3));
+        let header = Header::parse(&record).unwrap();
+        assert_eq!((header.kind, header.version, header.number), (Kind::COUNTER, 7, 123_456));
+        assert_eq!(header.payload(&record), Some(&payload[..]));
+        for bit in 0..8 * (HEADER + payload.len()) {
+            let mut bad = record;
+            bad[bit / 8] ^= 1 << (bit % 8);
+            let read = Header::parse(&bad).and_then(|header| header.payload(&bad).map(<[u8]>::len));
+            assert_eq!(read, None, "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let mut record = [0; GRANULE];
+        assert_eq!(encode(&mut record, Kind::COUNTER, 0, 0, |w| w.bytes(&[0; GRANULE - HEADER])), Some(1));
+        assert_eq!(encode(&mut record, Kind::COUNTER, 0, 0, |w| w.bytes(&[0; GRANULE - HEADER + 1])), None);
+    }
+}

@@ -1,0 +1,79 @@
+use super::{Implausible, ModelStore, ScanCounts, StorageError, StoredModel, index::KEPT, record::Kind};
+use embedded_storage::nor_flash::NorFlash;
+
+/// What is to fly after power-up, and why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Restoration {
+    /// The model, or why there is none.
+    pub outcome: Outcome,
+    /// Models that there was a choice of, one for each temperature.
+    pub choice: u8,
+    /// What was found when the storage was opened.
+    pub counts: ScanCounts,
+}
+
+/// The model to be restored, or why there is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nothing here can be boxed, and it lives only until the model is restored"
+)]
+#[non_exhaustive]
+pub enum Outcome {
+    /// The model.
+    Chosen {
+        /// What is to be given to `Probe::restore`.
+        model: StoredModel,
+        /// Its number: later models have higher ones.
+        number: u32,
+        /// How far its temperatures are from the present one, kelvin; `None` where one is not known.
+        distance_k: Option<f32>,
+    },
+    /// No model was ever stored here, or none that is whole.
+    NothingStored,
+    /// All that were stored have been retired.
+    AllRetired,
+    /// A later firmware wrote them.
+    FromTheFuture,
+    /// None may fly: the reason of the first.
+    Implausible(Implausible),
+}
+
+impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
+    /// The model for the present temperature: the one whose temperatures are nearest, of those as near (to 10 K) the newest. Without a
+    /// temperature the newest.
+    ///
+    /// # Errors
+    /// A model is being written, or the flash cannot be read.
+    #[inline(never)]
+    pub fn restore(&mut self, temperature_c: Option<f32>) -> Result<Restoration, StorageError<F::Error>> {
+        if self.is_writing() {
+            return Err(StorageError::Busy);
+        }
+        let mut rotten = [None; KEPT];
+        let choice = self.index.kept.iter().flatten().count() as u8;
+        for tried in 0..KEPT {
+            let Some(slot) = self.index.nearest(temperature_c, &rotten) else { break };
+            let header = self.read_record(slot.place)?.filter(|header| header.kind == Kind::MODEL);
+            let model = header.and_then(|header| StoredModel::decode(header.payload(&self.buffer)?));
+            if let Some(model) = model {
+                let distance_k = slot.distance_k(temperature_c);
+                let outcome = Outcome::Chosen { model, number: slot.number, distance_k };
+                return Ok(Restoration { outcome, choice, counts: self.index.counts });
+            }
+            // It was whole when the storage was opened.
+            self.index.counts.damaged = self.index.counts.damaged.saturating_add(1);
+            if let Some(rotten) = rotten.get_mut(tried) {
+                *rotten = Some(slot.number);
+            }
+        }
+        let counts = self.index.counts;
+        let outcome = match counts.first_implausible {
+            Some((_, reason)) => Outcome::Implausible(reason),
+            None if counts.from_the_future > 0 => Outcome::FromTheFuture,
+            None if counts.retired > 0 || self.index.retired.is_some() => Outcome::AllRetired,
+            None => Outcome::NothingStored,
+        };
+        Ok(Restoration { outcome, choice, counts })
+    }
+}

@@ -1,0 +1,74 @@
+use super::{
+    StorageError,
+    granules::{is_blank, program},
+    little_endian::Reader,
+    record::{GRANULE, Header, Kind, encode},
+};
+use embedded_storage::nor_flash::NorFlash;
+
+/// What can be done with a sector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    /// It has to be erased before it can be used: an erasure that was cut off, or a flash that has never been used.
+    Unready,
+    /// Erased and marked as erased to the end.
+    Ready,
+    /// It holds records.
+    Used,
+    /// It does not erase.
+    Bad,
+}
+
+/// What is known of a sector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Sector {
+    pub state: State,
+    /// Rises from erasure to erasure; 0: the mark cannot be read.
+    pub sequence: u32,
+    /// How often it has been erased; what the mark says.
+    pub erases: u32,
+    /// First granule of the blank ones at its end.
+    pub free: u16,
+}
+
+impl Sector {
+    pub const UNREADY: Self = Self { state: State::Unready, sequence: 0, erases: 0, free: 0 };
+
+    /// Reads the mark at its beginning. A sector that merely reads blank is not ready: an erasure that was cut off can leave bits that
+    /// read as erased and do not last.
+    pub fn read_mark<F: NorFlash>(flash: &mut F, base: u32) -> Result<(u32, u32), F::Error> {
+        let mut bytes = [0; GRANULE];
+        flash.read(base, &mut bytes)?;
+        let mark = Header::parse(&bytes).filter(|header| header.kind == Kind::MARK);
+        let erases = mark.and_then(|header| Reader(header.payload(&bytes)?).u32());
+        Ok(mark.zip(erases).map_or((0, 0), |(header, erases)| (header.number, erases)))
+    }
+
+    /// Erases it and marks it; `Bad` where it is not blank then.
+    pub fn erase<F: NorFlash>(
+        &mut self,
+        flash: &mut F,
+        base: u32,
+        sequence: u32,
+    ) -> Result<(), StorageError<F::Error>> {
+        let granules = granules_of::<F>();
+        *self = Self { state: State::Unready, sequence: 0, free: granules, ..*self };
+        flash.erase(base, base + F::ERASE_SIZE as u32).map_err(StorageError::Flash)?;
+        self.erases = self.erases.saturating_add(1);
+        self.state = State::Bad;
+        if !is_blank(flash, base, granules).map_err(StorageError::Flash)? {
+            return Ok(());
+        }
+        let mut mark = [0; GRANULE];
+        let erases = self.erases;
+        encode(&mut mark, Kind::MARK, 1, sequence, |writer| writer.u32(erases));
+        program(flash, base, &mark)?;
+        *self = Self { state: State::Ready, sequence, erases, free: 1 };
+        Ok(())
+    }
+}
+
+/// Granules of a sector.
+pub(super) const fn granules_of<F: NorFlash>() -> u16 {
+    (F::ERASE_SIZE / GRANULE) as u16
+}

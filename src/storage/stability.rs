@@ -1,0 +1,158 @@
+use super::{StoreReason, StoredModel, fingerprint};
+use crate::{
+    compensation::{ActiveEffects, Effect, GyroModel},
+    identification::{Decision, Refusal, WindowReport},
+    sample::{Sample, SampleFlags},
+};
+
+/// Windows in succession that have to leave P as it is. A window of 50 s closes every 25 s, so the first and the third share no sample: P
+/// has then been confirmed by data that it was not fitted to.
+pub const STABLE_WINDOWS: u8 = 3;
+
+/// How far P may move from window to window and still be the same, in its deviations: by chance one of nine moves farther in 2 % of windows.
+const SAME_SIGMAS: f32 = 3.0;
+
+/// Between two models of a session, microseconds. A sector of 16 KiB takes some 80 models of the usual 160 to 200 bytes, and half of two
+/// is free at least after power-up: that is 40 hours of drilling without a pause in which to erase.
+pub const BETWEEN_STORES_US: u64 = 30 * 60 * 1_000_000;
+
+/// Decides when the model that flies is worth a record.
+///
+/// It is when P is not the factory's, [`STABLE_WINDOWS`] windows in succession have looked at it and left it, and it differs from the last
+/// one stored: in P or an effect's parameter by more than its deviation, in its effects, or by 10 K.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StabilityGate {
+    factory_p: [[f32; 3]; 3],
+    /// P since the count began.
+    p: [[f32; 3]; 3],
+    effects: ActiveEffects,
+    /// Of the window that P was accepted from.
+    accepted: Accepted,
+    agreeing: u8,
+    range_c: Option<[f32; 2]>,
+    stored: Option<StoredModel>,
+    /// Whether `stored` is of this session, and its time one of ours.
+    stored_here: bool,
+}
+
+/// What the window that P came from said of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Accepted {
+    sigma: [f32; 12],
+    explained: Option<f32>,
+    p_value: Option<f32>,
+}
+
+impl StabilityGate {
+    /// Of a probe with this factory model, into which `restored` was restored.
+    #[must_use]
+    pub fn new(factory: &GyroModel, restored: Option<&StoredModel>) -> Self {
+        let accepted = restored.map_or(Accepted { sigma: [0.0; 12], explained: None, p_value: None }, |model| {
+            Accepted { sigma: model.sigma, explained: model.explained, p_value: model.p_value }
+        });
+        Self {
+            factory_p: factory.p,
+            p: restored.map_or(factory.p, |model| model.gyro.p),
+            effects: restored.map_or(ActiveEffects::none(), |model| model.effects),
+            accepted,
+            agreeing: 0,
+            range_c: None,
+            stored: restored.copied(),
+            stored_here: false,
+        }
+    }
+
+    /// Takes note of a sample's temperature.
+    pub fn sample(&mut self, sample: &Sample) {
+        let t = sample.temperature_c;
+        if sample.flags.intersects(SampleFlags::TEMPERATURE_MISSING | SampleFlags::FAULT) || !t.is_finite() {
+            return;
+        }
+        let [low, high] = self.range_c.unwrap_or([t, t]);
+        self.range_c = Some([if t < low { t } else { low }, if t > high { t } else { high }]);
+    }
+
+    /// Takes a window's report, once it has taken effect, with what flies then; the model where it is worth a record. It counts as stored
+    /// from [`StabilityGate::stored`] on.
+    pub fn window(
+        &mut self,
+        report: &WindowReport,
+        gyro: &GyroModel,
+        effects: &ActiveEffects,
+        library: &[&dyn Effect],
+    ) -> Option<StoredModel> {
+        let same_effects = effects.iter().map(|found| found.index).eq(self.effects.iter().map(|found| found.index));
+        let sigma = if report.decision == Decision::Accepted { &report.sigma } else { &self.accepted.sigma };
+        let same_p = same_p(&self.p, &gyro.p, sigma, SAME_SIGMAS);
+        if report.decision == Decision::Accepted {
+            self.accepted = Accepted { sigma: report.sigma, explained: report.explained, p_value: report.p_value };
+        }
+        let agrees = match report.decision {
+            Decision::Accepted => Some(true),
+            Decision::Refused(Refusal::ChangeTooSmall { .. } | Refusal::NoClearWin { .. }) => Some(true),
+            Decision::Refused(
+                Refusal::Contradiction { .. }
+                | Refusal::RolledBack { .. }
+                | Refusal::RotationDisagrees { .. }
+                | Refusal::MisfitNotExplained { .. }
+                | Refusal::Degenerate,
+            ) => Some(false),
+            // It could not look.
+            Decision::Refused(_) => None,
+        };
+        let is_other = !same_p || !same_effects;
+        if is_other || agrees == Some(false) {
+            (self.agreeing, self.range_c) = (0, self.range_c.filter(|_| !is_other));
+            self.p = gyro.p;
+        }
+        if agrees == Some(true) {
+            self.agreeing = self.agreeing.saturating_add(1);
+        }
+        self.effects = *effects;
+        if self.agreeing < STABLE_WINDOWS || gyro.p == self.factory_p {
+            return None;
+        }
+        let model = StoredModel {
+            gyro: *gyro,
+            sigma: self.accepted.sigma,
+            effects: *effects,
+            library: fingerprint(library),
+            temperature_c: self.range_c,
+            t_us: report.t_end_us,
+            reason: StoreReason::Stable { windows: self.agreeing },
+            explained: self.accepted.explained,
+            p_value: self.accepted.p_value,
+        };
+        self.is_news(&model).then_some(model)
+    }
+
+    /// The model has been stored.
+    pub const fn stored(&mut self, model: &StoredModel) {
+        (self.stored, self.stored_here) = (Some(*model), true);
+    }
+
+    fn is_news(&self, model: &StoredModel) -> bool {
+        let Some(stored) = &self.stored else { return true };
+        if self.stored_here && model.t_us < stored.t_us.saturating_add(BETWEEN_STORES_US) {
+            return false;
+        }
+        let same_effects = model.effects.iter().count() == stored.effects.iter().count()
+            && model.effects.iter().zip(stored.effects.iter()).all(|(new, old)| {
+                let pairs = new.parameters.iter().zip(&old.parameters).zip(&new.sigma);
+                new.index == old.index
+                    && pairs.fold(true, |same, ((new, old), sigma)| same && libm::fabsf(new - old) <= *sigma)
+            });
+        let same_temperature = match (model.temperature_c, stored.temperature_c) {
+            (Some([low, high]), Some([old_low, old_high])) => {
+                libm::fabsf((low + high) - (old_low + old_high)) < 2.0 * super::index::BAND_K
+            }
+            (new, _) => new.is_none(),
+        };
+        !(same_p(&model.gyro.p, &stored.gyro.p, &model.sigma, 1.0) && same_effects && same_temperature)
+    }
+}
+
+fn same_p(p: &[[f32; 3]; 3], other: &[[f32; 3]; 3], sigma: &[f32; 12], sigmas: f32) -> bool {
+    let pairs = p.iter().flatten().zip(other.iter().flatten());
+    pairs.zip(sigma).all(|((p, other), sigma)| libm::fabsf(p - other) <= sigmas * sigma)
+}

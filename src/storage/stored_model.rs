@@ -1,0 +1,127 @@
+use super::little_endian::{Reader, Writer};
+use crate::compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE};
+
+/// Layout of a model's payload that this firmware writes, and the only one that it reads so far.
+pub(super) const VERSION: u8 = 1;
+
+/// A model that flew and was worth keeping, as it stands in flash.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StoredModel {
+    /// P and b.
+    pub gyro: GyroModel,
+    /// 1-sigma of P (row-major, 9) then b (rad/s, 3), when it was accepted.
+    pub sigma: [f32; 12],
+    /// The effects that were taken out beside it.
+    pub effects: ActiveEffects,
+    /// [`fingerprint`] of the library that `effects` count in.
+    pub library: u32,
+    /// Lowest and highest temperature of the samples that it comes from, degrees Celsius; `None` without a reading.
+    pub temperature_c: Option<[f32; 2]>,
+    /// When it was stored, microseconds of the session's own time.
+    pub t_us: u64,
+    /// Why it was stored.
+    pub reason: StoreReason,
+    /// Of the window that accepted P: fraction of the misfit that it explains; `None`: not known.
+    pub explained: Option<f32>,
+    /// The same: probability of so clear a win by chance.
+    pub p_value: Option<f32>,
+}
+
+/// Why a model was stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum StoreReason {
+    /// So many windows in succession left it as it is.
+    Stable {
+        /// How many.
+        windows: u8,
+    },
+    /// A command said so.
+    Command,
+}
+
+/// Names a library of effects: a stored effect is a place in it, and another library has another effect there.
+#[must_use]
+pub fn fingerprint(library: &[&dyn Effect]) -> u32 {
+    // FNV-1a: a name that changed is to be seen, not an attack.
+    let names = library.iter().flat_map(|effect| effect.name().bytes().chain([0]));
+    names.fold(0x811C_9DC5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
+}
+
+impl StoredModel {
+    pub(super) fn encode(&self, writer: &mut Writer<'_>) {
+        self.gyro.p.iter().for_each(|row| writer.f32s(row));
+        writer.f32s(&self.gyro.b_rad_s);
+        writer.f32s(&self.sigma);
+        let [low, high] = self.temperature_c.map_or([None; 2], |range| range.map(Some));
+        writer.optional(low);
+        writer.optional(high);
+        writer.u64(self.t_us);
+        let (code, windows) = match self.reason {
+            StoreReason::Stable { windows } => (1, windows),
+            StoreReason::Command => (2, 0),
+        };
+        writer.u8(code);
+        writer.u8(windows);
+        writer.optional(self.explained);
+        writer.optional(self.p_value);
+        writer.u32(self.library);
+        writer.u8(self.effects.iter().count() as u8);
+        for found in self.effects.iter() {
+            let pairs = found.parameters.iter().zip(&found.sigma);
+            // To the bit: a negative zero is kept, too.
+            let used = |(value, sigma): (&f32, &f32)| value.to_bits() | sigma.to_bits() != 0;
+            let count = pairs.clone().rposition(used).map_or(0, |last| last + 1);
+            writer.u8(found.index);
+            writer.u8(count as u8);
+            pairs.take(count).for_each(|(value, sigma)| writer.f32s(&[*value, *sigma]));
+        }
+    }
+
+    /// `None`: not what [`StoredModel::encode`] writes.
+    pub(super) fn decode(payload: &[u8]) -> Option<Self> {
+        let mut reader = Reader(payload);
+        let p = [reader.f32s()?, reader.f32s()?, reader.f32s()?];
+        let gyro = GyroModel { p, b_rad_s: reader.f32s()? };
+        let sigma = reader.f32s()?;
+        let temperature_c = match (reader.optional()?, reader.optional()?) {
+            (Some(low), Some(high)) => Some([low, high]),
+            _ => None,
+        };
+        let t_us = reader.u64()?;
+        let reason = match (reader.u8()?, reader.u8()?) {
+            (1, windows) => StoreReason::Stable { windows },
+            (2, _) => StoreReason::Command,
+            _ => return None,
+        };
+        let (explained, p_value) = (reader.optional()?, reader.optional()?);
+        let library = reader.u32()?;
+        let mut effects = ActiveEffects::none();
+        let count = reader.u8()?;
+        if usize::from(count) > MAX_ACTIVE {
+            return None;
+        }
+        for _ in 0..count {
+            let mut found = FoundEffect { index: reader.u8()?, ..FoundEffect::default() };
+            let parameters = usize::from(reader.u8()?);
+            if parameters > found.parameters.len() {
+                return None;
+            }
+            for (value, sigma) in found.parameters.iter_mut().zip(&mut found.sigma).take(parameters) {
+                [*value, *sigma] = reader.f32s()?;
+            }
+            effects.add(found);
+        }
+        reader.0.is_empty().then_some(Self {
+            gyro,
+            sigma,
+            effects,
+            library,
+            temperature_c,
+            t_us,
+            reason,
+            explained,
+            p_value,
+        })
+    }
+}

@@ -1,0 +1,89 @@
+use crate::telemetry::{Kind, Payload};
+use serde::{Deserialize, Serialize};
+
+/// The answer to one command.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Acknowledgement {
+    /// Sequence number of the command's frame.
+    pub sequence: u16,
+    /// What became of it.
+    pub outcome: Outcome,
+}
+
+/// What became of a command.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Outcome {
+    /// It is carried out.
+    Accepted,
+    /// Nothing was done.
+    Refused(CommandRefusal),
+}
+
+/// Name of a configuration's field, cut off where it is longer.
+pub type FieldName = heapless::String<48>;
+
+/// Why nothing was done.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum CommandRefusal {
+    /// The frame is no command of this version.
+    Malformed,
+    /// A number in it is out of its bounds.
+    OutOfBounds {
+        /// Which.
+        field: FieldName,
+    },
+    /// It changes calibration and came without authentication.
+    NotAuthenticated,
+    /// No key is provisioned: nothing that changes calibration is done.
+    NoKey,
+    /// The authentication code is not that of this key, counter and command.
+    Forged,
+    /// The counter was used before.
+    Replayed {
+        /// The latest that was.
+        latest: u64,
+    },
+    /// The counter is too far ahead of the latest.
+    CounterTooFar {
+        /// The latest that was used.
+        latest: u64,
+    },
+    /// The counter could not be read or stored, and without it nothing is done.
+    CounterNotStored,
+    /// The tool is drilling.
+    WhileDrilling,
+    /// The model or the window that is meant is not there (any more).
+    NothingThere,
+    /// What an earlier command started is not done.
+    Busy,
+    /// The memory refused.
+    StorageFailed,
+    /// This probe cannot.
+    NotSupported,
+}
+
+impl core::fmt::Display for CommandRefusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Malformed => f.write_str("no command of this version"),
+            Self::OutOfBounds { field } => write!(f, "{field} is out of its bounds"),
+            Self::NotAuthenticated => f.write_str("it changes calibration and came without authentication"),
+            Self::NoKey => f.write_str("no key is provisioned"),
+            Self::Forged => f.write_str("the authentication code is wrong: another key?"),
+            Self::Replayed { latest } => write!(f, "the counter was used before; the latest is {latest}"),
+            Self::CounterTooFar { latest } => write!(f, "the counter is too far ahead of the latest, {latest}"),
+            Self::CounterNotStored => f.write_str("the counter could not be stored"),
+            Self::WhileDrilling => f.write_str("the tool is drilling"),
+            Self::NothingThere => f.write_str("the model or window that is meant is not there"),
+            Self::Busy => f.write_str("what an earlier command started is not done"),
+            Self::StorageFailed => f.write_str("the memory refused"),
+            Self::NotSupported => f.write_str("this probe cannot"),
+        }
+    }
+}
+
+impl Payload for Acknowledgement {
+    const KIND: Kind = Kind::Acknowledgement;
+}

@@ -1,0 +1,90 @@
+use super::Command;
+use crate::telemetry::EncodeError;
+use blake2::{
+    Blake2sMac,
+    digest::{KeyInit, Mac, consts::U16},
+};
+
+/// Length of a key, bytes.
+const KEY: usize = 32;
+/// Length of a counter, bytes.
+const COUNTER: usize = 8;
+/// Length of an authentication code, bytes: one forgery in 2^128 tries.
+const TAG: usize = 16;
+
+/// What a probe and the hosts that may calibrate it share. One probe, one key: what one probe takes another would take, too.
+///
+/// It is never printed.
+#[derive(Clone)]
+pub struct Key([u8; KEY]);
+
+impl Key {
+    /// The key of these bytes. `None` where all bytes are the same: that is memory which nobody has provisioned.
+    #[must_use]
+    pub fn of_bytes(bytes: &[u8; KEY]) -> Option<Self> {
+        let [first, rest @ ..] = bytes;
+        rest.iter().any(|byte| byte != first).then_some(Self(*bytes))
+    }
+
+    /// BLAKE2s with a key (RFC 7693): 256-bit key and 128-bit code as HMAC-SHA-256 would have, a second hash and 6 KiB of flash less.
+    /// Of smaller ones, SipHash with 128 bits is experimental to its own authors, and Poly1305 takes a new key for each message.
+    fn code(&self, counter: [u8; COUNTER], command: &[u8]) -> Option<Blake2sMac<U16>> {
+        let mut code = Blake2sMac::new_from_slice(&self.0).ok()?;
+        code.update(PURPOSE);
+        code.update(&counter);
+        code.update(command);
+        Some(code)
+    }
+}
+
+/// The key is for this and nothing else.
+const PURPOSE: &[u8; 24] = b"meerkat-mwd command v001";
+
+impl core::fmt::Debug for Key {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("Key")
+    }
+}
+
+/// Writes the payload of a [`Kind::AuthenticatedCommand`](crate::telemetry::Kind) to the front of `buffer` and gives it: counter
+/// (8 bytes, little-endian), code (16), command. The code is over the counter and the command.
+///
+/// # Errors
+/// It does not fit.
+pub fn authenticate<'a>(
+    key: &Key,
+    counter: u64,
+    command: &Command,
+    buffer: &'a mut [u8],
+) -> Result<&'a [u8], EncodeError> {
+    let too_short = EncodeError::PayloadTooLong { bytes: None };
+    let counter = counter.to_le_bytes();
+    let (head, body) = buffer.split_at_mut_checked(COUNTER + TAG).ok_or(too_short)?;
+    let length = postcard::to_slice(command, body).map_err(|_| too_short)?.len();
+    let code = key.code(counter, body.get(..length).ok_or(too_short)?).ok_or(too_short)?.finalize().into_bytes();
+    for (place, byte) in head.iter_mut().zip(counter.into_iter().chain(code)) {
+        *place = byte;
+    }
+    buffer.get(..COUNTER + TAG + length).ok_or(too_short)
+}
+
+/// An authenticated command's parts, nothing of which is to be believed yet.
+pub(super) struct Authenticated<'a> {
+    counter: [u8; COUNTER],
+    tag: &'a [u8; TAG],
+    command: &'a [u8],
+}
+
+impl<'a> Authenticated<'a> {
+    pub fn split(payload: &'a [u8]) -> Option<Self> {
+        let (counter, rest) = payload.split_first_chunk()?;
+        let (tag, command) = rest.split_first_chunk()?;
+        Some(Self { counter: *counter, tag, command })
+    }
+
+    /// Counter and command where the code is right. The comparison takes the same time wherever they differ.
+    pub fn verify(&self, key: &Key) -> Option<(u64, &'a [u8])> {
+        key.code(self.counter, self.command)?.verify_slice(self.tag).ok()?;
+        Some((u64::from_le_bytes(self.counter), self.command))
+    }
+}

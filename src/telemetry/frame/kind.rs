@@ -1,0 +1,74 @@
+/// What a frame holds. The numbers are the protocol: they are never given to anything else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+#[repr(u8)]
+pub enum Kind {
+    /// What the probe started with: [`Boot`](crate::telemetry::Boot). The sequence numbers of a probe begin anew with it.
+    Boot = 1,
+    /// Angles of one sample, quantised: [`AttitudeFrame`](crate::telemetry::AttitudeFrame).
+    Attitude = 2,
+    /// All bits of what one sample gave: [`Output`](crate::probe::Output).
+    Output = 3,
+    /// One raw sample: [`RawSample`](crate::telemetry::RawSample).
+    Sample = 4,
+    /// A survey: [`SurveyReport`](crate::survey::SurveyReport).
+    Survey = 5,
+    /// A window of drilling dynamics: [`DrillingDynamics`](crate::survey::DrillingDynamics).
+    Dynamics = 6,
+    /// What came of a window: [`Identification`](crate::telemetry::Identification).
+    Identification = 7,
+    /// Effects and verdict: [`DiagnosisReport`](crate::diagnosis::DiagnosisReport).
+    Diagnosis = 8,
+    /// A magnet: [`HardIronInterval`](crate::diagnosis::HardIronInterval).
+    HardIron = 9,
+    /// Counters, stack, overruns: [`Health`](crate::telemetry::Health).
+    Health = 10,
+    /// The answer to a command.
+    Acknowledgement = 11,
+    /// To the probe: a command that anybody may give.
+    Command = 64,
+    /// To the probe: a command with counter and authentication.
+    AuthenticatedCommand = 65,
+}
+
+impl Kind {
+    /// The kind of a number; `None`: another version's.
+    #[must_use]
+    pub const fn of_number(number: u8) -> Option<Self> {
+        Some(match number {
+            1 => Self::Boot,
+            2 => Self::Attitude,
+            3 => Self::Output,
+            4 => Self::Sample,
+            5 => Self::Survey,
+            6 => Self::Dynamics,
+            7 => Self::Identification,
+            8 => Self::Diagnosis,
+            9 => Self::HardIron,
+            10 => Self::Health,
+            11 => Self::Acknowledgement,
+            64 => Self::Command,
+            65 => Self::AuthenticatedCommand,
+            _ => return None,
+        })
+    }
+
+    /// Its number on the line.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+
+    #[test]
+    fn a_number_means_one_kind() {
+        let known: std::vec::Vec<u8> = (0..=255).filter(|&number| Kind::of_number(number).is_some()).collect();
+        assert_eq!(known.len(), 13);
+        assert!(known.iter().all(|&number| Kind::of_number(number).map(Kind::number) == Some(number)));
+    }
+}

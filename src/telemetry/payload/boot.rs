@@ -1,0 +1,76 @@
+use super::Payload;
+use crate::{config::Config, telemetry::Kind};
+use serde::{Deserialize, Serialize};
+
+/// What the probe runs with: sent when it starts and before a recording, which is replayed with this configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Boot {
+    /// Version of kinds and payloads; see [`Boot::PROTOCOL`].
+    pub protocol: u16,
+    /// Version of the firmware: major, minor, patch.
+    pub version: [u8; 3],
+    /// Why it started.
+    pub reset: ResetReason,
+    /// Resets by the watchdog since power came.
+    pub watchdog_resets: u32,
+    /// Number of the stored model that flies from the start; `None`: the factory's.
+    pub restored_model: Option<u32>,
+    /// The configuration, with the model that flies from the start.
+    pub config: Config,
+}
+
+impl Boot {
+    /// What this version of the library speaks. A field that is added, removed or reordered makes it another one.
+    pub const PROTOCOL: u16 = 1;
+
+    /// Version of this library.
+    pub const VERSION: [u8; 3] = [
+        decimal(env!("CARGO_PKG_VERSION_MAJOR")),
+        decimal(env!("CARGO_PKG_VERSION_MINOR")),
+        decimal(env!("CARGO_PKG_VERSION_PATCH")),
+    ];
+
+    /// This library's, freshly powered, with the factory's model.
+    #[must_use]
+    pub const fn new(config: Config) -> Self {
+        Self {
+            protocol: Self::PROTOCOL,
+            version: Self::VERSION,
+            reset: ResetReason::PowerOn,
+            watchdog_resets: 0,
+            restored_model: None,
+            config,
+        }
+    }
+}
+
+const fn decimal(text: &str) -> u8 {
+    match u8::from_str_radix(text, 10) {
+        Ok(number) => number,
+        Err(_) => u8::MAX,
+    }
+}
+
+/// Why a probe started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum ResetReason {
+    /// Power came.
+    PowerOn,
+    /// The watchdog was not fed.
+    Watchdog,
+    /// The firmware asked for it.
+    Software,
+    /// The reset pin.
+    Pin,
+    /// Power sagged.
+    BrownOut,
+    /// The chip does not say.
+    Unknown,
+    /// A panic or a hard fault.
+    Fault,
+}
+
+impl Payload for Boot {
+    const KIND: Kind = Kind::Boot;
+}

@@ -1,0 +1,53 @@
+use super::Payload;
+use crate::{
+    probe::Counters,
+    telemetry::{Kind, LineCounters, LinkCounters},
+};
+use serde::{Deserialize, Serialize};
+
+/// How the probe does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Health {
+    /// When, microseconds.
+    pub t_us: u64,
+    /// The pipeline's counters.
+    pub counters: Counters,
+    /// Samples that were read.
+    pub samples_acquired: u32,
+    /// Samples that found the queue to the main loop full.
+    pub sample_overruns: u32,
+    /// Ticks of the sample clock at which nothing was read, the reading before not having ended.
+    pub missed_ticks: u32,
+    /// Readings of the sensors that failed; their drivers start them anew.
+    pub sensor_faults: u32,
+    /// Longest time from the acquisition of a sample to its attitude, microseconds.
+    pub worst_delay_us: u32,
+    /// Attitudes that came later than 2 ms after the acquisition.
+    pub late_attitudes: u32,
+    /// Most stack in use at any time, bytes.
+    pub stack_used_bytes: u32,
+    /// Stack there is, bytes.
+    pub stack_size_bytes: u32,
+    /// Resets by the watchdog since power came.
+    pub watchdog_resets: u32,
+    /// Since when the gyro model flies that does, microseconds; `None`: since the start.
+    pub model_since_us: Option<u64>,
+    /// Results that newer ones took the place of before the line had room.
+    pub results_lost: u32,
+    /// What was sent and what was not.
+    pub sent: LineCounters,
+    /// What was received.
+    pub received: LinkCounters,
+    /// Commands carried out.
+    pub commands_accepted: u32,
+    /// Commands refused.
+    pub commands_refused: u32,
+    /// Models stored since the start.
+    pub models_stored: u32,
+    /// Models and command counters that the memory refused, and writes and erasures that failed.
+    pub storage_failures: u32,
+}
+
+impl Payload for Health {
+    const KIND: Kind = Kind::Health;
+}

@@ -1,0 +1,98 @@
+use super::{AttitudeFrame, Boot, Health, Identification, RawSample};
+use crate::{
+    diagnosis::{DiagnosisReport, HardIronInterval},
+    probe::Output,
+    survey::{DrillingDynamics, SurveyReport},
+    telemetry::{Acknowledgement, Frame, Kind},
+};
+use serde::de::DeserializeOwned;
+
+/// What a probe sent.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "nothing here can be boxed, and a message lives only until it is read")]
+#[non_exhaustive]
+pub enum Message {
+    /// What the probe runs with.
+    Boot(Boot),
+    /// Angles of one sample.
+    Attitude(AttitudeFrame),
+    /// All bits of what one sample gave.
+    Output(Output),
+    /// One raw sample.
+    Sample(RawSample),
+    /// A survey.
+    Survey(SurveyReport),
+    /// A window of drilling dynamics.
+    Dynamics(DrillingDynamics),
+    /// What came of a window.
+    Identification(Identification),
+    /// Effects and verdict.
+    Diagnosis(DiagnosisReport),
+    /// A magnet.
+    HardIron(HardIronInterval),
+    /// Counters, stack, overruns.
+    Health(Health),
+    /// The answer to a command.
+    Acknowledgement(Acknowledgement),
+}
+
+/// Why a frame, whose check was right, says nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PayloadError {
+    /// Another version's kind, or one of the other direction.
+    UnknownKind {
+        /// Its number.
+        kind: u8,
+    },
+    /// The payload is not what its kind says: another version's.
+    Malformed {
+        /// The kind.
+        kind: Kind,
+    },
+}
+
+impl core::fmt::Display for PayloadError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::UnknownKind { kind } => write!(f, "no kind of message has the number {kind}"),
+            Self::Malformed { kind } => write!(f, "the payload is no {kind:?} of this version"),
+        }
+    }
+}
+
+impl core::error::Error for PayloadError {}
+
+impl Message {
+    /// Reads the payload of a frame.
+    ///
+    /// # Errors
+    /// The frame is another version's.
+    pub fn decode(frame: &Frame<'_>) -> Result<Self, PayloadError> {
+        let unknown = PayloadError::UnknownKind { kind: frame.kind };
+        let kind = Kind::of_number(frame.kind).ok_or(unknown)?;
+        let bytes = frame.payload;
+        match kind {
+            Kind::Boot => whole(kind, bytes).map(Self::Boot),
+            Kind::Attitude => whole(kind, bytes).map(Self::Attitude),
+            Kind::Output => whole(kind, bytes).map(Self::Output),
+            Kind::Sample => whole(kind, bytes).map(Self::Sample),
+            Kind::Survey => whole(kind, bytes).map(Self::Survey),
+            Kind::Dynamics => whole(kind, bytes).map(Self::Dynamics),
+            Kind::Identification => whole(kind, bytes).map(Self::Identification),
+            Kind::Diagnosis => whole(kind, bytes).map(Self::Diagnosis),
+            Kind::HardIron => whole(kind, bytes).map(Self::HardIron),
+            Kind::Health => whole(kind, bytes).map(Self::Health),
+            Kind::Acknowledgement => whole(kind, bytes).map(Self::Acknowledgement),
+            Kind::Command | Kind::AuthenticatedCommand => Err(unknown),
+        }
+    }
+}
+
+/// The value that all the bytes are.
+fn whole<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, PayloadError> {
+    match postcard::take_from_bytes(bytes) {
+        Ok((value, [])) => Ok(value),
+        _ => Err(PayloadError::Malformed { kind }),
+    }
+}

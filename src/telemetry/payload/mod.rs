@@ -1,0 +1,44 @@
+//! What the frames hold, one kind each; defined once, for the probe that writes it and the host that reads it.
+
+mod attitude_frame;
+mod boot;
+mod health;
+mod identification;
+mod message;
+mod raw_sample;
+
+pub use attitude_frame::{AttitudeFrame, CompactAngles};
+pub use boot::{Boot, ResetReason};
+pub use health::Health;
+pub use identification::Identification;
+pub use message::{Message, PayloadError};
+pub use raw_sample::RawSample;
+
+use crate::{
+    diagnosis::{DiagnosisReport, HardIronInterval},
+    probe::Output,
+    survey::{DrillingDynamics, SurveyReport},
+    telemetry::Kind,
+};
+
+/// What has a frame of its own.
+pub trait Payload: serde::Serialize {
+    /// The frame's kind.
+    const KIND: Kind;
+}
+
+impl Payload for Output {
+    const KIND: Kind = Kind::Output;
+}
+impl Payload for SurveyReport {
+    const KIND: Kind = Kind::Survey;
+}
+impl Payload for DrillingDynamics {
+    const KIND: Kind = Kind::Dynamics;
+}
+impl Payload for DiagnosisReport {
+    const KIND: Kind = Kind::Diagnosis;
+}
+impl Payload for HardIronInterval {
+    const KIND: Kind = Kind::HardIron;
+}

@@ -1,0 +1,171 @@
+use super::{super::MAX_PAYLOAD, MAX_FRAME, Payload, counters::count, encode_parts};
+use heapless::deque::{Deque, DequeView};
+use postcard::ser_flavors::Flavor;
+
+/// Before each payload: its length, its kind, and when it was pushed, microseconds, the low half.
+const ENTRY_HEADER: usize = 7;
+
+/// Why a lane did not take something.
+pub(super) enum Refused {
+    NoRoom,
+    TooLong,
+}
+
+/// Payloads in the order in which they came, in a ring of `N` bytes.
+pub(super) struct Lane<const N: usize> {
+    ring: Deque<u8, N>,
+}
+
+impl<const N: usize> Lane<N> {
+    pub const fn new() -> Self {
+        Self { ring: Deque::new() }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.ring.is_empty()
+    }
+
+    /// Bytes that are free.
+    pub fn room(&self) -> usize {
+        N.saturating_sub(self.ring.len())
+    }
+
+    /// Takes a payload, where the ring then holds no more than `may_fill` bytes.
+    pub fn write<P: Payload>(&mut self, now_us: u64, payload: &P, may_fill: usize) -> Result<(), Refused> {
+        write(self.ring.as_mut_view(), now_us, payload, may_fill)
+    }
+
+    /// Takes a payload and forgets the oldest ones for it, counting each; one that does not even fit alone is counted itself.
+    pub fn write_over<P: Payload>(&mut self, now_us: u64, payload: &P, forgotten: &mut u32) {
+        while let Err(refused) = self.write(now_us, payload, N) {
+            count(forgotten);
+            if matches!(refused, Refused::TooLong) {
+                return;
+            }
+            self.forget_oldest();
+        }
+    }
+
+    pub fn forget_oldest(&mut self) {
+        forget_oldest(self.ring.as_mut_view());
+    }
+
+    /// Whether the oldest has waited for longer.
+    pub fn oldest_is_over(&self, now_us: u64, age_us: u32) -> bool {
+        entry(self.ring.as_view()).is_some_and(|entry| (now_us as u32).wrapping_sub(entry.pushed_us) > age_us)
+    }
+
+    /// Makes a frame of the oldest and forgets it.
+    pub fn take<'a>(&mut self, sequence: u16, buffer: &'a mut [u8; MAX_FRAME]) -> Option<&'a [u8]> {
+        take(self.ring.as_mut_view(), sequence, buffer)
+    }
+}
+
+struct Entry {
+    length: usize,
+    kind: u8,
+    pushed_us: u32,
+}
+
+fn entry(ring: &DequeView<u8>) -> Option<Entry> {
+    let mut bytes = ring.iter().copied();
+    let mut next = || bytes.next();
+    let length = u16::from_le_bytes([next()?, next()?]);
+    let kind = next()?;
+    let pushed_us = u32::from_le_bytes([next()?, next()?, next()?, next()?]);
+    Some(Entry { length: length.into(), kind, pushed_us })
+}
+
+#[inline(never)]
+fn write<P: Payload>(ring: &mut DequeView<u8>, now_us: u64, payload: &P, may_fill: usize) -> Result<(), Refused> {
+    let start = ring.storage_len();
+    let written = postcard::serialize_with_flavor(payload, Tail::new(ring, may_fill)).unwrap_or(false);
+    finish(ring, start, written, P::KIND.number(), now_us as u32)
+}
+
+/// Puts the header before the payload that was written behind `start`, or takes back what was.
+#[inline(never)]
+fn finish(ring: &mut DequeView<u8>, start: usize, written: bool, kind: u8, pushed_us: u32) -> Result<(), Refused> {
+    let length = ring.storage_len().saturating_sub(start + ENTRY_HEADER);
+    if !written || length > MAX_PAYLOAD {
+        ring.truncate(start);
+        return Err(if written || start == 0 { Refused::TooLong } else { Refused::NoRoom });
+    }
+    let [a, b] = (length as u16).to_le_bytes();
+    let [c, d, e, f] = pushed_us.to_le_bytes();
+    for (offset, byte) in [a, b, kind, c, d, e, f].into_iter().enumerate() {
+        if let Some(place) = ring.get_mut(start + offset) {
+            *place = byte;
+        }
+    }
+    Ok(())
+}
+
+fn forget_oldest(ring: &mut DequeView<u8>) {
+    let length = entry(ring).map_or(ring.storage_len(), |entry| ENTRY_HEADER + entry.length);
+    for _ in 0..length {
+        ring.pop_front();
+    }
+}
+
+fn take<'a>(ring: &mut DequeView<u8>, sequence: u16, buffer: &'a mut [u8; MAX_FRAME]) -> Option<&'a [u8]> {
+    let Entry { length, kind, .. } = entry(ring)?;
+    let (front, back) = ring.as_slices();
+    // The part of `length` bytes behind the header, of each piece.
+    let end = ENTRY_HEADER + length;
+    let (in_front, behind) = (front.len().min(end), end.saturating_sub(front.len()));
+    let parts =
+        [front.get(ENTRY_HEADER.min(in_front)..in_front)?, back.get(ENTRY_HEADER.saturating_sub(front.len())..behind)?];
+    // What a line said before its probe started is cut off from the first frame.
+    let silence = usize::from(sequence == 0);
+    *buffer.first_mut()? = 0;
+    let encoded = encode_parts(kind, sequence, parts, buffer.get_mut(silence..)?).ok().map(<[u8]>::len);
+    forget_oldest(ring);
+    buffer.get(..silence + encoded?)
+}
+
+/// Writes a payload behind what is in the ring, with room for its header before it.
+///
+/// It takes everything and remembers whether there was room, so that no error has to be looked at behind each number of a report: that
+/// and one call for each, not unrolled, are half of the flash that all reports' encodings would take.
+struct Tail<'a> {
+    ring: &'a mut DequeView<u8>,
+    may_fill: usize,
+    over: bool,
+}
+
+impl<'a> Tail<'a> {
+    fn new(ring: &'a mut DequeView<u8>, may_fill: usize) -> Self {
+        let mut tail = Self { ring, may_fill, over: false };
+        tail.put(&[0; ENTRY_HEADER]);
+        tail
+    }
+
+    #[inline(never)]
+    fn put(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.over |= self.ring.storage_len() >= self.may_fill || self.ring.push_back(byte).is_err();
+        }
+    }
+}
+
+impl Flavor for Tail<'_> {
+    /// Whether there was room for all.
+    type Output = bool;
+
+    #[inline]
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.put(&[byte]);
+        Ok(())
+    }
+
+    #[inline]
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        self.put(bytes);
+        Ok(())
+    }
+
+    fn finalize(self) -> postcard::Result<bool> {
+        Ok(!self.over)
+    }
+}

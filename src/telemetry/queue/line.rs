@@ -1,0 +1,29 @@
+/// How far a line may fall behind what it could have sent, microseconds: a firmware that looks after it at every sample is this late.
+const CATCH_UP_US: u64 = 10_000;
+
+/// When a line of known bandwidth is free.
+pub(super) struct Line {
+    /// From when on.
+    free_us: u64,
+}
+
+impl Line {
+    pub const fn new() -> Self {
+        Self { free_us: 0 }
+    }
+
+    pub const fn is_free(&self, now_us: u64) -> bool {
+        now_us >= self.free_us
+    }
+
+    /// Sends so many bytes; a line without bandwidth never is free again.
+    pub fn send(&mut self, now_us: u64, bytes: usize, bytes_per_s: u32) {
+        let micros = (bytes as u64).saturating_mul(1_000_000);
+        let duration_us = match bytes_per_s {
+            0 => u64::MAX,
+            rate => micros.div_ceil(rate.into()),
+        };
+        let from_us = self.free_us.max(now_us.saturating_sub(CATCH_UP_US));
+        self.free_us = from_us.saturating_add(duration_us);
+    }
+}

@@ -1,0 +1,180 @@
+//! What waits for the line.
+
+mod counters;
+mod lane;
+mod line;
+mod stream_config;
+
+pub use counters::LineCounters;
+pub use stream_config::{AttitudeFormat, StreamConfig};
+
+use super::{AttitudeFrame, Kind, MAX_FRAME, Payload, RawSample, frame::encode_parts};
+use crate::{config::ConfigError, probe::Output, sample::Sample};
+use counters::count;
+use lane::{Lane, Refused};
+use line::Line;
+
+/// Why something was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PushError {
+    /// No room now: try again when the line has taken something.
+    Full,
+    /// It never has room.
+    TooLong,
+}
+
+impl core::fmt::Display for PushError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Full => "the queue of results is full",
+            Self::TooLong => "longer than the queue of results",
+        })
+    }
+}
+
+impl core::error::Error for PushError {}
+
+/// Frames that wait for a line that may be slower than what is said. Three lanes of so many bytes; the first that has something sends it:
+///
+/// - `RESULTS`: surveys, identifications, diagnoses, magnets, boots. None is ever given up for another: one that finds no room stays with
+///   the caller ([`PushError::Full`]), and is counted. [`Kind::Health`] and [`Kind::Acknowledgement`] get no more than half of the lane, so
+///   that a talkative host keeps no survey out.
+/// - `SAMPLES`: a recording. The oldest goes when there is no room, and is counted.
+/// - `ATTITUDE`: the stream. The oldest goes when there is no room or when it is older than [`StreamConfig::max_age_us`], and is counted.
+///
+/// A result so waits for at most the bytes of results before it and one frame that is on the line: `(RESULTS + MAX_FRAME) / bytes_per_s`.
+/// An attitude is never older than `max_age_us` when it leaves. Over any time T no more than
+/// `bytes_per_s (T + 10 ms) + MAX_FRAME` bytes leave. Times are those of one clock that does not go back.
+pub struct TelemetryQueue<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> {
+    config: StreamConfig,
+    line: Line,
+    results: Lane<RESULTS>,
+    samples: Lane<SAMPLES>,
+    attitude: Lane<ATTITUDE>,
+    /// Outputs since the last one that was taken.
+    skipped: u16,
+    sequence: u16,
+    counters: LineCounters,
+}
+
+impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> TelemetryQueue<RESULTS, SAMPLES, ATTITUDE> {
+    /// An empty queue, all zero bytes: it sends nothing until it is configured.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            config: StreamConfig::UNSET,
+            line: Line::new(),
+            results: Lane::new(),
+            samples: Lane::new(),
+            attitude: Lane::new(),
+            skipped: 0,
+            sequence: 0,
+            counters: LineCounters::NONE,
+        }
+    }
+
+    /// Sets bandwidth and decimation; what waits stays.
+    ///
+    /// # Errors
+    /// The field that cannot be used; the old ones then stay.
+    pub fn configure(&mut self, config: &StreamConfig) -> Result<(), ConfigError> {
+        config.validate()?;
+        self.config = *config;
+        self.skipped = 0;
+        Ok(())
+    }
+
+    /// What it was configured with.
+    #[must_use]
+    pub const fn config(&self) -> &StreamConfig {
+        &self.config
+    }
+
+    /// What was sent and what was not.
+    #[must_use]
+    pub const fn counters(&self) -> LineCounters {
+        self.counters
+    }
+
+    /// Bytes that the lane of results has free; one of them takes up to its payload and 7 more.
+    #[must_use]
+    pub fn results_room(&self) -> usize {
+        self.results.room()
+    }
+
+    /// Whether nothing waits.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.results.is_empty() && self.samples.is_empty() && self.attitude.is_empty()
+    }
+
+    /// Takes a result.
+    ///
+    /// # Errors
+    /// It has no room; the caller keeps it and tries again, or gives it up. Both are counted as refused.
+    pub fn push_result<P: Payload>(&mut self, now_us: u64, result: &P) -> Result<(), PushError> {
+        let may_fill = match P::KIND {
+            Kind::Health | Kind::Acknowledgement => RESULTS / 2,
+            _ => RESULTS,
+        };
+        let pushed = match self.results.write(now_us, result, may_fill) {
+            Ok(()) => return Ok(()),
+            Err(Refused::NoRoom) => PushError::Full,
+            Err(Refused::TooLong) => PushError::TooLong,
+        };
+        count(&mut self.counters.results_refused);
+        Err(pushed)
+    }
+
+    /// Takes the output of a sample for the stream, where it is its turn.
+    pub fn push_attitude(&mut self, now_us: u64, output: &Output) {
+        self.skipped = self.skipped.saturating_add(1);
+        if self.config.attitude_every == 0 || self.skipped < self.config.attitude_every {
+            return;
+        }
+        self.skipped = 0;
+        let dropped = &mut self.counters.attitude_dropped;
+        match self.config.attitude_format {
+            AttitudeFormat::Compact => self.attitude.write_over(now_us, &AttitudeFrame::of(output), dropped),
+            AttitudeFormat::Exact => self.attitude.write_over(now_us, output, dropped),
+        }
+    }
+
+    /// Takes a sample of a recording; `number` counts all samples since the start.
+    pub fn push_sample(&mut self, now_us: u64, number: u32, sample: &Sample) {
+        let dropped = &mut self.counters.samples_dropped;
+        self.samples.write_over(now_us, &RawSample::of(number, sample), dropped);
+    }
+
+    /// The next frame, where the line is free for it; call again until there is none.
+    pub fn pop<'a>(&mut self, now_us: u64, buffer: &'a mut [u8; MAX_FRAME]) -> Option<&'a [u8]> {
+        if !self.line.is_free(now_us) {
+            return None;
+        }
+        while self.attitude.oldest_is_over(now_us, self.config.max_age_us) {
+            self.attitude.forget_oldest();
+            count(&mut self.counters.attitude_dropped);
+        }
+        let sequence = self.sequence;
+        let frame = if !self.results.is_empty() {
+            self.results.take(sequence, buffer)
+        } else if !self.samples.is_empty() {
+            self.samples.take(sequence, buffer)
+        } else {
+            self.attitude.take(sequence, buffer)
+        }?;
+        self.sequence = sequence.wrapping_add(1);
+        self.line.send(now_us, frame.len(), self.config.bytes_per_s);
+        count(&mut self.counters.frames);
+        Some(frame)
+    }
+}
+
+impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Default
+    for TelemetryQueue<RESULTS, SAMPLES, ATTITUDE>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}

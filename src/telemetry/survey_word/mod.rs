@@ -1,0 +1,195 @@
+//! A survey in ten bytes, for a mud pulser that takes a second or so for each bit.
+
+mod quantity;
+
+pub use quantity::{Quantity, Reading};
+
+use crate::survey::{Grade, Survey, SurveyKind, ToolfaceKind, Uncertain};
+use core::f32::consts::{FRAC_PI_2, PI};
+use crc::{CRC_7_MMC, Crc, NoTable};
+
+/// Length of a packed survey, bytes: 73 bits and a check of 7.
+pub const SURVEY_WORD_BYTES: usize = 10;
+
+/// Inclination, 12 bits: 0 to 180 deg in steps of 0.044 deg.
+pub const INCLINATION: Quantity = Quantity::linear(12, 0.0, PI);
+/// Magnetic azimuth, 12 bits: steps of 0.088 deg.
+pub const AZIMUTH: Quantity = Quantity::whole_turn(12);
+/// The toolface that applies, 9 bits: steps of 0.70 deg.
+pub const TOOLFACE: Quantity = Quantity::whole_turn(9);
+/// Total gravity, 8 bits: 9.6 to 10.0 m/s^2 in steps of 0.0016 m/s^2, under half of an accelerometer's bias
+/// ([`SurveyErrors::accel_bias_m_s2`](crate::config::SurveyErrors)). The earth's own is within 9.76 to 9.84.
+pub const GRAVITY_M_S2: Quantity = Quantity::linear(8, 9.6, 10.0);
+/// Total field, 10 bits: 15 to 75 microtesla in steps of 0.059. The earth's own is within 22 and 67.
+pub const FIELD_UT: Quantity = Quantity::linear(10, 15.0, 75.0);
+/// Dip, 10 bits: -90 to 90 deg in steps of 0.18 deg.
+pub const DIP: Quantity = Quantity::linear(10, -FRAC_PI_2, FRAC_PI_2);
+/// Temperature, 7 bits: -40 to 208 degrees Celsius in steps of 2.
+pub const TEMPERATURE_C: Quantity = Quantity::linear(7, -40.0, 208.0);
+
+/// CRC-7 with x^7 + x^3 + 1, as on memory cards: the polynomial is primitive, so all errors of one or two bits in 127 are found, and all
+/// bursts of up to 7.
+static CHECK: Crc<u8, NoTable> = Crc::<u8, NoTable>::new(&CRC_7_MMC);
+const CHECK_BITS: u32 = 7;
+
+/// What a packed survey says.
+///
+/// From the most significant bit of the first byte: kind of survey (2 bits: 1 continuous, 2 stationary, 3 rotating), grade (2: 0 not
+/// judged, 1 good, 2 doubtful, 3 bad), [`INCLINATION`], [`AZIMUTH`], toolface's kind (1: 0 gravity, 1 magnetic), [`TOOLFACE`],
+/// [`GRAVITY_M_S2`], [`FIELD_UT`], [`DIP`], [`TEMPERATURE_C`], check. A line that is stuck at 0 or at 1 says no survey.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurveyWord {
+    /// How it came about.
+    pub kind: SurveyKind,
+    /// What it is worth; `None`: not judged.
+    pub grade: Option<Grade>,
+    /// Radians.
+    pub inclination_rad: Reading,
+    /// From magnetic north, radians.
+    pub azimuth_rad: Reading,
+    /// Which toolface it is.
+    pub toolface_kind: ToolfaceKind,
+    /// Radians.
+    pub toolface_rad: Reading,
+    /// |G|, m/s^2.
+    pub gravity_m_s2: Reading,
+    /// |B|, microtesla.
+    pub field_ut: Reading,
+    /// Radians below the horizon.
+    pub dip_rad: Reading,
+    /// Degrees Celsius.
+    pub temperature_c: Reading,
+}
+
+/// Ten bytes that are no survey.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SurveyWordError {
+    /// The check is wrong: bits were read wrong.
+    Damaged,
+    /// The check is right and the kind of survey is none.
+    NoSurvey,
+}
+
+impl core::fmt::Display for SurveyWordError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Damaged => "the survey word's check is wrong",
+            Self::NoSurvey => "the survey word holds no survey",
+        })
+    }
+}
+
+impl core::error::Error for SurveyWordError {}
+
+impl SurveyWord {
+    /// Packs a survey. What is out of a quantity's range is said to be, see [`Reading`].
+    #[must_use]
+    pub fn pack(survey: &Survey, grade: Option<Grade>) -> [u8; SURVEY_WORD_BYTES] {
+        let value = |x: Option<Uncertain>| x.map(|x| x.value);
+        let kind = match survey.kind {
+            SurveyKind::Continuous => 1,
+            SurveyKind::Stationary => 2,
+            SurveyKind::Rotating => 3,
+        };
+        let grade = match grade {
+            None => 0,
+            Some(Grade::Good) => 1,
+            Some(Grade::Doubtful) => 2,
+            Some(Grade::Bad) => 3,
+        };
+        let mut bits = Bits(0);
+        bits.push(2, kind);
+        bits.push(2, grade);
+        bits.push_quantity(&INCLINATION, Some(survey.inclination_rad.value));
+        bits.push_quantity(&AZIMUTH, value(survey.magnetic_azimuth_rad));
+        bits.push(1, u16::from(survey.toolface_kind == ToolfaceKind::Magnetic));
+        bits.push_quantity(&TOOLFACE, value(survey.toolface_rad()));
+        bits.push_quantity(&GRAVITY_M_S2, value(survey.gravity_m_s2));
+        bits.push_quantity(&FIELD_UT, value(survey.field_ut));
+        bits.push_quantity(&DIP, value(survey.dip_rad));
+        bits.push_quantity(&TEMPERATURE_C, survey.temperature_c);
+        let check = CHECK.checksum(&bits.bytes());
+        bits.push(CHECK_BITS, check.into());
+        bits.bytes()
+    }
+
+    /// Reads a packed survey.
+    ///
+    /// # Errors
+    /// It was damaged, or is none.
+    pub fn unpack(word: &[u8; SURVEY_WORD_BYTES]) -> Result<Self, SurveyWordError> {
+        let mut bits = Bits::of(word);
+        let check = bits.pop(CHECK_BITS);
+        if u16::from(CHECK.checksum(&bits.bytes())) != check {
+            return Err(SurveyWordError::Damaged);
+        }
+        // The last first.
+        let temperature_c = bits.pop_quantity(&TEMPERATURE_C);
+        let dip_rad = bits.pop_quantity(&DIP);
+        let field_ut = bits.pop_quantity(&FIELD_UT);
+        let gravity_m_s2 = bits.pop_quantity(&GRAVITY_M_S2);
+        let toolface_rad = bits.pop_quantity(&TOOLFACE);
+        let toolface_kind = if bits.pop(1) == 1 { ToolfaceKind::Magnetic } else { ToolfaceKind::Gravity };
+        let azimuth_rad = bits.pop_quantity(&AZIMUTH);
+        let inclination_rad = bits.pop_quantity(&INCLINATION);
+        let grade = match bits.pop(2) {
+            1 => Some(Grade::Good),
+            2 => Some(Grade::Doubtful),
+            3 => Some(Grade::Bad),
+            _ => None,
+        };
+        let kind = match bits.pop(2) {
+            1 => SurveyKind::Continuous,
+            2 => SurveyKind::Stationary,
+            3 => SurveyKind::Rotating,
+            _ => return Err(SurveyWordError::NoSurvey),
+        };
+        Ok(Self {
+            kind,
+            grade,
+            inclination_rad,
+            azimuth_rad,
+            toolface_kind,
+            toolface_rad,
+            gravity_m_s2,
+            field_ut,
+            dip_rad,
+            temperature_c,
+        })
+    }
+}
+
+/// Up to 80 bits, the latest at the end.
+struct Bits(u128);
+
+impl Bits {
+    fn of(word: &[u8; SURVEY_WORD_BYTES]) -> Self {
+        Self(word.iter().fold(0, |bits, &byte| bits << 8 | u128::from(byte)))
+    }
+
+    fn push(&mut self, count: u32, code: u16) {
+        self.0 = self.0 << count | u128::from(code);
+    }
+
+    fn push_quantity(&mut self, quantity: &Quantity, value: Option<f32>) {
+        self.push(quantity.bits(), quantity.code(value));
+    }
+
+    fn pop(&mut self, count: u32) -> u16 {
+        let code = self.0 as u16 & ((1_u32 << count) - 1) as u16;
+        self.0 >>= count;
+        code
+    }
+
+    fn pop_quantity(&mut self, quantity: &Quantity) -> Reading {
+        let code = self.pop(quantity.bits());
+        quantity.reading(code)
+    }
+
+    /// Zeros before the first bit change no check that begins with zero.
+    fn bytes(&self) -> [u8; SURVEY_WORD_BYTES] {
+        let [.., a, b, c, d, e, f, g, h, i, j] = self.0.to_be_bytes();
+        [a, b, c, d, e, f, g, h, i, j]
+    }
+}

@@ -1,0 +1,108 @@
+use core::f32::consts::TAU;
+
+/// What the bits of one quantity say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reading {
+    /// It was not measured, or is no number.
+    Missing,
+    /// Under the range.
+    Below,
+    /// Over the range.
+    Above,
+    /// Within half a [`Quantity::step`] of this.
+    Value(f32),
+}
+
+/// How a number becomes a few bits.
+///
+/// Of the 2^n codes of n bits the highest means missing. A linear quantity has the two under it for below and above its range and spreads
+/// the rest from its least to its greatest value, both included; an angle has all the rest, from 0 on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity {
+    bits: u32,
+    least: f32,
+    greatest: f32,
+    whole_turn: bool,
+}
+
+impl Quantity {
+    pub(super) const fn linear(bits: u32, least: f32, greatest: f32) -> Self {
+        Self { bits, least, greatest, whole_turn: false }
+    }
+
+    pub(super) const fn whole_turn(bits: u32) -> Self {
+        Self { bits, least: 0.0, greatest: TAU, whole_turn: true }
+    }
+
+    /// How many bits it takes.
+    #[must_use]
+    pub const fn bits(&self) -> u32 {
+        self.bits
+    }
+
+    /// Least and greatest value that are told exactly; any angle is.
+    #[must_use]
+    pub const fn range(&self) -> [f32; 2] {
+        [self.least, self.greatest]
+    }
+
+    /// Between neighbouring codes.
+    #[must_use]
+    pub fn step(&self) -> f32 {
+        (self.greatest - self.least) / f32::from(self.steps())
+    }
+
+    const fn missing(&self) -> u16 {
+        ((1_u32 << self.bits) - 1) as u16
+    }
+
+    const fn above(&self) -> u16 {
+        self.missing() - 1
+    }
+
+    const fn below(&self) -> u16 {
+        self.missing() - 2
+    }
+
+    /// Steps in the range: between the ends, or around.
+    const fn steps(&self) -> u16 {
+        if self.whole_turn { self.missing() } else { self.missing() - 3 }
+    }
+
+    /// The code of a value.
+    #[must_use]
+    pub fn code(&self, value: Option<f32>) -> u16 {
+        let Some(value) = value.filter(|x| !x.is_nan()) else { return self.missing() };
+        if self.whole_turn {
+            if value.is_infinite() {
+                return self.missing();
+            }
+            let turned = libm::remainderf(value, TAU);
+            let positive = if turned < 0.0 { turned + TAU } else { turned };
+            let code = libm::roundf(positive / self.step()) as u16;
+            return if code < self.steps() { code } else { 0 };
+        }
+        if value < self.least {
+            self.below()
+        } else if value > self.greatest {
+            self.above()
+        } else {
+            let code = libm::roundf((value - self.least) / self.step()) as u16;
+            code.min(self.steps())
+        }
+    }
+
+    /// What a code means.
+    #[must_use]
+    pub fn reading(&self, code: u16) -> Reading {
+        if code >= self.missing() {
+            Reading::Missing
+        } else if code <= self.steps() {
+            Reading::Value(self.least + f32::from(code) * self.step())
+        } else if code == self.below() {
+            Reading::Below
+        } else {
+            Reading::Above
+        }
+    }
+}
