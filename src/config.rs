@@ -62,6 +62,8 @@ pub struct Config {
     pub identification: IdentificationConfig,
     /// The diagnosis of what the model lacks.
     pub diagnosis: DiagnosisConfig,
+    /// How surveys are taken and judged, for [`Surveyor::configure`](crate::survey::Surveyor::configure).
+    pub survey: SurveyConfig,
 }
 
 impl Default for Config {
@@ -80,6 +82,7 @@ impl Default for Config {
             attitude: AttitudeConfig::default(),
             identification: IdentificationConfig::default(),
             diagnosis: DiagnosisConfig::default(),
+            survey: SurveyConfig::default(),
         }
     }
 }
@@ -100,6 +103,7 @@ impl Config {
         attitude: AttitudeConfig::UNSET,
         identification: IdentificationConfig::UNSET,
         diagnosis: DiagnosisConfig::UNSET,
+        survey: SurveyConfig::UNSET,
     };
 
     /// Checks every field.
@@ -127,7 +131,8 @@ impl Config {
         self.latency.validate()?;
         self.attitude.validate()?;
         self.identification.validate()?;
-        self.diagnosis.validate()
+        self.diagnosis.validate()?;
+        self.survey.validate()
     }
 }
 
@@ -147,5 +152,8 @@ mod tests {
         config = Config::default();
         config.latency.mag_s = Some(-0.001);
         assert_eq!(config.validate().map_err(|e| e.field), Err("latency.mag_s"));
+        config = Config::default();
+        config.survey.near_vertical_rad = 0.0;
+        assert_eq!(config.validate().map_err(|e| e.field), Err("survey.near_vertical_rad"));
     }
 }

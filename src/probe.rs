@@ -114,6 +114,7 @@ impl Probe {
         self.gyro_rails = [Rail::zero(); 3];
         self.filter.start(&config.attitude, &config.earth);
         self.filter.mag_delay_known(self.mag_delay_sigma_s());
+        self.filter.gyro_delay_known(config.latency.gyro_s.is_some());
         self.identifier.configure(config);
         self.last_rate_rad_s = None;
         self.attitude_effects = ActiveEffects::none();
@@ -190,8 +191,10 @@ impl Probe {
             flags.insert(AttitudeFlags::AFTER_GAP);
             self.unread_s = 0.0;
         } else {
-            // Readings are those at their sample's time, and from one to the next the rate changes linearly.
-            self.filter.propagate(step_s, &(rate + (before - compensated) * 0.5));
+            // Between readings whose time is known the rate changes linearly. Others are taken for means over the interval that
+            // they end: see `Latency::gyro_s`.
+            let held = if self.config.latency.gyro_s.is_some() { 0.5 } else { 0.0 };
+            self.filter.propagate(step_s, &(rate + (before - compensated) * held));
         }
         if let Reading::Good(_) = gyro {
             self.unread_s = 0.0;

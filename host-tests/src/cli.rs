@@ -58,6 +58,9 @@ pub struct ReplayArgs {
     /// Write the compensated rate of every sample
     #[arg(long, value_name = "OUT.csv")]
     pub rates: Option<PathBuf>,
+    /// Write the surveys taken at rest and while rotating
+    #[arg(long, value_name = "OUT.csv")]
+    pub surveys: Option<PathBuf>,
     /// Write the result
     #[arg(long, value_name = "OUT.json")]
     pub json: Option<PathBuf>,
@@ -92,6 +95,7 @@ impl ReplayArgs {
             trace: args.trace.clone(),
             attitude: None,
             rates: None,
+            surveys: None,
             json: args.json.clone(),
             html: None,
             hold_out: args.hold_out,

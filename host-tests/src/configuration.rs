@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use meerkat_mwd::{Config, config::Earth};
+use meerkat_mwd::{
+    Config,
+    config::{Earth, Latency},
+};
 
 use crate::{cli::ReplayArgs, failure::Failure, trace::Trace};
 
@@ -58,7 +61,7 @@ fn checked(config: Config, trace: &Trace) -> Result<Config, Failure> {
     Ok(config)
 }
 
-/// What the trace itself says: full scales, the earth, and the median step as the nominal period.
+/// What the trace itself says: full scales, the gyro's delay, the earth, and the median step as the nominal period.
 #[must_use]
 pub fn of_trace(trace: &Trace) -> Config {
     let keys = &trace.keys;
@@ -77,6 +80,7 @@ pub fn of_trace(trace: &Trace) -> Config {
             declination_rad: radians(keys.magnetic_declination_deg),
             latitude_rad: radians(keys.latitude_deg),
         },
+        latency: Latency { gyro_s: keys.gyro_delay_s.map(|x| x as f32), ..default.latency },
         ..default
     }
 }

@@ -215,13 +215,29 @@ pub fn run_firmware(
     fs::write(directory.path().join("probe"), &firmware.elf).map_err(file("the firmware cannot be copied"))?;
     fs::write(directory.path().join("trace.bin"), trace).map_err(file("the trace cannot be written"))?;
 
-    let mut qemu = Command::new(&toolchain.qemu);
-    qemu.current_dir(directory.path());
-    qemu.args(["-machine", toolchain.machine, "-icount", INSTRUCTION_CLOCK]);
-    qemu.args(["-display", "none", "-monitor", "none", "-serial", "none"]);
-    qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel", "probe"]);
+    let mut qemu = emulator(toolchain);
+    qemu.current_dir(directory.path()).args(["-kernel", "probe"]);
     deadline::run(&mut qemu, time).map_err(EmulateError::Run)?;
     fs::read(directory.path().join("flight.bin")).map_err(file("the firmware wrote no flight"))
+}
+
+fn emulator(toolchain: &Toolchain) -> Command {
+    let mut qemu = Command::new(&toolchain.qemu);
+    qemu.args(["-machine", toolchain.machine, "-icount", INSTRUCTION_CLOCK]);
+    qemu.args(["-display", "none", "-monitor", "none", "-serial", "none"]);
+    qemu.args(["-semihosting-config", "enable=on,target=native"]);
+    qemu
+}
+
+/// Builds a package of the workspace whose one program is for the chip, runs it there and gives what it printed.
+///
+/// # Errors
+/// It does not build, the emulator cannot be run, or the program failed.
+pub fn run_program(toolchain: &Toolchain, package: &str) -> Result<String, EmulateError> {
+    let mut cargo = toolchain.cargo_build();
+    deadline::run(cargo.args(["-p", package]), BUILD).map_err(EmulateError::Build)?;
+    let mut qemu = emulator(toolchain);
+    deadline::run(qemu.arg("-kernel").arg(toolchain.built(package)), RUN).map_err(EmulateError::Run)
 }
 
 /// Flies the trace on the emulated chip and delivers what `replay` delivers, and what it cost there.

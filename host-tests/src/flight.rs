@@ -7,6 +7,7 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, HardIronInterval},
     identification::WindowReport,
     probe::{Counters, Output},
+    survey::{SurveyNews, SurveyReport, Surveyor},
 };
 
 /// What one run of the pipeline over a trace gave, on the host or on the emulated chip.
@@ -56,6 +57,27 @@ pub fn fly_at_a_desk(
     samples: &[Sample],
 ) -> Result<Flight, ConfigError> {
     fly_at(Pace::OfADesk, library, config, samples, |_| {})
+}
+
+/// The surveys of a flight at rest and over whole turns, in the order in which they were completed.
+///
+/// # Errors
+/// The field of the configuration that cannot be used.
+pub fn surveys(config: &Config, samples: &[Sample]) -> Result<Vec<SurveyReport>, ConfigError> {
+    let (mut probe, mut surveyor) = (Box::new(Probe::new()), Surveyor::new());
+    probe.configure(config)?;
+    surveyor.configure(&config.earth, &config.survey)?;
+    let mut taken = Vec::new();
+    for sample in samples {
+        if let Some(output) = probe.push(sample) {
+            let news = surveyor.push(&probe.survey_input(sample, &output));
+            taken.extend(surveyor.stationary().filter(|_| news.contains(SurveyNews::STATIONARY)).copied());
+            taken.extend(surveyor.rotating().filter(|_| news.contains(SurveyNews::ROTATING)).copied());
+        }
+        probe.poll(probe.poll_budget());
+        probe.take_diagnosis();
+    }
+    Ok(taken)
 }
 
 /// How much work is done after a sample.

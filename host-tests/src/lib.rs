@@ -29,6 +29,7 @@ pub mod result_json;
 pub mod score;
 pub mod simulate;
 pub mod summary;
+pub mod surveys_csv;
 pub mod through_sensors;
 pub mod toolchain;
 pub mod trace;

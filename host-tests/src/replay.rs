@@ -14,12 +14,12 @@ use crate::{
     configuration::configuration,
     diagnose::diagnosed,
     failure::Failure,
-    flight::Flight,
-    flight::fly,
+    flight::{Flight, fly, surveys},
     rates_csv::write_rates_csv,
     result_json::result_json,
     score::{self, Reference},
     summary::print_summary,
+    surveys_csv::write_surveys_csv,
     through_sensors,
     trace::Trace,
 };
@@ -74,7 +74,7 @@ pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
 
 /// No result may overwrite what is read, nor another result.
 fn check_outputs(args: &ReplayArgs) -> Result<(), Failure> {
-    let outputs = [&args.attitude, &args.rates, &args.json];
+    let outputs = [&args.attitude, &args.rates, &args.surveys, &args.json];
     for (index, output) in outputs.into_iter().enumerate() {
         // A terminal or /dev/null takes any number of them.
         let Some(output) = output.as_ref().filter(|output| !output.exists() || output.is_file()) else { continue };
@@ -112,6 +112,9 @@ pub fn deliver(
     }
     if let Some(path) = &args.rates {
         write_rates_csv(&flight.outputs, path)?;
+    }
+    if let Some(path) = &args.surveys {
+        write_surveys_csv(&surveys(config, &trace.samples)?, path)?;
     }
     if let Some(path) = &args.json {
         result_json(trace, config, flight, &diagnosed, reference).write(path)?;

@@ -248,5 +248,5 @@ fn the_firmware_is_the_same_whatever_flags_the_user_sets() {
             .find(|(name, _)| *name == "CARGO_ENCODED_RUSTFLAGS")
             .and_then(|(_, v)| v.map(ToOwned::to_owned))
     };
-    assert_eq!(flags_of(&toolchain.cargo_build()), Some("".into()));
+    assert_eq!(flags_of(&toolchain.cargo_build()), Some(toolchain::RUSTFLAGS.join("\u{1f}").into()));
 }

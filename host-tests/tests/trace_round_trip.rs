@@ -47,8 +47,14 @@ fn keys() -> impl Strategy<Value = Keys> {
     let positive = || option::of(1e-3..1e3_f64);
     let texts = (option::of("[a-z]( ?[=#,\"a-z]){0,9}"), option::of("[A-Z0-9.]{1,9}"), any::<[bool; 3]>());
     let earth = (option::of(-180.0..180.0_f64), positive(), positive(), option::of(-90.0..90.0_f64));
-    (texts, earth, option::of(-90.0..90.0_f64), [positive(), positive(), positive()]).prop_map(
-        |((source, licence, [enu, tool, reference_north]), (declination, gravity, field, dip), latitude, scales)| {
+    let sensors = ([positive(), positive(), positive()], option::of(0.0..0.1_f64));
+    (texts, earth, option::of(-90.0..90.0_f64), sensors).prop_map(
+        |(
+            (source, licence, [enu, tool, reference_north]),
+            (declination, gravity, field, dip),
+            latitude,
+            (scales, delay),
+        )| {
             Keys {
                 earth_frame: if enu { EarthFrame::Enu } else { EarthFrame::Ned },
                 body_frame: if tool { BodyFrame::Tool } else { BodyFrame::Sensor },
@@ -60,6 +66,7 @@ fn keys() -> impl Strategy<Value = Keys> {
                 gyro_full_scale_rad_s: scales[0],
                 accel_full_scale_m_s2: scales[1],
                 mag_full_scale_ut: scales[2],
+                gyro_delay_s: delay,
                 reference_north,
                 source,
                 licence,

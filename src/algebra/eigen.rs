@@ -44,14 +44,14 @@ impl<const D: usize> Jacobi<D> {
         true
     }
 
-    /// Eigenvalue `k`.
+    /// Eigenvalue `k`; 0 beyond the last.
     pub fn value(&self, k: usize) -> f32 {
-        self.a[k][k]
+        self.a.get(k).and_then(|row| row.get(k)).copied().unwrap_or(0.0)
     }
 
-    /// The eigenvectors, in columns.
-    pub const fn vectors(&self) -> &[[f32; D]; D] {
-        &self.v
+    /// The unit eigenvector that belongs to it.
+    pub fn vector(&self, k: usize) -> [f32; D] {
+        self.v.map(|row| row.get(k).copied().unwrap_or(0.0))
     }
 }
 
@@ -95,11 +95,11 @@ mod tests {
             }
             let mut eigen = Jacobi::new(&a);
             while eigen.sweep() {}
-            let vectors = eigen.vectors();
             for k in 0..12 {
+                let vector = eigen.vector(k);
                 for row in 0..12 {
-                    let product: f32 = (0..12).map(|j| a[row][j] * vectors[j][k]).sum();
-                    assert!((product - eigen.value(k) * vectors[row][k]).abs() < 1e-5);
+                    let product: f32 = (0..12).map(|j| a[row][j] * vector[j]).sum();
+                    assert!((product - eigen.value(k) * vector[row]).abs() < 1e-5);
                 }
             }
         }

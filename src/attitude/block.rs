@@ -13,6 +13,7 @@ pub(crate) struct Block {
     /// Integral of the squared rate, rad^2/s.
     squared_rate_time: f32,
     force_sum: Vector3<f32>,
+    square_force_sum: f32,
     force_count: u16,
     field_sum: Vector3<f32>,
     field_count: u16,
@@ -27,6 +28,7 @@ impl Block {
             angle_rad: ZERO,
             squared_rate_time: 0.0,
             force_sum: ZERO,
+            square_force_sum: 0.0,
             force_count: 0,
             field_sum: ZERO,
             field_count: 0,
@@ -44,6 +46,7 @@ impl Block {
     /// Adds a specific force, NED.
     pub(crate) fn force(&mut self, force_ned_m_s2: &Vector3<f32>) {
         self.force_sum += force_ned_m_s2;
+        self.square_force_sum += force_ned_m_s2.norm_squared();
         self.force_count += 1;
     }
 
@@ -56,6 +59,11 @@ impl Block {
     /// Mean specific force, NED, m/s^2.
     pub(crate) fn mean_force(&self) -> Option<Vector3<f32>> {
         (self.force_count > 0).then(|| self.force_sum / f32::from(self.force_count))
+    }
+
+    /// Mean square of the specific force, (m/s^2)^2.
+    pub(crate) fn mean_square_force(&self) -> Option<f32> {
+        (self.force_count > 0).then(|| self.square_force_sum / f32::from(self.force_count))
     }
 
     /// Mean field, NED, microtesla.

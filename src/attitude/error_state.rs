@@ -19,6 +19,18 @@ pub(crate) enum Gain {
     Every,
     /// Heading and bias only, so that a disturbed field never tilts the estimate; the covariance stays that of the gain used.
     HeadingAndBias,
+    /// Heading alone: where no gravity is seen, a tilt error in the field would be taken for a bias.
+    Heading,
+}
+
+impl Gain {
+    fn moves(self, state: usize) -> bool {
+        match self {
+            Self::Every => true,
+            Self::HeadingAndBias => (HEADING..VELOCITY).contains(&state),
+            Self::Heading => state == HEADING,
+        }
+    }
 }
 
 /// How much the states spread over a step, in variance.
@@ -32,6 +44,8 @@ pub(crate) struct Spread {
 }
 
 /// Covariance of the filter's errors and the correction collected since it was last taken.
+///
+/// Only the upper triangle (column at least row) is kept; what lies below it is never read.
 pub(crate) struct ErrorState {
     covariance: [[f32; STATES]; STATES],
     correction: [f32; STATES],
@@ -49,7 +63,8 @@ impl ErrorState {
 
     /// Covariance of the attitude error, rad^2, NED.
     pub(crate) fn attitude_covariance(&self) -> Matrix3<f32> {
-        Matrix3::from_fn(|r, c| self.covariance[r][c])
+        let [[xx, xy, xz, ..], [_, yy, yz, ..], [_, _, zz, ..], ..] = self.covariance;
+        Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
     }
 
     /// Gives a state a variance of its own, independent of all others. Out of line: copies of it would be a kilobyte of flash.
@@ -83,65 +98,76 @@ impl ErrorState {
     /// specific force was not seen.
     pub(crate) fn propagate(&mut self, rotation_time: &Matrix3<f32>, gravity_time: f32, spread: &Spread) {
         let p = &mut self.covariance;
-        // F P
-        let before = *p;
+        let turn = |r: usize, k: usize| rotation_time[(r, k)];
+        // attitude against bias, then attitude against velocity, each less what the bias turns it by
+        let mut attitude_bias = [[0.0; 3]; 3];
+        let mut attitude = [[0.0; 3]; 3];
+        let mut attitude_velocity = [[0.0; 2]; 3];
         for r in 0..3 {
-            for c in 0..STATES {
-                let mut sum = p[r][c];
-                for k in 0..3 {
-                    sum -= rotation_time[(r, k)] * before[BIAS + k][c];
-                }
-                p[r][c] = sum;
-            }
-        }
-        for c in 0..STATES {
-            p[VELOCITY][c] -= gravity_time * before[1][c];
-            p[VELOCITY + 1][c] += gravity_time * before[0][c];
-        }
-        // (F P) F'
-        let before = *p;
-        for r in 0..STATES {
             for c in 0..3 {
-                let mut sum = p[r][c];
-                for k in 0..3 {
-                    sum -= before[r][BIAS + k] * rotation_time[(c, k)];
+                let old = |k: usize| p[r][BIAS + k];
+                attitude[r][c] = (if r < c { p[r][c] } else { p[c][r] })
+                    - (turn(r, 0) * p[c][BIAS] + turn(r, 1) * p[c][BIAS + 1] + turn(r, 2) * p[c][BIAS + 2]);
+                let bias = |k: usize| if k < c { p[BIAS + k][BIAS + c] } else { p[BIAS + c][BIAS + k] };
+                attitude_bias[r][c] = old(c) - (turn(r, 0) * bias(0) + turn(r, 1) * bias(1) + turn(r, 2) * bias(2));
+            }
+            for c in 0..2 {
+                let bias = |k: usize| p[BIAS + k][VELOCITY + c];
+                attitude_velocity[r][c] =
+                    p[r][VELOCITY + c] - (turn(r, 0) * bias(0) + turn(r, 1) * bias(1) + turn(r, 2) * bias(2));
+            }
+        }
+        let g = gravity_time;
+        p[VELOCITY][VELOCITY] += g * (g * p[1][1] - 2.0 * p[1][VELOCITY]) + spread.velocity;
+        p[VELOCITY][VELOCITY + 1] += g * (p[0][VELOCITY] - p[1][VELOCITY + 1] - g * p[0][1]);
+        p[VELOCITY + 1][VELOCITY + 1] += g * (g * p[0][0] + 2.0 * p[0][VELOCITY + 1]) + spread.velocity;
+        for k in 0..3 {
+            p[BIAS + k][VELOCITY] -= g * p[1][BIAS + k];
+            p[BIAS + k][VELOCITY + 1] += g * p[0][BIAS + k];
+            p[BIAS + k][BIAS + k] += spread.bias;
+        }
+        for r in 0..3 {
+            p[r][VELOCITY] = attitude_velocity[r][0] - g * attitude[r][1];
+            p[r][VELOCITY + 1] = attitude_velocity[r][1] + g * attitude[r][0];
+            for c in 0..3 {
+                p[r][BIAS + c] = attitude_bias[r][c];
+                if c >= r {
+                    let carried = attitude_bias[r][0] * turn(c, 0)
+                        + attitude_bias[r][1] * turn(c, 1)
+                        + attitude_bias[r][2] * turn(c, 2);
+                    p[r][c] = attitude[r][c] - carried + spread.attitude[(r, c)];
                 }
-                p[r][c] = sum;
-            }
-            p[r][VELOCITY] -= gravity_time * before[r][1];
-            p[r][VELOCITY + 1] += gravity_time * before[r][0];
-        }
-        for (r, row) in p.iter_mut().take(3).enumerate() {
-            for (c, value) in row.iter_mut().take(3).enumerate() {
-                *value += spread.attitude[(r, c)];
             }
         }
-        for (k, row) in p.iter_mut().enumerate().skip(BIAS) {
-            row[k] += if k < VELOCITY { spread.bias } else { spread.velocity };
-        }
-        self.symmetrise();
     }
 
     /// Takes in a direct reading of one state's error, with its variance.
     ///
-    /// The covariance follows `(I - K h) P (I - K h)' + K R K'`, right for any gain K.
+    /// With the column h of that state in P, s = h_state + variance and the optimal gain k = h / s, the covariance loses h h' / s. Where
+    /// the gain of a state is set to zero, `(I - K h) P (I - K h)' + R K K'` loses the same, save between two such states: nothing.
+    #[inline(never)]
     pub(crate) fn observe(&mut self, state: usize, innovation: f32, variance: f32, gain: Gain) {
-        let column = self.covariance[state];
+        let mut column = [0.0; STATES];
+        for (other, element) in column.iter_mut().enumerate() {
+            *element = if other < state { self.covariance[other][state] } else { self.covariance[state][other] };
+        }
         let total = column[state] + variance;
         if total <= 0.0 {
             return;
         }
-        let residual = innovation - self.correction[state];
-        let k: [f32; STATES] = core::array::from_fn(|i| {
-            let moved = gain == Gain::Every || (HEADING..VELOCITY).contains(&i);
-            if moved { column[i] / total } else { 0.0 }
-        });
+        let (residual, weight) = (innovation - self.correction[state], 1.0 / total);
+        let mut k = column.map(|element| element * weight);
+        if gain != Gain::Every {
+            for (state, k) in k.iter_mut().enumerate() {
+                *k = if gain.moves(state) { *k } else { 0.0 };
+            }
+        }
         for r in 0..STATES {
             self.correction[r] += k[r] * residual;
+            let (one, other) = if gain.moves(r) { (k[r], &column) } else { (column[r], &k) };
+            #[allow(clippy::needless_range_loop)] // with iterators it takes twice the instructions
             for c in r..STATES {
-                let value = self.covariance[r][c] - k[r] * column[c] - column[r] * k[c] + k[r] * k[c] * total;
-                self.covariance[r][c] = value;
-                self.covariance[c][r] = value;
+                self.covariance[r][c] -= one * other[c];
             }
         }
     }
@@ -155,18 +181,15 @@ impl ErrorState {
 
     /// Whether every number is finite and every variance positive.
     pub(crate) fn is_sound(&self) -> bool {
-        let finite = self.covariance.iter().flatten().chain(&self.correction).all(|x| x.is_finite());
-        finite && (0..STATES).all(|i| self.covariance[i][i] > 0.0)
-    }
-
-    fn symmetrise(&mut self) {
+        // of finite numbers zero, of others not a number
+        let mut zero = 0.0;
         for r in 0..STATES {
-            for c in r + 1..STATES {
-                let mean = 0.5 * (self.covariance[r][c] + self.covariance[c][r]);
-                self.covariance[r][c] = mean;
-                self.covariance[c][r] = mean;
+            zero += 0.0 * self.correction[r];
+            for c in r..STATES {
+                zero += 0.0 * self.covariance[r][c];
             }
         }
+        zero == 0.0 && (0..STATES).all(|i| self.covariance[i][i] > 0.0)
     }
 }
 
@@ -179,7 +202,7 @@ mod tests {
     type Dense = SMatrix<f64, STATES, STATES>;
 
     fn dense(e: &ErrorState) -> Dense {
-        Dense::from_fn(|r, c| f64::from(e.covariance[r][c]))
+        Dense::from_fn(|r, c| f64::from(e.covariance[r.min(c)][r.max(c)]))
     }
 
     fn started() -> ErrorState {
@@ -220,7 +243,7 @@ mod tests {
 
     #[test]
     fn an_optimal_and_a_restricted_gain_agree_with_the_dense_joseph_form() {
-        for gain in [Gain::Every, Gain::HeadingAndBias] {
+        for gain in [Gain::Every, Gain::HeadingAndBias, Gain::Heading] {
             let mut e = started();
             for _ in 0..20 {
                 e.propagate(&(exp_matrix(&Vector3::new(0.5, 0.2, 0.1)) * 0.02), 0.196, &spread());
@@ -230,18 +253,19 @@ mod tests {
             h[HEADING] = 1.0;
             let variance = 0.3_f32;
             let mut k = p * h.transpose() / (p[(HEADING, HEADING)] + f64::from(variance));
-            if gain == Gain::HeadingAndBias {
-                for i in [0, 1, 6, 7] {
-                    k[i] = 0.0;
-                }
-            }
+            let still: &[usize] = match gain {
+                Gain::Every => &[],
+                Gain::HeadingAndBias => &[0, 1, 6, 7],
+                Gain::Heading => &[0, 1, 3, 4, 5, 6, 7],
+            };
+            still.iter().for_each(|i| k[*i] = 0.0);
             let rest = Dense::identity() - k * h;
             let expected = rest * p * rest.transpose() + k * k.transpose() * f64::from(variance);
             e.observe(HEADING, 0.2, variance, gain);
             assert!((dense(&e) - expected).norm() < 1e-5 * expected.norm());
             let (attitude, _, velocity) = e.take_correction();
             assert!((f64::from(attitude.z) - 0.2 * k[HEADING]).abs() < 1e-6);
-            assert_eq!(gain == Gain::HeadingAndBias, attitude.xy().norm() == 0.0 && velocity.norm() == 0.0);
+            assert_eq!(gain != Gain::Every, attitude.xy().norm() == 0.0 && velocity.norm() == 0.0);
         }
     }
 

@@ -21,14 +21,15 @@ mod sensors;
 
 /// Earth's rotation, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
-/// One filter step gathers samples for about this long, seconds.
-const BLOCK_S: f32 = 0.02;
+/// One filter step gathers samples for about this long, seconds: half the shortest correlation time of an error that the filter
+/// knows (0.1 s), so that steps more often would say nothing more, and rotation inside is taken out sample by sample.
+const BLOCK_S: f32 = 0.05;
 /// Uncertainty of a tilt taken from a force that is as long as gravity, radians: 0.1 g of acceleration.
 const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
 /// A rotation less certain than this is found anew from gravity and field, radians.
 const LOST_RAD: f32 = 0.3;
 
-/// The attitude filter: strapdown propagation at the sample rate, corrected 50 times a second.
+/// The attitude filter: strapdown propagation at the sample rate, corrected 20 times a second.
 ///
 /// An error-state Kalman filter over attitude, residual gyro bias and horizontal velocity. The accelerometer is integrated to
 /// a velocity, and the only thing claimed about it is that velocity is bounded: a wrong tilt makes the integral of gravity run
@@ -45,27 +46,48 @@ pub struct AttitudeFilter {
     /// The earth's rotation, NED, rad/s; zero where the latitude is not known.
     earth_rate_ned_rad_s: Vector3<f32>,
     propagation: Propagation,
+    /// The attitude as a matrix, body to NED.
+    rotation: Matrix3<f32>,
     errors: ErrorState,
+    /// Of the angles, as of the last step of the filter.
+    sigmas: ToolAngleSigmas,
+    sigmas_stale: bool,
     reference: FieldReference,
     rest: Rest,
     block: Block,
     bias_rad_s: Vector3<f32>,
     /// Of what is left of the gyro's scale factors and couplings.
     scale_sigma: f32,
+    /// Mean rate over seconds, mean of its square, and as much of it as is sustained, (rad/s)^2.
+    sustained_rad_s: Vector3<f32>,
+    mean_square_rate: f32,
+    sustained_square_rate: f32,
     /// Of the magnetometer's delay against the gyro.
     timing_variance_s2: f32,
+    /// Of the gyro's delay, in sample periods.
+    gyro_timing_variance: f32,
     velocity_m_s: Vector2<f32>,
     rate_rad_s: Vector3<f32>,
     step_s: f32,
     smooth_force_m_s2: Vector3<f32>,
+    /// Over about a second, in parts of gravity's square.
+    mean_square_force: f32,
     /// Since the tilt was last taken from the force, up to [`CONTRADICTION_S`], seconds.
     aligned_s: f32,
     contradiction_s: f32,
     velocity_contradiction_s: f32,
     heading_contradiction_s: f32,
+    /// Since a specific force was used, seconds.
+    unseen_force_s: f32,
+    /// Since the field agreed with the attitude.
+    unagreed_s: f32,
     heading_blocks: u16,
     /// Variance of the heading that no averaging takes away, rad^2.
     heading_floor: f32,
+    /// What a mean force that is not used says against the tilt, about north and east.
+    tilt_doubt_rad: Vector2<f32>,
+    /// Square of what an undisturbed field that is not used says against the heading, rad^2.
+    heading_doubt: f32,
     aligned: bool,
     lost: bool,
     near_vertical: bool,
@@ -87,23 +109,35 @@ impl AttitudeFilter {
             started: false,
             earth_rate_ned_rad_s: ZERO,
             propagation: Propagation::new(),
+            rotation: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             errors: ErrorState::new(),
+            sigmas: ToolAngleSigmas::UNSET,
+            sigmas_stale: false,
             reference: FieldReference::new(),
             rest: Rest::new(),
             block: Block::new(),
             bias_rad_s: ZERO,
             scale_sigma: 0.0,
+            sustained_rad_s: ZERO,
+            mean_square_rate: 0.0,
+            sustained_square_rate: 0.0,
             timing_variance_s2: 0.0,
+            gyro_timing_variance: 0.0,
             velocity_m_s: Vector2::new(0.0, 0.0),
             rate_rad_s: ZERO,
             step_s: 0.0,
             smooth_force_m_s2: ZERO,
+            mean_square_force: 0.0,
             aligned_s: 0.0,
             contradiction_s: 0.0,
             velocity_contradiction_s: 0.0,
             heading_contradiction_s: 0.0,
+            unseen_force_s: 0.0,
+            unagreed_s: 0.0,
             heading_blocks: 0,
             heading_floor: 0.0,
+            tilt_doubt_rad: Vector2::new(0.0, 0.0),
+            heading_doubt: 0.0,
             aligned: false,
             lost: false,
             near_vertical: false,
@@ -120,13 +154,16 @@ impl AttitudeFilter {
         *self = Self::new();
         (self.config, self.earth, self.started) = (*config, *earth, true);
         self.propagation.q = IDENTITY;
+        self.rotation = Matrix3::identity();
         self.reference = FieldReference::start(earth);
         if let Some(latitude_rad) = earth.latitude_rad {
             let (sine, cosine) = libm::sincosf(latitude_rad);
             self.earth_rate_ned_rad_s = Vector3::new(cosine, 0.0, -sine) * EARTH_RATE_RAD_S;
         }
         self.scale_sigma = config.gyro_scale_sigma;
+        self.mean_square_force = 1.0;
         self.mag_delay_known(None);
+        self.gyro_delay_known(true);
         self.open_all();
     }
 
@@ -153,27 +190,37 @@ impl AttitudeFilter {
             return;
         }
         if !plausible {
+            let config = self.config;
+            self.stop(&config);
             self.doubt(PI);
         }
         let rate = self.rate_rad_s - self.bias_rad_s;
         self.propagation.step(dt_s, &rate);
-        self.block.turn(&matrix(&self.propagation.q), &rate, dt_s);
+        self.rotation = matrix(&self.propagation.q);
+        self.block.turn(&self.rotation, &rate, dt_s);
     }
 
     /// Takes the vectors read with the sample: calibrated specific force (m/s^2, up at rest) and field (microtesla), body
     /// frame; `None` for what is missing, clipped or known to be wrong. Call after every [`AttitudeFilter::propagate`].
     pub fn observe(&mut self, accel_m_s2: Option<&Vector3<f32>>, mag_ut: Option<&Vector3<f32>>) {
-        let Some((config, earth)) = self.settings() else { return };
+        if !self.started {
+            return;
+        }
         // sensors end at some 200 g and some 5 mT
         let accel = accel_m_s2.filter(|a| a.norm_squared() < 1e8);
-        let mag = mag_ut.filter(|m| m.norm_squared() < 1e8 && m.norm_squared() > 1e-2);
+        let mag = mag_ut.filter(|m| (1e-2..1e8).contains(&m.norm_squared()));
         (self.accel_seen, self.mag_seen) = (accel.is_some(), mag.is_some());
         self.rest.observe(&self.rate_rad_s, accel, self.step_s);
         if !self.aligned || self.lost {
             // in free fall there is no direction to take
-            let least = 0.01 * earth.gravity_m_s2 * earth.gravity_m_s2;
+            let least = 0.01 * self.earth.gravity_m_s2 * self.earth.gravity_m_s2;
             if let Some(force) = accel.filter(|a| a.norm_squared() > least) {
-                self.align(&(matrix(&self.propagation.q) * force), &config, &earth);
+                let (config, earth) = (self.config, self.earth);
+                let first = !self.aligned;
+                self.align(&(self.rotation * force), &config, &earth);
+                if first && let Some(field) = mag {
+                    self.face_north(field);
+                }
                 (self.aligned_s, self.contradiction_s) = (0.0, 0.0);
                 return;
             }
@@ -181,35 +228,34 @@ impl AttitudeFilter {
                 return;
             }
         }
-        let c = matrix(&self.propagation.q);
         if let Some(force) = accel {
-            self.block.force(&(c * force));
+            self.block.force(&(self.rotation * force));
         }
         if let Some(field) = mag {
-            self.block.field(&(c * field));
+            self.block.field(&(self.rotation * field));
         }
         if self.block.time_s + 0.5 * self.step_s >= BLOCK_S {
+            let (config, earth) = (self.config, self.earth);
             self.close_block(&config, &earth);
         }
     }
 
-    /// The attitude now, with the flags of the sample and the filter's own; `None` until a first specific force aligned it.
+    /// The attitude now, with the flags of the sample and the filter's own; `None` until a first specific force aligned it. Its sigmas
+    /// are those of the filter's last step, some 50 ms ago at most.
     pub fn attitude(&mut self, mut flags: AttitudeFlags) -> Option<Attitude> {
-        let (config, earth) = self.settings()?;
         if !self.aligned {
             return None;
         }
-        let c = matrix(&self.propagation.q);
-        let angles = ToolAngles::of(&c);
-        let tilt = config.accel_sigma_m_s2 / earth.gravity_m_s2;
-        let unobserved = Vector3::new(tilt * tilt, tilt * tilt, self.heading_floor);
-        let sigmas =
-            ToolAngleSigmas::of(&c, &(self.errors.attitude_covariance() + Matrix3::from_diagonal(&unobserved)));
+        let angles = ToolAngles::of(&self.rotation);
+        if self.sigmas_stale {
+            self.find_sigmas();
+        }
+        let sigmas = &self.sigmas;
         self.near_vertical = near_vertical(
             self.near_vertical,
             angles.inclination_rad,
-            config.near_vertical_rad,
-            config.near_vertical_hysteresis_rad,
+            self.config.near_vertical_rad,
+            self.config.near_vertical_hysteresis_rad,
         );
         flags.set(AttitudeFlags::NEAR_VERTICAL, self.near_vertical);
         flags.set(AttitudeFlags::NO_HEADING, self.heading_blocks == 0);
@@ -244,6 +290,20 @@ impl AttitudeFilter {
         self.bias_rad_s
     }
 
+    #[inline(never)]
+    fn find_sigmas(&mut self) {
+        let tilt = self.config.accel_sigma_m_s2 / self.earth.gravity_m_s2;
+        let doubt = self.tilt_doubt_rad.component_mul(&self.tilt_doubt_rad);
+        let (north, east) = (tilt * tilt + doubt.x, tilt * tilt + doubt.y);
+        let unobserved = Vector3::new(north, east, self.heading_floor + self.heading_doubt);
+        let turn = self.rotation * (self.rate_rad_s * self.step_s);
+        let covariance = self.errors.attitude_covariance()
+            + Matrix3::from_diagonal(&unobserved)
+            + turn * turn.transpose() * self.gyro_timing_variance;
+        self.sigmas = ToolAngleSigmas::of(&self.rotation, &covariance);
+        self.sigmas_stale = false;
+    }
+
     fn settings(&self) -> Option<(AttitudeConfig, Earth)> {
         self.started.then_some((self.config, self.earth))
     }
@@ -253,6 +313,7 @@ impl AttitudeFilter {
         let bias = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
         let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
         self.errors = ErrorState::new();
+        self.sigmas_stale = true;
         for state in 0..STATES {
             self.errors.open(
                 state,

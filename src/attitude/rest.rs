@@ -7,6 +7,10 @@ const SMOOTHING_S: f32 = 0.5;
 const RATE_RAD_S: f32 = 0.035;
 /// Most deviation of specific force at rest, m/s^2 (VQF's default).
 const FORCE_M_S2: f32 = 0.5;
+/// Slowest swing of a probe at rest that is not seen as a turn, hertz; speed is acceleration over its angular frequency.
+const SWING_HZ: f32 = 1.0;
+/// Least speed of a probe at rest, m/s: a slower swing, by a degree at an arm of a third of a metre in a second.
+const LEAST_SPEED_M_S: f32 = 5e-3;
 /// Quiet for this long is rest, seconds (VQF's default).
 const QUIET_S: f32 = 1.5;
 
@@ -18,6 +22,8 @@ const UNSEEN_S: f32 = 0.1;
 pub(crate) struct Rest {
     rate_rad_s: Vector3<f32>,
     force_m_s2: Vector3<f32>,
+    /// Of the force from its mean, smoothed, (m/s^2)^2.
+    square_deviation: f32,
     quiet_s: f32,
     unseen_s: f32,
     started: bool,
@@ -28,6 +34,7 @@ impl Rest {
         Self {
             rate_rad_s: Vector3::new(0.0, 0.0, 0.0),
             force_m_s2: Vector3::new(0.0, 0.0, 0.0),
+            square_deviation: 0.0,
             quiet_s: 0.0,
             unseen_s: 0.0,
             started: false,
@@ -48,9 +55,11 @@ impl Rest {
         let k = dt_s / (SMOOTHING_S + dt_s);
         self.rate_rad_s += (rate_rad_s - self.rate_rad_s) * k;
         self.force_m_s2 += (force_m_s2 - self.force_m_s2) * k;
+        let square_deviation = (force_m_s2 - self.force_m_s2).norm_squared();
+        self.square_deviation += (square_deviation - self.square_deviation) * k;
         let quiet = (rate_rad_s - self.rate_rad_s).norm_squared() < RATE_RAD_S * RATE_RAD_S
             && self.rate_rad_s.norm_squared() < RATE_RAD_S * RATE_RAD_S
-            && (force_m_s2 - self.force_m_s2).norm_squared() < FORCE_M_S2 * FORCE_M_S2;
+            && square_deviation < FORCE_M_S2 * FORCE_M_S2;
         self.quiet_s = if !quiet {
             0.0
         } else if self.quiet_s < QUIET_S {
@@ -58,6 +67,17 @@ impl Rest {
         } else {
             self.quiet_s
         };
+    }
+
+    /// Mean square of the speed of a probe at rest, (m/s)^2: what makes the force vary, and no less than a slow swing.
+    pub(crate) fn square_speed(&self) -> f32 {
+        self.square_deviation / (core::f32::consts::TAU * SWING_HZ * core::f32::consts::TAU * SWING_HZ)
+            + LEAST_SPEED_M_S * LEAST_SPEED_M_S
+    }
+
+    /// Spectral density of the specific force at rest, (m/s^2)^2/Hz, where it comes every `dt_s` seconds: what it varies by is noise.
+    pub(crate) fn force_density(&self, dt_s: f32) -> f32 {
+        self.square_deviation * dt_s
     }
 
     /// Whether the probe is at rest.

@@ -1,6 +1,9 @@
 use core::f32::consts::{PI, TAU};
 use nalgebra::{Matrix3, Vector3};
 
+/// Squared sine of the inclination from which the sum of azimuth and toolface is as good as their joint formula: to 2e-6 rad at 6 deg.
+const ADDED_SQUARED_SINE: f32 = 0.01;
+
 /// The angles by which a driller steers, of one attitude; conventions of `C = Rz(azimuth) Ry(inclination) Rz(toolface)`, earth
 /// NED, tool z down-hole and x at highside when the toolface is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,12 +24,20 @@ impl ToolAngles {
     /// atan2(C10 - C01, C00 + C11).
     pub(crate) fn of(c: &Matrix3<f32>) -> Self {
         let (gx, gy, gz) = (c.m31, c.m32, c.m33);
+        let squared_sine = gx * gx + gy * gy;
+        let azimuth_rad = positive_angle(libm::atan2f(c.m23, c.m13));
+        // `0.0 - gx`: a zero stays positive, so that straight down reads 0
+        let gravity_toolface_rad = positive_angle(libm::atan2f(gy, 0.0 - gx));
+        let magnetic_toolface_rad = if squared_sine > ADDED_SQUARED_SINE {
+            positive_angle(azimuth_rad + gravity_toolface_rad - TAU)
+        } else {
+            positive_angle(libm::atan2f(c.m21 - c.m12, c.m11 + c.m22))
+        };
         Self {
-            inclination_rad: libm::atan2f(libm::sqrtf(gx * gx + gy * gy), gz),
-            azimuth_rad: positive_angle(libm::atan2f(c.m23, c.m13)),
-            // `0.0 - gx`: a zero stays positive, so that straight down reads 0
-            gravity_toolface_rad: positive_angle(libm::atan2f(gy, 0.0 - gx)),
-            magnetic_toolface_rad: positive_angle(libm::atan2f(c.m21 - c.m12, c.m11 + c.m22)),
+            inclination_rad: libm::atan2f(libm::sqrtf(squared_sine), gz),
+            azimuth_rad,
+            gravity_toolface_rad,
+            magnetic_toolface_rad,
         }
     }
 }
@@ -41,6 +52,10 @@ pub(crate) struct ToolAngleSigmas {
 }
 
 impl ToolAngleSigmas {
+    /// All zero, for a static.
+    pub(crate) const UNSET: Self =
+        Self { inclination_rad: 0.0, azimuth_rad: 0.0, gravity_toolface_rad: 0.0, magnetic_toolface_rad: 0.0 };
+
     /// From the covariance (rad^2) of the attitude error phi in NED, `C_true = exp(phi) C`.
     ///
     /// With h = (cos A, sin A, 0) along the azimuth and n = (-sin A, cos A, 0) across it, phi = dA z + dI n + dT t for the tool

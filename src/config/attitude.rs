@@ -25,7 +25,8 @@ pub struct AttitudeConfig {
     /// Error of the calibrated field's direction, radians, correlated over some seconds of motion. Default 0.03.
     pub mag_sigma_rad: f32,
     /// Uncertainty of the magnetometer's delay against the gyro while it is not known, seconds. Default 0.015 (a 100 Hz magnetometer's
-    /// conversion and hold). A delay that is configured or found leaves a hundredth of a second's hold, uniform.
+    /// conversion and hold). A delay that is configured or found leaves a millisecond. Beside it each reading is held for up to a
+    /// hundredth of a second.
     pub mag_timing_sigma_s: f32,
     /// A total field that differs from the reference by more than this part is disturbed and not used. Default 0.1.
     pub mag_norm_tolerance: f32,

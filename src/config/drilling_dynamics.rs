@@ -19,6 +19,9 @@ pub struct DynamicsConfig {
 }
 
 impl DynamicsConfig {
+    /// All zero, for a static before its configuration.
+    pub(super) const UNSET: Self = Self { window_s: 0.0, rate_averaging_s: 0.0, shock_m_s2: 0.0, shock_pause_s: 0.0 };
+
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         all_positive(&[
             (self.window_s, "survey.dynamics.window_s"),

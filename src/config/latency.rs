@@ -10,7 +10,10 @@ const LONGEST_S: f32 = 0.1;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Latency {
     /// Gyro, seconds. The output's time of validity is that much before the sample's. A gyro that gives the mean over the interval that its
-    /// sample ends has half a sample period.
+    /// sample ends has half a sample period. `None`: that much is taken for granted, since a low-pass that fits the sample rate takes
+    /// no less (MPU-9250 register map, DLPF: 5.9 ms with 41 Hz, 3.9 ms with 92 Hz, so 0.6 to 0.8 of the period at 100 and 200 Hz; BMI160 and
+    /// LSM6DSO, a second-order low-pass at 0.4 and 0.3 of the rate: 0.55 to 0.7), attitude is that of the sample's time, and its
+    /// uncertainty is that of half a period more or less. A reading without any delay, which only a simulation has, is declared by 0.
     pub gyro_s: Option<f32>,
     /// Accelerometer, seconds.
     pub accel_s: Option<f32>,

@@ -37,6 +37,22 @@ pub struct SurveyConfig {
 }
 
 impl SurveyConfig {
+    /// All zero, for a static before its configuration.
+    pub(super) const UNSET: Self = Self {
+        settle_s: 0.0,
+        average_s: 0.0,
+        max_turn_rad: 0.0,
+        rotating_rad_s: 0.0,
+        rotating_turns: 0,
+        near_vertical_rad: 0.0,
+        near_vertical_hysteresis_rad: 0.0,
+        toolface_offset_rad: 0.0,
+        grid_convergence_rad: None,
+        errors: SurveyErrors::UNSET,
+        limits: SurveyLimits::UNSET,
+        dynamics: DynamicsConfig::UNSET,
+    };
+
     /// Checks every field.
     ///
     /// # Errors

@@ -34,6 +34,20 @@ pub struct SurveyErrors {
 }
 
 impl SurveyErrors {
+    /// All zero, for a static before its configuration.
+    pub(super) const UNSET: Self = Self {
+        accel_bias_m_s2: 0.0,
+        accel_scale: 0.0,
+        mag_bias_ut: 0.0,
+        mag_scale: 0.0,
+        axial_interference_ut: 0.0,
+        declination_rad: 0.0,
+        declination_rad_ut: 0.0,
+        total_field_ut: 0.0,
+        dip_rad: 0.0,
+        mag_timing_s: 0.0,
+    };
+
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         all_positive(&[
             (self.accel_bias_m_s2, "survey.errors.accel_bias_m_s2"),

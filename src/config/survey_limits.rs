@@ -23,6 +23,16 @@ pub struct SurveyLimits {
 }
 
 impl SurveyLimits {
+    /// All zero, for a static before its configuration.
+    pub(super) const UNSET: Self = Self {
+        propagated: false,
+        field_ut: 0.0,
+        dip_rad: 0.0,
+        gravity_m_s2: 0.0,
+        deviations: 0.0,
+        bad_over_limit: 0.0,
+    };
+
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         all_positive(&[
             (self.field_ut, "survey.limits.field_ut"),

@@ -1,5 +1,3 @@
-#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
-
 use crate::compensation::effect::MAX_PARAMETERS;
 
 /// Groups of contiguous test windows; 2^11 patterns of signs, as the sign of all together does not count.
@@ -66,10 +64,10 @@ impl SignFlip {
         for pattern in self.pattern..end {
             // Gray code: one group's sign changes from one pattern to the next.
             let group = pattern.trailing_zeros() as usize;
-            self.signs[group] = -self.signs[group];
-            let change = 2.0 * self.signs[group];
-            let both = self.sum.iter_mut().zip(&self.scores[group]).take(self.dimension);
-            both.for_each(|(s, z)| *s += change * z);
+            let (Some(sign), Some(scores)) = (self.signs.get_mut(group), self.scores.get(group)) else { continue };
+            *sign = -*sign;
+            let change = 2.0 * *sign;
+            self.sum.iter_mut().zip(scores).take(self.dimension).for_each(|(s, z)| *s += change * z);
             self.as_large += u32::from(self.square() >= limit);
         }
         self.pattern = end;

@@ -53,7 +53,7 @@ impl Observability {
         let whitened = self.prior.times_upper(change);
         let mut kept = [0.0; 12];
         for k in (0..12).filter(|k| self.is_observed(*k)) {
-            let direction = self.eigen.vectors().map(|row| row[k]);
+            let direction = self.eigen.vector(k);
             let along = dot(&direction, &whitened);
             for (x, d) in kept.iter_mut().zip(direction) {
                 *x += along * d;

@@ -1,6 +1,6 @@
 //! Which readings of a sample are to be believed: clipped, stale and missing ones are not.
 
-use super::{Probe, output::count};
+use super::{Probe, output::count, staleness::Staleness};
 use crate::{
     attitude::AttitudeFlags,
     sample::{Sample, SampleFlags},
@@ -74,7 +74,11 @@ impl Probe {
         })
     }
 
-    /// The calibrated reading of the accelerometer (1) or the magnetometer (2). A stale one, or exact zeros, are none.
+    fn has_dead_axis(&self, sensor: usize) -> bool {
+        self.staleness.get(sensor).is_some_and(Staleness::has_dead_axis)
+    }
+
+    /// The calibrated reading of the accelerometer (1) or the magnetometer (2). A stale one, one with a dead axis, or exact zeros, are none.
     pub(super) fn vector(&self, sensor: usize, sample: &Sample) -> Reading {
         let (raw, model, missing, clipped, part) = if sensor == 1 {
             let flags = (SampleFlags::ACCEL_MISSING, SampleFlags::ACCEL_CLIPPED);
@@ -85,7 +89,7 @@ impl Probe {
         };
         if sample.flags.contains(missing) || raw == [0.0; 3] {
             Reading::Missing
-        } else if sample.flags.contains(clipped) || self.is_stale(sensor, part) {
+        } else if sample.flags.contains(clipped) || self.is_stale(sensor, part) || self.has_dead_axis(sensor) {
             Reading::Clipped
         } else {
             Reading::Good(model.calibrate(raw))

@@ -22,10 +22,10 @@ bitflags::bitflags! {
 ///
 /// Once a sample:
 /// ```
-/// # use meerkat_mwd::{Config, config::SurveyConfig, survey::{SurveyInput, SurveyNews, Surveyor}};
+/// # use meerkat_mwd::{Config, survey::{SurveyInput, SurveyNews, Surveyor}};
 /// # let (input, config) = (SurveyInput::default(), Config::default());
 /// let mut surveyor = Surveyor::new();
-/// surveyor.configure(&config.earth, &SurveyConfig::default())?;
+/// surveyor.configure(&config.earth, &config.survey)?;
 /// if surveyor.push(&input).contains(SurveyNews::STATIONARY) {
 ///     // surveyor.stationary() has it, with its quality and the six-axis means
 /// }

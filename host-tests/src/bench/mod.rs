@@ -3,10 +3,12 @@
 pub mod attitude;
 mod bus;
 mod bus_faults;
+mod attitude_cost;
 mod contaminated;
 pub mod contenders;
 mod coverage;
 pub mod cramer_rao;
+mod drilling;
 mod effects;
 mod evaluations;
 pub mod faults;
@@ -99,6 +101,8 @@ const SECTIONS: &[Section] = &[
     Section::on_host("sensors", sensors::run),
     Section { name: "target", place: Place::Target, run: target::run },
     Section { name: "bus", place: Place::Target, run: bus::run },
+    Section::on_host("drilling", drilling::run),
+    Section { name: "attitude_cost", place: Place::Target, run: attitude_cost::run },
 ];
 
 /// Runs the sections that were asked for, prints their tables as they come and writes them.

@@ -27,6 +27,8 @@ pub struct Keys {
     pub accel_full_scale_m_s2: Option<f64>,
     /// Full scale of the magnetometer, microtesla.
     pub mag_full_scale_ut: Option<f64>,
+    /// How long before its sample's time a gyro reading was true, seconds.
+    pub gyro_delay_s: Option<f64>,
     /// The reference's north is true north, not magnetic north.
     pub reference_north: bool,
     /// Where the recording comes from.
@@ -100,6 +102,7 @@ impl Keys {
             "gyro_full_scale_rad_s" => self.gyro_full_scale_rad_s = positive()?,
             "accel_full_scale_m_s2" => self.accel_full_scale_m_s2 = positive()?,
             "mag_full_scale_ut" => self.mag_full_scale_ut = positive()?,
+            "gyro_delay_s" => self.gyro_delay_s = number(|x| (0.0..=0.1).contains(&x), "a number from 0 to 0.1")?,
             "source" => self.source = Some(value.to_owned()),
             "licence" => self.licence = Some(value.to_owned()),
             _ => return Ok(KeyOutcome::Unknown),
@@ -135,6 +138,7 @@ impl Keys {
             ("gyro_full_scale_rad_s", number(self.gyro_full_scale_rad_s)),
             ("accel_full_scale_m_s2", number(self.accel_full_scale_m_s2)),
             ("mag_full_scale_ut", number(self.mag_full_scale_ut)),
+            ("gyro_delay_s", number(self.gyro_delay_s)),
         ];
         all.into_iter().filter_map(|(key, value)| Some((key, value?))).collect()
     }

@@ -1,5 +1,6 @@
 //! The whole probe beside VQF on the bundled recordings, in one run.
 
+use meerkat_mwd::Config;
 use mwd::{
     bench::attitude::{AKTOS_T, ours, vqf},
     configuration::of_trace,
@@ -19,8 +20,8 @@ fn means(scores: &[[AttitudeRms; 2]], offset_removed: bool) -> [f64; 3] {
 }
 
 #[test]
-fn with_the_sensors_delays_declared_the_attitude_is_no_worse_than_vqf() {
-    let (mut of_ours, mut of_vqf) = (Vec::new(), Vec::new());
+fn with_the_sensors_delays_declared_the_attitude_is_no_worse_than_vqf_and_without_the_inclination_is_not() {
+    let (mut of_ours, mut undeclared, mut of_vqf) = (Vec::new(), Vec::new(), Vec::new());
     for entry in std::fs::read_dir(bundled()).unwrap() {
         let path = entry.unwrap().path();
         // A magnet that comes in the first two seconds, as in the cut that has one, finds a heading that is still being settled.
@@ -29,10 +30,11 @@ fn with_the_sensors_delays_declared_the_attitude_is_no_worse_than_vqf() {
             continue;
         }
         let trace = Trace::read(&path).unwrap();
-        let mut config = of_trace(&trace);
-        config.latency = AKTOS_T;
+        let config = of_trace(&trace);
+        let declared = Config { latency: AKTOS_T, ..config };
         let score = |attitudes: Vec<_>| attitude_rms_deg(&trace, &attitudes, &Settings::default());
-        of_ours.push(score(ours(&trace, &config).unwrap()));
+        of_ours.push(score(ours(&trace, &declared).unwrap()));
+        undeclared.push(score(ours(&trace, &config).unwrap()));
         of_vqf.push(score(vqf(&trace)));
     }
     assert!(!of_ours.is_empty());
@@ -41,6 +43,8 @@ fn with_the_sensors_delays_declared_the_attitude_is_no_worse_than_vqf() {
         println!(
             "ours {a:.2?}, VQF {b:.2?} deg: total, heading, inclination; constant heading removed: {offset_removed}"
         );
+        let inclination = means(&undeclared, offset_removed)[2];
+        assert!(inclination <= b[2], "undeclared: {inclination} {b:?}");
         assert!(a.iter().zip(&b).all(|(a, b)| a <= b), "{a:?} {b:?}");
     }
 }

@@ -6,3 +6,4 @@ mod beside_vqf;
 mod faults;
 mod recordings;
 mod simulation;
+mod troubles;

@@ -18,6 +18,8 @@ impl AttitudeFilter {
             let vertical = angles.inclination_rad < config.near_vertical_rad;
             self.turn_heading(-if vertical { angles.magnetic_toolface_rad } else { angles.azimuth_rad });
         }
+        self.rotation = matrix(&self.propagation.q);
+        self.sigmas_stale = true;
         let off_gravity = norm / earth.gravity_m_s2 - 1.0;
         let sigma = ALIGNMENT_SIGMA_RAD + off_gravity.abs();
         let heading = self.errors.variance(HEADING);
@@ -32,6 +34,14 @@ impl AttitudeFilter {
         self.stop(config);
         self.smooth_force_m_s2 = Vector3::new(0.0, 0.0, -norm);
         (self.aligned, self.lost, self.accel_used) = (true, false, true);
+    }
+
+    /// Turns the first attitude to where this field points north, as a start: whether the field is to be believed is still to be seen.
+    pub(super) fn face_north(&mut self, field_ut: &Vector3<f32>) {
+        let field = self.rotation * field_ut;
+        let north_rad = self.earth.declination_rad.unwrap_or(0.0);
+        self.turn_heading(north_rad - libm::atan2f(field.y, field.x));
+        self.rotation = matrix(&self.propagation.q);
     }
 
     pub(super) fn turn_heading(&mut self, angle_rad: f32) {

@@ -13,6 +13,7 @@ impl AttitudeFilter {
         for k in 0..3 {
             self.errors.widen(k, angle_rad * angle_rad, PI * PI);
         }
+        self.sigmas_stale = true;
     }
 
     /// The rate just propagated was not read (held, clipped or frozen), nor were those of the `unread_s` seconds up to now, this step

@@ -8,8 +8,8 @@ use nalgebra::Vector3;
 const LEAST_SCALE: f32 = 1e-3;
 /// What they do not take away of its bias: its sensitivity to 1 g, 0.1 deg/s (MPU-6000 PS section 6.1), rad/s.
 const LEAST_BIAS_RAD_S: f32 = 1.75e-3;
-/// A reading of a magnetometer is held for so long, seconds: one at 100 Hz (AK8963, mode 2).
-const HOLD_S: f32 = 0.01;
+/// A delay is never known better than this, seconds (as the default of `SurveyErrors::mag_timing_s`).
+const LEAST_TIMING_S: f32 = 1e-3;
 /// A P that changes by more than so many deviations of what was thought of it (95 %) was another one.
 const DOUBTED: f32 = 2.0;
 
@@ -33,6 +33,7 @@ impl AttitudeFilter {
             self.errors.open(HEADING, PI * PI);
             self.heading_blocks = 1;
         }
+        self.sigmas_stale = true;
         let between = |x: f32, least: f32, most: f32| {
             if x > most {
                 most
@@ -55,11 +56,17 @@ impl AttitudeFilter {
         self.reference.relearn();
     }
 
+    /// Whether the gyro's delay is known; else the attitude is uncertain by what the probe turns in half a sample period more or less,
+    /// uniform.
+    pub const fn gyro_delay_known(&mut self, known: bool) {
+        self.gyro_timing_variance = if known { 0.0 } else { 1.0 / 12.0 };
+    }
+
     /// The magnetometer's delay against the gyro has been taken out, within `sigma_s` seconds; `None`: it is no longer known.
     pub fn mag_delay_known(&mut self, sigma_s: Option<f32>) {
         let Some((config, _)) = self.settings() else { return };
         self.timing_variance_s2 = match sigma_s {
-            Some(sigma_s) => sigma_s * sigma_s + HOLD_S * HOLD_S / 12.0,
+            Some(sigma_s) => sigma_s * sigma_s + LEAST_TIMING_S * LEAST_TIMING_S,
             None => config.mag_timing_sigma_s * config.mag_timing_sigma_s,
         };
     }

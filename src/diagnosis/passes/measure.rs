@@ -66,11 +66,11 @@ impl Diagnosis {
                 continue;
             }
             let rows = self.columns.rows(under_way, v);
-            let residual = |i: usize| -> f32 {
-                let row = rows[i].iter().zip(&self.x).zip(&is_taken_out).take(width);
-                row.fold(test.rhs[v][i], |r, ((a, x), taken_out)| if *taken_out { r } else { r - a * x })
-            };
-            let r = [residual(0), residual(1), residual(2)];
+            let mut r = [0.0; 3];
+            for ((r, row), rhs) in r.iter_mut().zip(rows).zip(test.rhs[v].iter()) {
+                let row = row.iter().zip(&self.x).zip(&is_taken_out).take(width);
+                *r = row.fold(*rhs, |r, ((a, x), taken_out)| if *taken_out { r } else { r - a * x });
+            }
             let norm = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
             let z = norm / (thought[v] * self.scales[v]);
             self.squares[number][v] = halved(norm / thought[v]);
@@ -158,7 +158,8 @@ impl Diagnosis {
         let mut has_settled = true;
         for v in 0..2 {
             let mut values = [0.0; MAX_TESTS];
-            let squares = self.squares.iter().take(self.test as usize).map(|squares| whole(squares[v]));
+            let squares =
+                self.squares.iter().take(self.test as usize).map(|squares| whole(squares.get(v).copied().unwrap_or(0)));
             let mut count = 0;
             for (value, square) in values.iter_mut().zip(squares.filter(|square| *square > 0.0)) {
                 *value = square;

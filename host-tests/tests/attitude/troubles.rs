@@ -1,0 +1,271 @@
+//! Sensors that fail while a whole probe drills: the attitude says so, its sigmas grow with its errors, and it comes back.
+
+use std::f64::consts::TAU;
+
+use meerkat_mwd::{
+    Sample, SampleFlags,
+    attitude::{Attitude, AttitudeFlags},
+    config::Latency,
+    probe::Output,
+};
+use mwd::{
+    configuration::of_trace,
+    flight::fly,
+    simulate::{Hole, Rotation, Scenario, simulate},
+    trace::Trace,
+};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use crate::simulation::{Noise, sound};
+
+/// A flight of a probe whose gyro is calibrated and whose delays are known, at 45 deg and 30 rpm after 20 s of rest.
+struct Flown {
+    trace: Trace,
+    outputs: Vec<Output>,
+}
+
+fn flown(duration_s: f64, seed: u64, change: impl FnMut(f64, &mut Sample)) -> Flown {
+    let rotation = Rotation { mean_rpm: 30.0, stick_slip: 0.5, ..Rotation::default() };
+    let hole = Hole { inclination_deg: 45.0, azimuth_deg: 60.0, ..Hole::default() };
+    flown_in(Scenario { duration_s, rest_s: 20.0, rotation, hole, ..Scenario::default() }, seed, None, change)
+}
+
+fn flown_in(
+    scenario: Scenario,
+    seed: u64,
+    gyro_full_scale_rad_s: Option<f32>,
+    mut change: impl FnMut(f64, &mut Sample),
+) -> Flown {
+    let (trace, truth) = simulate(&scenario, seed);
+    let mut config = of_trace(&trace);
+    config.gyro = truth.gyro;
+    config.latency = Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) };
+    config.full_scale.gyro_rad_s = gyro_full_scale_rad_s;
+    let mut samples = trace.samples.clone();
+    for sample in &mut samples {
+        change(sample.t_us as f64 * 1e-6, sample);
+    }
+    let outputs = fly(&config, &samples, |_| {}).unwrap().outputs;
+    assert!(outputs.iter().filter_map(|o| o.attitude.as_ref()).all(sound), "no number that is none");
+    Flown { trace, outputs }
+}
+
+/// What an interval of a flight was like.
+#[derive(Debug, Default)]
+struct Seen {
+    /// Largest errors, degrees: of the vertical, of the azimuth.
+    tilt_deg: f64,
+    azimuth_deg: f64,
+    /// The largest in stated sigmas.
+    tilt_sigmas: f64,
+    azimuth_sigmas: f64,
+    /// The largest change of the error from one sample to the next, degrees, and in the sigmas that were stated before it.
+    jump_deg: f64,
+    jump_sigmas: f64,
+    /// Share of samples with a flag that something is wrong.
+    flagged: f64,
+}
+
+impl Flown {
+    fn seen(&self, from_s: f64, to_s: f64) -> Seen {
+        let (mut seen, mut count, mut flagged) = (Seen::default(), 0.0, 0.0);
+        let mut before: Option<(UnitQuaternion<f64>, f64)> = None;
+        for output in self.outputs.iter().filter(|o| (from_s..to_s).contains(&(o.t_us as f64 * 1e-6))) {
+            let a = output.attitude.unwrap();
+            let truth = self.truth(output.t_us);
+            let estimate = rotation(a.q.map(f64::from));
+            let tilt = (estimate.inverse() * Vector3::z()).angle(&(truth.inverse() * Vector3::z()));
+            let c = truth.to_rotation_matrix();
+            let azimuth = libm::remainder(f64::from(a.azimuth_rad) - c[(1, 2)].atan2(c[(0, 2)]), TAU).abs();
+            let error = estimate * truth.inverse();
+            seen.tilt_deg = seen.tilt_deg.max(tilt.to_degrees());
+            seen.azimuth_deg = seen.azimuth_deg.max(azimuth.to_degrees());
+            seen.tilt_sigmas = seen.tilt_sigmas.max(tilt / f64::from(a.sigma_inclination_rad));
+            seen.azimuth_sigmas = seen.azimuth_sigmas.max(azimuth / f64::from(a.sigma_azimuth_rad));
+            if let Some((before, sigma)) = before {
+                let jump = error.angle_to(&before);
+                seen.jump_deg = seen.jump_deg.max(jump.to_degrees());
+                seen.jump_sigmas = seen.jump_sigmas.max(jump / sigma);
+            }
+            before = Some((error, f64::from(a.sigma_inclination_rad).hypot(f64::from(a.sigma_azimuth_rad))));
+            count += 1.0;
+            flagged += f64::from(u8::from(troubled(&a)));
+        }
+        seen.flagged = flagged / count;
+        seen
+    }
+
+    fn truth(&self, t_us: u64) -> UnitQuaternion<f64> {
+        let index = self.trace.samples.partition_point(|s| s.t_us < t_us);
+        rotation(self.trace.reference[index].unwrap())
+    }
+}
+
+fn clipped(x: f32, limit: f32) -> f32 {
+    if x.abs() < limit { x } else { limit.copysign(x) }
+}
+
+fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
+}
+
+fn troubled(a: &Attitude) -> bool {
+    a.flags.intersects(
+        AttitudeFlags::GYRO_HELD
+            | AttitudeFlags::GYRO_CLIPPED
+            | AttitudeFlags::ACCEL_UNUSED
+            | AttitudeFlags::MAG_UNUSED
+            | AttitudeFlags::FROZEN_SENSOR
+            | AttitudeFlags::FAULT,
+    )
+}
+
+/// Trouble from 60 s on.
+const FROM_S: f64 = 60.0;
+
+#[test]
+fn a_magnet_for_a_minute_turns_the_heading_by_less_than_5_deg() {
+    let mut noise = Noise::new(5);
+    for (seed, size_ut) in [8.6, 20.0, 35.0, 58.0].into_iter().enumerate() {
+        let magnet = noise.vector().normalize() * size_ut;
+        let flight = flown(FROM_S + 90.0, seed as u64, |t, sample| {
+            let there = ((t - FROM_S) / 0.5).clamp(0.0, 1.0) - ((t - FROM_S - 60.0) / 0.5).clamp(0.0, 1.0);
+            for (reading, add) in sample.mag_ut.iter_mut().zip(magnet.iter()) {
+                *reading += (there * add) as f32;
+            }
+        });
+        let seen = flight.seen(FROM_S, FROM_S + 90.0);
+        println!("{size_ut} uT: {seen:?}");
+        assert!(seen.azimuth_deg < 5.0 && seen.tilt_deg < 2.0, "{size_ut} uT: {seen:?}");
+    }
+}
+
+#[test]
+fn within_two_seconds_of_the_start_it_is_there_and_it_did_not_jump() {
+    let mut noise = Noise::new(11);
+    for seed in 0..12 {
+        let [inclination_deg, azimuth_deg] = [(noise.normal() * 40.0).abs() + 2.0, noise.normal() * 100.0];
+        let rotation = Rotation { toolface_deg: noise.normal() * 100.0, ..Rotation::default() };
+        let hole = Hole { inclination_deg, azimuth_deg, ..Hole::default() };
+        let flight = flown_in(
+            Scenario { duration_s: 10.0, rest_s: 10.0, hole, rotation, ..Scenario::default() },
+            seed,
+            None,
+            |_, _| {},
+        );
+        let (start, later) = (flight.seen(0.0, 2.0), flight.seen(2.0, 10.0));
+        println!("{inclination_deg:.0} deg: {start:?} {later:?}");
+        // a first reading of the field errs by 0.2 uT in 21
+        assert!(start.jump_deg < 2.5, "{start:?}");
+        assert!(later.jump_deg < 0.2 && later.tilt_deg < 0.5, "{later:?}");
+        assert!(inclination_deg < 5.0 || later.azimuth_deg < 1.0, "{later:?}");
+    }
+}
+
+/// A trouble: its name, its length in seconds, and what it makes of a sample and the time since it began.
+type Trouble = (&'static str, f64, fn(f64, &mut Sample));
+
+/// The vector sensors, one by one: while it lasts the gyro carries on.
+const VECTOR_TROUBLES: [Trouble; 10] = [
+    ("5 s without magnetometer", 5.0, |_, s| s.flags.insert(SampleFlags::MAG_MISSING)),
+    ("60 s without accelerometer", 60.0, |_, s| s.flags.insert(SampleFlags::ACCEL_MISSING)),
+    ("free fall", 3.0, |t, s| s.accel_m_s2 = [0.05 * (9.0 * t).sin() as f32, 0.04, -0.05]),
+    ("zero field", 10.0, |_, s| s.mag_ut = [0.0; 3]),
+    ("noise for a field", 10.0, |t, s| s.mag_ut = [0.3 * (70.0 * t).sin() as f32, 0.2 * (90.0 * t).cos() as f32, 0.1]),
+    ("dead axis of the accelerometer", 10.0, |_, s| s.accel_m_s2[0] = 0.0),
+    ("dead axis of the magnetometer", 10.0, |_, s| s.mag_ut[2] = 0.0),
+    ("swapped signs of the accelerometer", 10.0, |_, s| s.accel_m_s2 = s.accel_m_s2.map(|x| -x)),
+    ("swapped signs of the magnetometer", 10.0, |_, s| s.mag_ut = s.mag_ut.map(|x| -x)),
+    ("not a number", 10.0, |_, s| (s.accel_m_s2[1], s.mag_ut[0]) = (f32::NAN, f32::INFINITY)),
+];
+
+#[test]
+fn failing_vector_sensors_are_flagged_and_the_gyro_carries_the_attitude_over() {
+    for (index, (name, length_s, spoil)) in VECTOR_TROUBLES.into_iter().enumerate() {
+        let flight = flown(FROM_S + length_s + 40.0, index as u64, |t, sample| {
+            if (FROM_S..FROM_S + length_s).contains(&t) {
+                spoil(t - FROM_S, sample);
+            }
+        });
+        let (during, after) =
+            (flight.seen(FROM_S, FROM_S + length_s), flight.seen(FROM_S + length_s + 20.0, FROM_S + length_s + 40.0));
+        let back = flight.seen(FROM_S + length_s - 0.05, FROM_S + length_s + 20.0);
+        println!("{name}: {during:.2?}\n  back {back:.2?}\n  after {after:.2?}");
+        // found out within half a second to one and a half
+        assert!(during.flagged > 0.5, "{name}: {during:?}");
+        for seen in [&during, &back] {
+            assert!(seen.tilt_sigmas < 4.0 && seen.azimuth_sigmas < 4.0 && seen.jump_sigmas < 1.0, "{name}: {seen:?}");
+        }
+        assert!(after.tilt_deg < 2.0 && after.azimuth_deg < 2.0 && after.flagged < 0.1, "{name}: {after:?}");
+    }
+}
+
+/// The gyro: while it lasts nothing carries the rotation, and the sigmas have to say so. From [`UNTOLD`] on its readings look like any
+/// others: the vector sensors contradict them, which is flagged, but by how much they are wrong is not known at once.
+const GYRO_TROUBLES: [Trouble; 5] = [
+    ("gyro missing", 2.0, |_, s| s.flags.insert(SampleFlags::GYRO_MISSING)),
+    ("gyro not a number", 2.0, |_, s| s.gyro_rad_s[2] = f32::NAN),
+    ("gyro frozen", 3.0, |_, s| s.gyro_rad_s = [0.011, -0.02, 2.9]),
+    ("dead axis of the gyro", 3.0, |_, s| s.gyro_rad_s[2] = 0.0),
+    ("swapped signs of the gyro", 3.0, |_, s| s.gyro_rad_s = s.gyro_rad_s.map(|x| -x)),
+];
+
+const UNTOLD: usize = 3;
+
+#[test]
+fn a_failing_gyro_is_flagged_and_the_attitude_found_again() {
+    for (index, (name, length_s, spoil)) in GYRO_TROUBLES.into_iter().enumerate() {
+        let flight = flown(FROM_S + length_s + 80.0, index as u64, |t, sample| {
+            if (FROM_S..FROM_S + length_s).contains(&t) {
+                spoil(t - FROM_S, sample);
+            }
+        });
+        let (during, after) =
+            (flight.seen(FROM_S, FROM_S + length_s), flight.seen(FROM_S + length_s + 60.0, FROM_S + length_s + 80.0));
+        let back = flight.seen(FROM_S + length_s - 0.05, FROM_S + length_s + 60.0);
+        println!("{name}: {during:.2?}\n  back {back:.2?}\n  after {after:.2?}");
+        assert!(during.flagged > 0.5, "{name}: {during:?}");
+        assert!(after.tilt_deg < 2.0 && after.azimuth_deg < 2.0 && after.flagged < 0.1, "{name}: {after:?}");
+        if index < UNTOLD {
+            for seen in [&during, &back] {
+                assert!(
+                    seen.tilt_sigmas < 4.0 && seen.azimuth_sigmas < 4.0 && seen.jump_sigmas < 1.0,
+                    "{name}: {seen:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_gyro_that_saturates_in_every_slip_is_flagged_and_the_sigmas_hold() {
+    // 60 rpm with full stick-slip: up to 12.6 rad/s, of which the gyro reads 8.7 (500 deg/s)
+    let rotation = Rotation { mean_rpm: 60.0, stick_slip: 0.95, ..Rotation::default() };
+    let hole = Hole { inclination_deg: 45.0, azimuth_deg: 60.0, ..Hole::default() };
+    let scenario = Scenario { duration_s: 80.0, rest_s: 20.0, rotation, hole, ..Scenario::default() };
+    let limit = 8.7_f32;
+    let clip = |sample: &mut Sample| sample.gyro_rad_s = sample.gyro_rad_s.map(|x| clipped(x, limit));
+    let flight = flown_in(scenario, 3, Some(limit), |_, sample| clip(sample));
+    let during = flight.seen(30.0, 80.0);
+    println!("{during:.2?}");
+    assert!(during.flagged > 0.2 && during.tilt_sigmas < 4.0 && during.azimuth_sigmas < 4.0, "{during:?}");
+    assert!(during.jump_sigmas < 1.0, "{during:?}");
+}
+
+#[test]
+fn after_a_slip_that_saturated_the_gyro_the_attitude_comes_back() {
+    let rotation = Rotation { mean_rpm: 30.0, stick_slip: 0.4, ..Rotation::default() };
+    let hole = Hole { inclination_deg: 45.0, azimuth_deg: 60.0, ..Hole::default() };
+    let scenario = Scenario { duration_s: 100.0, rest_s: 20.0, rotation, hole, ..Scenario::default() };
+    let flight = flown_in(scenario, 4, Some(8.7), |t, sample| {
+        if (60.0..62.0).contains(&t) {
+            // as it reads when its range is a third too small
+            sample.gyro_rad_s = sample.gyro_rad_s.map(|x| clipped(x, 2.0));
+            sample.flags.set(SampleFlags::GYRO_CLIPPED, sample.gyro_rad_s[2] >= 2.0);
+        }
+    });
+    let (during, after) = (flight.seen(60.0, 70.0), flight.seen(80.0, 100.0));
+    println!("{during:.2?}\n{after:.2?}");
+    assert!(during.tilt_sigmas < 4.0 && during.azimuth_sigmas < 4.0 && during.jump_sigmas < 1.0, "{during:?}");
+    assert!(after.tilt_deg < 2.0 && after.azimuth_deg < 2.0 && after.flagged < 0.1, "{after:?}");
+}
