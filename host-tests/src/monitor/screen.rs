@@ -116,7 +116,8 @@ mod tests {
         terminal.draw(|frame| draw(frame, &state)).unwrap();
         let buffer = terminal.backend().buffer();
         let text: String = buffer.content().iter().map(ratatui::buffer::Cell::symbol).collect();
-        assert!(text.contains("inclination 57.30") && text.contains("azimuth 114.59"), "{text}");
+        // 1 and 2 rad, to the sixteen bits of an attitude frame.
+        assert!(text.contains("inclination 57.29 ") && text.contains("azimuth 114.59 "), "{text}");
         let (mut x, mut y, mut count) = (0.0, 0.0, 0.0);
         for row in 1..16 {
             for column in 1..33 {

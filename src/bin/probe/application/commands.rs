@@ -2,10 +2,10 @@
 
 use super::{Application, Pipeline, board::Board};
 use meerkat_mwd::{
-    survey::StationaryState,
+    survey::{StationaryState, SurveyNews},
     telemetry::{
-        Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, Erasure, FrameDecoder,
-        Judgement, Key, LinkCounters, Outcome, Situation,
+        Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, EarlierModel, Erasure,
+        FrameDecoder, Judgement, Key, LinkCounters, Outcome, Situation,
     },
 };
 
@@ -127,7 +127,22 @@ impl<B: Board> Application<B> {
             }
             Command::Erase { what: Erasure::Models } => {
                 let memory = memory.as_mut().ok_or(CommandRefusal::NothingThere)?;
-                memory.erase(|| board.feed_watchdog()).map_err(|_| CommandRefusal::StorageFailed)?;
+                let factory = probe.config().gyro;
+                memory.erase(&factory, || board.feed_watchdog()).map_err(|_| CommandRefusal::StorageFailed)?;
+            }
+            Command::RollBackModel { to: EarlierModel::Factory } => {
+                let config = *probe.config();
+                if let Some(memory) = memory {
+                    memory.retire(&config.gyro).map_err(|_| CommandRefusal::StorageFailed)?;
+                }
+                probe.configure(&config).map_err(bounds)?;
+                self.report_boot(now_us);
+            }
+            Command::StationarySurvey { .. } => {
+                // Every stop gives a survey by itself; one that is over is sent again.
+                if surveyor.state() == StationaryState::Latched {
+                    line.surveys(SurveyNews::STATIONARY);
+                }
             }
             _ => return Err(CommandRefusal::NotSupported),
         }

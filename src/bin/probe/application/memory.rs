@@ -8,8 +8,8 @@ use embedded_storage::nor_flash::ReadNorFlash;
 use meerkat_mwd::storage::FactoryRecords;
 use meerkat_mwd::{
     Config, Probe, Sample, SampleFlags,
-    compensation::effects::LIBRARY,
-    identification::WindowReport,
+    compensation::{GyroModel, effects::LIBRARY},
+    identification::{Decision, Refusal, WindowReport},
     storage::{
         Limits, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate, StorageError, StoredModel,
     },
@@ -90,6 +90,11 @@ impl<F: NorFlash> Memory<F> {
     /// Begins to store the model that flies, where this window makes it worth it.
     #[inline(never)]
     pub fn window(&mut self, probe: &Probe, report: &WindowReport) {
+        if let Decision::Refused(Refusal::RolledBack { .. }) = report.decision {
+            // What fails is counted; a stored model that no longer holds is rolled back after every start.
+            let _ = self.retire(&probe.config().gyro);
+            return;
+        }
         let Some(model) = probe.model_worth_storing(report, &mut self.gate) else { return };
         // What is refused, or cannot begin, the store counts.
         if self.store.begin_model(&model).is_ok() {
@@ -114,9 +119,15 @@ impl<F: NorFlash> Memory<F> {
         }
     }
 
-    /// No model that is stored is restored any more, and what they took is erased.
-    pub fn erase(&mut self, feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
-        self.store.retire_models()?;
+    /// No model that is stored is restored any more; the next stable one is stored as the first.
+    pub fn retire(&mut self, factory: &GyroModel) -> Result<(), StorageError<F::Error>> {
+        self.gate = StabilityGate::new(factory, None);
+        self.store.retire_models().map(drop)
+    }
+
+    /// The same, and what they took is erased.
+    pub fn erase(&mut self, factory: &GyroModel, feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
+        self.retire(factory)?;
         self.prepare(NotDrilling::Command, feed)
     }
 
