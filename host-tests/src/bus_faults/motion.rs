@@ -18,11 +18,11 @@ const GRAVITY_M_S2: f32 = 9.81;
 
 /// The truth of a run, with and without noise.
 pub struct Motion {
-    /// What the parts see, every [`STEP_US`] from time 0.
+    /// What the parts see, every `STEP_US` from time 0.
     pub seen: Vec<Sample>,
     /// The same without noise.
     pub truth: Vec<Sample>,
-    /// [`BEFORE_US`] of the same motion as good sensors would see it, up to time 0, which is `BEFORE_US` there.
+    /// `BEFORE_US` of the same motion as good sensors would see it, up to time 0, which is `BEFORE_US` there.
     pub before: Vec<Sample>,
 }
 
