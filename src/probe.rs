@@ -32,8 +32,7 @@ use staleness::Staleness;
 use survey::Calibrated;
 
 /// Units of work in a second (a unit is some 300 instructions): 29 % of a Cortex-M4F at 168 MHz while there is work. A window takes
-/// some 16,000, one that is disturbed some 35,000; a diagnosis some 80,000 a pass. The dearest slice, with a piece that is not cut up, is
-/// some 700,000 instructions (4 ms).
+/// some 50,000, one that is disturbed some 70,000; a diagnosis some 80,000 a pass. The dearest piece is some 150,000 instructions (1 ms).
 const WORK_UNITS_PER_SECOND: u32 = 160_000;
 
 /// A step of time over this many nominal periods is a gap.
@@ -222,10 +221,9 @@ impl Probe {
     }
 
     /// Does about `budget` units of identification and diagnosis work (a unit is some 300 instructions; the last piece may overshoot by
-    /// 500) and hands out the report of a window whose result has taken
-    /// effect, or of one that has none. Results do not depend on how the work is sliced, only on whether it is done in time:
-    /// begun within 1.9 s of the window's close, before its samples are overwritten, and done when the result is due. Else the
-    /// window is a counted overrun.
+    /// 500) and hands out the report of a window whose result has taken effect, or of one that has none. Results do not depend on how the
+    /// work is sliced, only on whether it is done in time: far enough before the window's samples are overwritten (some 35,000 units within
+    /// 1.9 s of its close), and done when the result is due. Else the window is a counted overrun.
     pub fn poll(&mut self, budget: u32) -> Option<WindowReport> {
         let mut spent = 0;
         while spent < budget {
