@@ -191,8 +191,9 @@ impl Probe {
             self.unread_s = 0.0;
         } else {
             // Between readings whose time is known the rate changes linearly. Others are taken for means over the interval that
-            // they end: see `Latency::gyro_s`.
-            let held = if self.config.latency.gyro_s.is_some() { 0.5 } else { 0.0 };
+            // they end: see `Latency::gyro_s`. A delay that was found is the whole of it.
+            let is_found = self.effects().gyro_delay_s(self.library()) != 0.0;
+            let held = if is_found || self.config.latency.gyro_s.is_some() { 0.5 } else { 0.0 };
             self.filter.propagate(step_s, &(rate + (before - compensated) * held));
         }
         if let Reading::Good(_) = gyro {
