@@ -113,7 +113,7 @@ impl RealTime {
     }
 
     /// The emulator over what was prepared, its serial line on what QEMU calls a character device, such as
-    /// `unix:/tmp/probe,server=on,wait=on`.
+    /// `unix:PATH,server=on,wait=on`.
     #[must_use]
     pub fn emulator(&self, directory: &Path, toolchain: &Toolchain, serial: &str) -> Command {
         let mut qemu = Command::new(&toolchain.qemu);
