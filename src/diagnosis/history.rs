@@ -20,6 +20,8 @@ pub(crate) struct History {
     /// The candidates that were not asked for, one bit each: those in the model.
     model: u32,
     windows: u8,
+    /// The candidates that the window before showed, each by itself at its limit: one bit each.
+    shown: u32,
 }
 
 /// Windows after which the older half of what is known counts no more than the newer: some ten minutes.
@@ -27,20 +29,29 @@ const MOST_WINDOWS: u8 = 24;
 
 impl History {
     pub const fn zero() -> Self {
-        Self { past: [[0.0; CANDIDATES]; PAST], model: 0, windows: 0 }
+        Self { past: [[0.0; CANDIDATES]; PAST], model: 0, windows: 0, shown: 0 }
     }
 
     /// Begins to take a window's scores beside a model.
     pub fn begin(&mut self, model: u32) {
         if model != self.model {
-            *self = Self::zero();
-            self.model = model;
+            *self = Self { model, shown: self.shown, ..Self::zero() };
         }
         if self.windows >= MOST_WINDOWS {
             self.past.as_flattened_mut().iter_mut().for_each(|x| *x *= 0.5);
             self.windows /= 2;
         }
         self.windows += 1;
+    }
+
+    /// Keeps what a window showed.
+    pub const fn remember(&mut self, shown: u32) {
+        self.shown = shown;
+    }
+
+    /// Whether the window before showed a candidate.
+    pub fn showed(&self, index: usize) -> bool {
+        self.shown.checked_shr(index as u32).unwrap_or(0) & 1 != 0
     }
 
     /// Windows in it, the present one included.

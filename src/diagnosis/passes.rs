@@ -6,7 +6,7 @@ use super::{
     normal::{Factor, MAX_COLUMNS, Model, Normal},
     remainder::Remainder,
     report::{BiasStepReport, DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
-    sign_flip::{GROUPS, Scores, SignFlip},
+    sign_flip::GROUPS,
     walk::Walk,
     weak_columns::{COLUMNS, GYRO, GyroScales, Layout, TestFacts, WeakColumns},
     whitening::Whitening,
@@ -26,12 +26,13 @@ mod limits;
 mod measure;
 mod selection;
 mod solution;
+mod trial;
 mod verdict;
 
 use chosen::Chosen;
 use end_of_pass::{Ending, Next};
 use limits::*;
-use selection::Trial;
+use trial::Trial;
 
 /// Increments that are walked in one piece of work.
 const SLICE: u32 = 4;
@@ -274,6 +275,9 @@ impl Diagnosis {
             Next::Step(ending) => self.ending = ending,
             Next::Pass => self.start_pass(subject),
             Next::Done => {
+                if self.tested {
+                    history.remember(self.shown());
+                }
                 self.running = false;
                 self.done = true;
             }

@@ -1,4 +1,7 @@
-use super::{Refusal, contest::Outcome};
+use super::{
+    Refusal,
+    contest::{MAX_GROUPS, Outcome},
+};
 
 /// Most probable chance win that is accepted: false accepts from chance alone under 1 % of windows.
 const MAX_P_VALUE: f32 = 0.01;
@@ -122,6 +125,14 @@ pub(crate) fn is_worse(win: &Outcome) -> bool {
     win.p_value <= WORSE_P_VALUE
 }
 
+/// Whether a P that a window contradicts wins again on those of its groups that did not teach it. Where they are too few for the limit it has
+/// to win on every one; where there is none nothing speaks against it.
+pub(crate) fn wins_again(outcome: &Outcome, groups: usize) -> bool {
+    let least = 1.0 / (1_u32 << groups.min(MAX_GROUPS)) as f32;
+    let rare = outcome.p_value <= MAX_P_VALUE || outcome.p_value <= least;
+    groups == 0 || rare && outcome.explained >= LEAST_EXPLAINED
+}
+
 /// The part of the gate that a fitted bias has to pass as well.
 pub(crate) fn clear_win(outcome: &Outcome) -> Result<(), Refusal> {
     let Outcome { p_value, explained } = *outcome;
@@ -170,6 +181,18 @@ mod tests {
         }
         let unsure = Promise { posterior_rad: 0.11, ..PROMISE };
         assert!(matches!(judge_refinement(&justified, [even; 2], &unsure), Err(Refusal::ChangeTooSmall { .. })));
+    }
+
+    #[test]
+    fn a_p_that_is_contradicted_wins_again_on_every_one_of_few_new_groups_or_clearly_on_many() {
+        let outcome = |p_value, explained| Outcome { p_value, explained };
+        assert!(wins_again(&outcome(1.0 / 16.0, 0.99), 4), "four of four");
+        assert!(!wins_again(&outcome(2.0 / 16.0, 0.99), 4), "one of four was lost");
+        assert!(!wins_again(&outcome(1.0 / 16.0, 0.7), 4), "too little of the misfit");
+        assert!(wins_again(&outcome(0.01, 0.8), 10));
+        assert!(!wins_again(&outcome(0.05, 0.8), 10));
+        assert!(!wins_again(&outcome(f32::NAN, 0.8), 10) && !wins_again(&outcome(0.001, f32::NAN), 10));
+        assert!(wins_again(&outcome(f32::NAN, 0.0), 0), "nothing new");
     }
 
     #[test]

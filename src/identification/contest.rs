@@ -20,6 +20,8 @@ pub(crate) struct Contest {
     /// Whitened misfit of each model on each unseen group.
     losses: [[f32; MAX_GROUPS]; MODELS],
     groups: usize,
+    /// The first group of which no sample taught the P that flies.
+    fresh_from: usize,
     /// The models' fits to all but the next group.
     fits: [[f32; MAGNETIC]; MODELS],
     /// Sum over the groups of the richest fit without the group minus that to everything: first and second moment.
@@ -41,6 +43,7 @@ impl Contest {
         Self {
             losses: [[0.0; MAX_GROUPS]; MODELS],
             groups: 0,
+            fresh_from: 0,
             fits: [[0.0; MAGNETIC]; MODELS],
             shift: [0.0; 12],
             scatter: Packed::zero(),
@@ -98,20 +101,37 @@ impl Contest {
 
     /// Of model number `winner` against `loser`, counted from 0.
     pub fn between(&self, winner: usize, loser: usize) -> Outcome {
-        let of = |index: usize| self.losses.get(index).copied().unwrap_or([f32::NAN; MAX_GROUPS]);
-        self.outcome(&of(winner), &of(loser))
+        self.outcome(winner, loser, 0)
     }
 
-    fn outcome(&self, winner: &[f32; MAX_GROUPS], loser: &[f32; MAX_GROUPS]) -> Outcome {
+    /// The same on the groups of which no sample taught the P that flies.
+    pub fn between_on_fresh(&self, winner: usize, loser: usize) -> Outcome {
+        self.outcome(winner, loser, self.fresh_from)
+    }
+
+    /// How many those are.
+    pub const fn fresh_groups(&self) -> usize {
+        self.groups.saturating_sub(self.fresh_from)
+    }
+
+    /// The groups played so far hold samples that taught the P that flies.
+    pub const fn not_fresh(&mut self) {
+        self.fresh_from = self.groups;
+    }
+
+    fn outcome(&self, winner: usize, loser: usize, from: usize) -> Outcome {
+        let of = |index: usize| self.losses.get(index).copied().unwrap_or([f32::NAN; MAX_GROUPS]);
         let mut gains = [0.0; MAX_GROUPS];
+        let mut count = 0;
         let (mut won, mut lost) = (0.0, 0.0);
-        for ((gain, w), l) in gains.iter_mut().zip(winner).zip(loser).take(self.groups) {
+        for ((w, l), gain) in of(winner).iter().zip(&of(loser)).take(self.groups).skip(from).zip(&mut gains) {
             *gain = l - w;
             won += w;
             lost += l;
+            count += 1;
         }
         let explained = if lost > 0.0 { 1.0 - won / lost } else { 0.0 };
-        Outcome { p_value: sign_flip_p_value(gains.get(..self.groups).unwrap_or_default()), explained }
+        Outcome { p_value: sign_flip_p_value(gains.get(..count).unwrap_or_default()), explained }
     }
 
     /// Covariance of the richest model's fit by the delete-a-group jackknife: (G - 1) / G times the scatter about the mean. It holds what

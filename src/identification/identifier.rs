@@ -1,10 +1,11 @@
 use super::{
     Carried, Decision, Refusal, WindowCost, WindowReport,
     diagnosis_schedule::DiagnosisSchedule,
+    job::{Context, Job},
     judgement::unidentified,
     micros,
     prior::theta_of,
-    window_fit::{Context, Job, Step, WindowFit},
+    window_fit::{Step, WindowFit},
     work::Work,
 };
 use crate::{
@@ -18,15 +19,6 @@ use nalgebra::Vector3;
 
 /// Reports waiting to be polled.
 const PENDING: usize = 4;
-
-/// Work units of beginning a fit.
-const START_UNITS: u32 = 150;
-
-/// Work units of learning from a fit.
-const LEARN_UNITS: u32 = 250;
-
-/// Work units of judging a fit.
-const JUDGE_UNITS: u32 = 500;
 
 /// Whether a window is being identified.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +46,8 @@ pub(crate) struct Identifier {
     learned_until_us: u64,
     /// End of the latest window that the flown bias comes from; 0: none.
     bias_known_us: u64,
+    /// The same of the flown P.
+    p_known_us: u64,
     /// The window that is fitted, or was the last to be.
     job: Job,
     /// What the samples before it taught.
@@ -76,6 +70,7 @@ mod closing;
 mod reports;
 #[cfg(feature = "storage")]
 mod restoring;
+mod working;
 
 impl Identifier {
     pub const fn zero() -> Self {
@@ -90,6 +85,7 @@ impl Identifier {
             freeze_us: 0,
             learned_until_us: 0,
             bias_known_us: 0,
+            p_known_us: 0,
             job: Job::zero(),
             carried: Carried::nothing(),
             to_learn_us: 0,
@@ -125,6 +121,7 @@ impl Identifier {
         });
         self.learned_until_us = 0;
         self.bias_known_us = 0;
+        self.p_known_us = 0;
         self.carried = Carried::nothing();
         self.to_learn_us = 0;
         self.work = Work::Nothing;
@@ -210,6 +207,9 @@ impl Identifier {
         let changed = (report.flown != self.flown).then_some(report.sigma);
         if changed.is_some() {
             self.stream.change_model(&theta_of(&report.flown));
+            if report.flown.p != self.flown.p {
+                self.p_known_us = report.t_end_us;
+            }
             self.flown = report.flown;
             self.bias_known_us = report.t_end_us;
         }
@@ -231,45 +231,6 @@ impl Identifier {
         }
     }
 
-    /// One bounded piece of work; returns its size in units, 0 when there is nothing to do.
-    pub fn step(&mut self) -> u32 {
-        if self.to_learn_us > 0 {
-            self.learn();
-            return LEARN_UNITS;
-        }
-        match self.state {
-            State::Due => {
-                self.start_fit();
-                return START_UNITS;
-            }
-            State::Fitting => {}
-            State::Idle | State::Ready => return self.diagnosis.step(&mut self.work, &self.stream, &self.config),
-        }
-        let Some((context, fit)) = self.split() else { return 0 };
-        match fit.step(&context) {
-            Step::More(units) => units,
-            Step::Done(report) => {
-                match report.decision {
-                    Decision::Accepted | Decision::Refused(Refusal::ChangeTooSmall { .. }) => self.will_learn(),
-                    // What was carried no longer holds, or this window is wrong: the next one stands by itself.
-                    Decision::Refused(Refusal::Contradiction { .. } | Refusal::RolledBack { .. }) => {
-                        self.carried = Carried::nothing()
-                    }
-                    // A window that the gate does not believe teaches nothing.
-                    Decision::Refused(_) => {}
-                }
-                self.conclude(report);
-                JUDGE_UNITS
-            }
-            Step::Overtaken => {
-                // Nothing will be ready when it is due.
-                self.result.clear();
-                self.state = State::Ready;
-                JUDGE_UNITS
-            }
-        }
-    }
-
     /// The effects that are looked for.
     pub fn library(&self) -> &'static [&'static dyn Effect] {
         self.stream.library()
@@ -288,37 +249,5 @@ impl Identifier {
     /// The cost of the last window whose innovations stand.
     pub fn window_cost(&self) -> Option<WindowCost<'_>> {
         if let Work::Fit(fit) = &self.work { fit.cost() } else { None }
-    }
-
-    /// What no later window will hold is to be carried on.
-    fn will_learn(&mut self) {
-        let until_us = match self.next_close_us {
-            u64::MAX => return,
-            next_us => next_us.saturating_sub(micros(self.config.identification.window_s)),
-        };
-        if until_us > self.job.t_start_us {
-            self.learned_until_us = until_us;
-            self.to_learn_us = until_us;
-        }
-    }
-
-    fn learn(&mut self) {
-        let until_us = core::mem::take(&mut self.to_learn_us);
-        let mut carried = self.carried;
-        if let Some((context, fit)) = self.split() {
-            fit.learn(&context, until_us, &mut carried);
-        }
-        self.carried = carried;
-    }
-
-    fn context(&self) -> Context<'_> {
-        Context { stream: &self.stream, config: &self.config, flown: &self.flown }
-    }
-
-    /// The fit beside what it needs to know.
-    fn split(&mut self) -> Option<(Context<'_>, &mut WindowFit)> {
-        let Self { stream, config, flown, work, .. } = self;
-        let Work::Fit(fit) = work else { return None };
-        Some((Context { stream, config, flown }, fit))
     }
 }

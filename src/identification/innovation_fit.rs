@@ -1,10 +1,10 @@
 use super::{
     Prior,
     drift::{Drift, drift},
+    job::{Context, Job},
     motion::Motion,
     prior::linear,
     weak_fit::WeakFit,
-    window_fit::{Context, Job},
 };
 use crate::{
     algebra::{Packed, plus},

@@ -5,12 +5,13 @@ use super::{
     acceptance::{self, Evidence, Promise},
     contest::MIN_GROUPS,
     drift::Drift,
+    job::{Context, Job},
     least_squares::{Freedom, Model},
     motion::Motion,
     prior::{model_of, prior_sigma, theta_of},
     refinement::Refinement,
     weak_fit::{FACTORY_P, FLOWN_P, FULL, NOTHING},
-    window_fit::{Context, Job, WindowFit},
+    window_fit::WindowFit,
 };
 use crate::{
     algebra::{Cholesky, Packed, dot, minus, plus},
@@ -190,8 +191,8 @@ impl WindowFit {
     }
 
     /// Whether what was accepted before no longer holds: on unseen test windows, each with a bias fitted to the others, the factory's P
-    /// does better than the one that flies; or the window contradicts what that one was learnt from, and it does not win as clearly again.
-    /// How probable so clear a win is by chance.
+    /// does better than the one that flies; or the window contradicts what was learnt, and the one that flies does not win again on test
+    /// windows that did not teach it. How probable so clear a win of the factory's is by chance.
     fn is_rolled_back(&self, context: &Context, decision: Decision) -> Option<f32> {
         let contest = &self.weak.contest;
         if decision == Decision::Accepted || context.flown.p == context.config.gyro.p || contest.groups() < MIN_GROUPS {
@@ -199,7 +200,7 @@ impl WindowFit {
         }
         let factory_wins = contest.between(FACTORY_P, FLOWN_P);
         let contradicts = matches!(decision, Decision::Refused(Refusal::Contradiction { .. }));
-        let wins_again = acceptance::clear_win(&contest.between(FLOWN_P, FACTORY_P)).is_ok();
+        let wins_again = acceptance::wins_again(&contest.between_on_fresh(FLOWN_P, FACTORY_P), contest.fresh_groups());
         let is_rolled_back = acceptance::is_worse(&factory_wins) || contradicts && !wins_again;
         is_rolled_back.then_some(factory_wins.p_value)
     }

@@ -8,6 +8,7 @@ mod drift;
 mod graduation;
 mod identifier;
 mod innovation_fit;
+mod job;
 mod judgement;
 mod least_squares;
 mod motion;

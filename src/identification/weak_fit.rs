@@ -1,10 +1,10 @@
 use super::{
     Carried, Prior,
     contest::{Contest, MAX_GROUPS, MIN_GROUPS, Outcome},
+    job::{Context, Job},
     least_squares::{self, Freedom, Known, MagnetometerErrors, Model, RowVariances},
     prior::theta_of,
     robust_weights::{RobustWeights, Round},
-    window_fit::{Context, Job},
 };
 use crate::{
     algebra::{minus, quantile},
@@ -64,6 +64,8 @@ pub(crate) struct WeakFit {
     tests: u32,
     spoilt: u32,
     pub seen: [u32; 2],
+    /// Test windows that begin before the end of what the P that flies was learnt from.
+    taught_tests: usize,
     pub solution: [f32; MAGNETIC],
     pub variances: RowVariances,
     pub magnetometer: MagnetometerErrors,
@@ -86,6 +88,7 @@ impl WeakFit {
             tests: 0,
             spoilt: 0,
             seen: [0; 2],
+            taught_tests: 0,
             solution: [0.0; MAGNETIC],
             variances: RowVariances { gravity: 0.0, field: 0.0 },
             magnetometer: MagnetometerErrors::None,
@@ -102,6 +105,7 @@ impl WeakFit {
         self.prior = self.base.with(carried);
         self.weights.start();
         self.measured = false;
+        self.taught_tests = taught_tests(context, job);
         self.magnetometer = MagnetometerErrors::LagAndIron;
         self.contest = Contest::zero();
     }
@@ -249,6 +253,9 @@ impl WeakFit {
             _ => {
                 let witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
                 self.contest.play(witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
+                if filled().nth(mine.start).is_some_and(|(number, _)| number < self.taught_tests) {
+                    self.contest.not_fresh();
+                }
             }
         }
         Some(true)
@@ -273,6 +280,13 @@ impl WeakFit {
 /// Some of the test windows, to be gone through in one piece of work, with their numbers.
 fn slice_of(tests: &TestWindows, slice: usize) -> impl Iterator<Item = (usize, &TestEquations)> {
     tests.numbered().skip(slice * SLICE).take(SLICE)
+}
+
+/// How many of the window's test windows begin before the end of what the P that flies was learnt from.
+fn taught_tests(context: &Context, job: &Job) -> usize {
+    let stream = context.stream;
+    let hop_us = u64::from(stream.grid.interval_us) * stream.test_function.hop() as u64;
+    job.p_known_us.saturating_sub(job.t_start_us).div_ceil(hop_us.max(1)) as usize
 }
 
 /// The part of P of a theta.

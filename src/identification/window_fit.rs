@@ -1,55 +1,17 @@
 use super::{
-    Carried, Forgetting, WindowCost, WindowReport, least_squares::ROUNDS, observability::Observability,
-    refinement::Refinement, robust_weights::Round, weak_fit::WeakFit,
+    Carried, WindowCost, WindowReport,
+    job::{Context, Job},
+    least_squares::ROUNDS,
+    observability::Observability,
+    refinement::Refinement,
+    robust_weights::Round,
+    weak_fit::WeakFit,
 };
-use crate::{
-    algebra::plus,
-    compensation::{GyroModel, VectorModel},
-    config::Config,
-    optimizer::Progress,
-    window::{RestBias, SampleStream, TestWindows},
-};
+use crate::{algebra::plus, optimizer::Progress, window::TestWindows};
 use core::mem::ManuallyDrop;
 
 /// Increments whose test windows are made in one piece of work.
 const INCREMENTS_IN_A_STEP: u32 = 16;
-
-/// The window being identified.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Job {
-    pub t_start_us: u64,
-    pub t_end_us: u64,
-    pub effect_us: u64,
-    /// Increments of the window.
-    pub from: u32,
-    pub to: u32,
-    /// The bias from rests until the close.
-    pub rest: Option<RestBias>,
-    /// The same with what the effects that are taken out added to it.
-    pub rest_as_read: Option<RestBias>,
-    /// Whether a rest came after what the flown bias was learnt from.
-    pub rest_is_news: bool,
-    pub rest_s: f32,
-    /// Largest error of the norm of specific force at a rest until the close, m/s^2.
-    pub rest_norm_error_m_s2: Option<f32>,
-}
-
-impl Job {
-    pub const fn zero() -> Self {
-        Self {
-            t_start_us: 0,
-            t_end_us: 0,
-            effect_us: 0,
-            from: 0,
-            to: 0,
-            rest: None,
-            rest_as_read: None,
-            rest_is_news: false,
-            rest_s: 0.0,
-            rest_norm_error_m_s2: None,
-        }
-    }
-}
 
 /// Where the identification of a window stands; each step does a bounded piece of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,28 +43,6 @@ enum Phase {
     Compare,
     /// Uncertainty and acceptance.
     Judge,
-}
-
-/// What a fit needs to know beside its window.
-pub(crate) struct Context<'a> {
-    pub stream: &'a SampleStream,
-    pub config: &'a Config,
-    pub flown: &'a GyroModel,
-}
-
-impl Context<'_> {
-    /// How fast what earlier windows taught goes stale.
-    pub const fn forgetting(&self) -> Forgetting {
-        Forgetting {
-            bias_walk_rad_s_rts: self.config.attitude.gyro_bias_walk_rad_s_rts,
-            forgetting_s: self.config.identification.forgetting_s,
-        }
-    }
-
-    /// Whether the configuration holds a calibration of the accelerometer.
-    pub fn accelerometer_on_record(&self) -> bool {
-        self.config.accel != VectorModel::IDENTITY
-    }
 }
 
 /// The identification of one window, resumable: from its test windows to a report.

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 pub struct AccelLag;
 
 const PARAMETERS: [Parameter; 1] =
-    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: true, turns_axes: false }];
+    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: false, turns_axes: false }];
 
 impl Effect for AccelLag {
     fn name(&self) -> &'static str {

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 pub struct MagLag;
 
 const PARAMETERS: [Parameter; 1] =
-    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.015, largest: 0.1, signed: true, turns_axes: false }];
+    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.015, largest: 0.1, signed: false, turns_axes: false }];
 
 impl Effect for MagLag {
     fn name(&self) -> &'static str {

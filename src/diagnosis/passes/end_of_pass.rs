@@ -66,7 +66,7 @@ impl Diagnosis {
                 Some(false) if slot + 1 < self.chosen.len() => Next::Step(Ending::Drop { slot: slot + 1, has_settled }),
                 Some(false) => self.after_drop(has_settled),
             },
-            Ending::Try { index, has_settled } => match self.tries(subject, index) {
+            Ending::Try { index, has_settled } => match self.tries(subject, index, history) {
                 Tested::Under => Next::Step(self.ending),
                 Tested::Done if index + 1 < Self::candidates(subject) => {
                     Next::Step(Ending::Try { index: index + 1, has_settled })

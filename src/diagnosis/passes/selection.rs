@@ -5,57 +5,12 @@
 use super::*;
 use crate::identification::LEAST_EXPLAINED;
 
-/// Patterns of signs that are counted in one piece of work.
-const PATTERNS_IN_A_STEP: u32 = 512;
-
 /// Whether a candidate has been looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Tested {
     Done,
     /// Its test is under way.
     Under,
-}
-
-/// What some columns show beside a model, while it is tested.
-pub(super) struct Trial {
-    is_under_way: bool,
-    /// The columns' scores, group by group, cleared of what the model explains; and the information that they have beside the model.
-    scores: Scores,
-    whitening: Whitening,
-    whitened: Scores,
-    flip: SignFlip,
-}
-
-impl Trial {
-    #[inline(always)]
-    pub const fn zero() -> Self {
-        Self {
-            is_under_way: false,
-            scores: [[0.0; MAX_PARAMETERS]; GROUPS],
-            whitening: Whitening::zero(),
-            whitened: [[0.0; MAX_PARAMETERS]; GROUPS],
-            flip: SignFlip::zero(),
-        }
-    }
-
-    /// What is under way is not gone on with.
-    pub fn drop_unfinished(&mut self) {
-        self.is_under_way = false;
-    }
-
-    #[inline(never)]
-    fn start(&mut self, dimension: usize) {
-        self.whitened = self.whitening.whitened(&self.scores);
-        self.flip.start(&self.whitened, dimension);
-        self.is_under_way = true;
-    }
-
-    /// One piece of the test; twice the gain and the p-value when it is done.
-    fn step(&mut self) -> Option<(f32, f32)> {
-        let found = self.flip.count(PATTERNS_IN_A_STEP);
-        self.is_under_way = found.is_none();
-        found
-    }
 }
 
 impl Diagnosis {
@@ -141,6 +96,14 @@ impl Diagnosis {
         !is_chosen && self.banned.checked_shr(index as u32).unwrap_or(0) & 1 == 0
     }
 
+    /// The candidates that show at the limit of a single one, one bit each.
+    pub(super) fn shown(&self) -> u32 {
+        let chosen = self.chosen.iter().map(|chosen| (usize::from(chosen.index), chosen.p_value));
+        let tried = self.tried.iter().map(|tried| tried.p_value).enumerate();
+        let shown = chosen.chain(tried).filter(|(_, p_value)| *p_value <= FALSE_ALARMS);
+        shown.fold(0, |mask, (index, _)| mask | 1_u32.checked_shl(index as u32).unwrap_or(0))
+    }
+
     /// Begins to add this window's scores to those of the windows before.
     pub(super) fn begin_history(&mut self, history: &mut History) {
         let chosen = self.chosen.iter();
@@ -167,12 +130,15 @@ impl Diagnosis {
             return Tested::Under;
         }
         let Some((twice_the_gain, p_value)) = self.trial.step() else { return Tested::Under };
+        if !self.is_possible(subject, index) {
+            return Tested::Done;
+        }
         let windows = f32::from(history.windows());
         let evidence = 0.5 * twice_the_gain / windows;
         if let Some(tried) = self.tried.get_mut(index).filter(|tried| tried.p_value > p_value) {
             (tried.evidence, tried.p_value) = (evidence, p_value);
         }
-        if self.leads(subject, index, evidence, p_value) {
+        if self.leads(subject, index, evidence, p_value, false) {
             let Trial { whitening, whitened, .. } = &self.trial;
             let sigma = whitening.sandwich(whitened).map(|x| x / windows);
             self.estimate = whitening.estimate(whitened).map(|x| x / windows);
@@ -247,7 +213,7 @@ impl Diagnosis {
 
     /// Tests a candidate, and keeps it if it shows most so far, of those that show beyond chance.
     #[inline(never)]
-    pub(super) fn tries(&mut self, subject: &Subject, index: usize) -> Tested {
+    pub(super) fn tries(&mut self, subject: &Subject, index: usize, history: &History) -> Tested {
         if !self.is_open(index) || self.chosen.is_full() {
             return Tested::Done;
         }
@@ -256,6 +222,7 @@ impl Diagnosis {
         } else {
             let model = self.model(subject, None);
             match self.test_columns(self.columns_of(subject, index), &model) {
+                Ok(Some(_)) if !self.is_possible(subject, index) => (0.0, 1.0),
                 Ok(Some((twice_the_gain, p_value))) => (0.5 * twice_the_gain, p_value),
                 Ok(None) => return Tested::Under,
                 Err(()) => return Tested::Done,
@@ -264,11 +231,18 @@ impl Diagnosis {
         if let Some(tried) = self.tried.get_mut(index) {
             *tried = Tried { evidence, p_value, too_small: false };
         }
-        if self.leads(subject, index, evidence, p_value) {
+        if self.leads(subject, index, evidence, p_value, history.showed(index)) {
             let found = Chosen { index: index as u8, evidence, p_value, ..Chosen::NONE };
             self.keep(found, self.worth(subject, index, evidence));
         }
         Tested::Done
+    }
+
+    /// Whether what the trial shows is of a sign that the effect can have: a magnetometer that leads is a gyro that lags.
+    fn is_possible(&self, subject: &Subject, index: usize) -> bool {
+        let estimate = self.trial.whitening.estimate(&self.trial.whitened);
+        let parameters = subject.library.get(index).map_or(&[][..], |effect| effect.parameters());
+        parameters.iter().zip(&estimate).all(|(parameter, x)| parameter.signed || *x >= 0.0)
     }
 
     /// Keeps a candidate as the best so far.
@@ -278,10 +252,11 @@ impl Diagnosis {
         let _ = self.best.push((found, worth));
     }
 
-    /// Whether a candidate shows beyond chance and more than the best so far.
-    fn leads(&self, subject: &Subject, index: usize, evidence: f32, p_value: f32) -> bool {
+    /// Whether a candidate shows beyond chance, in this window alone or as it did in the one before, and more than the best so far.
+    fn leads(&self, subject: &Subject, index: usize, evidence: f32, p_value: f32, shown_before: bool) -> bool {
         let least = self.best.first().map_or(LEAST_WORTH, |(_, most)| most + LEAST_LEAD);
-        let limit = FALSE_ALARMS / subject.library.len().min(MAX_CANDIDATES) as f32;
+        let tried = if shown_before { 1 } else { subject.library.len().min(MAX_CANDIDATES) };
+        let limit = FALSE_ALARMS / tried as f32;
         p_value <= limit && self.worth(subject, index, evidence) > least
     }
 

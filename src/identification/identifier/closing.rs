@@ -40,6 +40,7 @@ impl Identifier {
             rest: self.stream.rest_bias(t_us),
             rest_as_read: self.stream.rest_as_read(t_us),
             rest_is_news: self.stream.last_rest_us().is_some_and(|rest_us| rest_us > self.bias_known_us),
+            p_known_us: self.p_known_us,
             rest_s: self.stream.rest_seconds(length_us / 1_000_000) as f32,
             rest_norm_error_m_s2: self.stream.rest_norm_error_m_s2(),
         };
