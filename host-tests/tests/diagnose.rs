@@ -12,7 +12,7 @@ use mwd::{
     configuration::of_trace,
     diagnose::diagnosed,
     flight::fly,
-    simulate::{Effects, Scenario, simulate},
+    simulate::{Effects, Random, Scenario, Temperature, simulate},
     trace::Trace,
 };
 use nalgebra::Vector3;
@@ -29,7 +29,6 @@ fn moment(number: usize) -> Moment {
         force_m_s2: vector(6, 12.0),
         square_force_m2_s4: 100.0 + wave(9, 50.0),
         field_ut: vector(10, 50.0),
-        before_shock: 0.0,
         warming_k: wave(13, 30.0),
     }
 }
@@ -124,6 +123,35 @@ fn nothing_is_named_where_nothing_is_and_what_is_outside_the_library_stays_unexp
             ..Effects::default()
         };
         assert_eq!(last_diagnosis(&run(outside, 45.0, seed)).verdict, Verdict::UnexplainedResidual, "{seed}");
+    }
+}
+
+/// In a vertical hole nothing but the sign tells a lag of the gyro from one of the magnetometer: no magnetometer leads.
+#[test]
+fn a_magnetometer_that_leads_is_a_gyro_that_lags() {
+    for seed in 0..3 {
+        let lag_ms = 3.5 + 1.5 * seed as f64;
+        let gyro = last_diagnosis(&run(Effects { gyro_lag_ms: lag_ms, ..Effects::default() }, 0.0, seed));
+        assert_eq!(names(&gyro), ["gyro_lag"], "{seed}");
+        let [found_s, ..] = gyro.found().next().unwrap().found.parameters;
+        assert!((f64::from(found_s) * 1e3 - lag_ms).abs() < 0.1 * lag_ms, "{seed}: {found_s} s for {lag_ms} ms");
+        let magnetometer = last_diagnosis(&run(Effects { mag_lag_ms: lag_ms, ..Effects::default() }, 0.0, seed));
+        assert_eq!(names(&magnetometer), ["mag_lag"], "{seed}");
+    }
+}
+
+/// A drift too slow to stand out in any one window: what shows twice at the limit of a single hypothesis is named. Truth drawn at random.
+#[test]
+fn a_drift_that_shows_in_two_windows_is_named() {
+    for seed in 0..4 {
+        let mut random = Random::new(seed ^ 0xd1);
+        let slope = random.direction().map(|x| x * random.between(0.03, 0.05));
+        let effects = Effects { gyro_bias_temperature_deg_s_c: slope, ..Effects::default() };
+        let mut warming = Scenario { duration_s: 120.0, effects, ..Scenario::default() };
+        warming.temperature = Some(Temperature { start_c: 40.0, end_c: Some(80.0), ..Temperature::default() });
+        warming.hole.inclination_deg = if seed % 2 == 0 { 0.0 } else { 45.0 };
+        warming.validate().unwrap();
+        assert_eq!(names(&last_diagnosis(&simulate(&warming, seed).0)), ["gyro_bias_temperature"], "{seed}: {slope:?}");
     }
 }
 

@@ -29,8 +29,6 @@ pub struct Moment {
     pub square_force_m2_s4: f32,
     /// Field, microtesla.
     pub field_ut: Vector3<f32>,
-    /// 1 before the shock at which the gyro's bias is thought to have stepped, 0 after it: where nothing has stepped, always.
-    pub before_shock: f32,
     /// Temperature over [`REFERENCE_TEMPERATURE_C`], kelvin; 0 where there is none.
     pub warming_k: f32,
 }

@@ -101,4 +101,14 @@ mod tests {
         }
         assert!(history.windows() <= MOST_WINDOWS);
     }
+
+    #[test]
+    fn what_the_window_before_showed_is_kept_whatever_the_model_and_until_the_next() {
+        let mut history = History::zero();
+        history.remember(0b1010);
+        window(&mut history, 7, 1.0);
+        assert_eq!([0, 1, 2, 3, 40].map(|index| history.showed(index)), [false, true, false, true, false]);
+        history.remember(1);
+        assert!(history.showed(0) && !history.showed(1));
+    }
 }

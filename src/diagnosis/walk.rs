@@ -89,7 +89,6 @@ impl Walk {
                 force_m_s2: self.force,
                 square_force_m2_s4: surroundings.square_force_m2_s4,
                 field_ut: self.field,
-                before_shock: 0.0,
                 warming_k: surroundings.temperature_c.map_or(0.0, |t| t - REFERENCE_TEMPERATURE_C),
             },
             read: [read, increment.gravity.is_some(), increment.field.is_some()],

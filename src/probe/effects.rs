@@ -40,7 +40,6 @@ impl Probe {
             force_m_s2: force,
             square_force_m2_s4: self.square_force_m2_s4,
             field_ut: field,
-            before_shock: 0.0,
             warming_k: if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { 0.0 },
         };
         self.attitude_effects.correct(self.library(), &mut moment);

@@ -32,7 +32,6 @@ impl RestBias {
             force_m_s2: self.force_m_s2,
             square_force_m2_s4: self.force_m_s2.norm_squared(),
             field_ut: Vector3::zeros(),
-            before_shock: 0.0,
             warming_k: self.warming_k,
         }
     }

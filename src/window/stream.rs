@@ -185,7 +185,6 @@ impl SampleStream {
             force_m_s2: -read.gravity.unwrap_or_default(),
             square_force_m2_s4: surroundings.square_force_m2_s4,
             field_ut: read.field.unwrap_or_default(),
-            before_shock: 0.0,
             warming_k: surroundings.temperature_c.map_or(0.0, |t| t - REFERENCE_TEMPERATURE_C),
         };
         self.effects.correct(self.library(), &mut moment);

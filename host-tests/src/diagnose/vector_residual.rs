@@ -146,7 +146,6 @@ fn moment(sample: &Sample, config: &Config, model: &GyroModel, last: Option<(f64
         force_m_s2: config.accel.calibrate(sample.accel_m_s2),
         square_force_m2_s4: config.accel.calibrate(sample.accel_m_s2).norm_squared(),
         field_ut: config.mag.calibrate(sample.mag_ut),
-        before_shock: 0.0,
         warming_k: if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { 0.0 },
     }
 }

@@ -1,11 +1,11 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use super::super::effect::{Effect, Moment, Parameter, Sensor};
 use nalgebra::Vector3;
 
 const DEGREES: f32 = 180.0 / core::f32::consts::PI;
 
-/// A shock changes the bias for good, by d on each axis: what was read before it is d less than the same rate after it.
+/// A shock changes the bias for good, by d on each axis.
 ///
-/// The bias that flies is moved to the new one, so that nothing is left to be taken out of what comes.
+/// The bias that flies is moved to the new one, once, so that nothing is left to be taken out of what comes: the term is zero.
 pub struct GyroBiasStep;
 
 const fn parameter(name: &'static str) -> Parameter {
@@ -28,8 +28,8 @@ impl Effect for GyroBiasStep {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        axis(k) * -moment.before_shock
+    fn term(&self, _: usize, _: &Moment) -> Vector3<f32> {
+        Vector3::zeros()
     }
 
     fn is_bias_step(&self) -> bool {
