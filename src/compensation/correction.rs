@@ -147,6 +147,27 @@ impl ActiveEffects {
     }
 }
 
+/// As a sequence of those that there are.
+#[cfg(feature = "serde")]
+impl serde::Serialize for ActiveEffects {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let found = self.found.get(..usize::from(self.count)).unwrap_or_default();
+        serde::Serialize::serialize(found, serializer)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de> serde::Deserialize<'de> for ActiveEffects {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let found = heapless::Vec::<FoundEffect, MAX_ACTIVE>::deserialize(deserializer)?;
+        let mut effects = Self::none();
+        for effect in found {
+            effects.add(effect);
+        }
+        Ok(effects)
+    }
+}
+
 /// What an effect with these parameters adds to its sensor's reading.
 fn contribution(effect: &dyn Effect, parameters: &[f32; MAX_PARAMETERS], moment: &Moment) -> Vector3<f32> {
     let terms = parameters.iter().enumerate().take(effect.parameters().len());

@@ -7,8 +7,8 @@
 //!            prepare(NotDrilling::PowerUp)           until it says Ready: the only calls that erase
 //!            restore(temperature) -> Probe::restore  the nearest temperature's model, or why there is none
 //! each sample   StabilityGate::sample; step()        32 bytes of a model that is being written
-//! each window   Probe::model_worth_storing -> begin_model
-//! commands      store_counter before the action; retire_models; prepare(NotDrilling::Command)
+//! each window   ModelHistory::window; Probe::model_worth_storing -> begin_model
+//! commands      store_counter before the action; ModelHistory -> store_model; retire_models; prepare(NotDrilling::Command)
 //! ```
 //!
 //! # Timing budget
@@ -50,6 +50,7 @@ mod factory;
 mod granules;
 mod index;
 mod little_endian;
+mod model_history;
 mod model_store;
 mod plausibility;
 mod preparation;
@@ -63,6 +64,7 @@ mod stored_model;
 pub use error::StorageError;
 pub use factory::{FactoryCalibration, FactoryRecords, KEY_BYTES, Provisioning};
 pub use index::ScanCounts;
+pub use model_history::ModelHistory;
 pub use model_store::{ModelStore, Progress, StoreCounts};
 pub use plausibility::{Implausible, Limits};
 pub use preparation::{NotDrilling, Preparation};

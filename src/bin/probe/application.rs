@@ -17,9 +17,9 @@ use acquisition::{Acquired, COUNTS};
 use board::Board;
 use commands::Commands;
 use delay::Delays;
-use line::{Line, WaitingWindow};
+use line::Line;
 use meerkat_mwd::{
-    Config, Probe, Sample,
+    Config, Probe,
     config::{ConfigError, SurveyConfig},
     survey::Surveyor,
     telemetry::{Boot, Health, Key, StreamConfig},
@@ -55,7 +55,6 @@ pub struct Pipeline<F: 'static> {
     pub probe: &'static mut Probe,
     pub surveyor: &'static mut Surveyor,
     pub line: &'static mut Line,
-    pub window: &'static mut WaitingWindow,
     pub commands: &'static mut Commands,
     /// `None`: there is none that can be used, and the probe flies without.
     pub memory: Option<&'static mut Memory<F>>,
@@ -85,6 +84,8 @@ pub struct Application<B: Board> {
     /// Whether a stored model had its chance to fly.
     begun: bool,
     next_sequence: u32,
+    /// Number of the first sample since the pipeline started afresh.
+    first_sequence: u32,
     owed_units: u32,
     progress: Progress,
     served: u32,
@@ -110,6 +111,7 @@ impl<B: Board> Application<B> {
             pipeline,
             begun: false,
             next_sequence: 0,
+            first_sequence: 0,
             owed_units: 0,
             progress: Progress::default(),
             served: COUNTS.served(),
@@ -152,7 +154,7 @@ impl<B: Board> Application<B> {
         self.next_sequence = acquired.sequence.wrapping_add(1);
         let sample = &acquired.sample;
         if !self.begun {
-            self.begin(sample);
+            self.begin(acquired);
         }
         let Pipeline { probe, surveyor, line, memory, .. } = &mut self.pipeline;
         if let Some(memory) = memory {
@@ -176,13 +178,20 @@ impl<B: Board> Application<B> {
 
     /// Before the first sample: it says how warm it is, and so which stored model may fly.
     #[inline(never)]
-    fn begin(&mut self, first: &Sample) {
+    fn begin(&mut self, first: &Acquired) {
         self.begun = true;
+        self.first_sequence = first.sequence;
         let Pipeline { probe, memory, .. } = &mut self.pipeline;
         if let Some(memory) = memory {
-            memory.restore(probe, first);
+            memory.restore(probe, &first.sample);
         }
         self.report_boot(self.board.now_us());
+    }
+
+    /// After the pipeline has started afresh.
+    fn restarted(&mut self, now_us: u64) {
+        self.first_sequence = self.next_sequence;
+        self.report_boot(now_us);
     }
 
     /// What the probe says of itself when it starts, and before a recording.
@@ -193,6 +202,8 @@ impl<B: Board> Application<B> {
             reset: self.board.reset_reason(),
             watchdog_resets: self.board.watchdog_resets(),
             restored_model: memory.as_ref().and_then(|memory| memory.restored()),
+            first_sample: self.first_sequence,
+            flies: memory.as_ref().and_then(|memory| memory.flies(probe)),
             ..Boot::new(*probe.config())
         };
         line.boot(now_us, &boot);
@@ -204,13 +215,13 @@ impl<B: Board> Application<B> {
         let slice = if self.owed_units < SLICE_UNITS { self.owed_units } else { SLICE_UNITS };
         self.owed_units -= slice;
         if slice > 0 {
-            let Pipeline { probe, line, window, memory, .. } = &mut self.pipeline;
+            let Pipeline { probe, line, memory, .. } = &mut self.pipeline;
             if let Some(report) = probe.poll(slice) {
                 if let Some(memory) = memory {
                     memory.window(probe, &report);
                 }
                 self.counts.windows = self.counts.windows.saturating_add(1);
-                line.window(window, report);
+                line.window(report);
             }
         }
         if let Some(memory) = &mut self.pipeline.memory {
@@ -229,8 +240,8 @@ impl<B: Board> Application<B> {
         }
         self.take_diagnosis(now_us);
         self.receive(now_us);
-        let Pipeline { surveyor, line, window, .. } = &mut self.pipeline;
-        line.transmit(&mut self.board, surveyor, window);
+        let Pipeline { surveyor, line, .. } = &mut self.pipeline;
+        line.transmit(&mut self.board, surveyor);
     }
 
     #[inline(never)]

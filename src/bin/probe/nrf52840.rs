@@ -12,7 +12,7 @@ use crate::{
         acquisition::{Acquisition, SampleConsumer, SampleQueue},
         board::Board,
         commands::Commands,
-        line::{Line, WaitingWindow},
+        line::Line,
         memory::{self, Memory},
         sensors::data_sheet,
     },
@@ -47,9 +47,9 @@ const WATCHDOG_TICKS: u32 = 32_768;
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
-    static mut SURVEYOR: Surveyor = Surveyor::new();
+    // Not all zero at first: a value here would stand in flash, too.
+    static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
     static mut LINE: Line = Line::new();
-    static mut WINDOW: WaitingWindow = None;
     static mut COMMANDS: Commands = Commands::new();
     static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
@@ -97,7 +97,7 @@ fn main() -> ! {
     let mut board = Nrf52840 { samples, serial: SerialQueues { outgoing, incoming }, watchdog, reset_reason };
     let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
     let pipeline =
-        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory };
+        Pipeline { probe: PROBE, surveyor: SURVEYOR.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };

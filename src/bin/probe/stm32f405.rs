@@ -11,7 +11,7 @@ use crate::{
         acquisition::{Acquisition, SampleConsumer, SampleQueue},
         board::Board,
         commands::Commands,
-        line::{Line, WaitingWindow},
+        line::Line,
         memory::{self, Memory},
         sample_clock::{self, systick},
         sensors::data_sheet,
@@ -46,9 +46,9 @@ const BAUD: u32 = 921_600;
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
-    static mut SURVEYOR: Surveyor = Surveyor::new();
+    // Not all zero at first: a value here would stand in flash, too.
+    static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
     static mut LINE: Line = Line::new();
-    static mut WINDOW: WaitingWindow = None;
     static mut COMMANDS: Commands = Commands::new();
     static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
@@ -88,7 +88,7 @@ fn main() -> ! {
     let mut board = Stm32f405 { samples, serial, watchdog, reset_reason };
     let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
     let pipeline =
-        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory };
+        Pipeline { probe: PROBE, surveyor: SURVEYOR.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };

@@ -62,6 +62,8 @@ pub enum CommandRefusal {
     StorageFailed,
     /// This probe cannot.
     NotSupported,
+    /// The model is beyond the limits that every model has to keep before it may fly.
+    ModelImplausible,
 }
 
 impl core::fmt::Display for CommandRefusal {
@@ -80,6 +82,7 @@ impl core::fmt::Display for CommandRefusal {
             Self::Busy => f.write_str("what an earlier command started is not done"),
             Self::StorageFailed => f.write_str("the memory refused"),
             Self::NotSupported => f.write_str("this probe cannot"),
+            Self::ModelImplausible => f.write_str("the model is beyond the limits of any that may fly"),
         }
     }
 }

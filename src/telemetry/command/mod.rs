@@ -51,17 +51,21 @@ pub enum Command {
     Configure(Config),
     /// How surveys are taken and judged. Changes calibration: a toolface offset is one.
     ConfigureSurvey(SurveyConfig),
-    /// Fly the model that a window gave and its acceptance refused, or keep what flies for good. Changes calibration.
+    /// Store what the latest window gave, and fly it where its acceptance refused it: a fit that somebody has looked at and believes, from
+    /// the start of the next run on, too. Of a window that was accepted, what flies is stored without waiting for it to prove stable. Only
+    /// the latest window's can be had, and none that could not look: too little motion, sensors that cannot judge. The limits that every
+    /// stored model has to keep hold here, too. To fly it the pipeline starts afresh. Changes calibration.
     AcceptModel {
         /// End of the window, microseconds, as its report says: what is accepted is what was looked at.
         window_end_us: u64,
     },
-    /// Fly an earlier model. Changes calibration.
+    /// Fly an earlier model, now and after every start, and restore no other that is stored, of any temperature: what was rolled back may be
+    /// in all of them. The pipeline then starts afresh. Changes calibration.
     RollBackModel {
         /// Which.
         to: EarlierModel,
     },
-    /// Erase stored models. Changes calibration.
+    /// Erase stored models; what flies goes on. Changes calibration.
     Erase {
         /// Which.
         what: Erasure,
@@ -72,7 +76,8 @@ pub enum Command {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum EarlierModel {
-    /// The one before the one that flies.
+    /// The one before the one that flies: before P or the list of effects changed last, or, where nothing has changed since the start, the
+    /// one that was stored before the one that was restored.
     Previous,
     /// The factory's.
     Factory,

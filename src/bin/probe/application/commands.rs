@@ -1,6 +1,6 @@
 //! What a host asks, and what becomes of it.
 
-use super::{Application, Pipeline, board::Board};
+use super::{Application, Pipeline, board::Board, memory::refusal};
 use meerkat_mwd::{
     survey::{StationaryState, SurveyNews},
     telemetry::{
@@ -120,23 +120,33 @@ impl<B: Board> Application<B> {
                 probe.configure(config).map_err(bounds)?;
                 let survey = surveyor.config().copied().unwrap_or_default();
                 surveyor.configure(&config.earth, &survey).map_err(bounds)?;
-                self.report_boot(now_us);
+                if let Some(memory) = memory {
+                    memory.configured(config);
+                }
+                self.restarted(now_us);
             }
             Command::ConfigureSurvey(survey) => {
                 surveyor.configure(&probe.config().earth, survey).map_err(bounds)?;
             }
             Command::Erase { what: Erasure::Models } => {
                 let memory = memory.as_mut().ok_or(CommandRefusal::NothingThere)?;
-                let factory = probe.config().gyro;
-                memory.erase(&factory, || board.feed_watchdog()).map_err(|_| CommandRefusal::StorageFailed)?;
+                memory.erase(probe.config(), || board.feed_watchdog()).map_err(refusal)?;
             }
             Command::RollBackModel { to: EarlierModel::Factory } => {
-                let config = *probe.config();
                 if let Some(memory) = memory {
-                    memory.retire(&config.gyro).map_err(|_| CommandRefusal::StorageFailed)?;
+                    memory.retire(probe.config()).map_err(refusal)?;
                 }
-                probe.configure(&config).map_err(bounds)?;
-                self.report_boot(now_us);
+                probe.restart(None).map_err(|_| CommandRefusal::NotSupported)?;
+                self.restarted(now_us);
+            }
+            Command::RollBackModel { to: EarlierModel::Previous } => {
+                memory.as_mut().ok_or(CommandRefusal::NothingThere)?.roll_back(probe)?;
+                self.restarted(now_us);
+            }
+            Command::AcceptModel { window_end_us } => {
+                if memory.as_mut().ok_or(CommandRefusal::NothingThere)?.accept(probe, *window_end_us)? {
+                    self.restarted(now_us);
+                }
             }
             Command::StationarySurvey { .. } => {
                 // Every stop gives a survey by itself; one that is over is sent again.
