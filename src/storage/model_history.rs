@@ -4,7 +4,7 @@ use crate::{
     identification::{Decision, WindowReport},
 };
 
-/// Models that a command can ask for: what flew before, and what the latest window gave. All as they would be stored on a command.
+/// Models that a command can ask for: what flew before, and what a window gave. All as they would be stored on a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelHistory {
     /// At the end of the latest window.
@@ -13,9 +13,10 @@ pub struct ModelHistory {
     proposal: Option<Proposal>,
 }
 
-/// What the latest window gave, beside the effects that flew then.
+/// What a window gave, beside the effects that flew then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Proposal {
+    window_end_us: u64,
     gyro: GyroModel,
     sigma: [f32; 12],
     explained: Option<f32>,
@@ -60,27 +61,32 @@ impl ModelHistory {
         if flying.gyro.p != gyro.p || indices(&flying.effects) != indices(effects) {
             self.previous = Some(*flying);
         }
+        if flying.effects != *effects {
+            self.proposal = None;
+        }
         flying.gyro = *gyro;
         flying.effects = *effects;
         flying.temperature_c = temperature_c;
         flying.t_us = report.t_end_us;
         let WindowReport { fitted, sigma, explained, p_value, .. } = *report;
-        let mut proposal = Proposal { gyro: fitted, sigma, explained, p_value };
+        let mut proposal = Proposal { window_end_us: report.t_end_us, gyro: fitted, sigma, explained, p_value };
         if report.decision == Decision::Accepted {
             (flying.sigma, flying.explained, flying.p_value) = (sigma, explained, p_value);
             proposal.gyro = *gyro;
         }
-        let looked = agrees(report.decision).is_some() && report.cost_after.is_some();
-        self.proposal = looked.then_some(proposal);
+        if agrees(report.decision).is_some() && report.cost_after.is_some() {
+            self.proposal = Some(proposal);
+        }
     }
 
-    /// What the latest window gave, its fit whether or not it was accepted, where its end is this and the effects are those that it was
-    /// fitted with. `None`: there is none, or the window could not look: too little motion, sensors that cannot judge, no time.
+    /// What a window gave, its fit whether or not it was accepted. `None`: not the latest of those that could look, or effects have changed
+    /// since. Too little motion, sensors that cannot judge and an overrun leave a window that could not look, and the one before stands.
     #[must_use]
     pub fn proposed(&self, window_end_us: u64, effects: &ActiveEffects) -> Option<StoredModel> {
-        let stands = self.flying.t_us == window_end_us && self.flying.effects == *effects;
-        let Proposal { gyro, sigma, explained, p_value } = self.proposal.filter(|_| stands)?;
-        Some(StoredModel { gyro, sigma, explained, p_value, ..self.flying })
+        let proposal = self.proposal.filter(|_| self.flying.effects == *effects);
+        let proposal = proposal.filter(|proposal| proposal.window_end_us == window_end_us)?;
+        let Proposal { gyro, sigma, explained, p_value, .. } = proposal;
+        Some(StoredModel { gyro, sigma, explained, p_value, t_us: window_end_us, ..self.flying })
     }
 
     /// What flew before P or the list of effects changed; `None`: nothing has changed since the start.

@@ -4,8 +4,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod boards;
+mod commands;
 mod drilling;
 mod every_sample;
+mod live;
 mod memory;
 mod received;
 mod slow_line;

@@ -99,5 +99,5 @@ fn damage_and_losses_are_told() {
     fs::write(at("two.bin"), [&bytes[..], &bytes[..]].concat()).unwrap();
     let recorded = mwd(&["record", &at("two.bin"), "-o", &at("two.csv")]);
     let said = String::from_utf8(recorded.stdout).unwrap();
-    assert!(said.contains("3000 samples") && said.contains("started anew"), "{said}");
+    assert!(said.contains("3000 samples") && said.contains("started afresh"), "{said}");
 }

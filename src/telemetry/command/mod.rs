@@ -51,10 +51,11 @@ pub enum Command {
     Configure(Config),
     /// How surveys are taken and judged. Changes calibration: a toolface offset is one.
     ConfigureSurvey(SurveyConfig),
-    /// Store what the latest window gave, and fly it where its acceptance refused it: a fit that somebody has looked at and believes, from
-    /// the start of the next run on, too. Of a window that was accepted, what flies is stored without waiting for it to prove stable. Only
-    /// the latest window's can be had, and none that could not look: too little motion, sensors that cannot judge. The limits that every
-    /// stored model has to keep hold here, too. To fly it the pipeline starts afresh. Changes calibration.
+    /// Store what a window gave, and fly it where its acceptance refused it: a fit that somebody has looked at and believes, from the start of
+    /// the next run on, too. Of a window that was accepted, what flies is stored without waiting for it to prove stable. Only the latest
+    /// window that could look can be had (too little motion or sensors that cannot judge leave one that could not), and only while the
+    /// effects are those that it was fitted with. The limits that every stored model has to keep hold here, too. To fly it the pipeline
+    /// starts afresh. Changes calibration.
     AcceptModel {
         /// End of the window, microseconds, as its report says: what is accepted is what was looked at.
         window_end_us: u64,
