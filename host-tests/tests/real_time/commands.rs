@@ -1,21 +1,20 @@
 //! Every command, from a host over the emulator's serial line into the probe, and what becomes of it.
 
-use super::live::{Host, LiveProbe, drilled};
+use super::live::{Host, KEY, LiveProbe, drilled};
 use meerkat_mwd::{
     Config, Sample,
     config::SurveyConfig,
-    identification::{Decision, WindowReport},
+    identification::Decision,
     storage::StoredModel,
     telemetry::{Boot, Command, CommandRefusal, EarlierModel, Erasure, Message, Outcome, ResetReason, StreamConfig},
 };
 use mwd::{emulate::real_time::RealTime, flight};
 use std::fs;
 
-const KEY: [u8; 32] = *b"a key that no probe has 32 bytes";
 const OTHER_KEY: [u8; 32] = *b"a key that no probe has 32 Bytes";
 
-/// An hour at rest, of which no test here sees the end.
-const REST_S: f64 = 3_600.0;
+/// Two hours at rest, of which no test here sees the end.
+const REST_S: f64 = 7_200.0;
 
 fn run(config: Config, key: Option<[u8; 32]>) -> RealTime {
     let stream = StreamConfig { attitude_every: 200, ..RealTime::default().stream };
@@ -71,21 +70,6 @@ impl<'a> Owner<'a> {
     }
 }
 
-/// Listens while it drills and until it has stood still for a survey; the latest window whose fit was judged.
-fn drill(host: &mut Host, stop_us: u64) -> WindowReport {
-    let mut reports = Vec::new();
-    host.until("a survey after drilling", |message| match message {
-        Message::Identification(window) => {
-            reports.push(window.report);
-            None
-        }
-        Message::Survey(survey) => (survey.survey.t_end_us > stop_us).then_some(()),
-        _ => None,
-    });
-    println!("{:?}", reports.iter().map(|report| (report.t_end_us, report.decision)).collect::<Vec<_>>());
-    *reports.iter().rfind(|report| report.cost_after.is_some()).unwrap()
-}
-
 /// A run in which a model is accepted and the latest fit of all refused; the host's flight of it, bit for bit the probe's, tells.
 fn with_a_refused_fit() -> (Config, Vec<Sample>) {
     let last_is_refused = |(config, samples): &(Config, Vec<Sample>)| {
@@ -118,7 +102,7 @@ fn models_are_accepted_and_rolled_back_and_both_survive_as_the_counter_does() {
     let mut host = probe.host();
     let begun = boot(&mut host);
     assert_eq!((begun.reset, begun.restored_model, begun.flies), (ResetReason::PowerOn, None, None));
-    let looked = drill(&mut host, 95_000_000);
+    let looked = host.drill(95_000_000);
     assert_ne!(looked.decision, Decision::Accepted, "a fit that was refused is wanted");
     let owner = Owner::new(&probe);
     let accept = Command::AcceptModel { window_end_us: looked.t_end_us };
@@ -145,7 +129,7 @@ fn models_are_accepted_and_rolled_back_and_both_survive_as_the_counter_does() {
     assert_eq!((begun.restored_model, begun.flies.map(|model| model.gyro)), (number, Some(accepted.gyro)));
     let old = host.signed(&KEY, replayed, &back);
     assert_eq!(old, Outcome::Refused(CommandRefusal::Replayed { latest: replayed }));
-    let looked = drill(&mut host, 95_000_000);
+    let looked = host.drill(95_000_000);
     drop(host);
     let owner = Owner::new(&probe);
     owner.types(&["accept-model", "3600000000000"], "window_end_us is out of its bounds");

@@ -3,6 +3,7 @@
 use super::drilling::{PERIOD_US, toolchain};
 use meerkat_mwd::{
     Config, Sample,
+    identification::WindowReport,
     telemetry::{
         Acknowledgement, Boot, Command, FrameDecoder, Key, Kind, MAX_DECODED, MAX_FRAME, MAX_PAYLOAD, Message, Outcome,
         authenticate, encode_frame, encode_payload,
@@ -27,6 +28,9 @@ use std::{
 
 /// Longest that anything here may take.
 const PATIENCE: Duration = Duration::from_secs(300);
+
+/// What the probe and its owner share.
+pub const KEY: [u8; 32] = *b"a key that no probe has 32 bytes";
 
 /// Of the probe's three sectors.
 const FLASH_BYTES: usize = 3 * 16 * 1024;
@@ -172,6 +176,21 @@ impl Host {
             self.heard.extend(&buffer[..count]);
         }
         panic!("in vain: {what}");
+    }
+
+    /// Listens while it drills and until it has stood still for a survey; the latest window whose fit was judged.
+    pub fn drill(&mut self, stop_us: u64) -> WindowReport {
+        let mut reports = Vec::new();
+        self.until("a survey after drilling", |message| match message {
+            Message::Identification(window) => {
+                reports.push(window.report);
+                None
+            }
+            Message::Survey(survey) => (survey.survey.t_end_us > stop_us).then_some(()),
+            _ => None,
+        });
+        println!("{:?}", reports.iter().map(|report| (report.t_end_us, report.decision)).collect::<Vec<_>>());
+        *reports.iter().rfind(|report| report.cost_after.is_some()).unwrap()
     }
 
     fn ask(&mut self, kind: Kind, payload: &[u8]) -> Outcome {

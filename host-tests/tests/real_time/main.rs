@@ -10,5 +10,6 @@ mod every_sample;
 mod live;
 mod memory;
 mod received;
+mod recorded;
 mod slow_line;
 mod watchdog;
