@@ -6,6 +6,7 @@ pub const MAX_ACTIVE: usize = 6;
 
 /// An effect of the library with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FoundEffect {
     /// Its place in the library.
@@ -18,6 +19,7 @@ pub struct FoundEffect {
 
 /// The effects that are taken out of the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct ActiveEffects {
     found: [FoundEffect; MAX_ACTIVE],
     count: u8,

@@ -8,6 +8,7 @@ use crate::{
 
 /// Why a stored model does not fly.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum NotRestored {
     /// Only a probe that has been configured and has taken no sample can take a model.

@@ -53,6 +53,7 @@ pub struct StoreCounts {
 
 /// How far a model has been written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Progress {
     /// Nothing is being written.

@@ -21,6 +21,7 @@ pub struct Restoration {
 
 /// The model to be restored, or why there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[expect(
     clippy::large_enum_variant,
     reason = "nothing here can be boxed, and it lives only until the model is restored"

@@ -6,6 +6,7 @@ pub(super) const VERSION: u8 = 1;
 
 /// A model that flew and was worth keeping, as it stands in flash.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StoredModel {
     /// P and b.
@@ -30,6 +31,7 @@ pub struct StoredModel {
 
 /// Why a model was stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StoreReason {

@@ -8,6 +8,7 @@ mod commands;
 mod drilling;
 mod every_sample;
 mod live;
+mod logged;
 mod memory;
 mod received;
 mod recorded;

@@ -206,6 +206,7 @@ impl<B: Board> Application<B> {
             flies: memory.as_ref().and_then(|memory| memory.flies(probe)),
             ..Boot::new(*probe.config())
         };
+        defmt::info!("{} from sample {=u32}, stored model {}", boot.reset, boot.first_sample, boot.restored_model);
         line.boot(now_us, &boot);
     }
 
@@ -220,6 +221,7 @@ impl<B: Board> Application<B> {
                 if let Some(memory) = memory {
                     memory.window(probe, &report);
                 }
+                defmt::info!("window to {=u64:us}: {}", report.t_end_us, report.decision);
                 self.counts.windows = self.counts.windows.saturating_add(1);
                 line.window(report);
             }
@@ -252,6 +254,7 @@ impl<B: Board> Application<B> {
         }
         if let Some(report) = probe.take_diagnosis() {
             self.counts.diagnoses = self.counts.diagnoses.saturating_add(1);
+            defmt::info!("{=u64:us}: {}", now_us, report.verdict);
             line.diagnosis(now_us, &report);
         }
     }

@@ -7,6 +7,7 @@
 
 mod boot;
 mod flash;
+mod log;
 mod sensors;
 mod serial;
 mod watchdog;

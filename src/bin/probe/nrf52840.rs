@@ -101,7 +101,6 @@ fn main() -> ! {
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };
-    defmt::info!("started, {=u32} us a sample", sample_period_us);
     acquisition::start(SENSORS, (inertial, magnetic), Acquisition::new(producer));
     // SAFETY: no critical section of this program rests on priorities, only on masking all interrupts.
     #[allow(unsafe_code)]

@@ -92,7 +92,6 @@ fn main() -> ! {
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };
-    defmt::info!("started, {=u32} us a sample", sample_period_us);
     acquisition::start(SENSORS, (inertial, magnetic), Acquisition::new(producer));
     systick::start(core.SYST, core.SCB, sample_period_us);
     loop {

@@ -25,6 +25,7 @@ use serde::{Deserialize, Serialize};
 
 /// A request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[expect(
     clippy::large_enum_variant,
     reason = "nothing here can be boxed, and a command lives only until it is carried out"
@@ -75,6 +76,7 @@ pub enum Command {
 
 /// A model that flew before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EarlierModel {
     /// The one before the one that flies: before P or the list of effects changed last, or, where nothing has changed since the start, the
@@ -86,6 +88,7 @@ pub enum EarlierModel {
 
 /// What is erased. The factory's calibration never is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Erasure {
     /// All accepted models.

@@ -59,6 +59,7 @@ const fn decimal(text: &str) -> u8 {
 
 /// Why a probe started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ResetReason {
     /// Power came.

@@ -98,6 +98,7 @@ impl<B: Board> Application<B> {
                 Acknowledgement { sequence, outcome }
             }
         };
+        defmt::info!("{=u64:us}: command {=u16}: {}", now_us, answer.sequence, answer.outcome);
         self.pipeline.line.acknowledge(now_us, &answer);
         true
     }

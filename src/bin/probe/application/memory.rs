@@ -180,9 +180,14 @@ impl<F: NorFlash> Memory<F> {
         if !self.store.is_writing() {
             return;
         }
-        if let Ok(Progress::Stored { .. }) = self.store.step() {
-            // A model is written within a second, and there is no window in that.
-            self.gate.stored(self.history.latest());
+        match self.store.step() {
+            Ok(Progress::Stored { number }) => {
+                defmt::info!("model {=u32} is stored", number);
+                // It was written within a second, and there is no window in that.
+                self.gate.stored(self.history.latest());
+            }
+            Ok(_) => {}
+            Err(_) => defmt::error!("a model could not be stored"),
         }
     }
 
