@@ -85,6 +85,18 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(Restoration { outcome, choice, counts })
     }
 
+    /// Reads all sectors anew: whether the flash holds what counts, no more and no less.
+    ///
+    /// # Errors
+    /// A model is being written, or the flash cannot be read.
+    pub fn verify(&mut self) -> Result<bool, StorageError<F::Error>> {
+        if self.is_writing() {
+            return Err(StorageError::Busy);
+        }
+        let found = self.scan(None)?;
+        Ok(found.holds_all_of(&self.index) && self.index.holds_all_of(&found))
+    }
+
     /// The newest model of a lower number that may fly, whatever its temperature: what was stored before another, until its sector is erased.
     ///
     /// # Errors

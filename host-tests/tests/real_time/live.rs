@@ -109,14 +109,7 @@ impl LiveProbe {
             }
         };
         stream.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
-        Host {
-            stream,
-            heard: VecDeque::new(),
-            decoder: Box::new(FrameDecoder::new()),
-            sequence: 0,
-            boot: None,
-            healths_us: Vec::new(),
-        }
+        Host { stream, heard: VecDeque::new(), decoder: Box::new(FrameDecoder::new()), sequence: 0, boot: None }
     }
 
     /// The program, its exit status and what it said.
@@ -145,8 +138,6 @@ pub struct Host {
     sequence: u16,
     /// The latest that came.
     pub boot: Option<Boot>,
-    /// When reports of health were made, microseconds.
-    pub healths_us: Vec<u64>,
 }
 
 impl Host {
@@ -158,10 +149,8 @@ impl Host {
             while let Some(byte) = self.heard.pop_front() {
                 // A host that comes in the middle hears the rest of a frame.
                 let message = self.decoder.push(byte).and_then(|frame| Message::decode(&frame).ok());
-                match &message {
-                    Some(Message::Boot(boot)) => self.boot = Some(*boot),
-                    Some(Message::Health(health)) => self.healths_us.push(health.t_us),
-                    _ => {}
+                if let Some(Message::Boot(boot)) = &message {
+                    self.boot = Some(*boot);
                 }
                 if let Some(last) = message.as_ref().and_then(&mut is_last) {
                     return last;

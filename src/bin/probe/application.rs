@@ -236,7 +236,7 @@ impl<B: Board> Application<B> {
     #[inline(never)]
     fn telemetry(&mut self) {
         let now_us = self.board.now_us();
-        if now_us >= self.health_us || core::mem::take(&mut self.pipeline.commands.health_asked) {
+        if now_us >= self.health_us || !self.pipeline.commands.self_test.is_empty() {
             self.health_us = now_us + HEALTH_US;
             self.report_health(now_us);
         }
@@ -284,6 +284,7 @@ impl<B: Board> Application<B> {
             commands_refused: commands.refused,
             models_stored,
             storage_failures,
+            self_test: self.pipeline.commands.self_test.pop(),
             ..Health::default()
         };
         self.pipeline.line.health(now_us, &health);

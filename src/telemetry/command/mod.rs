@@ -32,7 +32,8 @@ use serde::{Deserialize, Serialize};
 )]
 #[non_exhaustive]
 pub enum Command {
-    /// Try the sensors' self-tests and the storage, and report health. Not while drilling: a sensor under test measures nothing.
+    /// Look at what the sensors read and read the storage anew, and report health with what was found. Not while drilling: only at rest
+    /// is it known what a sensor should read, and the storage takes a while. The parts are not excited: their own self-tests are not run.
     SelfTest,
     /// What goes over the line, and how fast.
     ConfigureStream(StreamConfig),

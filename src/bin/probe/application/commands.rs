@@ -1,11 +1,12 @@
 //! What a host asks, and what becomes of it.
 
 use super::{Application, Pipeline, board::Board, memory::refusal};
+use heapless::Vec;
 use meerkat_mwd::{
     survey::{StationaryState, SurveyNews},
     telemetry::{
         Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, EarlierModel, Erasure,
-        FrameDecoder, Judgement, Key, LinkCounters, Outcome, Situation,
+        FrameDecoder, Judgement, Key, LinkCounters, Outcome, SelfTest, Situation,
     },
 };
 
@@ -19,15 +20,20 @@ const BYTES_A_ROUND: u32 = 64;
 pub struct Commands {
     decoder: FrameDecoder<LONGEST>,
     gate: CommandGate,
-    /// Whether health is to be reported at once.
-    pub health_asked: bool,
+    /// What is to be reported at once.
+    pub self_test: Vec<SelfTest, 1>,
     /// When the recording ends, microseconds; 0: when it is stopped.
     recording_until_us: u64,
 }
 
 impl Commands {
     pub const fn new() -> Self {
-        Self { decoder: FrameDecoder::new(), gate: CommandGate::new(None), health_asked: false, recording_until_us: 0 }
+        Self {
+            decoder: FrameDecoder::new(),
+            gate: CommandGate::new(None),
+            self_test: Vec::new(),
+            recording_until_us: 0,
+        }
     }
 
     /// With the key that was provisioned; without one, no command that changes calibration is carried out.
@@ -109,7 +115,12 @@ impl<B: Board> Application<B> {
         // The gate has checked every field.
         let bounds = |_| CommandRefusal::Malformed;
         match command {
-            Command::SelfTest => commands.health_asked = true,
+            Command::SelfTest => {
+                let storage_holds = memory.as_mut().map(|memory| memory.verify());
+                commands.self_test.clear();
+                // Just emptied, so there is room.
+                let _ = commands.self_test.push(SelfTest { sensors: line.sensors_at_fault(), storage_holds });
+            }
             Command::ConfigureStream(stream) => line.configure(stream).map_err(bounds)?,
             Command::StartRecording { for_s } => {
                 commands.recording_until_us = for_s.map_or(0, |s| now_us.saturating_add(u64::from(s) * 1_000_000));

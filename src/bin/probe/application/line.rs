@@ -4,13 +4,14 @@ use super::board::Board;
 use heapless::Vec;
 use meerkat_mwd::{
     Sample,
+    attitude::AttitudeFlags,
     config::ConfigError,
     diagnosis::DiagnosisReport,
     identification::WindowReport,
     probe::Output,
     survey::{SurveyNews, Surveyor},
     telemetry::{
-        Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, StreamConfig,
+        Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, SelfTest, StreamConfig,
         TelemetryQueue,
     },
 };
@@ -31,6 +32,8 @@ pub struct Line {
     /// The report of a window that waits for room.
     window: Vec<WindowReport, 1>,
     surveys: SurveyNews,
+    /// Of the latest sample.
+    flags: AttitudeFlags,
     recording: bool,
     results_lost: u32,
 }
@@ -44,6 +47,7 @@ impl Line {
             sent: 0,
             window: Vec::new(),
             surveys: SurveyNews::empty(),
+            flags: AttitudeFlags::empty(),
             recording: false,
             results_lost: 0,
         }
@@ -82,8 +86,14 @@ impl Line {
             self.queue.push_sample(now_us, number, sample);
         }
         if let Some(output) = output {
+            self.flags = output.attitude.map_or(AttitudeFlags::ACCEL_UNUSED, |attitude| attitude.flags);
             self.queue.push_attitude(now_us, output);
         }
+    }
+
+    /// What was wrong with the sensors in the latest sample.
+    pub fn sensors_at_fault(&self) -> AttitudeFlags {
+        self.flags & SelfTest::FAULTS
     }
 
     /// Which surveys are new; the surveyor keeps them.

@@ -142,6 +142,11 @@ impl<F: NorFlash> Memory<F> {
         Ok(())
     }
 
+    /// Whether the flash holds what it should.
+    pub fn verify(&mut self) -> bool {
+        matches!(self.store.verify(), Ok(true))
+    }
+
     /// What flies now, where it is not the factory's.
     pub fn flies(&self, probe: &Probe) -> Option<StoredModel> {
         let (gyro, effects) = (probe.gyro_model(), probe.effects());
