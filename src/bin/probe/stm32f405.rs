@@ -8,7 +8,7 @@ mod port;
 use crate::{
     application::{
         Application, Pipeline, Settings,
-        acquisition::{Acquisition, SampleConsumer, SampleQueue},
+        acquisition::{Acquisition, SampleQueue},
         board::Board,
         commands::Commands,
         line::Line,
@@ -17,10 +17,10 @@ use crate::{
         sensors::data_sheet,
     },
     fault, reset_record,
+    sensor_board::{BoardSensors, SensorBoard, start_sensors},
     serial_queues::{Incoming, Outgoing, SerialQueues},
     stack,
 };
-use acquisition::BoardSensors;
 use core::mem::MaybeUninit;
 use cortex_m::{Peripherals as Core, peripheral::SCB};
 use cortex_m_rt::{entry, exception};
@@ -85,14 +85,14 @@ fn main() -> ! {
     };
     let (producer, samples) = SAMPLES.split();
     let serial = SerialQueues { outgoing, incoming };
-    let mut board = Stm32f405 { samples, serial, watchdog, reset_reason };
+    let mut board = SensorBoard { samples, serial, watchdog, reset_reason };
     let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
     let pipeline =
         Pipeline { probe: PROBE, surveyor: SURVEYOR.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };
-    acquisition::start(SENSORS, (inertial, magnetic), Acquisition::new(producer));
+    start_sensors(SENSORS, (inertial, magnetic), Acquisition::new(producer));
     systick::start(core.SYST, core.SCB, sample_period_us);
     loop {
         application.turn();
@@ -122,53 +122,18 @@ fn reset_reason(rcc: &RCC) -> ResetReason {
     }
 }
 
-struct Stm32f405 {
-    samples: SampleConsumer,
-    serial: SerialQueues,
-    watchdog: IndependentWatchdog,
-    reset_reason: ResetReason,
-}
+/// What is the chip's own of a board with sensors.
+pub mod chip {
+    pub use super::{
+        acquisition::{Inertial, Magnetic},
+        flash::ModelFlash,
+        port::wake,
+    };
+    pub use crate::application::sample_clock::systick::now_us;
+    pub use stm32f4xx_hal::watchdog::IndependentWatchdog as Watchdog;
 
-impl Board for Stm32f405 {
-    type Flash = ModelFlash;
-
-    fn now_us(&self) -> u64 {
-        systick::now_us()
-    }
-
-    fn samples(&mut self) -> &mut SampleConsumer {
-        &mut self.samples
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> usize {
-        let sent = self.serial.send(bytes);
-        port::wake();
-        sent
-    }
-
-    fn receive(&mut self) -> Option<u8> {
-        self.serial.receive()
-    }
-
-    fn feed_watchdog(&mut self) {
-        self.watchdog.feed();
-    }
-
-    fn idle(&mut self) {
-        // With interrupts masked one that comes between the question and the sleep still wakes.
-        cortex_m::interrupt::free(|_| {
-            if self.samples.is_empty() {
-                cortex_m::asm::wfi();
-            }
-        });
-    }
-
-    fn reset_reason(&self) -> ResetReason {
-        self.reset_reason
-    }
-
-    fn watchdog_resets(&self) -> u32 {
-        reset_record::watchdog_resets()
+    pub fn feed(watchdog: &mut Watchdog) {
+        watchdog.feed();
     }
 }
 
