@@ -13,7 +13,7 @@
 //!
 //! # Timing budget
 //! A single-bank STM32F4 fetches no instruction from its flash while the flash is programmed or erased: reading it then stalls the bus (RM0090
-//! section 3.6), interrupts included. Data sheet DS8626, memory characteristics, flash memory programming, 32 bits at a time (2.7 to 3.6 V; a byte
+//! section 3.6, erase and program operations), interrupts included. Data sheet DS8626, memory characteristics, flash memory programming, 32 bits at a time (2.7 to 3.6 V; a byte
 //! at a time takes as long for each byte, and erasing then 400 and 800 ms):
 //!
 //! | | typical | at most | when |
@@ -56,6 +56,7 @@ mod plausibility;
 mod preparation;
 mod record;
 mod restoration;
+mod room;
 mod sector;
 mod single_values;
 mod stability;

@@ -9,7 +9,6 @@ use serde::de::DeserializeOwned;
 
 /// What a probe sent.
 #[derive(Clone, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "nothing here can be boxed, and a message lives only until it is read")]
 #[non_exhaustive]
 pub enum Message {
     /// What the probe runs with.
