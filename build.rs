@@ -1,10 +1,15 @@
-//! Linker arguments of the firmware. They stand here because a user's RUSTFLAGS would replace those of `.cargo/config.toml`,
+//! Linker arguments of the firmware, and what it logs. The arguments stand here because a user's RUSTFLAGS would replace those of `.cargo/config.toml`,
 //! and the image would link empty.
 
 fn main() {
     println!("cargo:rerun-if-changed=memory.x");
     println!("cargo:rerun-if-changed=src/bin/probe/nrf52840.x");
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-env-changed=DEFMT_LOG");
+    if std::env::var_os("DEFMT_LOG").is_none() {
+        // Without a word defmt logs errors alone.
+        println!("cargo:rustc-env=DEFMT_LOG=info");
+    }
     let feature = |name: &str| std::env::var_os(format!("CARGO_FEATURE_{name}")).is_some();
     let bare_metal = std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
     if !bare_metal || !feature("FIRMWARE") {

@@ -73,6 +73,9 @@ pub struct ReplayArgs {
     /// Configuration on top of what the trace says
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
+    /// A stored model that flies from the first sample on, as `record` writes it
+    #[arg(long, value_name = "FILE.toml")]
+    pub model: Option<PathBuf>,
     /// What searches for the parameters
     #[arg(long)]
     pub optimizer: Option<Optimizer>,
@@ -100,6 +103,7 @@ impl ReplayArgs {
             html: None,
             hold_out: args.hold_out,
             config: args.config.clone(),
+            model: None,
             optimizer: None,
             seed: None,
             no_effects: false,
@@ -280,6 +284,9 @@ fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
     match command {
         None => main_job::run(),
         Some(Command::Replay(args)) => replay::run(&args),
+        Some(Command::Emulate(args)) if args.model.is_some() => {
+            Err(Failure::BadInput("--model: the emulated chip starts with the factory's model".to_owned()).into())
+        }
         Some(Command::Emulate(args)) => emulate::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Diagnose(args)) => diagnose::run(&args),

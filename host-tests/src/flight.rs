@@ -7,8 +7,11 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, HardIronInterval},
     identification::WindowReport,
     probe::{Counters, Output},
+    storage::StoredModel,
     survey::{SurveyNews, SurveyReport, Surveyor},
 };
+
+use crate::failure::Failure;
 
 /// What one run of the pipeline over a trace gave, on the host or on the emulated chip.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,7 +34,24 @@ pub struct Flight {
 /// # Errors
 /// The field of the configuration that cannot be used.
 pub fn fly(config: &Config, samples: &[Sample], progress: impl FnMut(usize)) -> Result<Flight, ConfigError> {
-    fly_at(Pace::OfTheChip, &LIBRARY, config, samples, progress)
+    Ok(fly_on(probe(&LIBRARY, config)?, samples, progress))
+}
+
+/// A probe before its first sample, with a stored model or the factory's.
+///
+/// # Errors
+/// The configuration or the model cannot be used.
+pub fn started(config: &Config, model: Option<&StoredModel>) -> Result<Box<Probe>, Failure> {
+    let mut probe = probe(&LIBRARY, config)?;
+    let restored = model.map_or(Ok(()), |model| probe.restore(model));
+    restored.map_err(|why| Failure::BadInput(format!("the stored model may not fly: {why:?}")))?;
+    Ok(probe)
+}
+
+/// Flies a probe that was started.
+#[must_use]
+pub fn fly_on(probe: Box<Probe>, samples: &[Sample], progress: impl FnMut(usize)) -> Flight {
+    fly_at(Pace::OfTheChip, probe, samples, progress)
 }
 
 /// The same with another library of effects.
@@ -44,7 +64,7 @@ pub fn fly_with(
     samples: &[Sample],
     progress: impl FnMut(usize),
 ) -> Result<Flight, ConfigError> {
-    fly_at(Pace::OfTheChip, library, config, samples, progress)
+    Ok(fly_at(Pace::OfTheChip, probe(library, config)?, samples, progress))
 }
 
 /// The same on a desk: all work is done as soon as it is there.
@@ -56,16 +76,15 @@ pub fn fly_at_a_desk(
     config: &Config,
     samples: &[Sample],
 ) -> Result<Flight, ConfigError> {
-    fly_at(Pace::OfADesk, library, config, samples, |_| {})
+    Ok(fly_at(Pace::OfADesk, probe(library, config)?, samples, |_| {}))
 }
 
 /// The surveys of a flight at rest and over whole turns, in the order in which they were completed.
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.
-pub fn surveys(config: &Config, samples: &[Sample]) -> Result<Vec<SurveyReport>, ConfigError> {
-    let (mut probe, mut surveyor) = (Box::new(Probe::new()), Surveyor::new());
-    probe.configure(config)?;
+pub fn surveys(mut probe: Box<Probe>, samples: &[Sample]) -> Result<Vec<SurveyReport>, ConfigError> {
+    let (config, mut surveyor) = (*probe.config(), Surveyor::new());
     surveyor.configure(&config.earth, &config.survey)?;
     let mut taken = Vec::new();
     for sample in samples {
@@ -87,16 +106,14 @@ enum Pace {
     OfADesk,
 }
 
-fn fly_at(
-    pace: Pace,
-    library: &'static [&'static dyn Effect],
-    config: &Config,
-    samples: &[Sample],
-    mut progress: impl FnMut(usize),
-) -> Result<Flight, ConfigError> {
+fn probe(library: &'static [&'static dyn Effect], config: &Config) -> Result<Box<Probe>, ConfigError> {
     let mut probe = Box::new(Probe::new());
     probe.set_library(library);
     probe.configure(config)?;
+    Ok(probe)
+}
+
+fn fly_at(pace: Pace, mut probe: Box<Probe>, samples: &[Sample], mut progress: impl FnMut(usize)) -> Flight {
     let mut flight = Flight { outputs: Vec::with_capacity(samples.len()), ..Flight::default() };
     for (flown, sample) in samples.iter().enumerate() {
         flight.outputs.extend(probe.push(sample));
@@ -110,5 +127,5 @@ fn fly_at(
     flight.diagnoses.extend(std::iter::from_fn(|| probe.take_diagnosis()));
     flight.magnets = probe.hard_iron_intervals().copied().collect();
     flight.counters = probe.counters();
-    Ok(flight)
+    flight
 }

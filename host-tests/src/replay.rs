@@ -1,12 +1,13 @@
 //! `mwd replay`: read, configure, fly on the host, score, deliver.
 
 use std::{
+    fs,
     io::{self, IsTerminal, Write},
     path::Path,
 };
 
 use indicatif::{ProgressBar, ProgressStyle};
-use meerkat_mwd::{Config, config::ConfigError};
+use meerkat_mwd::{Config, Probe, storage::StoredModel};
 
 use crate::{
     attitude_csv::write_attitude_csv,
@@ -14,7 +15,7 @@ use crate::{
     configuration::configuration,
     diagnose::diagnosed,
     failure::Failure,
-    flight::{Flight, fly, surveys},
+    flight::{Flight, fly_on, started, surveys},
     rates_csv::write_rates_csv,
     result_json::result_json,
     score::{self, Reference},
@@ -35,7 +36,7 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
     if let Some(played) = &played {
         trace.samples.clone_from(&played.samples);
     }
-    let flight = fly_with_bar(&trace, &config)?;
+    let flight = fly_with_bar(started(&config, stored_model(args)?.as_ref())?, &trace);
     deliver(args, &trace, &config, &flight, "on this machine")?;
     if let Some(played) = &played {
         through_sensors::report(&mut io::stdout().lock(), &config, &recorded, played)?;
@@ -44,12 +45,10 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
 }
 
 /// Flies a trace on the host and shows how far it is.
-///
-/// # Errors
-/// The field of the configuration that cannot be used.
-pub fn fly_with_bar(trace: &Trace, config: &Config) -> Result<Flight, ConfigError> {
+#[must_use]
+pub fn fly_with_bar(probe: Box<Probe>, trace: &Trace) -> Flight {
     let bar = progress_bar(trace.samples.len());
-    let flight = fly(config, &trace.samples, |flown| {
+    let flight = fly_on(probe, &trace.samples, |flown| {
         // A thousand samples fly in well under a frame.
         if flown % 1_000 == 0 {
             bar.set_position(flown as u64);
@@ -57,6 +56,14 @@ pub fn fly_with_bar(trace: &Trace, config: &Config) -> Result<Flight, ConfigErro
     });
     bar.finish_and_clear();
     flight
+}
+
+/// The stored model that the arguments name.
+fn stored_model(args: &ReplayArgs) -> Result<Option<StoredModel>, Failure> {
+    let Some(path) = &args.model else { return Ok(None) };
+    let bad = |what: String| Failure::BadInput(format!("{}: {what}", path.display()));
+    let text = fs::read_to_string(path).map_err(|e| bad(format!("cannot be read: {e}")))?;
+    toml::from_str(&text).map(Some).map_err(|e| bad(e.to_string().trim_end().replace('\n', " ")))
 }
 
 /// Reads the trace and makes its configuration; everything that can be wrong with the arguments shows here.
@@ -83,7 +90,7 @@ fn check_outputs(args: &ReplayArgs) -> Result<(), Failure> {
         if same_file(output, &args.trace) {
             return taken("the trace");
         }
-        if args.config.as_ref().is_some_and(|config| same_file(output, config)) {
+        if [&args.config, &args.model].into_iter().flatten().any(|read| same_file(output, read)) {
             return taken("the configuration");
         }
         if outputs.into_iter().take(index).flatten().any(|other| other == output || same_file(output, other)) {
@@ -114,7 +121,8 @@ pub fn deliver(
         write_rates_csv(&flight.outputs, path)?;
     }
     if let Some(path) = &args.surveys {
-        write_surveys_csv(&surveys(config, &trace.samples)?, path)?;
+        let probe = started(config, stored_model(args)?.as_ref())?;
+        write_surveys_csv(&surveys(probe, &trace.samples)?, path)?;
     }
     if let Some(path) = &args.json {
         result_json(trace, config, flight, &diagnosed, reference).write(path)?;

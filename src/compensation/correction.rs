@@ -6,6 +6,7 @@ pub const MAX_ACTIVE: usize = 6;
 
 /// An effect of the library with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FoundEffect {
     /// Its place in the library.
@@ -18,6 +19,7 @@ pub struct FoundEffect {
 
 /// The effects that are taken out of the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct ActiveEffects {
     found: [FoundEffect; MAX_ACTIVE],
     count: u8,
@@ -144,6 +146,27 @@ impl ActiveEffects {
         self.iter().fold(0.0, |sum, found| {
             sum + library.get(usize::from(found.index)).map_or(0.0, |effect| effect.gyro_delay_s(&found.parameters))
         })
+    }
+}
+
+/// As a sequence of those that there are.
+#[cfg(feature = "serde")]
+impl serde::Serialize for ActiveEffects {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let found = self.found.get(..usize::from(self.count)).unwrap_or_default();
+        serde::Serialize::serialize(found, serializer)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de> serde::Deserialize<'de> for ActiveEffects {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let found = heapless::Vec::<FoundEffect, MAX_ACTIVE>::deserialize(deserializer)?;
+        let mut effects = Self::none();
+        for effect in found {
+            effects.add(effect);
+        }
+        Ok(effects)
     }
 }
 

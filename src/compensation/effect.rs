@@ -7,6 +7,7 @@ pub const MAX_PARAMETERS: usize = 9;
 
 /// Whose reading an effect changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Sensor {
     /// The compensated rate, rad/s (after P and b).
     Gyro,

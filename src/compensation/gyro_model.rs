@@ -2,6 +2,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// The gyro's 12 error parameters: `w = P (w_raw - b)` (paper, eq 1 to 4; P = (I + S)^-1).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GyroModel {
     /// P, row-major, dimensionless: inverse of scale factors and cross-couplings; the identity for a perfect gyro.

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 ///
 /// M holds scale factors, cross-couplings (soft iron for a magnetometer) and the mounting rotation into the gyro's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VectorModel {
     /// M, row-major, dimensionless.

@@ -2,6 +2,7 @@ use super::{ConfigError, all_positive};
 
 /// The attitude filter. Standard deviations are those of what is left after compensation and calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct AttitudeConfig {

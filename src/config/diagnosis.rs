@@ -2,6 +2,7 @@ use super::{ConfigError, all_positive};
 
 /// When a diagnosis looks for effects beyond the gyro's twelve parameters, and at how much.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct DiagnosisConfig {

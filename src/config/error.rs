@@ -1,5 +1,6 @@
 /// Why a [`Config`](super::Config) cannot be used: the field, and what it must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub struct ConfigError {
     /// The field's path, for instance `identification.window_s`.

@@ -1,5 +1,6 @@
 /// Full scales of the sensors; `None`: unknown, so clipping of that sensor cannot be known.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct FullScale {

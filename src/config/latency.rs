@@ -6,6 +6,7 @@ const LONGEST_S: f32 = 0.1;
 /// How long before its sample's time a reading was true, by sensor: low-pass filters, conversion, bus. From data sheets or a bench.
 /// `None`: not known, and no delay; the diagnosis then looks for one of a vector sensor behind the gyro.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Latency {

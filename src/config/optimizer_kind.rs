@@ -1,6 +1,7 @@
 /// How the population search, or what takes its place, is chosen. All but `Imoa`, `Lm` and `Ls` are there with the feature
 /// `baseline-searches` only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]

@@ -7,6 +7,7 @@ use super::{ConfigError, all_positive};
 ///
 /// What a survey cannot see is not among them: how the tool lies in the hole (XYM1 to XYM4, SAG) and depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct SurveyErrors {

@@ -64,6 +64,7 @@ pub trait Cost<const D: usize> {
 
 /// Whether a resumable search has more to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Progress {
     /// There are evaluations left.
     Running,

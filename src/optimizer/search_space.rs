@@ -13,6 +13,7 @@ pub struct SearchSpace<const D: usize> {
 
 /// Why a search cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum OptimizerError {
     /// A cost of no variables.

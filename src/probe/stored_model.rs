@@ -8,6 +8,7 @@ use crate::{
 
 /// Why a stored model does not fly.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum NotRestored {
     /// Only a probe that has been configured and has taken no sample can take a model.
@@ -28,10 +29,7 @@ impl Probe {
         if !self.configured || self.counters.samples > 0 {
             return Err(NotRestored::NotAtTheBeginning);
         }
-        if !self.config.effects && !model.effects.is_empty() {
-            return Err(NotRestored::EffectsSwitchedOff);
-        }
-        Limits::new(&self.config, self.library()).check(model).map_err(NotRestored::Implausible)?;
+        self.may_restore(model)?;
         self.identifier.restore(&model.gyro, &model.effects);
         self.attitude_effects = self.effects().of_attitude(self.library());
         self.filter.mag_delay_known(self.mag_delay_sigma_s());
@@ -43,6 +41,29 @@ impl Probe {
         }
         self.last_raw_rad_s = model.gyro.b_rad_s;
         Ok(())
+    }
+
+    /// Whether a model may fly with this configuration and library.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn may_restore(&self, model: &StoredModel) -> Result<(), NotRestored> {
+        if !self.config.effects && !model.effects.is_empty() {
+            return Err(NotRestored::EffectsSwitchedOff);
+        }
+        Limits::new(&self.config, self.library()).check(model).map_err(NotRestored::Implausible)
+    }
+
+    /// Starts afresh from the configuration that there is, as after power-up: with a model that is restored, or the factory's. All that
+    /// was learnt from the samples so far is forgotten; counters begin anew.
+    ///
+    /// # Errors
+    /// The model does not fly, and the probe is as it was.
+    pub fn restart(&mut self, model: Option<&StoredModel>) -> Result<(), NotRestored> {
+        model.map_or(Ok(()), |model| self.may_restore(model))?;
+        let config = self.config;
+        self.configure(&config).map_err(|_| NotRestored::NotAtTheBeginning)?;
+        model.map_or(Ok(()), |model| self.restore(model))
     }
 
     /// The model that flies, where it is worth a record; to be asked with every report that [`Probe::poll`] hands out.

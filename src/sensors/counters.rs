@@ -35,6 +35,7 @@ pub struct Counters {
 
 /// How a source is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Condition {
     /// The part is being started.

@@ -1,5 +1,6 @@
 /// Why a part could not be started; `E` is the bus's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StartError<E> {
     /// The bus failed.
@@ -28,6 +29,7 @@ impl<E> From<E> for StartError<E> {
 
 /// Why a call to read brought no reading. Nothing has to be done about it but to go on calling: the source re-initialises its part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ReadError<E> {
     /// The bus failed; readings may be lost, and are counted when the next burst shows how many.

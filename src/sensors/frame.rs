@@ -46,6 +46,7 @@ impl<const V: usize> Burst<V> {
 
 /// What comes after a step of a part's start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum StartStep {
     /// The next step, after so many microseconds.
     After(u32),

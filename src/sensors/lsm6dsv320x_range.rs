@@ -1,5 +1,6 @@
 /// Which of the two accelerometers of an LSM6DSV320X is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Lsm6dsv320xRange {
     /// The one to 16 g, at 240 Hz.
     #[default]

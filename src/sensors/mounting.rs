@@ -6,6 +6,7 @@ pub struct Mounting {
 
 /// An axis of a part, and its direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[allow(missing_docs)] // They say it.
 pub enum Axis {
     PlusX,
@@ -18,6 +19,7 @@ pub enum Axis {
 
 /// Why a mounting cannot be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MountingError {
     /// A row is not of length one, or two are not at right angles, by more than 0.001; or a number is not finite.

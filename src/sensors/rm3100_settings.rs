@@ -3,6 +3,7 @@ use super::{MagneticData, PartData, SensorData};
 /// How often the RM3100 measures in continuous mode: its TMRC register (user manual 5.2.1, table 5-4). The rates of its own oscillator have
 /// a standard deviation of 7 %. Slower ones are left out: 37 Hz is the setting after a reset, which then could not be noticed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[repr(u8)]
 pub enum Rm3100Rate {
     /// About 600 Hz.
@@ -25,6 +26,7 @@ pub struct Rm3100Settings {
 
 /// A cycle count outside of what the user manual advises (5.1): under 30 the steps are coarser than the noise, over 400 nothing is gained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct CycleCountError {
     /// What was asked for.
     pub cycle_count: u16,

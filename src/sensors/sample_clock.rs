@@ -1,5 +1,6 @@
 /// How the time that a source is read at belongs to the part's output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Trigger {
     /// It is the time of the part's interrupt: the newest frame was put out then.
     Interrupt,

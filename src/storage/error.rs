@@ -2,6 +2,7 @@ use super::Implausible;
 
 /// Why something was not stored, read or prepared. `E` is the flash driver's error.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StorageError<E> {
     /// The flash failed; what was being written is not stored.

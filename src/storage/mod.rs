@@ -7,13 +7,13 @@
 //!            prepare(NotDrilling::PowerUp)           until it says Ready: the only calls that erase
 //!            restore(temperature) -> Probe::restore  the nearest temperature's model, or why there is none
 //! each sample   StabilityGate::sample; step()        32 bytes of a model that is being written
-//! each window   Probe::model_worth_storing -> begin_model
-//! commands      store_counter before the action; retire_models; prepare(NotDrilling::Command)
+//! each window   ModelHistory::window; Probe::model_worth_storing -> begin_model
+//! commands      store_counter before the action; ModelHistory -> store_model; retire_models; prepare(NotDrilling::Command)
 //! ```
 //!
 //! # Timing budget
 //! A single-bank STM32F4 fetches no instruction from its flash while the flash is programmed or erased: reading it then stalls the bus (RM0090
-//! section 3.6), interrupts included. Data sheet DS8626, memory characteristics, flash memory programming, 32 bits at a time (2.7 to 3.6 V; a byte
+//! section 3.6, erase and program operations), interrupts included. Data sheet DS8626, memory characteristics, flash memory programming, 32 bits at a time (2.7 to 3.6 V; a byte
 //! at a time takes as long for each byte, and erasing then 400 and 800 ms):
 //!
 //! | | typical | at most | when |
@@ -50,11 +50,13 @@ mod factory;
 mod granules;
 mod index;
 mod little_endian;
+mod model_history;
 mod model_store;
 mod plausibility;
 mod preparation;
 mod record;
 mod restoration;
+mod room;
 mod sector;
 mod single_values;
 mod stability;
@@ -63,6 +65,7 @@ mod stored_model;
 pub use error::StorageError;
 pub use factory::{FactoryCalibration, FactoryRecords, KEY_BYTES, Provisioning};
 pub use index::ScanCounts;
+pub use model_history::ModelHistory;
 pub use model_store::{ModelStore, Progress, StoreCounts};
 pub use plausibility::{Implausible, Limits};
 pub use preparation::{NotDrilling, Preparation};

@@ -30,6 +30,7 @@ pub struct Limits {
 
 /// Why a stored model may not fly.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Implausible {
     /// A number is infinite or not one, or P cannot be inverted.

@@ -11,6 +11,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 /// The caller's word that nothing is sampled that matters: erasing stops the processor for as long as the data sheet says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum NotDrilling {
     /// Before the first sample after power-up.
@@ -21,6 +22,7 @@ pub enum NotDrilling {
 
 /// How far the storage is prepared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Preparation {
     /// A sector has been erased; there is more to do.

@@ -1,4 +1,11 @@
-use super::{Implausible, ModelStore, ScanCounts, StorageError, StoredModel, index::KEPT, record::Kind};
+use super::{
+    Implausible, ModelStore, ScanCounts, StorageError, StoredModel,
+    granules::{Place, walk},
+    index::KEPT,
+    record::Kind,
+    sector::{State, granules_of},
+    stored_model,
+};
 use embedded_storage::nor_flash::NorFlash;
 
 /// What is to fly after power-up, and why.
@@ -14,6 +21,7 @@ pub struct Restoration {
 
 /// The model to be restored, or why there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[expect(
     clippy::large_enum_variant,
     reason = "nothing here can be boxed, and it lives only until the model is restored"
@@ -75,5 +83,50 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             None => Outcome::NothingStored,
         };
         Ok(Restoration { outcome, choice, counts })
+    }
+
+    /// Reads all sectors anew: whether the flash holds what counts, no more and no less.
+    ///
+    /// # Errors
+    /// A model is being written, or the flash cannot be read.
+    pub fn verify(&mut self) -> Result<bool, StorageError<F::Error>> {
+        if self.is_writing() {
+            return Err(StorageError::Busy);
+        }
+        let found = self.scan(None)?;
+        Ok(found.holds_all_of(&self.index) && self.index.holds_all_of(&found))
+    }
+
+    /// The newest model of a lower number that may fly, whatever its temperature: what was stored before another, until its sector is erased.
+    ///
+    /// # Errors
+    /// A model is being written, or the flash cannot be read.
+    #[inline(never)]
+    pub fn model_before(&mut self, number: u32) -> Result<Option<StoredModel>, StorageError<F::Error>> {
+        if self.is_writing() {
+            return Err(StorageError::Busy);
+        }
+        let retired = self.index.retired.map_or(0, |retired| retired.value);
+        let mut found: Option<(u32, StoredModel)> = None;
+        for (sector, state) in (0..).zip(self.sectors.map(|sector| sector.state)) {
+            if state != State::Used {
+                continue;
+            }
+            let (limits, base) = (&self.limits, Place { sector, granule: 0 }.address::<F>());
+            walk(&mut self.flash, base, (1, granules_of::<F>()), &mut self.buffer, &mut |header, payload, _| {
+                let newest = found.map_or(0, |(newest, _)| newest);
+                let older = header.number < number && header.number > newest && u64::from(header.number) > retired;
+                if older
+                    && header.kind == Kind::MODEL
+                    && header.version == stored_model::VERSION
+                    && let Some(model) = StoredModel::decode(payload)
+                    && limits.check(&model).is_ok()
+                {
+                    found = Some((header.number, model));
+                }
+            })
+            .map_err(StorageError::Flash)?;
+        }
+        Ok(found.map(|(_, model)| model))
     }
 }

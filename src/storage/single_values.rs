@@ -37,10 +37,18 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// # Errors
     /// The models stay: one is being written, there is no room, or the flash failed.
     pub fn retire_models(&mut self) -> Result<(), StorageError<F::Error>> {
+        self.retire_models_before(self.index.last_number.saturating_add(1))
+    }
+
+    /// The same for the models of lower numbers alone.
+    ///
+    /// # Errors
+    /// As [`ModelStore::retire_models`].
+    pub fn retire_models_before(&mut self, number: u32) -> Result<(), StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        let last = u64::from(self.index.last_number);
+        let last = u64::from(number.saturating_sub(1));
         let sector = self.write_single(Kind::RETIREMENT, last, 1)?;
         self.index.retired = Some(Single { value: last, sector });
         self.index.retire();

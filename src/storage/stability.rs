@@ -72,6 +72,12 @@ impl StabilityGate {
         self.range_c = Some([if t < low { t } else { low }, if t > high { t } else { high }]);
     }
 
+    /// Lowest and highest temperature since P and the effects are what they are, degrees Celsius.
+    #[must_use]
+    pub const fn temperature_c(&self) -> Option<[f32; 2]> {
+        self.range_c
+    }
+
     /// Takes a window's report, once it has taken effect, with what flies then; the model where it is worth a record. It counts as stored
     /// from [`StabilityGate::stored`] on.
     pub fn window(
@@ -87,19 +93,7 @@ impl StabilityGate {
         if report.decision == Decision::Accepted {
             self.accepted = Accepted { sigma: report.sigma, explained: report.explained, p_value: report.p_value };
         }
-        let agrees = match report.decision {
-            Decision::Accepted => Some(true),
-            Decision::Refused(Refusal::ChangeTooSmall { .. } | Refusal::NoClearWin { .. }) => Some(true),
-            Decision::Refused(
-                Refusal::Contradiction { .. }
-                | Refusal::RolledBack { .. }
-                | Refusal::RotationDisagrees { .. }
-                | Refusal::MisfitNotExplained { .. }
-                | Refusal::Degenerate,
-            ) => Some(false),
-            // It could not look.
-            Decision::Refused(_) => None,
-        };
+        let agrees = agrees(report.decision);
         let is_other = !same_p || !same_effects;
         if is_other || agrees == Some(false) {
             (self.agreeing, self.range_c) = (0, self.range_c.filter(|_| !is_other));
@@ -149,6 +143,22 @@ impl StabilityGate {
             (new, _) => new.is_none(),
         };
         !(same_p(&model.gyro.p, &stored.gyro.p, &model.sigma, 1.0) && same_effects && same_temperature)
+    }
+}
+
+/// Whether a window would have what flies stay; `None`: it could not look.
+pub(super) const fn agrees(decision: Decision) -> Option<bool> {
+    match decision {
+        Decision::Accepted => Some(true),
+        Decision::Refused(Refusal::ChangeTooSmall { .. } | Refusal::NoClearWin { .. }) => Some(true),
+        Decision::Refused(
+            Refusal::Contradiction { .. }
+            | Refusal::RolledBack { .. }
+            | Refusal::RotationDisagrees { .. }
+            | Refusal::MisfitNotExplained { .. }
+            | Refusal::Degenerate,
+        ) => Some(false),
+        Decision::Refused(_) => None,
     }
 }
 

@@ -6,6 +6,8 @@ pub(super) const VERSION: u8 = 1;
 
 /// A model that flew and was worth keeping, as it stands in flash.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StoredModel {
     /// P and b.
     pub gyro: GyroModel,
@@ -29,6 +31,8 @@ pub struct StoredModel {
 
 /// Why a model was stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StoreReason {
     /// So many windows in succession left it as it is.

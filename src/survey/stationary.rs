@@ -20,6 +20,7 @@ const LONGEST_PAUSE_US: u64 = 100_000;
 
 /// Where a stationary survey is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StationaryState {

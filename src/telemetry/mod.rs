@@ -29,6 +29,7 @@ pub use frame::{
 #[cfg(feature = "telemetry")]
 pub use payload::{
     AttitudeFrame, Boot, CompactAngles, Health, Identification, Message, Payload, PayloadError, RawSample, ResetReason,
+    SelfTest,
 };
 #[cfg(feature = "telemetry")]
 pub use queue::{AttitudeFormat, LineCounters, PushError, StreamConfig, TelemetryQueue};

@@ -20,7 +20,7 @@ use meerkat_mwd::Config;
 
 use crate::{
     cli::{DiagnoseArgs, ReplayArgs},
-    flight::Flight,
+    flight::{Flight, started},
     replay::{fly_with_bar, prepare, settings},
     result_json::result_json,
     score,
@@ -44,7 +44,7 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     let (flight, diagnosed) = if args.against_reference {
         against_reference(&trace, &config)?
     } else {
-        let flight = fly_with_bar(&trace, &config)?;
+        let flight = fly_with_bar(started(&config, None)?, &trace);
         let diagnosed = diagnosed(&trace, &config, &flight);
         (flight, diagnosed)
     };

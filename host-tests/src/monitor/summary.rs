@@ -3,7 +3,7 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, Verdict},
     identification::Decision,
     survey::{Grade, SurveyReport},
-    telemetry::{AttitudeFrame, CompactAngles, Health, LinkCounters},
+    telemetry::{AttitudeFrame, CompactAngles, Health, LinkCounters, SelfTest},
 };
 
 use super::{State, state::flags_text};
@@ -131,7 +131,7 @@ pub(super) fn health_text(health: &Health) -> String {
     let Health { counters, sent, .. } = health;
     format!(
         "t {:.1} s, {} samples, {} gaps, {} clipped, {} sample overruns, {} windows late; worst delay {} us; stack {} of {} bytes; \
-         {} attitudes and {} samples given up, {} results refused",
+         {} attitudes and {} samples given up, {} results refused{}",
         health.t_us as f64 * 1e-6,
         counters.samples,
         counters.gaps,
@@ -143,6 +143,18 @@ pub(super) fn health_text(health: &Health) -> String {
         health.stack_size_bytes,
         sent.attitude_dropped,
         sent.samples_dropped,
-        sent.results_refused
+        sent.results_refused,
+        health.self_test.map_or_else(String::new, |test| format!("; self-test {}", self_test_text(&test)))
     )
+}
+
+fn self_test_text(test: &SelfTest) -> String {
+    let storage = match test.storage_holds {
+        Some(true) => "the storage holds what it should",
+        Some(false) => "the storage does not hold what it should",
+        None => "there is no storage",
+    };
+    let SelfTest { sensors, .. } = test;
+    let sensors = if sensors.is_empty() { "sensors well".to_owned() } else { flags_text(*sensors) };
+    format!("{}: {sensors}, {storage}", if test.is_passed() { "passed" } else { "failed" })
 }

@@ -17,7 +17,10 @@ use crate::{
 /// What a probe sent of one run.
 #[derive(Debug, Default)]
 pub struct Recording {
+    /// What the samples were flown with.
     boot: Option<Boot>,
+    /// Number of the first sample that is flown with something else.
+    ends_before: Option<u32>,
     samples: Vec<Sample>,
     first_number: u32,
     next_number: u32,
@@ -37,7 +40,7 @@ pub struct Recording {
 pub enum Progress {
     /// Go on.
     Goes,
-    /// The probe started anew.
+    /// The probe has started afresh.
     Over,
 }
 
@@ -45,7 +48,7 @@ impl Recording {
     /// Takes what came next.
     pub fn take(&mut self, message: Message) -> Progress {
         match message {
-            Message::Boot(boot) if self.samples.is_empty() => self.boot = Some(boot),
+            Message::Boot(boot) => self.take_boot(boot),
             Message::Sample(RawSample { number, sample }) => return self.take_sample(number, sample),
             Message::Acknowledgement(answer) => {
                 if let Outcome::Refused(reason) = answer.outcome {
@@ -57,10 +60,19 @@ impl Recording {
         Progress::Goes
     }
 
+    /// Samples that a report of the start comes before may still come after it, and the report of a recording's beginning is no start.
+    fn take_boot(&mut self, boot: Boot) {
+        if self.samples.is_empty() {
+            self.boot = Some(boot);
+        } else if self.boot.as_ref().is_some_and(|before| boot.first_sample > before.first_sample) {
+            self.ends_before = Some(boot.first_sample);
+        }
+    }
+
     fn take_sample(&mut self, number: u32, sample: Sample) -> Progress {
         if self.samples.is_empty() {
             self.first_number = number;
-        } else if number < self.next_number {
+        } else if number < self.next_number || self.ends_before.is_some_and(|first| number >= first) {
             self.restarted = true;
             return Progress::Over;
         } else {
@@ -123,7 +135,16 @@ impl Recording {
                     .map_err(|e| Failure::BadInput(format!("the probe's configuration cannot be written: {e}")))?;
                 fs::write(&beside, text).map_err(|e| Failure::output(&beside, &e))?;
                 lines.push(format!("configuration in {}", beside.display()));
-                lines.push(format!("replay: cargo mwd replay {} --config {}", path.display(), beside.display()));
+                let mut replay = format!("replay: cargo mwd replay {} --config {}", path.display(), beside.display());
+                if let Some(model) = &boot.flies {
+                    let beside = model_beside(path);
+                    let text = toml::to_string(model)
+                        .map_err(|e| Failure::BadInput(format!("the stored model cannot be written: {e}")))?;
+                    fs::write(&beside, text).map_err(|e| Failure::output(&beside, &e))?;
+                    lines.push(format!("stored model in {}", beside.display()));
+                    replay.push_str(&format!(" --model {}", beside.display()));
+                }
+                lines.push(replay);
             }
             None => {
                 lines.push("note: no configuration came, so a replay may differ from what the probe computed".into())
@@ -135,10 +156,11 @@ impl Recording {
             }
         };
         let first = self.first_number;
-        note(first > 0, format!("it begins with sample {first} of the run: a replay starts from another state"));
+        let since = self.boot.as_ref().map_or(0, |boot| boot.first_sample);
+        note(first != since, format!("it begins with sample {first} of the run: a replay starts from another state"));
         note(self.lost > 0, format!("{} samples were lost on the way: a replay differs from there on", self.lost));
         note(self.out_of_order > 0, format!("{} samples whose time did not increase are left out", self.out_of_order));
-        note(self.restarted, "the probe started anew, and the recording ends there".into());
+        note(self.restarted, "the probe started afresh, and the recording ends there".into());
         lines.push(self.link_line());
         Ok(lines)
     }
@@ -147,9 +169,19 @@ impl Recording {
 /// The name of the configuration's file.
 #[must_use]
 pub fn beside(trace: &Path) -> PathBuf {
+    PathBuf::from(format!("{}.toml", stem(trace)))
+}
+
+/// The name of the stored model's file.
+#[must_use]
+pub fn model_beside(trace: &Path) -> PathBuf {
+    PathBuf::from(format!("{}.model.toml", stem(trace)))
+}
+
+fn stem(trace: &Path) -> String {
     let name = trace.to_string_lossy();
     let stem = name.strip_suffix(".gz").unwrap_or(&name);
-    PathBuf::from(format!("{}.toml", stem.strip_suffix(".csv").unwrap_or(stem)))
+    stem.strip_suffix(".csv").unwrap_or(stem).to_owned()
 }
 
 fn keys(config: &Config, boot: Option<&Boot>) -> Keys {

@@ -4,7 +4,12 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::{multisine::Multisine, ramp::smooth_ramp, random::Random, scenario::Scenario};
+use super::{
+    multisine::Multisine,
+    ramp::smooth_ramp,
+    random::Random,
+    scenario::{Hole, Scenario},
+};
 
 /// The tool at one instant.
 #[derive(Clone, Copy, Debug)]
@@ -58,9 +63,13 @@ impl<'a> Drilling<'a> {
         };
         self.last = Some((t_s, toolface_rad, toolface_rate));
 
-        let drilled_s = if t_s > self.scenario.rest_s { t_s - self.scenario.rest_s } else { 0.0 };
-        let deg_h = |rate: f64| if drilled_s > 0.0 { rate.to_radians() / 3600.0 } else { 0.0 };
-        let (build, turn) = (deg_h(self.scenario.hole.build_rate_deg_h), deg_h(self.scenario.hole.turn_rate_deg_h));
+        let bit_s = self.scenario.stop_s.map_or(t_s, |stop_s| t_s.min(stop_s));
+        let drilled_s = if bit_s > self.scenario.rest_s { bit_s - self.scenario.rest_s } else { 0.0 };
+        let goes_on = drilled_s > 0.0 && bit_s >= t_s;
+        let deg_h = |rate: f64| if goes_on { rate.to_radians() / 3600.0 } else { 0.0 };
+        let Hole { build_rate_deg_h, turn_rate_deg_h, .. } = self.scenario.hole;
+        let (build, turn) = (deg_h(build_rate_deg_h), deg_h(turn_rate_deg_h));
+        let so_far = |rate: f64| rate.to_radians() / 3600.0 * drilled_s;
         // An oscillation that fades in with the drilling, and its rate.
         let faded = |wave: &Multisine| {
             let (value, slope) = wave.at(t_s);
@@ -69,8 +78,8 @@ impl<'a> Drilling<'a> {
         let [wobble_x, wobble_y] = &self.wobble;
         let [angular_x, angular_y, angular_z] = &self.angular;
         let mut chain = Chain::default();
-        chain.turn(Vector3::z(), (self.scenario.hole.azimuth_deg.to_radians() + turn * drilled_s, turn));
-        chain.turn(Vector3::y(), (self.scenario.hole.inclination_deg.to_radians() + build * drilled_s, build));
+        chain.turn(Vector3::z(), (self.scenario.hole.azimuth_deg.to_radians() + so_far(turn_rate_deg_h), turn));
+        chain.turn(Vector3::y(), (self.scenario.hole.inclination_deg.to_radians() + so_far(build_rate_deg_h), build));
         chain.turn(Vector3::x(), faded(wobble_x));
         chain.turn(Vector3::y(), faded(wobble_y));
         chain.turn(Vector3::z(), (toolface_rad, toolface_rate));
@@ -88,11 +97,13 @@ impl<'a> Drilling<'a> {
 }
 
 impl Scenario {
-    /// How much of the drilling is on at `t_s`, 0 to 1, and its slope, 1/s: a smooth ramp (3 x^2 - 2 x^3) after the rest.
+    /// How much of the drilling is on at `t_s`, 0 to 1, and its slope, 1/s: a smooth ramp (3 x^2 - 2 x^3) after the rest, and its mirror image
+    /// before the stop.
     #[must_use]
     pub fn drilling_at(&self, t_s: f64) -> (f64, f64) {
         let (on, slope) = smooth_ramp((t_s - self.rest_s) / self.ramp_s);
-        (on, slope / self.ramp_s)
+        let (still_on, decline) = self.stop_s.map_or((1.0, 0.0), |stop_s| smooth_ramp((stop_s - t_s) / self.ramp_s));
+        (on * still_on, (slope * still_on - on * decline) / self.ramp_s)
     }
 }
 

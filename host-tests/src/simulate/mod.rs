@@ -84,7 +84,8 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     let mut drilling = Drilling::new(scenario, &mut motion);
     let mut broadband = vibration::Broadband::new(scenario);
     let chatter = vibration::Chatter::new(scenario, &mut vibration);
-    let shocks = vibration::draw_shocks(&scenario.shocks, scenario.rest_s, scenario.duration_s, &mut shock);
+    let until_s = scenario.stop_s.unwrap_or(scenario.duration_s);
+    let shocks = vibration::draw_shocks(&scenario.shocks, scenario.rest_s, until_s, &mut shock);
     let period_us = u64::from(scenario.sample_period_us);
     let period_s = period_us as f64 * 1e-6;
     let mut truth = Truth {

@@ -32,6 +32,8 @@ pub struct Scenario {
     pub rest_s: f64,
     /// From rest to full speed and vibration in so long, seconds. Default 3.
     pub ramp_s: f64,
+    /// From then on, seconds, it stands still again, as at a connection. Default: it drills to the end.
+    pub stop_s: Option<f64>,
     /// The hole.
     pub hole: Hole,
     /// Rotation about the tool axis.
@@ -64,6 +66,7 @@ impl Default for Scenario {
             oversampling: 4,
             rest_s: 10.0,
             ramp_s: 3.0,
+            stop_s: None,
             hole: Hole::default(),
             rotation: Rotation::default(),
             wobble: Wobble::default(),

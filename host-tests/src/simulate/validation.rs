@@ -23,6 +23,7 @@ impl Scenario {
             "even, 2 to 64",
         )?;
         check(within(self.rest_s, 0.0, 86_400.0), "rest_s", "0 to 86400")?;
+        check(self.stop_s.is_none_or(|x| within(x, 0.0, 86_400.0)), "stop_s", "0 to 86400")?;
         check(within(self.ramp_s, 0.1, 3_600.0), "ramp_s", "0.1 to 3600")?;
         check(within(self.hole.inclination_deg, 0.0, 180.0), "hole.inclination_deg", "0 to 180")?;
         check(within(self.hole.azimuth_deg, -360.0, 360.0), "hole.azimuth_deg", "-360 to 360")?;

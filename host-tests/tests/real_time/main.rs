@@ -4,9 +4,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod boards;
+mod commands;
 mod drilling;
 mod every_sample;
+mod live;
+mod logged;
 mod memory;
 mod received;
+mod recorded;
 mod slow_line;
 mod watchdog;

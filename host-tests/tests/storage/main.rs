@@ -3,6 +3,7 @@
 
 mod factory;
 mod flight;
+mod history;
 mod models;
 mod power_cuts;
 mod room;

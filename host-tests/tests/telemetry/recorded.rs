@@ -3,9 +3,12 @@
 use crate::flown;
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
-    telemetry::{AttitudeFormat, Message},
+    telemetry::{AttitudeFormat, Boot, Message, RawSample},
 };
-use mwd::attitude_csv::write_attitude_csv;
+use mwd::{
+    attitude_csv::write_attitude_csv,
+    record::{Progress, Recording},
+};
 use std::{fs, path::Path, process::Command};
 
 fn mwd(arguments: &[&str]) -> std::process::Output {
@@ -99,5 +102,22 @@ fn damage_and_losses_are_told() {
     fs::write(at("two.bin"), [&bytes[..], &bytes[..]].concat()).unwrap();
     let recorded = mwd(&["record", &at("two.bin"), "-o", &at("two.csv")]);
     let said = String::from_utf8(recorded.stdout).unwrap();
-    assert!(said.contains("3000 samples") && said.contains("started anew"), "{said}");
+    assert!(said.contains("3000 samples") && said.contains("started afresh"), "{said}");
+}
+
+/// A command that starts the pipeline afresh ends what one configuration can replay, at the sample that it takes effect with.
+#[test]
+fn a_recording_ends_where_the_pipeline_starts_afresh() {
+    let sample = |number| {
+        Message::Sample(RawSample { number, sample: Sample { t_us: 1 + u64::from(number), ..Sample::default() } })
+    };
+    let boot = |first_sample| Message::Boot(Boot { first_sample, ..Boot::new(Config::default()) });
+    let mut recording = Recording::default();
+    // The second report is the recording's, the third overtakes two samples.
+    let said = [boot(0), sample(0), boot(0), sample(1), sample(2), boot(5), sample(3), sample(4)];
+    for message in said {
+        assert_eq!(recording.take(message), Progress::Goes);
+    }
+    assert_eq!(recording.take(sample(5)), Progress::Over);
+    assert_eq!(recording.trace().samples.len(), 5);
 }

@@ -7,22 +7,22 @@ pub mod commands;
 pub mod delay;
 pub mod line;
 pub mod memory;
+mod reports;
 pub mod sample_clock;
 #[cfg(feature = "spi-sensors")]
 pub mod sensors;
 pub mod stage;
 
-use crate::stack;
 use acquisition::{Acquired, COUNTS};
 use board::Board;
 use commands::Commands;
 use delay::Delays;
-use line::{Line, WaitingWindow};
+use line::Line;
 use meerkat_mwd::{
-    Config, Probe, Sample,
+    Config, Probe,
     config::{ConfigError, SurveyConfig},
     survey::Surveyor,
-    telemetry::{Boot, Health, Key, StreamConfig},
+    telemetry::{Key, StreamConfig},
 };
 use memory::Memory;
 use stage::{Progress, Stage};
@@ -55,7 +55,6 @@ pub struct Pipeline<F: 'static> {
     pub probe: &'static mut Probe,
     pub surveyor: &'static mut Surveyor,
     pub line: &'static mut Line,
-    pub window: &'static mut WaitingWindow,
     pub commands: &'static mut Commands,
     /// `None`: there is none that can be used, and the probe flies without.
     pub memory: Option<&'static mut Memory<F>>,
@@ -85,6 +84,8 @@ pub struct Application<B: Board> {
     /// Whether a stored model had its chance to fly.
     begun: bool,
     next_sequence: u32,
+    /// Number of the first sample since the pipeline started afresh.
+    first_sequence: u32,
     owed_units: u32,
     progress: Progress,
     served: u32,
@@ -110,6 +111,7 @@ impl<B: Board> Application<B> {
             pipeline,
             begun: false,
             next_sequence: 0,
+            first_sequence: 0,
             owed_units: 0,
             progress: Progress::default(),
             served: COUNTS.served(),
@@ -152,7 +154,7 @@ impl<B: Board> Application<B> {
         self.next_sequence = acquired.sequence.wrapping_add(1);
         let sample = &acquired.sample;
         if !self.begun {
-            self.begin(sample);
+            self.begin(acquired);
         }
         let Pipeline { probe, surveyor, line, memory, .. } = &mut self.pipeline;
         if let Some(memory) = memory {
@@ -176,26 +178,14 @@ impl<B: Board> Application<B> {
 
     /// Before the first sample: it says how warm it is, and so which stored model may fly.
     #[inline(never)]
-    fn begin(&mut self, first: &Sample) {
+    fn begin(&mut self, first: &Acquired) {
         self.begun = true;
+        self.first_sequence = first.sequence;
         let Pipeline { probe, memory, .. } = &mut self.pipeline;
         if let Some(memory) = memory {
-            memory.restore(probe, first);
+            memory.restore(probe, &first.sample);
         }
         self.report_boot(self.board.now_us());
-    }
-
-    /// What the probe says of itself when it starts, and before a recording.
-    #[inline(never)]
-    fn report_boot(&mut self, now_us: u64) {
-        let Pipeline { probe, line, memory, .. } = &mut self.pipeline;
-        let boot = Boot {
-            reset: self.board.reset_reason(),
-            watchdog_resets: self.board.watchdog_resets(),
-            restored_model: memory.as_ref().and_then(|memory| memory.restored()),
-            ..Boot::new(*probe.config())
-        };
-        line.boot(now_us, &boot);
     }
 
     /// One bounded piece of identification or diagnosis; whether more is owed.
@@ -204,13 +194,14 @@ impl<B: Board> Application<B> {
         let slice = if self.owed_units < SLICE_UNITS { self.owed_units } else { SLICE_UNITS };
         self.owed_units -= slice;
         if slice > 0 {
-            let Pipeline { probe, line, window, memory, .. } = &mut self.pipeline;
+            let Pipeline { probe, line, memory, .. } = &mut self.pipeline;
             if let Some(report) = probe.poll(slice) {
                 if let Some(memory) = memory {
                     memory.window(probe, &report);
                 }
+                defmt::info!("window to {=u64:us}: {}", report.t_end_us, report.decision);
                 self.counts.windows = self.counts.windows.saturating_add(1);
-                line.window(window, report);
+                line.window(report);
             }
         }
         if let Some(memory) = &mut self.pipeline.memory {
@@ -223,14 +214,14 @@ impl<B: Board> Application<B> {
     #[inline(never)]
     fn telemetry(&mut self) {
         let now_us = self.board.now_us();
-        if now_us >= self.health_us || core::mem::take(&mut self.pipeline.commands.health_asked) {
+        if now_us >= self.health_us || !self.pipeline.commands.self_test.is_empty() {
             self.health_us = now_us + HEALTH_US;
             self.report_health(now_us);
         }
         self.take_diagnosis(now_us);
         self.receive(now_us);
-        let Pipeline { surveyor, line, window, .. } = &mut self.pipeline;
-        line.transmit(&mut self.board, surveyor, window);
+        let Pipeline { surveyor, line, .. } = &mut self.pipeline;
+        line.transmit(&mut self.board, surveyor);
     }
 
     #[inline(never)]
@@ -241,38 +232,9 @@ impl<B: Board> Application<B> {
         }
         if let Some(report) = probe.take_diagnosis() {
             self.counts.diagnoses = self.counts.diagnoses.saturating_add(1);
+            defmt::info!("{=u64:us}: {}", now_us, report.verdict);
             line.diagnosis(now_us, &report);
         }
-    }
-
-    #[inline(never)]
-    fn report_health(&mut self, now_us: u64) {
-        let stack = stack::high_water_mark();
-        let commands = self.pipeline.commands.counters();
-        let [models_stored, storage_failures] =
-            self.pipeline.memory.as_ref().map_or([0; 2], |memory| memory.stored_and_failed());
-        let health = Health {
-            t_us: now_us,
-            counters: self.pipeline.probe.counters(),
-            samples_acquired: COUNTS.acquired(),
-            sample_overruns: COUNTS.queue_full(),
-            missed_ticks: COUNTS.missed_ticks(),
-            sensor_faults: COUNTS.faults(),
-            worst_delay_us: self.counts.delays.worst_us,
-            late_attitudes: self.counts.delays.late,
-            stack_used_bytes: stack.used_bytes,
-            stack_size_bytes: stack.size_bytes,
-            watchdog_resets: self.board.watchdog_resets(),
-            results_lost: self.pipeline.line.results_lost(),
-            sent: self.pipeline.line.counters(),
-            received: self.pipeline.commands.link(),
-            commands_accepted: commands.accepted,
-            commands_refused: commands.refused,
-            models_stored,
-            storage_failures,
-            ..Health::default()
-        };
-        self.pipeline.line.health(now_us, &health);
     }
 
     /// Feeds the watchdog when every stage has made progress.

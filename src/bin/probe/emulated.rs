@@ -7,6 +7,7 @@
 
 mod boot;
 mod flash;
+mod log;
 mod sensors;
 mod serial;
 mod watchdog;
@@ -17,7 +18,7 @@ use crate::{
         acquisition::{Acquisition, COUNTS, SampleConsumer, SampleQueue},
         board::Board,
         commands::Commands,
-        line::{Line, WaitingWindow},
+        line::Line,
         memory::Memory,
         sample_clock::{self, systick},
         stage::Stage,
@@ -37,15 +38,20 @@ use serial::Serial;
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
-    static mut SURVEYOR: Surveyor = Surveyor::new();
+    // Not all zero at first: a value here would stand in flash, too.
+    static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
     static mut LINE: Line = Line::new();
-    static mut WINDOW: WaitingWindow = None;
     static mut COMMANDS: Commands = Commands::new();
     static mut MEMORY: MaybeUninit<Memory<FileFlash>> = MaybeUninit::uninit();
     static mut QUEUE: SampleQueue = SampleQueue::new();
 
-    let pipeline =
-        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory: None };
+    let pipeline = Pipeline {
+        probe: PROBE,
+        surveyor: SURVEYOR.write(Surveyor::new()),
+        line: LINE,
+        commands: COMMANDS,
+        memory: None,
+    };
     match run(pipeline, MEMORY, QUEUE) {
         Ok(()) => process::exit(0),
         Err(message) => {
@@ -162,43 +168,46 @@ impl Board for Emulated {
 #[inline(never)]
 fn print(application: &mut Application<Emulated>) {
     let reset_reason = application.board().reset_reason;
-    let counts = application.counts();
-    let delays = &counts.delays;
     println!("reset_reason = {reset_reason:?}");
-    println!("watchdog_resets = {}", reset_record::watchdog_resets());
-    println!("results_lost = {}", application.pipeline().line.results_lost());
+    let counts = application.counts();
     let line = application.pipeline().line.counters();
-    println!("frames = {}", line.frames);
-    println!("attitude_dropped = {}", line.attitude_dropped);
-    println!("samples_dropped = {}", line.samples_dropped);
-    println!("results_refused = {}", line.results_refused);
-    println!("acquired = {}", COUNTS.acquired());
-    println!("queue_full = {}", COUNTS.queue_full());
-    println!("missed_ticks = {}", COUNTS.missed_ticks());
-    println!("processed = {}", counts.processed);
-    println!("sequence_breaks = {}", counts.sequence_breaks);
-    println!("windows = {}", counts.windows);
-    println!("diagnoses = {}", counts.diagnoses);
-    println!("watchdog_fed = {}", counts.watchdog_fed);
-    println!("delay_worst_us = {}", delays.worst_us);
-    println!("delay_sum_us = {}", delays.sum_us);
-    println!("late = {}", delays.late);
     let pipeline = application.pipeline().probe.counters();
-    println!("samples = {}", pipeline.samples);
-    println!("out_of_order = {}", pipeline.out_of_order);
-    println!("gaps = {}", pipeline.gaps);
-    println!("overruns = {}", pipeline.overruns);
-    println!("diagnosis_overruns = {}", pipeline.diagnosis_overruns);
-    println!("reports_lost = {}", pipeline.reports_lost);
-    println!("diagnoses_lost = {}", pipeline.diagnoses_lost);
     let stack = stack::high_water_mark();
-    if let Some(memory) = &application.pipeline().memory {
-        let [stored, failed] = memory.stored_and_failed();
-        println!("models_stored = {stored}");
-        println!("storage_failures = {failed}");
+    let mut values = [
+        ("watchdog_resets", reset_record::watchdog_resets()),
+        ("results_lost", application.pipeline().line.results_lost()),
+        ("frames", line.frames),
+        ("attitude_dropped", line.attitude_dropped),
+        ("samples_dropped", line.samples_dropped),
+        ("results_refused", line.results_refused),
+        ("acquired", COUNTS.acquired()),
+        ("queue_full", COUNTS.queue_full()),
+        ("missed_ticks", COUNTS.missed_ticks()),
+        ("processed", counts.processed),
+        ("sequence_breaks", counts.sequence_breaks),
+        ("windows", counts.windows),
+        ("diagnoses", counts.diagnoses),
+        ("watchdog_fed", counts.watchdog_fed),
+        ("delay_worst_us", counts.delays.worst_us),
+        ("late", counts.delays.late),
+        ("samples", u32::try_from(pipeline.samples).unwrap_or(u32::MAX)),
+        ("out_of_order", pipeline.out_of_order),
+        ("gaps", pipeline.gaps),
+        ("overruns", pipeline.overruns),
+        ("diagnosis_overruns", pipeline.diagnosis_overruns),
+        ("reports_lost", pipeline.reports_lost),
+        ("diagnoses_lost", pipeline.diagnoses_lost),
+        ("stack_used_bytes", stack.used_bytes),
+        ("stack_size_bytes", stack.size_bytes),
+        ("models_stored", 0),
+        ("storage_failures", 0),
+    ];
+    if let (Some(memory), [.., stored, failures]) = (&application.pipeline().memory, &mut values) {
+        [stored.1, failures.1] = memory.stored_and_failed();
     }
-    println!("stack_used_bytes = {}", stack.used_bytes);
-    println!("stack_size_bytes = {}", stack.size_bytes);
+    for (name, value) in values {
+        println!("{name} = {value}");
+    }
 }
 
 #[exception]

@@ -20,6 +20,8 @@ mod reset_record;
 #[cfg(all(target_os = "none", feature = "spi-sensors"))]
 mod fault;
 #[cfg(all(target_os = "none", feature = "spi-sensors"))]
+mod sensor_board;
+#[cfg(all(target_os = "none", feature = "spi-sensors"))]
 mod serial_queues;
 #[cfg(all(target_os = "none", not(feature = "board-bare")))]
 mod stack;

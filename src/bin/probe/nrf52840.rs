@@ -9,18 +9,18 @@ mod timer;
 use crate::{
     application::{
         Application, Pipeline, Settings,
-        acquisition::{Acquisition, SampleConsumer, SampleQueue},
+        acquisition::{Acquisition, SampleQueue},
         board::Board,
         commands::Commands,
-        line::{Line, WaitingWindow},
+        line::Line,
         memory::{self, Memory},
         sensors::data_sheet,
     },
     fault, reset_record,
+    sensor_board::{BoardSensors, SensorBoard, start_sensors},
     serial_queues::{Incoming, Outgoing, SerialQueues},
     stack,
 };
-use acquisition::BoardSensors;
 use core::mem::MaybeUninit;
 use cortex_m::{Peripherals as Core, peripheral::scb::SystemHandler};
 use cortex_m_rt::entry;
@@ -47,9 +47,9 @@ const WATCHDOG_TICKS: u32 = 32_768;
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
-    static mut SURVEYOR: Surveyor = Surveyor::new();
+    // Not all zero at first: a value here would stand in flash, too.
+    static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
     static mut LINE: Line = Line::new();
-    static mut WINDOW: WaitingWindow = None;
     static mut COMMANDS: Commands = Commands::new();
     static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
@@ -94,15 +94,14 @@ fn main() -> ! {
         key: factory.key,
     };
     let (producer, samples) = SAMPLES.split();
-    let mut board = Nrf52840 { samples, serial: SerialQueues { outgoing, incoming }, watchdog, reset_reason };
+    let mut board = SensorBoard { samples, serial: SerialQueues { outgoing, incoming }, watchdog, reset_reason };
     let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
     let pipeline =
-        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory };
+        Pipeline { probe: PROBE, surveyor: SURVEYOR.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };
-    defmt::info!("started, {=u32} us a sample", sample_period_us);
-    acquisition::start(SENSORS, (inertial, magnetic), Acquisition::new(producer));
+    start_sensors(SENSORS, (inertial, magnetic), Acquisition::new(producer));
     // SAFETY: no critical section of this program rests on priorities, only on masking all interrupts.
     #[allow(unsafe_code)]
     unsafe {
@@ -154,52 +153,19 @@ fn reset_reason(power: &POWER) -> ResetReason {
     }
 }
 
-struct Nrf52840 {
-    samples: SampleConsumer,
-    serial: SerialQueues,
-    watchdog: WatchdogHandle<Hdl0>,
-    reset_reason: ResetReason,
-}
+/// What is the chip's own of a board with sensors.
+pub mod chip {
+    pub use super::{
+        acquisition::{Inertial, Magnetic},
+        flash::ModelFlash,
+        port::wake,
+        timer::now_us,
+    };
+    use nrf52840_hal::wdt::{WatchdogHandle, handles::Hdl0};
 
-impl Board for Nrf52840 {
-    type Flash = ModelFlash;
+    pub type Watchdog = WatchdogHandle<Hdl0>;
 
-    fn now_us(&self) -> u64 {
-        timer::now_us()
-    }
-
-    fn samples(&mut self) -> &mut SampleConsumer {
-        &mut self.samples
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> usize {
-        let sent = self.serial.send(bytes);
-        port::wake();
-        sent
-    }
-
-    fn receive(&mut self) -> Option<u8> {
-        self.serial.receive()
-    }
-
-    fn feed_watchdog(&mut self) {
-        self.watchdog.pet();
-    }
-
-    fn idle(&mut self) {
-        // With interrupts masked one that comes between the question and the sleep still wakes.
-        cortex_m::interrupt::free(|_| {
-            if self.samples.is_empty() {
-                cortex_m::asm::wfi();
-            }
-        });
-    }
-
-    fn reset_reason(&self) -> ResetReason {
-        self.reset_reason
-    }
-
-    fn watchdog_resets(&self) -> u32 {
-        reset_record::watchdog_resets()
+    pub fn feed(watchdog: &mut Watchdog) {
+        watchdog.pet();
     }
 }

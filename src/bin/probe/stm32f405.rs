@@ -8,19 +8,19 @@ mod port;
 use crate::{
     application::{
         Application, Pipeline, Settings,
-        acquisition::{Acquisition, SampleConsumer, SampleQueue},
+        acquisition::{Acquisition, SampleQueue},
         board::Board,
         commands::Commands,
-        line::{Line, WaitingWindow},
+        line::Line,
         memory::{self, Memory},
         sample_clock::{self, systick},
         sensors::data_sheet,
     },
     fault, reset_record,
+    sensor_board::{BoardSensors, SensorBoard, start_sensors},
     serial_queues::{Incoming, Outgoing, SerialQueues},
     stack,
 };
-use acquisition::BoardSensors;
 use core::mem::MaybeUninit;
 use cortex_m::{Peripherals as Core, peripheral::SCB};
 use cortex_m_rt::{entry, exception};
@@ -46,9 +46,9 @@ const BAUD: u32 = 921_600;
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
-    static mut SURVEYOR: Surveyor = Surveyor::new();
+    // Not all zero at first: a value here would stand in flash, too.
+    static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
     static mut LINE: Line = Line::new();
-    static mut WINDOW: WaitingWindow = None;
     static mut COMMANDS: Commands = Commands::new();
     static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
@@ -85,15 +85,14 @@ fn main() -> ! {
     };
     let (producer, samples) = SAMPLES.split();
     let serial = SerialQueues { outgoing, incoming };
-    let mut board = Stm32f405 { samples, serial, watchdog, reset_reason };
+    let mut board = SensorBoard { samples, serial, watchdog, reset_reason };
     let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
     let pipeline =
-        Pipeline { probe: PROBE, surveyor: SURVEYOR, line: LINE, window: WINDOW, commands: COMMANDS, memory };
+        Pipeline { probe: PROBE, surveyor: SURVEYOR.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };
-    defmt::info!("started, {=u32} us a sample", sample_period_us);
-    acquisition::start(SENSORS, (inertial, magnetic), Acquisition::new(producer));
+    start_sensors(SENSORS, (inertial, magnetic), Acquisition::new(producer));
     systick::start(core.SYST, core.SCB, sample_period_us);
     loop {
         application.turn();
@@ -123,53 +122,18 @@ fn reset_reason(rcc: &RCC) -> ResetReason {
     }
 }
 
-struct Stm32f405 {
-    samples: SampleConsumer,
-    serial: SerialQueues,
-    watchdog: IndependentWatchdog,
-    reset_reason: ResetReason,
-}
+/// What is the chip's own of a board with sensors.
+pub mod chip {
+    pub use super::{
+        acquisition::{Inertial, Magnetic},
+        flash::ModelFlash,
+        port::wake,
+    };
+    pub use crate::application::sample_clock::systick::now_us;
+    pub use stm32f4xx_hal::watchdog::IndependentWatchdog as Watchdog;
 
-impl Board for Stm32f405 {
-    type Flash = ModelFlash;
-
-    fn now_us(&self) -> u64 {
-        systick::now_us()
-    }
-
-    fn samples(&mut self) -> &mut SampleConsumer {
-        &mut self.samples
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> usize {
-        let sent = self.serial.send(bytes);
-        port::wake();
-        sent
-    }
-
-    fn receive(&mut self) -> Option<u8> {
-        self.serial.receive()
-    }
-
-    fn feed_watchdog(&mut self) {
-        self.watchdog.feed();
-    }
-
-    fn idle(&mut self) {
-        // With interrupts masked one that comes between the question and the sleep still wakes.
-        cortex_m::interrupt::free(|_| {
-            if self.samples.is_empty() {
-                cortex_m::asm::wfi();
-            }
-        });
-    }
-
-    fn reset_reason(&self) -> ResetReason {
-        self.reset_reason
-    }
-
-    fn watchdog_resets(&self) -> u32 {
-        reset_record::watchdog_resets()
+    pub fn feed(watchdog: &mut Watchdog) {
+        watchdog.feed();
     }
 }
 

@@ -2,6 +2,7 @@ use crate::optimizer::OptimizerError;
 
 /// How members exchange what they know in each variable (eq 20 to 23).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Reward {
     /// Not at all.

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 
 /// The answer to one command.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct Acknowledgement {
     /// Sequence number of the command's frame.
     pub sequence: u16,
@@ -12,6 +13,7 @@ pub struct Acknowledgement {
 
 /// What became of a command.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Outcome {
     /// It is carried out.
@@ -25,6 +27,7 @@ pub type FieldName = heapless::String<48>;
 
 /// Why nothing was done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CommandRefusal {
     /// The frame is no command of this version.
@@ -32,6 +35,7 @@ pub enum CommandRefusal {
     /// A number in it is out of its bounds.
     OutOfBounds {
         /// Which.
+        #[cfg_attr(all(feature = "defmt", target_os = "none"), defmt(Display2Format))]
         field: FieldName,
     },
     /// It changes calibration and came without authentication.
@@ -62,6 +66,8 @@ pub enum CommandRefusal {
     StorageFailed,
     /// This probe cannot.
     NotSupported,
+    /// The model is beyond the limits that every model has to keep before it may fly.
+    ModelImplausible,
 }
 
 impl core::fmt::Display for CommandRefusal {
@@ -80,6 +86,7 @@ impl core::fmt::Display for CommandRefusal {
             Self::Busy => f.write_str("what an earlier command started is not done"),
             Self::StorageFailed => f.write_str("the memory refused"),
             Self::NotSupported => f.write_str("this probe cannot"),
+            Self::ModelImplausible => f.write_str("the model is beyond the limits of any that may fly"),
         }
     }
 }

@@ -20,6 +20,7 @@ pub struct Situation {
 
 /// What is to be done with a frame from the host.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[expect(clippy::large_enum_variant, reason = "nothing here can be boxed, and it lives only until it is looked at")]
 pub enum Judgement {
     /// Carry it out, then acknowledge it under this sequence number.

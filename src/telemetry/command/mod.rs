@@ -25,13 +25,15 @@ use serde::{Deserialize, Serialize};
 
 /// A request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[expect(
     clippy::large_enum_variant,
     reason = "nothing here can be boxed, and a command lives only until it is carried out"
 )]
 #[non_exhaustive]
 pub enum Command {
-    /// Try the sensors' self-tests and the storage, and report health. Not while drilling: a sensor under test measures nothing.
+    /// Look at what the sensors read and read the storage anew, and report health with what was found. Not while drilling: only at rest
+    /// is it known what a sensor should read, and the storage takes a while. The parts are not excited: their own self-tests are not run.
     SelfTest,
     /// What goes over the line, and how fast.
     ConfigureStream(StreamConfig),
@@ -51,17 +53,22 @@ pub enum Command {
     Configure(Config),
     /// How surveys are taken and judged. Changes calibration: a toolface offset is one.
     ConfigureSurvey(SurveyConfig),
-    /// Fly the model that a window gave and its acceptance refused, or keep what flies for good. Changes calibration.
+    /// Store what a window gave, and fly it where its acceptance refused it: a fit that somebody has looked at and believes, from the start of
+    /// the next run on, too. Of a window that was accepted, what flies is stored without waiting for it to prove stable. Only the latest
+    /// window that could look can be had (too little motion or sensors that cannot judge leave one that could not), and only while the
+    /// effects are those that it was fitted with. The limits that every stored model has to keep hold here, too. To fly it the pipeline
+    /// starts afresh. Changes calibration.
     AcceptModel {
         /// End of the window, microseconds, as its report says: what is accepted is what was looked at.
         window_end_us: u64,
     },
-    /// Fly an earlier model. Changes calibration.
+    /// Fly an earlier model, now and after every start, and restore no other that is stored, of any temperature: what was rolled back may be
+    /// in all of them. The pipeline then starts afresh. Changes calibration.
     RollBackModel {
         /// Which.
         to: EarlierModel,
     },
-    /// Erase stored models. Changes calibration.
+    /// Erase stored models; what flies goes on. Changes calibration.
     Erase {
         /// Which.
         what: Erasure,
@@ -70,9 +77,11 @@ pub enum Command {
 
 /// A model that flew before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EarlierModel {
-    /// The one before the one that flies.
+    /// The one before the one that flies: before P or the list of effects changed last, or, where nothing has changed since the start, the
+    /// one that was stored before the one that was restored.
     Previous,
     /// The factory's.
     Factory,
@@ -80,6 +89,7 @@ pub enum EarlierModel {
 
 /// What is erased. The factory's calibration never is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Erasure {
     /// All accepted models.

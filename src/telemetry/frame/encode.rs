@@ -5,6 +5,7 @@ use crc::{Digest, NoTable};
 
 /// Why there is no frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EncodeError {
     /// The payload is longer than [`MAX_PAYLOAD`].

@@ -1,5 +1,6 @@
 /// What a frame holds. The numbers are the protocol: they are never given to anything else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 #[repr(u8)]
 pub enum Kind {

@@ -1,5 +1,5 @@
 use super::Payload;
-use crate::{config::Config, telemetry::Kind};
+use crate::{config::Config, storage::StoredModel, telemetry::Kind};
 use serde::{Deserialize, Serialize};
 
 /// What the probe runs with: sent when it starts and before a recording, which is replayed with this configuration.
@@ -15,13 +15,17 @@ pub struct Boot {
     pub watchdog_resets: u32,
     /// Number of the stored model that flies from the start; `None`: the factory's.
     pub restored_model: Option<u32>,
-    /// The configuration, with the model that flies from the start.
+    /// Number of the first sample since the pipeline started afresh: with the program, or on a command that changes calibration.
+    pub first_sample: u32,
+    /// The configuration, with the factory's model.
     pub config: Config,
+    /// What flies instead of the factory's model; `None`: that one does.
+    pub flies: Option<StoredModel>,
 }
 
 impl Boot {
     /// What this version of the library speaks. A field that is added, removed or reordered makes it another one.
-    pub const PROTOCOL: u16 = 1;
+    pub const PROTOCOL: u16 = 2;
 
     /// Version of this library.
     pub const VERSION: [u8; 3] = [
@@ -39,7 +43,9 @@ impl Boot {
             reset: ResetReason::PowerOn,
             watchdog_resets: 0,
             restored_model: None,
+            first_sample: 0,
             config,
+            flies: None,
         }
     }
 }
@@ -53,6 +59,7 @@ const fn decimal(text: &str) -> u8 {
 
 /// Why a probe started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ResetReason {
     /// Power came.

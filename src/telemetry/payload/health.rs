@@ -1,5 +1,6 @@
 use super::Payload;
 use crate::{
+    attitude::AttitudeFlags,
     probe::Counters,
     telemetry::{Kind, LineCounters, LinkCounters},
 };
@@ -46,6 +47,33 @@ pub struct Health {
     pub models_stored: u32,
     /// Models and command counters that the memory refused, and writes and erasures that failed.
     pub storage_failures: u32,
+    /// What the self-test found that asked for this report; `None`: no self-test did.
+    pub self_test: Option<SelfTest>,
+}
+
+/// What a self-test found: the sensors as they read at rest, and the memory read anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct SelfTest {
+    /// What was wrong with the latest sample: a sensor that is missing, clipped, frozen or not believed, or a driver's fault.
+    pub sensors: AttitudeFlags,
+    /// Whether the flash still holds what was stored; `None`: there is no memory that can be used.
+    pub storage_holds: Option<bool>,
+}
+
+impl SelfTest {
+    /// Flags of an attitude that are a sensor's fault.
+    pub const FAULTS: AttitudeFlags = AttitudeFlags::GYRO_HELD
+        .union(AttitudeFlags::GYRO_CLIPPED)
+        .union(AttitudeFlags::ACCEL_UNUSED)
+        .union(AttitudeFlags::MAG_UNUSED)
+        .union(AttitudeFlags::FAULT)
+        .union(AttitudeFlags::FROZEN_SENSOR);
+
+    /// Whether nothing is wrong.
+    #[must_use]
+    pub fn is_passed(&self) -> bool {
+        self.sensors.is_empty() && self.storage_holds == Some(true)
+    }
 }
 
 impl Payload for Health {

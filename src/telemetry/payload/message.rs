@@ -9,7 +9,6 @@ use serde::de::DeserializeOwned;
 
 /// What a probe sent.
 #[derive(Clone, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "nothing here can be boxed, and a message lives only until it is read")]
 #[non_exhaustive]
 pub enum Message {
     /// What the probe runs with.
@@ -38,6 +37,7 @@ pub enum Message {
 
 /// Why a frame, whose check was right, says nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PayloadError {
     /// Another version's kind, or one of the other direction.
@@ -64,6 +64,24 @@ impl core::fmt::Display for PayloadError {
 impl core::error::Error for PayloadError {}
 
 impl Message {
+    /// The kind of its frame.
+    #[must_use]
+    pub const fn kind(&self) -> Kind {
+        match self {
+            Self::Boot(_) => Kind::Boot,
+            Self::Attitude(_) => Kind::Attitude,
+            Self::Output(_) => Kind::Output,
+            Self::Sample(_) => Kind::Sample,
+            Self::Survey(_) => Kind::Survey,
+            Self::Dynamics(_) => Kind::Dynamics,
+            Self::Identification(_) => Kind::Identification,
+            Self::Diagnosis(_) => Kind::Diagnosis,
+            Self::HardIron(_) => Kind::HardIron,
+            Self::Health(_) => Kind::Health,
+            Self::Acknowledgement(_) => Kind::Acknowledgement,
+        }
+    }
+
     /// Reads the payload of a frame.
     ///
     /// # Errors
@@ -86,6 +104,14 @@ impl Message {
             Kind::Acknowledgement => whole(kind, bytes).map(Self::Acknowledgement),
             Kind::Command | Kind::AuthenticatedCommand => Err(unknown),
         }
+    }
+}
+
+/// Which it is: what is in it goes over the line.
+#[cfg(all(feature = "defmt", target_os = "none"))]
+impl defmt::Format for Message {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "{}", self.kind());
     }
 }
 

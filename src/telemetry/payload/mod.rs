@@ -9,7 +9,7 @@ mod raw_sample;
 
 pub use attitude_frame::{AttitudeFrame, CompactAngles};
 pub use boot::{Boot, ResetReason};
-pub use health::Health;
+pub use health::{Health, SelfTest};
 pub use identification::Identification;
 pub use message::{Message, PayloadError};
 pub use raw_sample::RawSample;

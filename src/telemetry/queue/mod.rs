@@ -16,6 +16,7 @@ use line::Line;
 
 /// Why something was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PushError {
     /// No room now: try again when the line has taken something.

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 
 /// How an attitude of the stream is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum AttitudeFormat {
@@ -15,6 +16,7 @@ pub enum AttitudeFormat {
 
 /// What goes over the line, and how fast.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[serde(default, deny_unknown_fields)]
 pub struct StreamConfig {
     /// Bandwidth, bytes per second; 100 to 10,000,000. Default 10,368: nine tenths of 115,200 baud with 10 bits a byte.

@@ -63,6 +63,7 @@ pub struct SurveyWord {
 
 /// Ten bytes that are no survey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SurveyWordError {
     /// The check is wrong: bits were read wrong.

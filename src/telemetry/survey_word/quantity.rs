@@ -2,6 +2,7 @@ use core::f32::consts::TAU;
 
 /// What the bits of one quantity say.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Reading {
     /// It was not measured, or is no number.
     Missing,

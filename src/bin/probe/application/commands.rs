@@ -1,11 +1,12 @@
 //! What a host asks, and what becomes of it.
 
-use super::{Application, Pipeline, board::Board};
+use super::{Application, Pipeline, board::Board, memory::refusal};
+use heapless::Vec;
 use meerkat_mwd::{
     survey::{StationaryState, SurveyNews},
     telemetry::{
         Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, EarlierModel, Erasure,
-        FrameDecoder, Judgement, Key, LinkCounters, Outcome, Situation,
+        FrameDecoder, Judgement, Key, LinkCounters, Outcome, SelfTest, Situation,
     },
 };
 
@@ -19,15 +20,20 @@ const BYTES_A_ROUND: u32 = 64;
 pub struct Commands {
     decoder: FrameDecoder<LONGEST>,
     gate: CommandGate,
-    /// Whether health is to be reported at once.
-    pub health_asked: bool,
+    /// What is to be reported at once.
+    pub self_test: Vec<SelfTest, 1>,
     /// When the recording ends, microseconds; 0: when it is stopped.
     recording_until_us: u64,
 }
 
 impl Commands {
     pub const fn new() -> Self {
-        Self { decoder: FrameDecoder::new(), gate: CommandGate::new(None), health_asked: false, recording_until_us: 0 }
+        Self {
+            decoder: FrameDecoder::new(),
+            gate: CommandGate::new(None),
+            self_test: Vec::new(),
+            recording_until_us: 0,
+        }
     }
 
     /// With the key that was provisioned; without one, no command that changes calibration is carried out.
@@ -98,6 +104,7 @@ impl<B: Board> Application<B> {
                 Acknowledgement { sequence, outcome }
             }
         };
+        defmt::info!("{=u64:us}: command {=u16}: {}", now_us, answer.sequence, answer.outcome);
         self.pipeline.line.acknowledge(now_us, &answer);
         true
     }
@@ -108,7 +115,12 @@ impl<B: Board> Application<B> {
         // The gate has checked every field.
         let bounds = |_| CommandRefusal::Malformed;
         match command {
-            Command::SelfTest => commands.health_asked = true,
+            Command::SelfTest => {
+                let storage_holds = memory.as_mut().map(|memory| memory.verify());
+                commands.self_test.clear();
+                // Just emptied, so there is room.
+                let _ = commands.self_test.push(SelfTest { sensors: line.sensors_at_fault(), storage_holds });
+            }
             Command::ConfigureStream(stream) => line.configure(stream).map_err(bounds)?,
             Command::StartRecording { for_s } => {
                 commands.recording_until_us = for_s.map_or(0, |s| now_us.saturating_add(u64::from(s) * 1_000_000));
@@ -120,23 +132,33 @@ impl<B: Board> Application<B> {
                 probe.configure(config).map_err(bounds)?;
                 let survey = surveyor.config().copied().unwrap_or_default();
                 surveyor.configure(&config.earth, &survey).map_err(bounds)?;
-                self.report_boot(now_us);
+                if let Some(memory) = memory {
+                    memory.configured(config);
+                }
+                self.restarted(now_us);
             }
             Command::ConfigureSurvey(survey) => {
                 surveyor.configure(&probe.config().earth, survey).map_err(bounds)?;
             }
             Command::Erase { what: Erasure::Models } => {
                 let memory = memory.as_mut().ok_or(CommandRefusal::NothingThere)?;
-                let factory = probe.config().gyro;
-                memory.erase(&factory, || board.feed_watchdog()).map_err(|_| CommandRefusal::StorageFailed)?;
+                memory.erase(probe.config(), || board.feed_watchdog()).map_err(refusal)?;
             }
             Command::RollBackModel { to: EarlierModel::Factory } => {
-                let config = *probe.config();
                 if let Some(memory) = memory {
-                    memory.retire(&config.gyro).map_err(|_| CommandRefusal::StorageFailed)?;
+                    memory.retire(probe.config()).map_err(refusal)?;
                 }
-                probe.configure(&config).map_err(bounds)?;
-                self.report_boot(now_us);
+                probe.restart(None).map_err(|_| CommandRefusal::NotSupported)?;
+                self.restarted(now_us);
+            }
+            Command::RollBackModel { to: EarlierModel::Previous } => {
+                memory.as_mut().ok_or(CommandRefusal::NothingThere)?.roll_back(probe)?;
+                self.restarted(now_us);
+            }
+            Command::AcceptModel { window_end_us } => {
+                if memory.as_mut().ok_or(CommandRefusal::NothingThere)?.accept(probe, *window_end_us)? {
+                    self.restarted(now_us);
+                }
             }
             Command::StationarySurvey { .. } => {
                 // Every stop gives a survey by itself; one that is over is sent again.

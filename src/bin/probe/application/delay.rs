@@ -8,8 +8,6 @@ pub const LATE_US: u64 = 2_000;
 pub struct Delays {
     /// The worst, microseconds.
     pub worst_us: u32,
-    /// Sum of all, for the mean, microseconds.
-    pub sum_us: u64,
     /// How many were over [`LATE_US`].
     pub late: u32,
 }
@@ -20,7 +18,6 @@ impl Delays {
         if delay > self.worst_us {
             self.worst_us = delay;
         }
-        self.sum_us = self.sum_us.saturating_add(delay_us);
         if delay_us > LATE_US {
             self.late = self.late.saturating_add(1);
         }

@@ -1,15 +1,17 @@
 //! What goes over the line, and what waits for it.
 
 use super::board::Board;
+use heapless::Vec;
 use meerkat_mwd::{
     Sample,
+    attitude::AttitudeFlags,
     config::ConfigError,
     diagnosis::DiagnosisReport,
     identification::WindowReport,
     probe::Output,
     survey::{SurveyNews, Surveyor},
     telemetry::{
-        Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, StreamConfig,
+        Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, SelfTest, StreamConfig,
         TelemetryQueue,
     },
 };
@@ -20,9 +22,6 @@ type Queue = TelemetryQueue<2048, 512, 256>;
 /// More than a window's report, a survey or a window of dynamics takes.
 const RESULT: usize = 600;
 
-/// The report of a window that waits for room. Apart from the rest, for "none" is not all zero.
-pub type WaitingWindow = Option<WindowReport>;
-
 /// The way out. All zero at first, so that a `static` of it costs no flash.
 pub struct Line {
     queue: Queue,
@@ -30,7 +29,11 @@ pub struct Line {
     frame: [u8; MAX_FRAME],
     length: usize,
     sent: usize,
+    /// The report of a window that waits for room.
+    window: Vec<WindowReport, 1>,
     surveys: SurveyNews,
+    /// Of the latest sample.
+    flags: AttitudeFlags,
     recording: bool,
     results_lost: u32,
 }
@@ -42,7 +45,9 @@ impl Line {
             frame: [0; MAX_FRAME],
             length: 0,
             sent: 0,
+            window: Vec::new(),
             surveys: SurveyNews::empty(),
+            flags: AttitudeFlags::empty(),
             recording: false,
             results_lost: 0,
         }
@@ -81,8 +86,14 @@ impl Line {
             self.queue.push_sample(now_us, number, sample);
         }
         if let Some(output) = output {
+            self.flags = output.attitude.map_or(AttitudeFlags::ACCEL_UNUSED, |attitude| attitude.flags);
             self.queue.push_attitude(now_us, output);
         }
+    }
+
+    /// What was wrong with the sensors in the latest sample.
+    pub fn sensors_at_fault(&self) -> AttitudeFlags {
+        self.flags & SelfTest::FAULTS
     }
 
     /// Which surveys are new; the surveyor keeps them.
@@ -92,9 +103,11 @@ impl Line {
     }
 
     /// What came of a window.
-    pub fn window(&mut self, waiting: &mut WaitingWindow, report: WindowReport) {
-        let before = waiting.replace(report);
+    pub fn window(&mut self, report: WindowReport) {
+        let before = self.window.pop();
         self.lost_unless(before.is_none());
+        // Just emptied, so there is room.
+        let _ = self.window.push(report);
     }
 
     /// Whether there is room for any diagnosis, which the pipeline keeps until then.
@@ -122,9 +135,9 @@ impl Line {
     }
 
     /// Gives the board what it takes. One frame at most in a call, so that the time of it is bounded.
-    pub fn transmit<B: Board>(&mut self, board: &mut B, surveyor: &Surveyor, waiting: &mut WaitingWindow) {
+    pub fn transmit<B: Board>(&mut self, board: &mut B, surveyor: &Surveyor) {
         let now_us = board.now_us();
-        self.queue_results(now_us, surveyor, waiting);
+        self.queue_results(now_us, surveyor);
         if self.sent == self.length {
             self.sent = 0;
             self.length = self.queue.pop(now_us, &mut self.frame).map_or(0, <[u8]>::len);
@@ -136,13 +149,14 @@ impl Line {
     }
 
     #[inline(never)]
-    fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor, waiting: &mut WaitingWindow) {
+    fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor) {
         let queue = &mut self.queue;
         // Once there is room for any of them, none is refused.
-        if waiting.is_some() && queue.results_room() >= RESULT {
+        if queue.results_room() >= RESULT
+            && let Some(report) = self.window.pop()
+        {
             // Its temperature is the stored model's matter.
-            let _ =
-                waiting.take().map(|report| queue.push_result(now_us, &Identification { report, temperature_c: None }));
+            let _ = queue.push_result(now_us, &Identification { report, temperature_c: None });
         }
         if self.surveys.contains(SurveyNews::STATIONARY) && queue.results_room() >= RESULT {
             self.surveys.remove(SurveyNews::STATIONARY);

@@ -8,12 +8,13 @@ use embedded_storage::nor_flash::ReadNorFlash;
 use meerkat_mwd::storage::FactoryRecords;
 use meerkat_mwd::{
     Config, Probe, Sample, SampleFlags,
-    compensation::{GyroModel, effects::LIBRARY},
+    compensation::effects::LIBRARY,
     identification::{Decision, Refusal, WindowReport},
     storage::{
-        Limits, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate, StorageError, StoredModel,
+        Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate, StorageError,
+        StoredModel,
     },
-    telemetry::CounterStore,
+    telemetry::{CommandRefusal, CounterStore},
 };
 
 /// Sectors of the ring.
@@ -26,8 +27,7 @@ const MOST_PREPARATIONS: u8 = 16;
 pub struct Memory<F> {
     store: ModelStore<F, SECTORS>,
     gate: StabilityGate,
-    /// What is being written.
-    writing: Option<StoredModel>,
+    history: ModelHistory,
     restored: Option<u32>,
 }
 
@@ -38,7 +38,8 @@ impl<F: NorFlash> Memory<F> {
     /// A flash that cannot be used; the probe then flies without.
     fn open(flash: F, config: &Config) -> Result<Self, StorageError<F::Error>> {
         let store = ModelStore::open(flash, Limits::new(config, &LIBRARY))?;
-        Ok(Self { store, gate: StabilityGate::new(&config.gyro, None), writing: None, restored: None })
+        let (gate, history) = afresh(config);
+        Ok(Self { store, gate, history, restored: None })
     }
 
     /// Opens the ring and makes it ready, in the RAM that is kept for it. Before the first sample: it may have to erase.
@@ -73,9 +74,84 @@ impl<F: NorFlash> Memory<F> {
         if let Outcome::Chosen { model, number, .. } = restoration.outcome
             && probe.restore(&model).is_ok()
         {
-            self.gate = StabilityGate::new(&probe.config().gyro, Some(&model));
-            self.restored = Some(number);
+            self.flown(probe, &model, number, None);
         }
+    }
+
+    /// A stored model flies from here on.
+    fn flown(&mut self, probe: &Probe, model: &StoredModel, number: u32, previous: Option<StoredModel>) {
+        self.gate = StabilityGate::new(&probe.config().gyro, Some(model));
+        self.history = ModelHistory::new(model, previous);
+        self.restored = Some(number);
+    }
+
+    /// The factory's model of a new configuration does.
+    pub fn configured(&mut self, config: &Config) {
+        (self.gate, self.history) = afresh(config);
+        self.restored = None;
+    }
+
+    /// Stores what the latest window gave, if that ended then, and flies it; whether it did not fly before.
+    #[inline(never)]
+    pub fn accept(&mut self, probe: &mut Probe, window_end_us: u64) -> Result<bool, CommandRefusal> {
+        let effects = probe.effects();
+        let model = self.history.proposed(window_end_us, effects).ok_or(CommandRefusal::NothingThere)?;
+        let flying = self.history.flying(probe.gyro_model(), effects);
+        let is_new = model.gyro.p != flying.gyro.p;
+        let number = self.keep(probe, &model)?;
+        if is_new {
+            self.fly(probe, &model, number, Some(flying))?;
+        } else {
+            self.gate.stored(&model);
+        }
+        Ok(is_new)
+    }
+
+    /// Flies the model before the one that flies, which is stored anew before all others are retired: whenever the power goes, one flies.
+    #[inline(never)]
+    pub fn roll_back(&mut self, probe: &mut Probe) -> Result<(), CommandRefusal> {
+        let model = match (self.history.previous(), self.restored) {
+            (Some(previous), _) => Some(*previous),
+            (None, Some(number)) => self.store.model_before(number).map_err(refusal)?,
+            (None, None) => None,
+        };
+        let model = model.ok_or(CommandRefusal::NothingThere)?;
+        let number = self.keep(probe, &model)?;
+        self.store.retire_models_before(number).map_err(refusal)?;
+        self.fly(probe, &model, number, None)
+    }
+
+    /// Stores a model that may fly, at once.
+    #[inline(never)]
+    fn keep(&mut self, probe: &Probe, model: &StoredModel) -> Result<u32, CommandRefusal> {
+        probe.may_restore(model).map_err(|_| CommandRefusal::ModelImplausible)?;
+        self.store.store_model(model).map_err(refusal)
+    }
+
+    /// Starts afresh with a stored model.
+    #[inline(never)]
+    fn fly(
+        &mut self,
+        probe: &mut Probe,
+        model: &StoredModel,
+        number: u32,
+        previous: Option<StoredModel>,
+    ) -> Result<(), CommandRefusal> {
+        probe.restart(Some(model)).map_err(|_| CommandRefusal::ModelImplausible)?;
+        self.flown(probe, model, number, previous);
+        Ok(())
+    }
+
+    /// Whether the flash holds what it should.
+    pub fn verify(&mut self) -> bool {
+        matches!(self.store.verify(), Ok(true))
+    }
+
+    /// What flies now, where it is not the factory's.
+    pub fn flies(&self, probe: &Probe) -> Option<StoredModel> {
+        let (gyro, effects) = (probe.gyro_model(), probe.effects());
+        let is_factory = *gyro == probe.config().gyro && effects.is_empty();
+        (!is_factory).then(|| self.history.flying(gyro, effects))
     }
 
     /// The number of the model that flew from the start.
@@ -90,16 +166,17 @@ impl<F: NorFlash> Memory<F> {
     /// Begins to store the model that flies, where this window makes it worth it.
     #[inline(never)]
     pub fn window(&mut self, probe: &Probe, report: &WindowReport) {
+        let worth_storing = probe.model_worth_storing(report, &mut self.gate);
+        self.history.window(report, probe.gyro_model(), probe.effects(), self.gate.temperature_c());
         if let Decision::Refused(Refusal::RolledBack { .. }) = report.decision {
             // What fails is counted; a stored model that no longer holds is rolled back after every start.
-            let _ = self.retire(&probe.config().gyro);
+            let _ = self.store.retire_models();
+            self.gate = StabilityGate::new(&probe.config().gyro, None);
             return;
         }
-        let Some(model) = probe.model_worth_storing(report, &mut self.gate) else { return };
+        let Some(model) = worth_storing else { return };
         // What is refused, or cannot begin, the store counts.
-        if self.store.begin_model(&model).is_ok() {
-            self.writing = Some(model);
-        }
+        let _ = self.store.begin_model(&model);
     }
 
     /// Programs the next piece. What fails is counted, and the next window offers the model again.
@@ -109,25 +186,28 @@ impl<F: NorFlash> Memory<F> {
             return;
         }
         match self.store.step() {
-            Ok(Progress::Stored { .. }) => {
-                if let Some(model) = self.writing.take() {
-                    self.gate.stored(&model);
-                }
+            Ok(Progress::Stored { number }) => {
+                defmt::info!("model {=u32} is stored", number);
+                // It was written within a second, and there is no window in that.
+                self.gate.stored(self.history.latest());
             }
             Ok(_) => {}
-            Err(_) => self.writing = None,
+            Err(_) => defmt::error!("a model could not be stored"),
         }
     }
 
-    /// No model that is stored is restored any more; the next stable one is stored as the first.
-    pub fn retire(&mut self, factory: &GyroModel) -> Result<(), StorageError<F::Error>> {
-        self.gate = StabilityGate::new(factory, None);
-        self.store.retire_models().map(drop)
+    /// No model that is stored is restored any more, and the factory's is about to fly.
+    pub fn retire(&mut self, config: &Config) -> Result<(), StorageError<F::Error>> {
+        self.store.retire_models()?;
+        self.configured(config);
+        Ok(())
     }
 
-    /// The same, and what they took is erased.
-    pub fn erase(&mut self, factory: &GyroModel, feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
-        self.retire(factory)?;
+    /// No model that is stored is restored any more, and what they took is erased; the next stable one is stored as the first.
+    pub fn erase(&mut self, config: &Config, feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
+        self.store.retire_models()?;
+        self.gate = StabilityGate::new(&config.gyro, None);
+        self.restored = None;
         self.prepare(NotDrilling::Command, feed)
     }
 
@@ -136,6 +216,20 @@ impl<F: NorFlash> Memory<F> {
         let counts = self.store.counts();
         let refused = counts.refused_full.saturating_add(counts.refused_implausible);
         [counts.stored, counts.failed.saturating_add(refused)]
+    }
+}
+
+/// Of a probe that flies the factory's model.
+fn afresh(config: &Config) -> (StabilityGate, ModelHistory) {
+    (StabilityGate::new(&config.gyro, None), ModelHistory::of_factory(&config.gyro, &LIBRARY))
+}
+
+/// What the memory's refusal is to who sent a command.
+pub fn refusal<E>(error: StorageError<E>) -> CommandRefusal {
+    match error {
+        StorageError::Busy => CommandRefusal::Busy,
+        StorageError::Implausible(_) => CommandRefusal::ModelImplausible,
+        _ => CommandRefusal::StorageFailed,
     }
 }
 

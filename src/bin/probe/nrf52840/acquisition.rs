@@ -1,10 +1,5 @@
-//! The parts on their buses, read in PendSV.
+//! The parts on their buses.
 
-use super::timer;
-use crate::application::{acquisition::Acquisition, sample_clock, sensors::Sensors};
-use core::{cell::RefCell, mem::MaybeUninit};
-use cortex_m_rt::exception;
-use critical_section::Mutex;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use meerkat_mwd::sensors::{
     Mounting, Rm3100Settings, Trigger,
@@ -24,11 +19,6 @@ type Device<SPI> = ExclusiveDevice<Spim<SPI>, Out, NoDelay>;
 pub type Inertial = Supervised<Ism330dhcx<SpiBus<Device<SPIM2>>>, 2>;
 pub type Magnetic = Supervised<Rm3100<SpiRegisters<Device<SPIM1>>>, 1>;
 
-pub type BoardSensors = Sensors<Inertial, Magnetic>;
-
-/// On its way to the interrupt.
-static SENSORS: Mutex<RefCell<Option<&'static mut BoardSensors>>> = Mutex::new(RefCell::new(None));
-
 pub fn inertial(spi: SPIM2, (sck, miso, mosi): Wires, select: Out) -> Inertial {
     let pins = Pins { sck: Some(sck), miso: Some(miso), mosi: Some(mosi) };
     let Ok(device) = ExclusiveDevice::new_no_delay(Spim::new(spi, pins, Frequency::M8, MODE_3, 0), select);
@@ -39,25 +29,4 @@ pub fn magnetic(spi: SPIM1, (sck, miso, mosi): Wires, select: Out) -> Magnetic {
     let pins = Pins { sck: Some(sck), miso: Some(miso), mosi: Some(mosi) };
     let Ok(device) = ExclusiveDevice::new_no_delay(Spim::new(spi, pins, Frequency::M1, MODE_3, 0), select);
     Supervised::new(Rm3100::new_spi(device, Rm3100Settings::default()), Mounting::ALIGNED, Trigger::Polled)
-}
-
-/// Before the sample clock.
-pub fn start(
-    place: &'static mut MaybeUninit<BoardSensors>,
-    (inertial, magnetic): (Inertial, Magnetic),
-    acquisition: Acquisition,
-) {
-    let sensors = place.write(Sensors::new(inertial, magnetic, acquisition));
-    critical_section::with(|cs| SENSORS.borrow(cs).replace(Some(sensors)));
-}
-
-#[exception]
-fn PendSV() {
-    static mut MINE: Option<&'static mut BoardSensors> = None;
-    if MINE.is_none() {
-        *MINE = critical_section::with(|cs| SENSORS.borrow(cs).take());
-    }
-    if let Some(sensors) = MINE {
-        sensors.read(sample_clock::rounds(), timer::now_us());
-    }
 }

@@ -1,13 +1,5 @@
-//! The parts on their buses, read in PendSV.
+//! The parts on their buses.
 
-use crate::application::{
-    acquisition::Acquisition,
-    sample_clock::{self, systick},
-    sensors::Sensors,
-};
-use core::{cell::RefCell, mem::MaybeUninit};
-use cortex_m_rt::exception;
-use critical_section::Mutex;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use meerkat_mwd::sensors::{
     Mounting, Rm3100Settings, Trigger,
@@ -29,11 +21,6 @@ pub type Magnetic = Supervised<Rm3100<SpiRegisters<Device<SPI2, PB12<Output>>>>,
 /// Clock idle high, data taken at its second edge: mode 3, which both parts take.
 const MODE_3: Mode = Mode { polarity: Polarity::IdleHigh, phase: Phase::CaptureOnSecondTransition };
 
-pub type BoardSensors = Sensors<Inertial, Magnetic>;
-
-/// On its way to the interrupt.
-static SENSORS: Mutex<RefCell<Option<&'static mut BoardSensors>>> = Mutex::new(RefCell::new(None));
-
 pub fn inertial(spi: SPI1, (sck, miso, mosi): (PA5, PA6, PA7), select: PA4, rcc: &mut Rcc) -> Inertial {
     let sck = sck.into_alternate().speed(Speed::VeryHigh);
     let mosi = mosi.into_alternate().speed(Speed::VeryHigh);
@@ -46,25 +33,4 @@ pub fn magnetic(spi: SPI2, (sck, miso, mosi): (PB13, PB14, PB15), select: PB12, 
     let bus = Spi::new(spi, (Some(sck), Some(miso), Some(mosi)), MODE_3, 1.MHz(), rcc);
     let Ok(device) = ExclusiveDevice::new_no_delay(bus, select.into_push_pull_output());
     Supervised::new(Rm3100::new_spi(device, Rm3100Settings::default()), Mounting::ALIGNED, Trigger::Polled)
-}
-
-/// Before the sample clock.
-pub fn start(
-    place: &'static mut MaybeUninit<BoardSensors>,
-    (inertial, magnetic): (Inertial, Magnetic),
-    acquisition: Acquisition,
-) {
-    let sensors = place.write(Sensors::new(inertial, magnetic, acquisition));
-    critical_section::with(|cs| SENSORS.borrow(cs).replace(Some(sensors)));
-}
-
-#[exception]
-fn PendSV() {
-    static mut MINE: Option<&'static mut BoardSensors> = None;
-    if MINE.is_none() {
-        *MINE = critical_section::with(|cs| SENSORS.borrow(cs).take());
-    }
-    if let Some(sensors) = MINE {
-        sensors.read(sample_clock::rounds(), systick::now_us());
-    }
 }

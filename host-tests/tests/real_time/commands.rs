@@ -1,0 +1,273 @@
+//! Every command, from a host over the emulator's serial line into the probe, and what becomes of it.
+
+use super::live::{Host, KEY, LiveProbe, drilled};
+use meerkat_mwd::{
+    Config, Sample,
+    config::SurveyConfig,
+    identification::Decision,
+    storage::StoredModel,
+    telemetry::{Boot, Command, CommandRefusal, EarlierModel, Erasure, Message, Outcome, ResetReason, StreamConfig},
+};
+use mwd::{emulate::real_time::RealTime, flight};
+use std::fs;
+
+const OTHER_KEY: [u8; 32] = *b"a key that no probe has 32 Bytes";
+
+/// Two hours at rest, of which no test here sees the end.
+const REST_S: f64 = 7_200.0;
+
+fn run(config: Config, key: Option<[u8; 32]>) -> RealTime {
+    let stream = StreamConfig { attitude_every: 200, ..RealTime::default().stream };
+    RealTime { config, stream, key, ..RealTime::default() }
+}
+
+fn boot(host: &mut Host) -> Boot {
+    host.until("a boot", |message| if let Message::Boot(boot) = message { Some(*boot) } else { None })
+}
+
+/// Waits until the tool is known to stand still.
+fn at_rest(host: &mut Host) {
+    host.until("a survey", |message| matches!(message, Message::Survey(_)).then_some(()));
+}
+
+fn calibrating() -> [Command; 6] {
+    [
+        Command::Configure(Config::default()),
+        Command::ConfigureSurvey(SurveyConfig::default()),
+        Command::AcceptModel { window_end_us: 0 },
+        Command::RollBackModel { to: EarlierModel::Previous },
+        Command::RollBackModel { to: EarlierModel::Factory },
+        Command::Erase { what: Erasure::Models },
+    ]
+}
+
+/// The owner of the probe: the key's file and the counter beside it, for the program and for what is sent without it.
+struct Owner<'a>(&'a LiveProbe);
+
+impl<'a> Owner<'a> {
+    fn new(probe: &'a LiveProbe) -> Self {
+        fs::write(probe.at("probe.key"), KEY.map(|byte| format!("{byte:02x}")).concat()).unwrap();
+        Self(probe)
+    }
+
+    fn latest(&self) -> u64 {
+        fs::read_to_string(self.0.at("probe.key.counter")).map_or(0, |text| text.trim().parse().unwrap())
+    }
+
+    fn sends(&self, host: &mut Host, command: &Command) -> Outcome {
+        let counter = self.latest() + 1;
+        fs::write(self.0.at("probe.key.counter"), counter.to_string()).unwrap();
+        host.signed(&KEY, counter, command)
+    }
+
+    /// Sends by `cargo mwd command`, which has to say `expected`.
+    fn types(&self, arguments: &[&str], expected: &str) {
+        let key = self.0.at("probe.key");
+        let (status, said) = self.0.mwd(&[&["command", "--deadline", "300", "--key", &key], arguments].concat());
+        println!("{arguments:?}: {}", said.trim());
+        assert!(said.contains(expected), "{arguments:?}: {said}");
+        assert_eq!(status, if expected == "accepted" { 0 } else { 2 }, "{said}");
+    }
+}
+
+/// A run in which a model is accepted and the latest fit of all refused; the host's flight of it, bit for bit the probe's, tells.
+fn with_a_refused_fit() -> (Config, Vec<Sample>) {
+    let last_is_refused = |(config, samples): &(Config, Vec<Sample>)| {
+        let reports = flight::fly(config, &samples[..140 * 200], |_| ()).unwrap().reports;
+        let looked: Vec<_> = reports.iter().filter(|report| report.cost_after.is_some()).collect();
+        let accepted = looked.iter().any(|report| report.decision == Decision::Accepted);
+        accepted && looked.last().is_some_and(|report| report.decision != Decision::Accepted)
+    };
+    let with_short_windows = |seed| {
+        let (mut config, samples) = drilled(95.0, REST_S, seed);
+        config.identification.window_s = 25.0;
+        (config, samples)
+    };
+    (1..40).map(with_short_windows).find(last_is_refused).unwrap()
+}
+
+fn flies(host: &Host) -> StoredModel {
+    host.boot.unwrap().flies.unwrap()
+}
+
+#[test]
+fn models_are_accepted_and_rolled_back_and_both_survive_as_the_counter_does() {
+    let Some(mut probe) = LiveProbe::new() else { return };
+    let (config, samples) = with_a_refused_fit();
+    let rest = &samples[96 * 200..];
+    let run = run(config, Some(KEY));
+
+    // The fit that the gate refused last, of the latest window that could look.
+    probe.power_up(&run, &samples);
+    let mut host = probe.host();
+    let begun = boot(&mut host);
+    assert_eq!((begun.reset, begun.restored_model, begun.flies), (ResetReason::PowerOn, None, None));
+    let looked = host.drill(95_000_000);
+    assert_ne!(looked.decision, Decision::Accepted, "a fit that was refused is wanted");
+    let owner = Owner::new(&probe);
+    let accept = Command::AcceptModel { window_end_us: looked.t_end_us };
+    let not_there = Outcome::Refused(CommandRefusal::NothingThere);
+    assert_eq!(owner.sends(&mut host, &Command::AcceptModel { window_end_us: looked.t_start_us }), not_there);
+    assert_eq!(owner.sends(&mut host, &accept), Outcome::Accepted);
+    assert_eq!(flies(&host).gyro, looked.fitted);
+    let first = host.boot.unwrap().restored_model;
+    assert!(first.is_some() && host.boot.unwrap().first_sample > 95 * 200);
+    assert_eq!(owner.sends(&mut host, &accept), not_there, "it started afresh");
+    // Back to what flew before, which the gate had accepted; and not back and forth.
+    let back = Command::RollBackModel { to: EarlierModel::Previous };
+    assert_eq!(owner.sends(&mut host, &back), Outcome::Accepted);
+    let accepted = flies(&host);
+    assert!(accepted.gyro.p == looked.flown.p && host.boot.unwrap().restored_model > first);
+    assert_eq!(owner.sends(&mut host, &back), not_there);
+    let (replayed, number) = (owner.latest(), host.boot.unwrap().restored_model);
+    drop(host);
+
+    // It flies after a loss of power, and a command that was listened to is refused.
+    probe.power_up(&run, &samples);
+    let mut host = probe.host();
+    let begun = boot(&mut host);
+    assert_eq!((begun.restored_model, begun.flies.map(|model| model.gyro)), (number, Some(accepted.gyro)));
+    let old = host.signed(&KEY, replayed, &back);
+    assert_eq!(old, Outcome::Refused(CommandRefusal::Replayed { latest: replayed }));
+    let looked = host.drill(95_000_000);
+    drop(host);
+    let owner = Owner::new(&probe);
+    owner.types(&["accept-model", "3600000000000"], "window_end_us is out of its bounds");
+    owner.types(&["accept-model", &looked.t_end_us.to_string()], "accepted");
+
+    // What was stored before what was restored.
+    probe.power_up(&run, rest);
+    let mut host = probe.host();
+    let begun = boot(&mut host);
+    assert!(begun.restored_model > number && begun.flies.unwrap().gyro.p != accepted.gyro.p);
+    at_rest(&mut host);
+    drop(host);
+    let owner = Owner::new(&probe);
+    owner.types(&["roll-back", "previous"], "accepted");
+    owner.types(&["roll-back", "previous"], "not there");
+    probe.power_up(&run, rest);
+    let mut host = probe.host();
+    assert_eq!(boot(&mut host).flies.map(|model| model.gyro), Some(accepted.gyro));
+    at_rest(&mut host);
+    let owner = Owner::new(&probe);
+    assert_eq!(owner.sends(&mut host, &Command::RollBackModel { to: EarlierModel::Factory }), Outcome::Accepted);
+    let factory = host.boot.unwrap();
+    assert_eq!((factory.restored_model, factory.flies), (None, None));
+    // Without the bias that was learnt it takes rest for motion, until it has learnt it again.
+    at_rest(&mut host);
+    drop(host);
+    owner.types(&["erase", "models"], "accepted");
+    owner.types(&["roll-back", "previous"], "not there");
+    let latest = owner.latest();
+    probe.power_up(&run, rest);
+    let mut host = probe.host();
+    assert_eq!(boot(&mut host).restored_model, None);
+    let old = host.signed(&KEY, latest, &back);
+    assert_eq!(old, Outcome::Refused(CommandRefusal::Replayed { latest }), "the counter outlives an erasure");
+}
+
+#[test]
+fn what_needs_no_key_is_done_and_bounds_are_kept() {
+    let Some(mut probe) = LiveProbe::new() else { return };
+    let (config, samples) = drilled(11.0, REST_S, 2);
+    let rest = &samples[12 * 200..];
+    probe.power_up(&run(config, Some(KEY)), rest);
+    at_rest(&mut probe.host());
+    let owner = Owner::new(&probe);
+    for arguments in [
+        &["self-test"][..],
+        &["stream", "--every", "100", "--bandwidth", "92160"],
+        &["start-recording", "--for", "600"],
+        &["stop-recording"],
+        &["survey", "--within", "60"],
+    ] {
+        owner.types(arguments, "accepted");
+    }
+
+    let mut host = probe.host();
+    assert_eq!(host.plain(&Command::SelfTest), Outcome::Accepted);
+    let tested = host.until("a self-test", |message| match message {
+        Message::Health(health) => health.self_test,
+        _ => None,
+    });
+    assert!(tested.is_passed(), "{tested:?}");
+    assert_eq!(host.plain(&Command::StartRecording { for_s: Some(2) }), Outcome::Accepted);
+    let [mut first, mut last] = [None; 2];
+    host.until("a recording and the end of it", |message| match message {
+        Message::Sample(sample) => {
+            first = first.or(Some(sample.sample.t_us));
+            last = Some(sample.sample.t_us);
+            None
+        }
+        Message::Health(health) => last.is_some_and(|last| health.t_us > last + 1_000_000).then_some(()),
+        _ => None,
+    });
+    assert!((last.unwrap() - first.unwrap()).abs_diff(2_000_000) < 20_000, "{first:?} to {last:?}");
+    assert_eq!(host.plain(&Command::StationarySurvey { within_s: 60 }), Outcome::Accepted);
+    at_rest(&mut host);
+
+    // The program looks at the bounds itself: the probe has to, too.
+    for (command, name) in [
+        (Command::StartRecording { for_s: Some(0) }, "for_s"),
+        (Command::StationarySurvey { within_s: 0 }, "within_s"),
+        (Command::ConfigureStream(StreamConfig { bytes_per_s: 1, ..StreamConfig::default() }), "stream.bytes_per_s"),
+        (Command::Configure(Config { sample_period_us: 1, ..config }), "sample_period_us"),
+        (
+            Command::ConfigureSurvey(SurveyConfig { toolface_offset_rad: f32::NAN, ..config.survey }),
+            "survey.toolface_offset_rad",
+        ),
+    ] {
+        let answer =
+            if command.changes_calibration() { owner.sends(&mut host, &command) } else { host.plain(&command) };
+        let Outcome::Refused(CommandRefusal::OutOfBounds { field }) = &answer else { panic!("{name}: {answer:?}") };
+        assert_eq!(field.as_str(), name);
+    }
+    let other = Config { seed: 12_345, ..config };
+    assert_eq!(owner.sends(&mut host, &Command::Configure(other)), Outcome::Accepted);
+    assert_eq!(host.boot.unwrap().config, other);
+    at_rest(&mut host);
+    drop(host);
+    fs::write(probe.at("config.toml"), toml::to_string(&config).unwrap()).unwrap();
+    fs::write(probe.at("survey.toml"), "toolface_offset_rad = 0.5").unwrap();
+    owner.types(&["configure", &probe.at("config.toml")], "accepted");
+    at_rest(&mut probe.host());
+    owner.types(&["configure-survey", &probe.at("survey.toml")], "accepted");
+}
+
+#[test]
+fn forged_and_plain_and_keyless_calibration_is_refused() {
+    let Some(mut probe) = LiveProbe::new() else { return };
+    let (config, samples) = drilled(11.0, REST_S, 3);
+    let rest = &samples[12 * 200..];
+    for (key, plain, signed) in [
+        (Some(KEY), CommandRefusal::NotAuthenticated, CommandRefusal::Forged),
+        (None, CommandRefusal::NoKey, CommandRefusal::NoKey),
+    ] {
+        probe.power_up(&run(config, key), rest);
+        let mut host = probe.host();
+        at_rest(&mut host);
+        for command in calibrating() {
+            assert_eq!(host.plain(&command), Outcome::Refused(plain.clone()), "{command:?}");
+            assert_eq!(host.signed(&OTHER_KEY, 1, &command), Outcome::Refused(signed.clone()), "{command:?}");
+        }
+        if key.is_none() {
+            let with_the_right_one = host.signed(&KEY, 1, &Command::Erase { what: Erasure::Models });
+            assert_eq!(with_the_right_one, Outcome::Refused(CommandRefusal::NoKey));
+        }
+    }
+}
+
+#[test]
+fn while_drilling_no_calibration_is_changed() {
+    let Some(mut probe) = LiveProbe::new() else { return };
+    let (config, samples) = drilled(900.0, 0.0, 4);
+    probe.power_up(&run(config, Some(KEY)), &samples[20 * 200..]);
+    let mut host = probe.host();
+    boot(&mut host);
+    let while_drilling = Outcome::Refused(CommandRefusal::WhileDrilling);
+    for (counter, command) in (1..).zip(calibrating()) {
+        assert_eq!(host.signed(&KEY, counter, &command), while_drilling, "{command:?}");
+    }
+    assert_eq!(host.plain(&Command::SelfTest), while_drilling);
+    assert_eq!(host.plain(&Command::StartRecording { for_s: None }), Outcome::Accepted);
+}

@@ -1,0 +1,213 @@
+//! A probe that goes on in the emulator while hosts come and go on the socket of its serial line.
+
+use super::drilling::{PERIOD_US, toolchain};
+use meerkat_mwd::{
+    Config, Sample,
+    identification::WindowReport,
+    telemetry::{
+        Acknowledgement, Boot, Command, FrameDecoder, Key, Kind, MAX_DECODED, MAX_FRAME, MAX_PAYLOAD, Message, Outcome,
+        authenticate, encode_frame, encode_payload,
+    },
+};
+use mwd::{
+    configuration,
+    emulate::{self, Board, Firmware, real_time::RealTime},
+    simulate::{Scenario, simulate},
+    toolchain::Toolchain,
+};
+use std::{
+    collections::VecDeque,
+    fs,
+    io::{ErrorKind, Read, Write},
+    os::unix::net::UnixStream,
+    path::Path,
+    process::{self, Child},
+    thread,
+    time::{Duration, Instant},
+};
+
+/// Longest that anything here may take.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// What the probe and its owner share.
+pub const KEY: [u8; 32] = *b"a key that no probe has 32 bytes";
+
+/// Of the probe's three sectors.
+const FLASH_BYTES: usize = 3 * 16 * 1024;
+
+/// A configuration, and the samples of a run that drills from 10 s on and stands still from `stop_s` on for `rest_s` at least.
+pub fn drilled(stop_s: f64, rest_s: f64, seed: u64) -> (Config, Vec<Sample>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
+    let scenario = Scenario {
+        duration_s: stop_s + 60.0,
+        stop_s: Some(stop_s),
+        sample_period_us: PERIOD_US as u32,
+        ..Scenario::read(&path).unwrap()
+    };
+    let (trace, _) = simulate(&scenario, seed);
+    // At rest any minute is as good as another.
+    let rest = &trace.samples[(stop_s * 1e6) as usize / PERIOD_US as usize..];
+    let minutes = (rest_s / 60.0) as usize;
+    let samples = trace.samples.iter().chain((0..minutes).flat_map(|_| rest)).copied().collect();
+    (configuration::of_trace(&trace), samples)
+}
+
+/// The emulator, what it runs, and its flash.
+pub struct LiveProbe {
+    toolchain: Toolchain,
+    firmware: Firmware,
+    directory: tempfile::TempDir,
+    qemu: Option<Child>,
+}
+
+impl LiveProbe {
+    /// With a flash that was never written. `None`: there is no emulator.
+    pub fn new() -> Option<Self> {
+        let toolchain = toolchain()?;
+        let firmware = emulate::build_firmware(&toolchain, Board::Emulated).unwrap();
+        let directory = tempfile::tempdir().unwrap();
+        fs::write(directory.path().join("flash.bin"), vec![0xFF; FLASH_BYTES]).unwrap();
+        Some(Self { toolchain, firmware, directory, qemu: None })
+    }
+
+    pub fn at(&self, name: &str) -> String {
+        self.directory.path().join(name).to_str().unwrap().to_owned()
+    }
+
+    /// Where its line is, for the command line.
+    pub fn place(&self) -> String {
+        format!("unix:{}", self.at("line.sock"))
+    }
+
+    /// Power on; the first host that comes starts the clock. What ran before has lost its power.
+    pub fn power_up(&mut self, run: &RealTime, samples: &[Sample]) {
+        self.power_off();
+        let _ = fs::remove_file(self.at("line.sock"));
+        run.prepare_in(self.directory.path(), &self.firmware, samples).unwrap();
+        let mut qemu = run.emulator(self.directory.path(), &self.toolchain, "unix:line.sock,server=on,wait=on");
+        self.qemu = Some(qemu.stdout(process::Stdio::null()).stderr(process::Stdio::null()).spawn().unwrap());
+        let until = Instant::now() + PATIENCE;
+        while !Path::new(&self.at("line.sock")).exists() {
+            assert!(Instant::now() < until, "the emulator opens no socket");
+            thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    pub fn power_off(&mut self) {
+        if let Some(mut qemu) = self.qemu.take() {
+            let _ = qemu.kill();
+            qemu.wait().unwrap();
+        }
+    }
+
+    pub fn host(&self) -> Host {
+        let until = Instant::now() + PATIENCE;
+        let stream = loop {
+            match UnixStream::connect(self.at("line.sock")) {
+                Ok(stream) => break stream,
+                Err(error) => assert!(Instant::now() < until, "{error}"),
+            }
+        };
+        stream.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
+        Host { stream, heard: VecDeque::new(), decoder: Box::new(FrameDecoder::new()), sequence: 0, boot: None }
+    }
+
+    /// The program, its exit status and what it said.
+    pub fn mwd(&self, arguments: &[&str]) -> (i32, String) {
+        let place = self.place();
+        let [verb, rest @ ..] = arguments else { panic!("no verb") };
+        let output =
+            process::Command::new(env!("CARGO_BIN_EXE_mwd")).args([&[*verb, &place], rest].concat()).output().unwrap();
+        let said = [output.stdout, output.stderr].concat();
+        (output.status.code().unwrap(), String::from_utf8(said).unwrap())
+    }
+}
+
+impl Drop for LiveProbe {
+    fn drop(&mut self) {
+        self.power_off();
+    }
+}
+
+/// One end of the line.
+pub struct Host {
+    stream: UnixStream,
+    /// What has come and was not looked at.
+    heard: VecDeque<u8>,
+    decoder: Box<FrameDecoder<MAX_DECODED>>,
+    sequence: u16,
+    /// The latest that came.
+    pub boot: Option<Boot>,
+}
+
+impl Host {
+    /// What comes, up to and with the first message for which `is_last` gives something.
+    pub fn until<T>(&mut self, what: &str, mut is_last: impl FnMut(&Message) -> Option<T>) -> T {
+        let until = Instant::now() + PATIENCE;
+        let mut buffer = [0; 4096];
+        while Instant::now() < until {
+            while let Some(byte) = self.heard.pop_front() {
+                // A host that comes in the middle hears the rest of a frame.
+                let message = self.decoder.push(byte).and_then(|frame| Message::decode(&frame).ok());
+                if let Some(Message::Boot(boot)) = &message {
+                    self.boot = Some(*boot);
+                }
+                if let Some(last) = message.as_ref().and_then(&mut is_last) {
+                    return last;
+                }
+            }
+            let count = match self.stream.read(&mut buffer) {
+                Ok(0) => panic!("the line ended before: {what}"),
+                Ok(count) => count,
+                Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => 0,
+                Err(error) => panic!("{what}: {error}"),
+            };
+            self.heard.extend(&buffer[..count]);
+        }
+        panic!("in vain: {what}");
+    }
+
+    /// Listens while it drills and until it has stood still for a survey; the latest window whose fit was judged.
+    pub fn drill(&mut self, stop_us: u64) -> WindowReport {
+        let mut reports = Vec::new();
+        self.until("a survey after drilling", |message| match message {
+            Message::Identification(window) => {
+                reports.push(window.report);
+                None
+            }
+            Message::Survey(survey) => (survey.survey.t_end_us > stop_us).then_some(()),
+            _ => None,
+        });
+        println!("{:?}", reports.iter().map(|report| (report.t_end_us, report.decision)).collect::<Vec<_>>());
+        *reports.iter().rfind(|report| report.cost_after.is_some()).unwrap()
+    }
+
+    fn ask(&mut self, kind: Kind, payload: &[u8]) -> Outcome {
+        self.sequence += 1;
+        let sequence = self.sequence;
+        let mut buffer = [0; MAX_FRAME];
+        self.stream.write_all(&[0]).unwrap();
+        self.stream.write_all(encode_frame(kind, sequence, payload, &mut buffer).unwrap()).unwrap();
+        self.until("an answer", |message| match message {
+            Message::Acknowledgement(Acknowledgement { sequence: s, outcome }) if *s == sequence => {
+                Some(outcome.clone())
+            }
+            _ => None,
+        })
+    }
+
+    /// Sends a command as anybody can.
+    pub fn plain(&mut self, command: &Command) -> Outcome {
+        let mut buffer = [0; MAX_PAYLOAD];
+        let payload = encode_payload(command, &mut buffer).unwrap().to_vec();
+        self.ask(Kind::Command, &payload)
+    }
+
+    /// Sends a command as only the owner of a key can.
+    pub fn signed(&mut self, key: &[u8; 32], counter: u64, command: &Command) -> Outcome {
+        let mut buffer = [0; MAX_PAYLOAD];
+        let key = Key::of_bytes(key).unwrap();
+        let payload = authenticate(&key, counter, command, &mut buffer).unwrap().to_vec();
+        self.ask(Kind::AuthenticatedCommand, &payload)
+    }
+}

@@ -1,0 +1,60 @@
+//! What the probe says of itself.
+
+use super::{Application, Pipeline, acquisition::COUNTS, board::Board};
+use crate::stack;
+use meerkat_mwd::telemetry::{Boot, Health};
+
+impl<B: Board> Application<B> {
+    /// After the pipeline has started afresh.
+    pub(super) fn restarted(&mut self, now_us: u64) {
+        self.first_sequence = self.next_sequence;
+        self.report_boot(now_us);
+    }
+
+    /// What the probe says of itself when it starts, and before a recording.
+    #[inline(never)]
+    pub(super) fn report_boot(&mut self, now_us: u64) {
+        let Pipeline { probe, line, memory, .. } = &mut self.pipeline;
+        let boot = Boot {
+            reset: self.board.reset_reason(),
+            watchdog_resets: self.board.watchdog_resets(),
+            restored_model: memory.as_ref().and_then(|memory| memory.restored()),
+            first_sample: self.first_sequence,
+            flies: memory.as_ref().and_then(|memory| memory.flies(probe)),
+            ..Boot::new(*probe.config())
+        };
+        defmt::info!("{} from sample {=u32}, stored model {}", boot.reset, boot.first_sample, boot.restored_model);
+        line.boot(now_us, &boot);
+    }
+
+    #[inline(never)]
+    pub(super) fn report_health(&mut self, now_us: u64) {
+        let stack = stack::high_water_mark();
+        let commands = self.pipeline.commands.counters();
+        let [models_stored, storage_failures] =
+            self.pipeline.memory.as_ref().map_or([0; 2], |memory| memory.stored_and_failed());
+        let health = Health {
+            t_us: now_us,
+            counters: self.pipeline.probe.counters(),
+            samples_acquired: COUNTS.acquired(),
+            sample_overruns: COUNTS.queue_full(),
+            missed_ticks: COUNTS.missed_ticks(),
+            sensor_faults: COUNTS.faults(),
+            worst_delay_us: self.counts.delays.worst_us,
+            late_attitudes: self.counts.delays.late,
+            stack_used_bytes: stack.used_bytes,
+            stack_size_bytes: stack.size_bytes,
+            watchdog_resets: self.board.watchdog_resets(),
+            results_lost: self.pipeline.line.results_lost(),
+            sent: self.pipeline.line.counters(),
+            received: self.pipeline.commands.link(),
+            commands_accepted: commands.accepted,
+            commands_refused: commands.refused,
+            models_stored,
+            storage_failures,
+            self_test: self.pipeline.commands.self_test.pop(),
+            ..Health::default()
+        };
+        self.pipeline.line.health(now_us, &health);
+    }
+}

@@ -1,0 +1,96 @@
+//! What the boards with sensors have in common: the parts are read in PendSV, the line's bytes go through queues.
+
+#[cfg(feature = "board-nrf52840")]
+use crate::nrf52840::chip;
+#[cfg(feature = "board-stm32f405")]
+use crate::stm32f405::chip;
+use crate::{
+    application::{
+        acquisition::{Acquisition, SampleConsumer},
+        board::Board,
+        sample_clock,
+        sensors::Sensors,
+    },
+    reset_record,
+    serial_queues::SerialQueues,
+};
+use core::{cell::RefCell, mem::MaybeUninit};
+use cortex_m_rt::exception;
+use critical_section::Mutex;
+use meerkat_mwd::telemetry::ResetReason;
+
+pub type BoardSensors = Sensors<chip::Inertial, chip::Magnetic>;
+
+/// On its way to the interrupt.
+static SENSORS: Mutex<RefCell<Option<&'static mut BoardSensors>>> = Mutex::new(RefCell::new(None));
+
+/// Before the sample clock.
+pub fn start_sensors(
+    place: &'static mut MaybeUninit<BoardSensors>,
+    (inertial, magnetic): (chip::Inertial, chip::Magnetic),
+    acquisition: Acquisition,
+) {
+    let sensors = place.write(Sensors::new(inertial, magnetic, acquisition));
+    critical_section::with(|cs| SENSORS.borrow(cs).replace(Some(sensors)));
+}
+
+#[exception]
+fn PendSV() {
+    static mut MINE: Option<&'static mut BoardSensors> = None;
+    if MINE.is_none() {
+        *MINE = critical_section::with(|cs| SENSORS.borrow(cs).take());
+    }
+    if let Some(sensors) = MINE {
+        sensors.read(sample_clock::rounds(), chip::now_us());
+    }
+}
+
+pub struct SensorBoard {
+    pub samples: SampleConsumer,
+    pub serial: SerialQueues,
+    pub watchdog: chip::Watchdog,
+    pub reset_reason: ResetReason,
+}
+
+impl Board for SensorBoard {
+    type Flash = chip::ModelFlash;
+
+    fn now_us(&self) -> u64 {
+        chip::now_us()
+    }
+
+    fn samples(&mut self) -> &mut SampleConsumer {
+        &mut self.samples
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> usize {
+        let sent = self.serial.send(bytes);
+        chip::wake();
+        sent
+    }
+
+    fn receive(&mut self) -> Option<u8> {
+        self.serial.receive()
+    }
+
+    fn feed_watchdog(&mut self) {
+        chip::feed(&mut self.watchdog);
+    }
+
+    fn idle(&mut self) {
+        // With interrupts masked one that comes between the question and the sleep still wakes.
+        cortex_m::interrupt::free(|_| {
+            if self.samples.is_empty() {
+                cortex_m::asm::wfi();
+            }
+        });
+    }
+
+    fn reset_reason(&self) -> ResetReason {
+        self.reset_reason
+    }
+
+    fn watchdog_resets(&self) -> u32 {
+        reset_record::watchdog_resets()
+    }
+}

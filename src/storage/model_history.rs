@@ -1,0 +1,109 @@
+use super::{StoreReason, StoredModel, fingerprint, stability::agrees};
+use crate::{
+    compensation::{ActiveEffects, Effect, GyroModel},
+    identification::{Decision, WindowReport},
+};
+
+/// Models that a command can ask for: what flew before, and what a window gave. All as they would be stored on a command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelHistory {
+    /// At the end of the latest window.
+    flying: StoredModel,
+    previous: Option<StoredModel>,
+    proposal: Option<Proposal>,
+}
+
+/// What a window gave, beside the effects that flew then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Proposal {
+    window_end_us: u64,
+    gyro: GyroModel,
+    sigma: [f32; 12],
+    explained: Option<f32>,
+    p_value: Option<f32>,
+}
+
+impl ModelHistory {
+    /// Of a probe that starts afresh with this model; `previous` flew before.
+    #[must_use]
+    pub const fn new(flying: &StoredModel, previous: Option<StoredModel>) -> Self {
+        Self { flying: StoredModel { reason: StoreReason::Command, ..*flying }, previous, proposal: None }
+    }
+
+    /// Of one that starts with the factory's.
+    #[must_use]
+    pub fn of_factory(factory: &GyroModel, library: &[&dyn Effect]) -> Self {
+        let flying = StoredModel {
+            gyro: *factory,
+            sigma: [0.0; 12],
+            effects: ActiveEffects::none(),
+            library: fingerprint(library),
+            temperature_c: None,
+            t_us: 0,
+            reason: StoreReason::Command,
+            explained: None,
+            p_value: None,
+        };
+        Self::new(&flying, None)
+    }
+
+    /// Takes a window's report, once it has taken effect, with what flies then and the temperatures that it comes from.
+    pub fn window(
+        &mut self,
+        report: &WindowReport,
+        gyro: &GyroModel,
+        effects: &ActiveEffects,
+        temperature_c: Option<[f32; 2]>,
+    ) {
+        let flying = &mut self.flying;
+        // A bias that follows the temperature makes no other model.
+        let indices = |effects: &ActiveEffects| effects.iter().fold(1, |all, found| all << 4 | u64::from(found.index));
+        if flying.gyro.p != gyro.p || indices(&flying.effects) != indices(effects) {
+            self.previous = Some(*flying);
+        }
+        if flying.effects != *effects {
+            self.proposal = None;
+        }
+        flying.gyro = *gyro;
+        flying.effects = *effects;
+        flying.temperature_c = temperature_c;
+        flying.t_us = report.t_end_us;
+        let WindowReport { fitted, sigma, explained, p_value, .. } = *report;
+        let mut proposal = Proposal { window_end_us: report.t_end_us, gyro: fitted, sigma, explained, p_value };
+        if report.decision == Decision::Accepted {
+            (flying.sigma, flying.explained, flying.p_value) = (sigma, explained, p_value);
+            proposal.gyro = *gyro;
+        }
+        if agrees(report.decision).is_some() && report.cost_after.is_some() {
+            self.proposal = Some(proposal);
+        }
+    }
+
+    /// What a window gave, its fit whether or not it was accepted. `None`: not the latest of those that could look, or effects have changed
+    /// since. Too little motion, sensors that cannot judge and an overrun leave a window that could not look, and the one before stands.
+    #[must_use]
+    pub fn proposed(&self, window_end_us: u64, effects: &ActiveEffects) -> Option<StoredModel> {
+        let proposal = self.proposal.filter(|_| self.flying.effects == *effects);
+        let proposal = proposal.filter(|proposal| proposal.window_end_us == window_end_us)?;
+        let Proposal { gyro, sigma, explained, p_value, .. } = proposal;
+        Some(StoredModel { gyro, sigma, explained, p_value, t_us: window_end_us, ..self.flying })
+    }
+
+    /// What flew before P or the list of effects changed; `None`: nothing has changed since the start.
+    #[must_use]
+    pub const fn previous(&self) -> Option<&StoredModel> {
+        self.previous.as_ref()
+    }
+
+    /// What flew at the end of the latest window.
+    #[must_use]
+    pub const fn latest(&self) -> &StoredModel {
+        &self.flying
+    }
+
+    /// What flies, with this gyro model and these effects by now.
+    #[must_use]
+    pub fn flying(&self, gyro: &GyroModel, effects: &ActiveEffects) -> StoredModel {
+        StoredModel { gyro: *gyro, effects: *effects, ..self.flying }
+    }
+}
