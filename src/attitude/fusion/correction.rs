@@ -11,7 +11,7 @@ use nalgebra::Matrix3;
 /// How long scale and coupling errors of the gyro act in one earth direction, seconds, where motion reverses.
 const SCALE_CORRELATION_S: f32 = 0.1;
 /// White noise of the accelerometer including what vibration folds into it, m/s^2 per root hertz (MEMS data sheets: 1e-3 to 3e-3).
-const FORCE_NOISE_M_S2_RTHZ: f32 = 0.02;
+const FORCE_NOISE_M_S2_RTHZ: f32 = 0.01;
 /// Spectral density of the acceleration while the accelerometer is not seen: 1 m/s^2 correlated over 0.2 s, (m/s^2)^2/Hz.
 const UNSEEN_FORCE_DENSITY: f32 = 0.4;
 
