@@ -12,7 +12,7 @@ use core::f32::consts::TAU;
 use nalgebra::Vector3;
 
 /// Correlation time of the calibrated field's direction error, seconds: it changes as the probe turns in the field.
-const FIELD_CORRELATION_S: f32 = 3.0;
+const FIELD_CORRELATION_S: f32 = 2.0;
 /// Correlation time of rate times delay, seconds.
 const TIMING_CORRELATION_S: f32 = 0.3;
 /// A reading of a magnetometer is held for so long, seconds, from reading to reading another part of it: one at 100 Hz (AK8963, mode 2).
