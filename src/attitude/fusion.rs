@@ -14,6 +14,7 @@ use core::f32::consts::PI;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 mod alignment;
+mod contradiction;
 mod correction;
 mod field;
 mod gravity;
@@ -24,6 +25,7 @@ mod shaking;
 mod sustained;
 mod uncertainty;
 
+use contradiction::Agreement;
 use shaking::Shaking;
 use sustained::SustainedRotation;
 
@@ -64,6 +66,7 @@ pub struct AttitudeFilter {
     rest: Rest,
     sustained: SustainedRotation,
     shaking: Shaking,
+    agreement: Agreement,
     block: Block,
     bias_rad_s: Vector3<f32>,
     /// Of what is left of the gyro's scale factors and couplings.
@@ -123,6 +126,7 @@ impl AttitudeFilter {
             rest: Rest::new(),
             sustained: SustainedRotation::new(),
             shaking: Shaking::new(),
+            agreement: Agreement::new(),
             block: Block::new(),
             bias_rad_s: ZERO,
             scale_sigma: 0.0,

@@ -13,7 +13,7 @@ const SCALE_CORRELATION_S: f32 = 0.1;
 /// White noise of the accelerometer including what vibration folds into it, m/s^2 per root hertz (MEMS data sheets: 1e-3 to 3e-3).
 const FORCE_NOISE_M_S2_RTHZ: f32 = 0.01;
 /// Spectral density of the acceleration while the accelerometer is not seen: 1 m/s^2 correlated over 0.2 s, (m/s^2)^2/Hz.
-const UNSEEN_FORCE_DENSITY: f32 = 0.4;
+pub(super) const UNSEEN_FORCE_DENSITY: f32 = 0.4;
 
 impl AttitudeFilter {
     pub(super) fn close_block(&mut self, config: &AttitudeConfig, earth: &Earth) {
@@ -23,6 +23,7 @@ impl AttitudeFilter {
         let mut spread = self.spread(&block, force.is_some(), config);
         // scale and coupling errors act on a sustained rotation as a bias does
         spread.bias += self.scale_sigma * self.scale_sigma * self.sustained.observe(&block);
+        spread.attitude += Matrix3::from_diagonal_element(self.agreement.spread(block.time_s));
         self.unseen_force_s = if force.is_some() { 0.0 } else { self.unseen_force_s + block.time_s };
         self.shaking.observe(force.as_ref(), block.time_s);
         let gravity_time = if force.is_some() { earth.gravity_m_s2 * block.time_s } else { 0.0 };
@@ -31,10 +32,17 @@ impl AttitudeFilter {
         if self.rest.detected() {
             self.observe_rest(&block);
         }
-        if let Some(field) = block.mean_field() {
-            self.mag_used = self.observe_field(&field, &block, config, earth);
+        let field = block.mean_field();
+        if let Some(field) = &field {
+            self.mag_used = self.observe_field(field, &block, config, earth);
         }
-        let agreed = self.mag_used && block.mean_field().is_some();
+        let agreed = self.mag_used && field.is_some();
+        if let Some(force) = read {
+            self.agreement.observe(&force, field.as_ref(), block.time_s);
+            if !agreed && self.heading_blocks > 0 {
+                self.contradict(field.as_ref(), config, earth);
+            }
+        }
         self.unagreed_s = if agreed { 0.0 } else { self.unagreed_s + block.time_s };
         if self.errors.is_sound() {
             let (attitude, bias, velocity) = self.errors.take_correction();

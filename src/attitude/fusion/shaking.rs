@@ -1,9 +1,13 @@
+use super::correction::UNSEEN_FORCE_DENSITY;
 use nalgebra::{Vector2, Vector3};
 
 /// The force is added up over this time, seconds: a probe in its hole gets nowhere in it, and a wrong tilt hardly changes.
 const IMPULSE_S: f32 = 2.0;
 /// Weight of the newest: over some ten seconds, so that the density is known to a third.
 const WEIGHT: f32 = 0.2;
+
+/// No more than the acceleration that is assumed where none is read, (m/s^2)^2/Hz.
+const MOST: f32 = UNSEEN_FORCE_DENSITY;
 
 /// How much the horizontal specific force varies slowly, by what it adds up to from one time to the next.
 ///
@@ -34,7 +38,8 @@ impl Shaking {
         if self.time_s > IMPULSE_S {
             // two axes, each twice density times time: a constant force, as of a wrong tilt, drops out
             let change = self.impulse_m_s - self.last_m_s;
-            self.density += (change.norm_squared() / (4.0 * self.time_s) - self.density) * WEIGHT;
+            let density = change.norm_squared() / (4.0 * self.time_s);
+            self.density += (if density < MOST { density } else { MOST } - self.density) * WEIGHT;
             (self.last_m_s, self.impulse_m_s, self.time_s) = (self.impulse_m_s, Vector2::zeros(), 0.0);
         }
     }
