@@ -205,7 +205,7 @@ fn failing_vector_sensors_are_flagged_and_the_gyro_carries_the_attitude_over() {
 }
 
 /// The gyro: while it lasts nothing carries the rotation, and the sigmas have to say so. From [`UNTOLD`] on its readings look like any
-/// others: the vector sensors contradict them, which is flagged, but by how much they are wrong is not known at once.
+/// others: the vector sensors contradict them, which is flagged, but by how much they are wrong is known only when they have agreed.
 const GYRO_TROUBLES: [Trouble; 5] = [
     ("gyro missing", 2.0, |_, s| s.flags.insert(SampleFlags::GYRO_MISSING)),
     ("gyro not a number", 2.0, |_, s| s.gyro_rad_s[2] = f32::NAN),
@@ -232,6 +232,7 @@ fn a_failing_gyro_is_flagged_and_the_attitude_found_again() {
         assert!(after.tilt_deg < 2.0 && after.azimuth_deg < 2.0 && after.flagged < 0.1, "{name}: {after:?}");
         // found out in a fifth of a second, or three
         assert!(during.beyond < 0.2 && back.beyond < 0.02, "{name}: {during:?} {back:?}");
+        assert!(back.jump_sigmas < 1.0, "{name}: {back:?}");
         if index < UNTOLD {
             for seen in [&during, &back] {
                 assert!(
