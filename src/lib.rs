@@ -24,6 +24,10 @@ pub mod sensor_models; // sensors at register level, for runs without a sensor
 
 mod algebra;
 pub mod config;
+/// The detector of rests that identification learns the gyro's bias by, for a calibration from rests.
+pub mod rest {
+    pub use crate::window::{Reading, Rest, RestDetector, RestLimits};
+}
 pub mod equations; // documentation: the paper's equations and our reading of each
 mod rotation;
 

@@ -65,6 +65,12 @@ impl FieldReference {
         reference
     }
 
+    /// Total field of the reference, microtesla, and sine and cosine of its dip.
+    pub(crate) fn dip(&self) -> (f32, f32, f32) {
+        let (sine, cosine) = libm::sincosf(self.dip_rad);
+        (self.norm_ut, sine, cosine)
+    }
+
     /// Averages the reference anew, from fields that agree with the old one; a configured one stays.
     pub(crate) const fn relearn(&mut self) {
         if !self.configured {

@@ -1,11 +1,10 @@
 use super::{
-    Attitude, AttitudeFlags,
     block::Block,
     error_state::{BIAS, ErrorState, HEADING, STATES, VELOCITY},
     field_reference::FieldReference,
     propagation::Propagation,
     rest::Rest,
-    toolface::{ToolAngleSigmas, ToolAngles, near_vertical},
+    toolface::{ToolAngleSigmas, ToolAngles},
 };
 use crate::{
     config::{AttitudeConfig, Earth},
@@ -15,9 +14,20 @@ use core::f32::consts::PI;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 mod alignment;
+mod contradiction;
 mod correction;
+mod field;
+mod gravity;
 mod interruption;
+mod output;
 mod sensors;
+mod shaking;
+mod sustained;
+mod uncertainty;
+
+use contradiction::Agreement;
+use shaking::Shaking;
+use sustained::SustainedRotation;
 
 /// Earth's rotation, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
@@ -54,14 +64,13 @@ pub struct AttitudeFilter {
     sigmas_stale: bool,
     reference: FieldReference,
     rest: Rest,
+    sustained: SustainedRotation,
+    shaking: Shaking,
+    agreement: Agreement,
     block: Block,
     bias_rad_s: Vector3<f32>,
     /// Of what is left of the gyro's scale factors and couplings.
     scale_sigma: f32,
-    /// Mean rate over seconds, mean of its square, and as much of it as is sustained, (rad/s)^2.
-    sustained_rad_s: Vector3<f32>,
-    mean_square_rate: f32,
-    sustained_square_rate: f32,
     /// Of the magnetometer's delay against the gyro.
     timing_variance_s2: f32,
     /// Of the gyro's delay, in sample periods.
@@ -115,12 +124,12 @@ impl AttitudeFilter {
             sigmas_stale: false,
             reference: FieldReference::new(),
             rest: Rest::new(),
+            sustained: SustainedRotation::new(),
+            shaking: Shaking::new(),
+            agreement: Agreement::new(),
             block: Block::new(),
             bias_rad_s: ZERO,
             scale_sigma: 0.0,
-            sustained_rad_s: ZERO,
-            mean_square_rate: 0.0,
-            sustained_square_rate: 0.0,
             timing_variance_s2: 0.0,
             gyro_timing_variance: 0.0,
             velocity_m_s: Vector2::new(0.0, 0.0),
@@ -240,106 +249,14 @@ impl AttitudeFilter {
         }
     }
 
-    /// The attitude now, with the flags of the sample and the filter's own; `None` until a first specific force aligned it. Its sigmas
-    /// are those of the filter's last step, some 50 ms ago at most.
-    pub fn attitude(&mut self, mut flags: AttitudeFlags) -> Option<Attitude> {
-        if !self.aligned {
-            return None;
-        }
-        let angles = ToolAngles::of(&self.rotation);
-        if self.sigmas_stale {
-            self.find_sigmas();
-        }
-        let sigmas = &self.sigmas;
-        self.near_vertical = near_vertical(
-            self.near_vertical,
-            angles.inclination_rad,
-            self.config.near_vertical_rad,
-            self.config.near_vertical_hysteresis_rad,
-        );
-        flags.set(AttitudeFlags::NEAR_VERTICAL, self.near_vertical);
-        flags.set(AttitudeFlags::NO_HEADING, self.heading_blocks == 0);
-        flags.set(AttitudeFlags::AFTER_GAP, core::mem::take(&mut self.after_gap));
-        if !(self.accel_seen && self.accel_used) {
-            flags.insert(AttitudeFlags::ACCEL_UNUSED);
-        }
-        if !(self.mag_seen && self.mag_used) {
-            flags.insert(AttitudeFlags::MAG_UNUSED);
-        }
-        let q = self.propagation.q;
-        Some(Attitude {
-            q: [q.w, q.i, q.j, q.k],
-            inclination_rad: angles.inclination_rad,
-            azimuth_rad: angles.azimuth_rad,
-            gravity_toolface_rad: angles.gravity_toolface_rad,
-            magnetic_toolface_rad: angles.magnetic_toolface_rad,
-            sigma_inclination_rad: sigmas.inclination_rad,
-            sigma_azimuth_rad: sigmas.azimuth_rad,
-            sigma_toolface_rad: if self.near_vertical {
-                sigmas.magnetic_toolface_rad
-            } else {
-                sigmas.gravity_toolface_rad
-            },
-            flags,
-        })
-    }
-
     /// Residual gyro bias found by the filter, body frame, rad/s, to be subtracted from the compensated rate.
     #[must_use]
     pub const fn residual_bias_rad_s(&self) -> Vector3<f32> {
         self.bias_rad_s
     }
 
-    #[inline(never)]
-    fn find_sigmas(&mut self) {
-        let tilt = self.config.accel_sigma_m_s2 / self.earth.gravity_m_s2;
-        let doubt = self.tilt_doubt_rad.component_mul(&self.tilt_doubt_rad);
-        let (north, east) = (tilt * tilt + doubt.x, tilt * tilt + doubt.y);
-        let unobserved = Vector3::new(north, east, self.heading_floor + self.heading_doubt);
-        let turn = self.rotation * (self.rate_rad_s * self.step_s);
-        let covariance = self.errors.attitude_covariance()
-            + Matrix3::from_diagonal(&unobserved)
-            + turn * turn.transpose() * self.gyro_timing_variance;
-        self.sigmas = ToolAngleSigmas::of(&self.rotation, &covariance);
-        self.sigmas_stale = false;
-    }
-
     fn settings(&self) -> Option<(AttitudeConfig, Earth)> {
         self.started.then_some((self.config, self.earth))
-    }
-
-    fn open_all(&mut self) {
-        let Some((config, _)) = self.settings() else { return };
-        let bias = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
-        let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
-        self.errors = ErrorState::new();
-        self.sigmas_stale = true;
-        for state in 0..STATES {
-            self.errors.open(
-                state,
-                if state < BIAS {
-                    PI * PI
-                } else if state < VELOCITY {
-                    bias
-                } else {
-                    speed
-                },
-            );
-        }
-    }
-
-    fn open_bias(&mut self, config: &AttitudeConfig) {
-        for k in 0..3 {
-            self.errors.open(BIAS + k, config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s);
-        }
-    }
-
-    /// Velocity unknown, block empty.
-    fn stop(&mut self, config: &AttitudeConfig) {
-        self.velocity_m_s = Vector2::zeros();
-        self.errors.open(VELOCITY, config.velocity_sigma_m_s * config.velocity_sigma_m_s);
-        self.errors.open(VELOCITY + 1, config.velocity_sigma_m_s * config.velocity_sigma_m_s);
-        self.block = Block::new();
     }
 }
 

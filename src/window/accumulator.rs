@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 
 /// A sensor's part of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Reading {
+pub enum Reading {
     /// No reading: the others of the interval stand for it.
     Missing,
     /// At full scale, or not to be believed: the interval's mean would be biased, so the interval has none.

@@ -16,14 +16,15 @@ mod surroundings;
 mod test_windows;
 mod weak_form;
 
-pub(crate) use accumulator::{Accumulator, Reading};
+pub(crate) use accumulator::Accumulator;
+pub use accumulator::Reading;
 pub(crate) use equations::{Equations, TestEquations};
 pub(crate) use grid::Grid;
 pub(crate) use increment::Increment;
 pub(crate) use increment_ring::{IncrementRing, Scales};
 pub(crate) use node::{BodyMeans, Node, VectorEffects};
 pub(crate) use node_walk::NodeWalk;
-pub(crate) use rest::{RestDetector, RestLimits};
+pub use rest::{Rest, RestDetector, RestLimits};
 pub(crate) use rest_bias::{RestBias, RestNorm};
 pub(crate) use rows::{MAGNETIC, gyro_part};
 pub(crate) use stream::{SampleStream, StreamSettings};

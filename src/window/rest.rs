@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 /// Finds seconds of rest: gyro deviation under a limit on every axis, a mean rate that a bias can explain, and vector sensors
 /// that do not turn (a steady turntable is not a rest).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RestDetector {
+pub struct RestDetector {
     samples: u16,
     /// Samples with a raw rate.
     rates: u16,
@@ -20,7 +20,7 @@ pub(crate) struct RestDetector {
 
 /// Limits of the detector.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RestLimits {
+pub struct RestLimits {
     /// Largest deviation of the gyro on an axis, rad/s.
     pub deviation_rad_s: f32,
     /// Largest mean rate that is taken for a bias, rad/s.
@@ -29,11 +29,12 @@ pub(crate) struct RestLimits {
 
 /// One second of rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Rest {
+pub struct Rest {
     /// Mean raw rate, rad/s: the bias.
     pub rate: Vector3<f32>,
     /// Variance of one sample of the raw rate, mean of the axes, (rad/s)^2.
     pub variance: f32,
+    /// Samples with a raw rate.
     pub samples: u16,
     /// Mean specific force, m/s^2; `None` without readings.
     pub force_m_s2: Option<Vector3<f32>>,
@@ -88,6 +89,8 @@ impl Halves {
 }
 
 impl RestDetector {
+    /// A detector before its start.
+    #[must_use]
     pub const fn zero() -> Self {
         let zero = Vector3::new(0.0, 0.0, 0.0);
         let halves = Halves::zero();
@@ -104,6 +107,7 @@ impl RestDetector {
         }
     }
 
+    /// Begins a second.
     pub fn start(&mut self, sample_period_us: u32) {
         *self = Self::zero();
         self.samples_per_second = 1_000_000_u32.checked_div(sample_period_us).unwrap_or(1) as u16;

@@ -1,3 +1,4 @@
+use crate::stack;
 use core::{hint::black_box, time::Duration};
 use cortex_m::{
     asm,
@@ -17,6 +18,8 @@ use uf_ahrs::{Ahrs, Madgwick, MadgwickParams, Mahony, MahonyParams, Vqf, VqfPara
 const RATES_HZ: [u16; 3] = [100, 200, 286];
 /// Samples of a run.
 const SAMPLES: u16 = 6_000;
+/// The first of them, with the start, over which the stack is measured.
+const STACK_SAMPLES: u16 = 400;
 /// 30 rpm.
 const TURN_RAD_S: f32 = 3.14;
 /// Instructions of the calibration, under one round of the timer.
@@ -132,6 +135,11 @@ impl Counter {
 
     fn run(&self, name: &str, rate_hz: u16, mut update: impl FnMut(&Measurement)) {
         let mut motion = Motion { t_s: 0.0, state: 1 };
+        let mut stack_bytes = 0;
+        for _ in 0..STACK_SAMPLES {
+            let measurement = black_box(motion.step(1.0 / f32::from(rate_hz)));
+            stack_bytes = stack_bytes.max(stack::depth(|| update(&measurement)));
+        }
         let (mut sum, mut worst) = (0_u64, 0);
         for _ in 0..SAMPLES {
             let measurement = black_box(motion.step(1.0 / f32::from(rate_hz)));
@@ -141,6 +149,6 @@ impl Counter {
         }
         let instructions = |ticks: f32| (ticks / self.ticks_per_instruction + 0.5) as u32;
         let mean = instructions(sum as f32 / f32::from(SAMPLES));
-        println!("{name},{rate_hz},{mean},{}", instructions(worst as f32));
+        println!("{name},{rate_hz},{mean},{},{stack_bytes}", instructions(worst as f32));
     }
 }

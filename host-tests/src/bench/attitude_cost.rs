@@ -14,6 +14,7 @@ struct Count {
     rate_hz: u32,
     mean: f64,
     worst: f64,
+    stack_bytes: f64,
 }
 
 /// The emulator counts exactly, so one run says it all.
@@ -23,8 +24,8 @@ pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let mut table = Table::new(
         "Instructions of one 9-axis update on the emulated Cortex-M4F (STM32F405, QEMU): ours with compensation, propagation, fusion, \
          angles and their sigmas; those of uf-ahrs 0.2 with nothing beside (targets: ours at most a fifth of VQF, mean at most 2,000, \
-         worst at most 6,000)",
-        &["", "rate, Hz", "mean", "worst", "mean of ours over it"],
+         worst at most 6,000, stack under 4 KiB)",
+        &["", "rate, Hz", "mean", "worst", "mean of ours over it", "stack, bytes"],
     );
     for count in &counts {
         let ours = counts.iter().find(|other| other.name == "ours" && other.rate_hz == count.rate_hz);
@@ -34,6 +35,7 @@ pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
             Cell::number(count.mean, 0),
             Cell::number(count.worst, 0),
             Cell::number(ours.map_or(f64::NAN, |ours| ours.mean / count.mean), 3),
+            Cell::number(count.stack_bytes, 0),
         ]);
     }
     Ok(vec![table])
@@ -47,6 +49,7 @@ fn parse(line: &str) -> anyhow::Result<Count> {
             rate_hz: cells.next()?.parse().ok()?,
             mean: cells.next()?.parse().ok()?,
             worst: cells.next()?.parse().ok()?,
+            stack_bytes: cells.next()?.parse().ok()?,
         })
     };
     parsed().with_context(|| format!("the emulated program printed {line:?}"))

@@ -41,6 +41,9 @@ const CELLS: u64 = (INCLINATIONS_DEG.len() * ROTATIONS_RPM.len()) as u64;
 const GYRO_SCALE: f64 = 1e-3;
 const GYRO_BIAS_DEG_S: f64 = 0.1;
 
+/// Speed of a probe in its hole, m/s: what a shock of 10 g that takes 5 ms leaves until the wall takes it back, and so is vibration.
+const SPEED_M_S: f32 = 0.1;
+
 /// Below this inclination the magnetic toolface is the one that applies, degrees.
 const NEAR_VERTICAL_DEG: f64 = 5.5;
 /// From this inclination on azimuth is scored, degrees.
@@ -288,9 +291,10 @@ fn config(trace: &Trace) -> Config {
     Config {
         latency: Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) },
         attitude: AttitudeConfig {
-            // of a scale factor at most half of gravity's share is across it
+            // of a scale factor at most half of gravity's, and of the field's, share is across it
             accel_sigma_m_s2: libm::hypotf(model.accel_bias_m_s2, 0.5 * model.accel_scale * gravity_m_s2),
-            mag_sigma_rad: libm::hypotf(model.mag_bias_ut / field_ut, model.mag_scale),
+            mag_sigma_rad: libm::hypotf(model.mag_bias_ut / field_ut, 0.5 * model.mag_scale),
+            velocity_sigma_m_s: SPEED_M_S,
             gyro_scale_sigma: GYRO_SCALE as f32,
             gyro_bias_sigma_rad_s: GYRO_BIAS_DEG_S.to_radians() as f32,
             ..AttitudeConfig::default()

@@ -4,7 +4,6 @@ mod accelerometer;
 mod account;
 mod alignment;
 mod held_out;
-mod library_rest;
 mod magnetometer;
 mod model;
 mod norm_fit;

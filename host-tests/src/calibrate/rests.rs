@@ -1,9 +1,11 @@
 //! Rests of a trace: where the library's detector sees none of its seconds move, and what the vector sensors read there.
 
-use meerkat_mwd::{Config, Sample, SampleFlags, probe::GAP_PERIODS};
+use meerkat_mwd::{
+    Config, Sample, SampleFlags,
+    probe::GAP_PERIODS,
+    rest::{Reading, RestDetector, RestLimits},
+};
 use nalgebra::Vector3;
-
-use super::library_rest::{Reading, RestDetector, RestLimits};
 
 /// The detector judges whole seconds. Started at so many instants of a second, it loses at most one part of it at either end of a rest.
 const STARTS_PER_SECOND: u32 = 4;

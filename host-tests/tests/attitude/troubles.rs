@@ -64,11 +64,13 @@ struct Seen {
     jump_sigmas: f64,
     /// Share of samples with a flag that something is wrong.
     flagged: f64,
+    /// Share of samples with an error of more than 4 stated sigmas.
+    beyond: f64,
 }
 
 impl Flown {
     fn seen(&self, from_s: f64, to_s: f64) -> Seen {
-        let (mut seen, mut count, mut flagged) = (Seen::default(), 0.0, 0.0);
+        let (mut seen, mut count, mut flagged, mut beyond) = (Seen::default(), 0.0, 0.0, 0.0);
         let mut before: Option<(UnitQuaternion<f64>, f64)> = None;
         for output in self.outputs.iter().filter(|o| (from_s..to_s).contains(&(o.t_us as f64 * 1e-6))) {
             let a = output.attitude.unwrap();
@@ -78,6 +80,8 @@ impl Flown {
             let c = truth.to_rotation_matrix();
             let azimuth = libm::remainder(f64::from(a.azimuth_rad) - c[(1, 2)].atan2(c[(0, 2)]), TAU).abs();
             let error = estimate * truth.inverse();
+            let sigmas = (tilt / f64::from(a.sigma_inclination_rad)).max(azimuth / f64::from(a.sigma_azimuth_rad));
+            beyond += f64::from(u8::from(sigmas > 4.0));
             seen.tilt_deg = seen.tilt_deg.max(tilt.to_degrees());
             seen.azimuth_deg = seen.azimuth_deg.max(azimuth.to_degrees());
             seen.tilt_sigmas = seen.tilt_sigmas.max(tilt / f64::from(a.sigma_inclination_rad));
@@ -91,7 +95,7 @@ impl Flown {
             count += 1.0;
             flagged += f64::from(u8::from(troubled(&a)));
         }
-        seen.flagged = flagged / count;
+        (seen.flagged, seen.beyond) = (flagged / count, beyond / count);
         seen
     }
 
@@ -201,7 +205,7 @@ fn failing_vector_sensors_are_flagged_and_the_gyro_carries_the_attitude_over() {
 }
 
 /// The gyro: while it lasts nothing carries the rotation, and the sigmas have to say so. From [`UNTOLD`] on its readings look like any
-/// others: the vector sensors contradict them, which is flagged, but by how much they are wrong is not known at once.
+/// others: the vector sensors contradict them, which is flagged, but by how much they are wrong is known only when they have agreed.
 const GYRO_TROUBLES: [Trouble; 5] = [
     ("gyro missing", 2.0, |_, s| s.flags.insert(SampleFlags::GYRO_MISSING)),
     ("gyro not a number", 2.0, |_, s| s.gyro_rad_s[2] = f32::NAN),
@@ -226,6 +230,9 @@ fn a_failing_gyro_is_flagged_and_the_attitude_found_again() {
         println!("{name}: {during:.2?}\n  back {back:.2?}\n  after {after:.2?}");
         assert!(during.flagged > 0.5, "{name}: {during:?}");
         assert!(after.tilt_deg < 2.0 && after.azimuth_deg < 2.0 && after.flagged < 0.1, "{name}: {after:?}");
+        // found out in a fifth of a second, or three
+        assert!(during.beyond < 0.2 && back.beyond < 0.02, "{name}: {during:?} {back:?}");
+        assert!(back.jump_sigmas < 1.0, "{name}: {back:?}");
         if index < UNTOLD {
             for seen in [&during, &back] {
                 assert!(

@@ -22,9 +22,12 @@ impl AttitudeFilter {
         self.sigmas_stale = true;
         let off_gravity = norm / earth.gravity_m_s2 - 1.0;
         let sigma = ALIGNMENT_SIGMA_RAD + off_gravity.abs();
+        // what shakes the probe beside gravity is in each direction a third
+        let shaken = if self.mean_square_force > 1.0 { (self.mean_square_force - 1.0) / 3.0 } else { 0.0 };
+        let variance = sigma * sigma + shaken;
         let heading = self.errors.variance(HEADING);
         for state in 0..HEADING {
-            self.errors.open(state, if sigma < PI { sigma * sigma } else { PI * PI });
+            self.errors.open(state, if variance < PI * PI { variance } else { PI * PI });
         }
         self.errors.open(HEADING, heading);
         if heading > LOST_RAD * LOST_RAD && self.heading_blocks > 1 {

@@ -5,7 +5,7 @@ use super::{AttitudeFilter, BIAS, LOST_RAD, PI, Rest};
 /// A rate that is assumed where none was read, added to the last one, rad/s.
 const UNSEEN_RATE_RAD_S: f32 = 0.3;
 /// A rate that is not read is another one after this time, seconds.
-const UNREAD_RATE_TIME_S: f32 = 0.5;
+const UNREAD_RATE_TIME_S: f32 = 0.3;
 
 impl AttitudeFilter {
     /// The rotation of this sample is uncertain by `angle_rad` about each axis, beyond the gyro's noise (held or clipped rate).

@@ -1,0 +1,81 @@
+use super::correction::UNSEEN_FORCE_DENSITY;
+use nalgebra::{Vector2, Vector3};
+
+/// The force is added up over this time, seconds: a probe in its hole gets nowhere in it, and a wrong tilt hardly changes.
+const IMPULSE_S: f32 = 2.0;
+/// Weight of the newest: over some ten seconds, so that the density is known to a third.
+const WEIGHT: f32 = 0.2;
+
+/// No more than the acceleration that is assumed where none is read, (m/s^2)^2/Hz.
+const MOST: f32 = UNSEEN_FORCE_DENSITY;
+
+/// How much the horizontal specific force varies slowly, by what it adds up to from one time to the next.
+///
+/// A probe that goes nowhere has no slow acceleration. Yet what a vibration of the tool's own axes has at the frequency of the
+/// rotation is slow in the earth frame, and what sampling folds is at every frequency: white noise there.
+pub(super) struct Shaking {
+    impulse_m_s: Vector2<f32>,
+    last_m_s: Vector2<f32>,
+    time_s: f32,
+    /// (m/s^2)^2/Hz.
+    density: f32,
+}
+
+impl Shaking {
+    pub(super) const fn new() -> Self {
+        const ZERO: Vector2<f32> = Vector2::new(0.0, 0.0);
+        Self { impulse_m_s: ZERO, last_m_s: ZERO, time_s: 0.0, density: 0.0 }
+    }
+
+    /// Takes in the mean force of a step, NED; without one the time begins anew.
+    pub(super) fn observe(&mut self, force_m_s2: Option<&Vector3<f32>>, time_s: f32) {
+        let Some(force) = force_m_s2 else {
+            (self.impulse_m_s, self.time_s) = (Vector2::zeros(), 0.0);
+            return;
+        };
+        self.impulse_m_s += force.xy() * time_s;
+        self.time_s += time_s;
+        if self.time_s > IMPULSE_S {
+            // two axes, each twice density times time: a constant force, as of a wrong tilt, drops out
+            let change = self.impulse_m_s - self.last_m_s;
+            let density = change.norm_squared() / (4.0 * self.time_s);
+            self.density += (if density < MOST { density } else { MOST } - self.density) * WEIGHT;
+            (self.last_m_s, self.impulse_m_s, self.time_s) = (self.impulse_m_s, Vector2::zeros(), 0.0);
+        }
+    }
+
+    /// Spectral density of each horizontal axis at low frequency, two-sided, (m/s^2)^2/Hz.
+    pub(super) const fn density(&self) -> f32 {
+        self.density
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    fn mean_density(force: impl Fn(f32, f32) -> f32) -> f32 {
+        let mut rng = Xoshiro128PlusPlus::seed_from_u64(3);
+        let mut uniform = || (rng.next_u32() >> 8) as f32 / 16_777_216.0 - 0.5;
+        let (mut shaking, mut sum) = (Shaking::new(), 0.0);
+        for step in 0..60_000_u16 {
+            let mut axis = || force(f32::from(step) * 0.05, uniform() * 3.464_1);
+            shaking.observe(Some(&Vector3::new(axis(), axis(), -9.8)), 0.05);
+            sum += if step < 2_000 { 0.0 } else { shaking.density() / 58_000.0 };
+        }
+        sum
+    }
+
+    #[test]
+    fn white_noise_is_measured_and_neither_a_wrong_tilt_nor_a_shaking_in_place_is_noise() {
+        // steps of 50 ms with a deviation of 1: 0.05
+        let white = mean_density(|_, noise| noise);
+        assert!((white - 0.05).abs() < 0.01, "{white}");
+        let tilted = mean_density(|_, noise| 0.5 + 0.01 * noise);
+        assert!(tilted < 1e-4, "{tilted}");
+        let shaken = mean_density(|t_s, _| 3.0 * libm::sinf(18.0 * t_s));
+        assert!(shaken < 0.01, "{shaken}");
+    }
+}

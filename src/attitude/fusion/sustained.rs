@@ -1,0 +1,87 @@
+use crate::attitude::block::Block;
+use nalgebra::Vector3;
+
+/// Rotation is sustained that lasts longer than this, seconds: the period of stick-slip is some seconds, gestures are shorter.
+const SUSTAINED_S: f32 = 4.0;
+/// An axis is that of a rotation of which this part is sustained, and then at least half of the mean rate's square is about it.
+const STEADY: f32 = 0.25;
+
+/// How much of the probe's rotation is sustained: as far as the square of its mean rate exceeds its variance.
+pub(super) struct SustainedRotation {
+    /// Over seconds.
+    mean_rad_s: Vector3<f32>,
+    /// Mean of the squared rate, (rad/s)^2.
+    mean_square: f32,
+    /// As much of it as is sustained now, and as was when it last grew or waned.
+    square: f32,
+    held_square: f32,
+}
+
+impl SustainedRotation {
+    pub(super) const fn new() -> Self {
+        Self { mean_rad_s: Vector3::new(0.0, 0.0, 0.0), mean_square: 0.0, square: 0.0, held_square: 0.0 }
+    }
+
+    /// Takes a step in; the square of what the rotation has grown by, or waned by, (rad/s)^2.
+    pub(super) fn observe(&mut self, block: &Block) -> f32 {
+        let weight = block.time_s / (SUSTAINED_S + block.time_s);
+        self.mean_rad_s += (block.angle_rad / block.time_s - self.mean_rad_s) * weight;
+        self.mean_square += (block.squared_rate() - self.mean_square) * weight;
+        let square = 2.0 * self.mean_rad_s.norm_squared() - self.mean_square;
+        self.square = if square > 0.0 { square } else { 0.0 };
+        let before = self.held_square;
+        // what swings with stick-slip is the same rotation still
+        let waned = self.square < 0.25 * before;
+        if self.square > before || waned {
+            self.held_square = self.square;
+            libm::fabsf(self.square - before)
+        } else {
+            0.0
+        }
+    }
+
+    /// Square of the rate that is sustained, (rad/s)^2.
+    pub(super) const fn square(&self) -> f32 {
+        self.square
+    }
+
+    /// The part of the rotation that is sustained, 0 to 1.
+    pub(super) fn part(&self) -> f32 {
+        if self.square > 0.0 { self.square / self.mean_square } else { 0.0 }
+    }
+
+    /// Which body axes it is about; `None` while there is none.
+    pub(super) fn axes(&self) -> Option<[bool; 3]> {
+        let rate = &self.mean_rad_s;
+        let least = 0.5 * rate.norm_squared();
+        (self.part() > STEADY).then(|| [rate.x, rate.y, rate.z].map(|axis| axis * axis > least))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Matrix3;
+
+    fn after(rate: impl Fn(f32) -> f32) -> SustainedRotation {
+        let mut rotation = SustainedRotation::new();
+        for step in 0..800_u16 {
+            let mut block = Block::new();
+            for sample in 0..5_u16 {
+                let t_s = f32::from(step * 5 + sample) * 0.01;
+                block.turn(&Matrix3::identity(), &Vector3::new(0.1, 0.0, rate(t_s)), 0.01);
+            }
+            rotation.observe(&block);
+        }
+        rotation
+    }
+
+    #[test]
+    fn drilling_with_stick_slip_is_sustained_about_its_axis_and_a_gesture_is_not() {
+        let drilling = after(|t_s| 6.0 + 3.0 * libm::sinf(1.6 * t_s));
+        assert!(drilling.part() > 0.5 && drilling.square() > 18.0);
+        assert_eq!(drilling.axes(), Some([false, false, true]));
+        let gesture = after(|t_s| 6.0 * libm::sinf(3.0 * t_s));
+        assert!(gesture.part() < 0.1 && gesture.axes().is_none());
+    }
+}

@@ -1,0 +1,55 @@
+//! What is not known: opened where nothing is, and told as sigmas of the angles.
+
+use super::{AttitudeFilter, BIAS, Block, ErrorState, PI, STATES, ToolAngleSigmas, VELOCITY};
+use crate::config::AttitudeConfig;
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+impl AttitudeFilter {
+    #[inline(never)]
+    pub(super) fn find_sigmas(&mut self) {
+        let tilt = self.config.accel_sigma_m_s2 / self.earth.gravity_m_s2;
+        let doubt = self.tilt_doubt_rad.component_mul(&self.tilt_doubt_rad);
+        let (north, east) = (tilt * tilt + doubt.x, tilt * tilt + doubt.y);
+        let unobserved = Vector3::new(north, east, self.heading_floor + self.heading_doubt);
+        let turn = self.rotation * (self.rate_rad_s * self.step_s);
+        let covariance = self.errors.attitude_covariance()
+            + Matrix3::from_diagonal(&unobserved)
+            + turn * turn.transpose() * self.gyro_timing_variance;
+        self.sigmas = ToolAngleSigmas::of(&self.rotation, &covariance);
+        self.sigmas_stale = false;
+    }
+
+    pub(super) fn open_all(&mut self) {
+        let Some((config, _)) = self.settings() else { return };
+        let bias = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
+        let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
+        self.errors = ErrorState::new();
+        self.sigmas_stale = true;
+        for state in 0..STATES {
+            self.errors.open(
+                state,
+                if state < BIAS {
+                    PI * PI
+                } else if state < VELOCITY {
+                    bias
+                } else {
+                    speed
+                },
+            );
+        }
+    }
+
+    pub(super) fn open_bias(&mut self, config: &AttitudeConfig) {
+        for k in 0..3 {
+            self.errors.open(BIAS + k, config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s);
+        }
+    }
+
+    /// Velocity unknown, block empty.
+    pub(super) fn stop(&mut self, config: &AttitudeConfig) {
+        self.velocity_m_s = Vector2::zeros();
+        self.errors.open(VELOCITY, config.velocity_sigma_m_s * config.velocity_sigma_m_s);
+        self.errors.open(VELOCITY + 1, config.velocity_sigma_m_s * config.velocity_sigma_m_s);
+        self.block = Block::new();
+    }
+}
