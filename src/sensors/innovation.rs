@@ -10,17 +10,19 @@ const JUMPED: u8 = 2;
 const MOST_LOST: u8 = 8;
 /// An axis that has changed its code so often since the start lives.
 const MOVES: u8 = 1;
-/// Natural logarithm of the odds against chance from which an output that repeats itself is not believed: a wrong alarm in some millions of
-/// readings, and it costs one of them.
+/// Natural logarithm of the odds against chance from which an axis that repeats itself is not believed: a wrong alarm in some millions of
+/// readings.
 const DOUBTFUL: f32 = 15.0;
+/// The same for all axes together, where one reading that repeats itself is already one too many: ln 50. By what it is derived from, a sound
+/// sensor loses no more than one reading in fifty by it, whatever its noise, and hardly any in motion.
+const REPEATED: f32 = 3.9;
 /// The same for zeros of an axis that moves by so many codes, of which a wrong alarm in thousands does no harm.
 const DOUBTFUL_AT_ZERO: f32 = 8.0;
 const MOVING_CODES: f32 = 8.0;
 /// An exact zero that was not to be expected is also what a dead axis reads: it begins with so much of that.
 const ZERO: f32 = 4.6;
-/// Chance that a normally distributed step is zero, times its deviation in codes; from so many codes on that is so.
+/// Chance that a normally distributed step is rounded to zero, times its deviation in codes: 1 / sqrt(2 pi). Of a small one it is less.
 const DENSITY_AT_ZERO: f32 = 0.4;
-const LEAST_CODES: f32 = 2.0;
 
 /// Watches the codes of a vector sensor for what no motion makes.
 ///
@@ -88,10 +90,16 @@ impl Innovation {
     /// sign, is at the end of the range, where it may stand still.
     pub fn believes(&mut self, codes: [i32; 3], sure: f32, clip_code: i32) -> bool {
         let frames = i32::from(self.skipped) + 1;
+        let first = self.frames == 0.0;
         self.frames = if self.frames < MEMORY { self.frames + 1.0 } else { MEMORY };
         let learning = self.frames <= FIRST_FRAMES;
         let (mut jumped, mut stuck, mut doubtful, mut stand, mut odds) = (false, false, false, true, 0.0);
         for (axis, code) in self.axes.iter_mut().zip(codes) {
+            if first {
+                // There is none before it to be compared with.
+                axis.last = code;
+                continue;
+            }
             let stands = code == axis.last && code.abs() < clip_code;
             let (strange, unexpected) =
                 if self.begun { axis.innovation(code, frames, sure, learning, self.frames) } else { (false, false) };
@@ -102,10 +110,10 @@ impl Innovation {
             stand &= stands;
             axis.last = code;
         }
-        self.repeated = if stand { self.repeated + odds } else { 0.0 };
+        self.repeated = if stand && !first { self.repeated + odds } else { 0.0 };
         self.jumps = if jumped { self.jumps.saturating_add(1) } else { 0 };
         let alive = self.axes.iter().all(|axis| axis.moves >= MOVES);
-        if doubtful || self.repeated > DOUBTFUL || stuck || (jumped && self.jumps < JUMPED) {
+        if doubtful || self.repeated > REPEATED || stuck || (jumped && self.jumps < JUMPED) {
             self.skip(1);
             return false;
         }
@@ -153,7 +161,7 @@ impl Axis {
             self.moves = self.moves.saturating_add(1);
         }
         let usual = libm::sqrtf(self.mean_square_step);
-        let odds = if usual < LEAST_CODES { 0.0 } else { libm::logf(usual / DENSITY_AT_ZERO) };
+        let odds = if usual <= DENSITY_AT_ZERO { 0.0 } else { libm::logf(usual / DENSITY_AT_ZERO) };
         self.repeated = match (stands, code == 0 && odds > 0.0) {
             (true, _) => self.repeated + odds,
             (false, true) => odds + if unexpected { ZERO } else { 0.0 },
