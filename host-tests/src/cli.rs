@@ -29,8 +29,8 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Tell which physical effect the residual shows
     Diagnose(DiagnoseArgs),
-    /// Fly a trace by the firmware on the emulated Cortex-M4F
-    Emulate(ReplayArgs),
+    /// Fly a trace by the firmware on the emulated Cortex-M4F, through register-level models of its sensors and their adapters
+    Emulate(EmulateArgs),
     /// Accelerometer and magnetometer models from rests and turns
     Calibrate(CalibrateArgs),
     /// Write the trace of a scenario
@@ -82,7 +82,7 @@ pub struct ReplayArgs {
     /// Look for no effect beyond the 12 parameters
     #[arg(long)]
     pub no_effects: bool,
-    /// Through register-level models of an ISM330DHCX and an RM3100 and the adapters for them, instead of handing the samples over
+    /// Through register-level models of an ISM330DHCX and an RM3100 and the adapters for them, as `emulate` does
     #[arg(long)]
     pub through_sensors: bool,
 }
@@ -112,6 +112,17 @@ impl ReplayArgs {
     pub const fn check_built(&self) -> Result<(), Failure> {
         if self.html.is_some() { Err(Failure::NotBuilt("--html")) } else { Ok(()) }
     }
+}
+
+/// Options of `emulate`.
+#[derive(Debug, Clone, Args)]
+pub struct EmulateArgs {
+    /// Those of `replay`.
+    #[command(flatten)]
+    pub replay: ReplayArgs,
+    /// Hand the samples over instead, as `replay` does
+    #[arg(long, conflicts_with = "through_sensors")]
+    pub direct: bool,
 }
 
 /// Options of `diagnose`.

@@ -19,8 +19,9 @@ const REPEATED: f32 = 3.9;
 /// The same for zeros of an axis that moves by so many codes, of which a wrong alarm in thousands does no harm.
 const DOUBTFUL_AT_ZERO: f32 = 8.0;
 const MOVING_CODES: f32 = 8.0;
-/// An exact zero that was not to be expected is also what a dead axis reads: it begins with so much of that.
-const ZERO: f32 = 4.6;
+/// The same for one exact zero, which is also what a dead axis reads: ln 25. An axis that hovers about zero loses no more than one
+/// reading in twenty-five by it; one that is elsewhere, or moves by hundreds of codes, hardly any.
+const ZERO: f32 = 3.2;
 /// Chance that a normally distributed step is rounded to zero, times its deviation in codes: 1 / sqrt(2 pi). Of a small one it is less.
 const DENSITY_AT_ZERO: f32 = 0.4;
 
@@ -101,12 +102,12 @@ impl Innovation {
                 continue;
             }
             let stands = code == axis.last && code.abs() < clip_code;
-            let (strange, unexpected) =
-                if self.begun { axis.innovation(code, frames, sure, learning, self.frames) } else { (false, false) };
+            let (strange, zero) =
+                if self.begun { axis.innovation(code, frames, sure, learning, self.frames) } else { (false, 0.0) };
             jumped |= strange;
             stuck |= strange && stands;
-            odds += axis.repeats(code, stands, unexpected, clip_code);
-            doubtful |= axis.repeated > axis.limit(code);
+            odds += axis.repeats(code, stands, zero, clip_code);
+            doubtful |= axis.repeated > DOUBTFUL;
             stand &= stands;
             axis.last = code;
         }
@@ -131,14 +132,8 @@ impl Innovation {
 }
 
 impl Axis {
-    /// Odds from which its repeats are not believed: an axis that lives and moves hardly ever reads exactly zero twice.
-    fn limit(&self, code: i32) -> f32 {
-        let moving = self.mean_square_step >= MOVING_CODES * MOVING_CODES;
-        if code == 0 && moving { DOUBTFUL_AT_ZERO } else { DOUBTFUL }
-    }
-
-    /// Whether a code is beyond the limit, and whether it is not to be expected. Learns what is usual.
-    fn innovation(&mut self, code: i32, frames: i32, sure: f32, learning: bool, memory: f32) -> (bool, bool) {
+    /// Whether a code is beyond the limit, and the odds against chance of a zero that is read there. Learns what is usual.
+    fn innovation(&mut self, code: i32, frames: i32, sure: f32, learning: bool, memory: f32) -> (bool, f32) {
         let size =
             libm::fabsf(code.saturating_sub(self.believed).saturating_sub(self.slope.saturating_mul(frames)) as f32)
                 / frames as f32;
@@ -152,23 +147,34 @@ impl Axis {
         self.mean_square += (within * within - self.mean_square) / memory;
         let step = code.saturating_sub(self.last) as f32;
         self.mean_square_step += (step * step - self.mean_square_step) / memory;
-        (!learning && size > limit && (size > sure || code == 0), size > 2.0 * usual)
+        (!learning && size > limit && (size > sure || code == 0), if code == 0 { odds_of_zero(size, usual) } else { 0.0 })
     }
 
-    /// Counts how unlikely its standing still is; gives that of one frame.
-    fn repeats(&mut self, code: i32, stands: bool, unexpected: bool, clip_code: i32) -> f32 {
+    /// Counts how unlikely its standing still is, or a zero whose odds by its innovation are `zero`; gives those of one frame.
+    fn repeats(&mut self, code: i32, stands: bool, zero: f32, clip_code: i32) -> f32 {
+        let usual = libm::sqrtf(self.mean_square_step);
+        let odds = odds_of_zero(0.0, usual);
+        self.repeated = if stands { self.repeated + odds } else { 0.0 };
+        let zeros = || usual >= MOVING_CODES && self.repeated + odds > DOUBTFUL_AT_ZERO;
+        let from_last = || !stands && odds_of_zero(self.last as f32, usual) > ZERO;
+        if code == 0 && (zero > ZERO || from_last() || zeros()) {
+            // Until it is no zero any more.
+            self.repeated += 2.0 * DOUBTFUL;
+        }
         if code != self.last || code.abs() >= clip_code {
             self.moves = self.moves.saturating_add(1);
         }
-        let usual = libm::sqrtf(self.mean_square_step);
-        let odds = if usual <= DENSITY_AT_ZERO { 0.0 } else { libm::logf(usual / DENSITY_AT_ZERO) };
-        self.repeated = match (stands, code == 0 && odds > 0.0) {
-            (true, _) => self.repeated + odds,
-            (false, true) => odds + if unexpected { ZERO } else { 0.0 },
-            (false, false) => 0.0,
-        };
         odds
     }
+}
+
+/// Natural logarithm of the odds against a normally distributed number being rounded to zero: its mean and deviation in codes.
+fn odds_of_zero(mean: f32, deviation: f32) -> f32 {
+    if deviation <= DENSITY_AT_ZERO {
+        return 0.0;
+    }
+    let deviations = mean / deviation;
+    libm::logf(deviation / DENSITY_AT_ZERO) + deviations * deviations / 2.0
 }
 
 #[cfg(test)]

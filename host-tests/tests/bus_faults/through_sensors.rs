@@ -34,8 +34,8 @@ fn within_the_bound(trace: &Trace) {
     let bound = QuantisationBound::new(&config, recorded.len());
     println!("{differences:?}; {bound:?}; flagged {:?} {:?}", played.flagged, played.counters);
     assert!(largest_deg < bound.total_deg(), "{largest_deg} deg, bound {}", bound.total_deg());
-    assert_eq!(played.lost, 0);
-    assert!(played.stamp_error_us <= 1_000, "{}", played.stamp_error_us);
+    assert_eq!(played.counts.lost, 0);
+    assert!(played.counts.stamp_error_us <= 1_000, "{:?}", played.counts);
     // A recorder's magnetometer repeats itself and is interpolated, which a part's does not.
     let [gyro, accel, mag] = played.flagged;
     assert!(gyro.max(accel) * 200 < recorded.len() && mag * 5 < recorded.len(), "{:?}", played.flagged);
