@@ -44,8 +44,7 @@ impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
     /// Over parts that convert with every sample.
     #[must_use]
     pub fn new(parts: &'a ModelledParts<WORDS>, recording: Recording) -> Self {
-        let periods =
-            Periods { inertial_us: Some(recording.inertial_us), magnetic_us: Some(recording.magnetic_us) };
+        let periods = Periods { inertial_us: Some(recording.inertial_us), magnetic_us: Some(recording.magnetic_us) };
         let pair = ModelledPair::new(parts, periods, 1, Trigger::Interrupt);
         Self { pair, recording, truth_us: 0, counts: PlayedCounts::default() }
     }

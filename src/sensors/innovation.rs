@@ -147,7 +147,10 @@ impl Axis {
         self.mean_square += (within * within - self.mean_square) / memory;
         let step = code.saturating_sub(self.last) as f32;
         self.mean_square_step += (step * step - self.mean_square_step) / memory;
-        (!learning && size > limit && (size > sure || code == 0), if code == 0 { odds_of_zero(size, usual) } else { 0.0 })
+        (
+            !learning && size > limit && (size > sure || code == 0),
+            if code == 0 { odds_of_zero(size, usual) } else { 0.0 },
+        )
     }
 
     /// Counts how unlikely its standing still is, or a zero whose odds by its innovation are `zero`; gives those of one frame.

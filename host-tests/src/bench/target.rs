@@ -5,7 +5,11 @@ use super::{
     one_window::scenario,
     table::{Cell, Table},
 };
-use crate::{configuration::of_trace, emulate::{Feed, fly_emulated}, simulate::simulate};
+use crate::{
+    configuration::of_trace,
+    emulate::{Feed, fly_emulated},
+    simulate::simulate,
+};
 
 /// Length of the run, seconds: one window, its latency and some more.
 const DURATION_S: f64 = 60.0;

@@ -38,7 +38,7 @@ pub struct Outcome {
     pub worst: Option<Case>,
 }
 
-/// Runs a kind of fault at every `stride`-th transaction with a part in the first two seconds.
+/// Runs a kind of fault at every `stride`-th transaction with a part in the first two seconds, on the bus of the run without a fault.
 #[must_use]
 pub fn sweep(motion: &Motion, clean: &Run, part: Part, kind: &Kind, stride: usize) -> Outcome {
     let transactions = clean.transactions[usize::from(part == Part::Rm3100)];
@@ -72,7 +72,7 @@ pub const RUN_US: u64 = 2_800_000;
 
 impl Outcome {
     fn with(mut self, motion: &Motion, clean: &Run, flown: &attitude::Flown, case: &Case) -> Self {
-        let run = run(motion, Some(case));
+        let run = run(motion, clean.bus, Some(case));
         let Some(struck_us) = run.struck_us.filter(|struck_us| *struck_us <= STRIKES_UNTIL_US) else { return self };
         self.runs += 1;
         if run.samples == clean.samples {

@@ -23,8 +23,8 @@ use meerkat_mwd::{
     telemetry::{Record, Summary},
 };
 use record_writer::RecordWriter;
-use sensors::Sensors;
 use semihosting::{eprintln, process};
+use sensors::Sensors;
 use trace_reader::TraceReader;
 
 #[entry]
