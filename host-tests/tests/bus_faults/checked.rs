@@ -87,7 +87,7 @@ impl<S: SpiDevice> Part<1> for Sca3300<S> {
             period_tolerance: 0.1,
             fifo_frames: 1,
             watermark_frames: 1,
-            settling_frames: 2,
+            settling_frames: 5,
             frozen_frames: 20,
         }
     }
