@@ -30,7 +30,7 @@ pub enum Command {
     /// Tell which physical effect the residual shows
     Diagnose(DiagnoseArgs),
     /// Fly a trace by the firmware on the emulated Cortex-M4F, through register-level models of its sensors and their adapters
-    Emulate(EmulateArgs),
+    Emulate(emulate::EmulateArgs),
     /// Accelerometer and magnetometer models from rests and turns
     Calibrate(CalibrateArgs),
     /// Write the trace of a scenario
@@ -112,17 +112,6 @@ impl ReplayArgs {
     pub const fn check_built(&self) -> Result<(), Failure> {
         if self.html.is_some() { Err(Failure::NotBuilt("--html")) } else { Ok(()) }
     }
-}
-
-/// Options of `emulate`.
-#[derive(Debug, Clone, Args)]
-pub struct EmulateArgs {
-    /// Those of `replay`.
-    #[command(flatten)]
-    pub replay: ReplayArgs,
-    /// Hand the samples over instead, as `replay` does
-    #[arg(long, conflicts_with = "through_sensors")]
-    pub direct: bool,
 }
 
 /// Options of `diagnose`.

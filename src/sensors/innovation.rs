@@ -10,9 +10,9 @@ const JUMPED: u8 = 2;
 const MOST_LOST: u8 = 8;
 /// An axis that has changed its code so often since the start lives.
 const MOVES: u8 = 1;
-/// Natural logarithm of the odds against chance from which an axis that repeats itself is not believed: a wrong alarm in some millions of
-/// readings.
-const DOUBTFUL: f32 = 15.0;
+/// Natural logarithm of the odds against chance from which an axis that repeats itself is not believed: a wrong alarm in some hundreds of
+/// millions of readings.
+const DOUBTFUL: f32 = 20.0;
 /// The same for zeros of an axis that moves by so many codes, of which a wrong alarm in thousands does no harm.
 const DOUBTFUL_AT_ZERO: f32 = 8.0;
 const MOVING_CODES: f32 = 8.0;
