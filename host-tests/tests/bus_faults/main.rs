@@ -23,7 +23,7 @@ fn motion(bus: Bus) -> (Motion, Run) {
 fn without_a_fault_every_sample_is_right_and_hardly_one_is_flagged() {
     for bus in [Bus::Spi, Bus::I2c] {
         let (motion, clean) = motion(bus);
-        let judgement = judge(&motion, &clean, 0);
+        let judgement = judge(&motion, &clean, 0, &[]);
         assert_eq!(judgement.wrong, []);
         assert!(clean.samples.len() as u64 > (RUN_US - 100_000) / 4_900, "{}", clean.samples.len());
         assert!(judgement.flagged.len() <= 6, "{:?}", judgement.flagged);
@@ -81,7 +81,7 @@ fn the_judge_finds_a_stale_and_a_shifted_and_a_scaled_sample() {
         let mut spoilt = clean.clone();
         let before = spoilt.samples[250].1;
         spoil(&mut spoilt.samples[260].1, &before);
-        judge(&motion, &spoilt, 0).wrong.len()
+        judge(&motion, &spoilt, 0, &[]).wrong.len()
     };
     assert_eq!(spoil(|_, _| {}), 0);
     assert!(spoil(|sample, before| sample.gyro_rad_s = before.gyro_rad_s) > 0);
