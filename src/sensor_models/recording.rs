@@ -5,7 +5,7 @@ use crate::{
     sample::{Sample, SampleFlags},
     sensors::{Counters, Trigger},
 };
-use heapless::Vec;
+use heapless::{Deque, Vec};
 
 /// How a recording is played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,11 +32,16 @@ pub struct PlayedCounts {
     pub stamp_error_us: u64,
 }
 
+/// Truths after which a sample is not waited for any more: where the recording lacks a sensor, half a frame waits in the part's FIFO.
+const LAG: usize = 3;
+
 /// Plays a recording.
 pub struct RecordingPlayer<'a, const WORDS: usize> {
     pair: ModelledPair<'a, WORDS>,
     recording: Recording,
     truth_us: u64,
+    /// Truths whose samples are waited for, and what came of them.
+    waiting: Deque<(u64, Option<Sample>), { LAG + 1 }>,
     counts: PlayedCounts,
 }
 
@@ -46,7 +51,7 @@ impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
     pub fn new(parts: &'a ModelledParts<WORDS>, recording: Recording) -> Self {
         let periods = Periods { inertial_us: Some(recording.inertial_us), magnetic_us: Some(recording.magnetic_us) };
         let pair = ModelledPair::new(parts, periods, 1, Trigger::Interrupt);
-        Self { pair, recording, truth_us: 0, counts: PlayedCounts::default() }
+        Self { pair, recording, truth_us: 0, waiting: Deque::new(), counts: PlayedCounts::default() }
     }
 
     /// Time passes in the parts to the next truth: what hardware does.
@@ -55,19 +60,37 @@ impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
         self.pair.pass_to(truth);
     }
 
-    /// What the adapters make of that: the sample at the time it was recorded at, with everything flagged missing where none came.
-    /// `None` while the parts settle.
+    /// What the adapters make of that: the sample of some truths ago, at the time it was recorded at, with everything flagged missing where none
+    /// came. `None` while the parts settle, and at the beginning.
     pub fn service(&mut self) -> Option<Sample> {
         let mut out = Vec::<Sample, 16>::new();
         self.pair.service(&mut out);
+        let _ = self.waiting.push_back((self.truth_us, None));
+        let half_us = u64::from(self.recording.inertial_us / 2);
+        for (truth_us, came) in self.waiting.iter_mut().filter(|(_, came)| came.is_none()) {
+            *came = out.iter().rfind(|sample| sample.t_us.abs_diff(*truth_us) <= half_us).copied();
+        }
+        if self.waiting.len() > LAG { self.oldest() } else { None }
+    }
+
+    /// When the recording is over: the samples that are still to come, one at a call.
+    pub fn finish(&mut self) -> Option<Sample> {
+        while !self.waiting.is_empty() {
+            if let Some(sample) = self.oldest() {
+                return Some(sample);
+            }
+        }
+        None
+    }
+
+    fn oldest(&mut self) -> Option<Sample> {
+        let (truth_us, came) = self.waiting.pop_front()?;
         if self.recording.settling > 0 {
             self.recording.settling -= 1;
             return None;
         }
         self.counts.samples = self.counts.samples.saturating_add(1);
-        let t_us = self.truth_us.saturating_sub(self.recording.later_us);
-        let off_us = |sample: &Sample| sample.t_us.abs_diff(self.truth_us);
-        let came = out.iter().rfind(|sample| off_us(sample) <= u64::from(self.recording.inertial_us / 2));
+        let t_us = truth_us.saturating_sub(self.recording.later_us);
         let Some(came) = came else {
             self.counts.lost = self.counts.lost.saturating_add(1);
             let flags = SampleFlags::GYRO_MISSING
@@ -76,8 +99,8 @@ impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
                 | SampleFlags::TEMPERATURE_MISSING;
             return Some(Sample { t_us, flags, ..Sample::default() });
         };
-        self.counts.stamp_error_us = self.counts.stamp_error_us.max(off_us(came));
-        Some(Sample { t_us, ..*came })
+        self.counts.stamp_error_us = self.counts.stamp_error_us.max(came.t_us.abs_diff(truth_us));
+        Some(Sample { t_us, ..came })
     }
 
     /// What came of it so far.

@@ -90,7 +90,8 @@ pub fn play(samples: &[Sample], period_us: u32) -> Played {
         player.pass_to(&truth);
         player.service()
     };
-    let through: Vec<Sample> = truth(samples, period_us).filter_map(through).collect();
+    let mut through: Vec<Sample> = truth(samples, period_us).filter_map(through).collect();
+    through.extend(std::iter::from_fn(|| player.finish()));
     let mut flagged = [0; 3];
     let sensors = [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
     for (recorded, came) in samples.iter().zip(&through) {

@@ -64,8 +64,7 @@ fn fly(
     let mut push = Tally::default();
     let mut poll = Tally::default();
     let mut poll_before_window = Tally::default();
-    while let Some(truth) = trace.next::<Sample>()? {
-        let Some(sample) = sensors.read(truth, &counter) else { continue };
+    while let Some(sample) = sensors.next(&mut trace, &counter)? {
         let (output, ticks) = counter.measure(|| push_sample(probe, &sample));
         push.add(ticks);
         if let Some(output) = output {

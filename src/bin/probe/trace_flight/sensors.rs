@@ -1,6 +1,10 @@
 //! Where the samples come from: register models of the sensors, played the recording, and the adapters on them; or the recording itself.
 
-use super::instruction_counter::{InstructionCounter, Tally, ticks};
+use super::{
+    fault::Fault,
+    instruction_counter::{InstructionCounter, Tally, ticks},
+    trace_reader::TraceReader,
+};
 use core::mem::MaybeUninit;
 use meerkat_mwd::{
     Sample,
@@ -33,13 +37,18 @@ impl Sensors {
         Self { played, tally: Tally::default() }
     }
 
-    /// What the sensors make of a truth; `None` while they settle.
-    pub fn read(&mut self, truth: Sample, counter: &InstructionCounter) -> Option<Sample> {
-        let Some((_, player)) = &mut self.played else { return Some(truth) };
-        player.pass_to(&truth);
-        let (sample, ticks) = counter.measure(|| service(player));
-        self.tally.add(ticks);
-        sample
+    /// The next sample; `None`: the trace is over.
+    pub fn next(&mut self, trace: &mut TraceReader, counter: &InstructionCounter) -> Result<Option<Sample>, Fault> {
+        while let Some(truth) = trace.next::<Sample>()? {
+            let Some((_, player)) = &mut self.played else { return Ok(Some(truth)) };
+            player.pass_to(&truth);
+            let (sample, ticks) = counter.measure(|| service(player));
+            self.tally.add(ticks);
+            if sample.is_some() {
+                return Ok(sample);
+            }
+        }
+        Ok(self.played.as_mut().and_then(|(_, player)| player.finish()))
     }
 
     /// Prints what it took; the host reads it.
