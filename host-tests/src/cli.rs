@@ -29,8 +29,8 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Tell which physical effect the residual shows
     Diagnose(DiagnoseArgs),
-    /// Fly a trace by the firmware on the emulated Cortex-M4F
-    Emulate(ReplayArgs),
+    /// Fly a trace by the firmware on the emulated Cortex-M4F, through register-level models of its sensors and their adapters
+    Emulate(emulate::EmulateArgs),
     /// Accelerometer and magnetometer models from rests and turns
     Calibrate(CalibrateArgs),
     /// Write the trace of a scenario
@@ -85,7 +85,7 @@ pub struct ReplayArgs {
     /// Look for no effect beyond the 12 parameters
     #[arg(long)]
     pub no_effects: bool,
-    /// Through register-level models of an ISM330DHCX and an RM3100 and the adapters for them, instead of handing the samples over
+    /// Through register-level models of an ISM330DHCX and an RM3100 and the adapters for them, as `emulate` does
     #[arg(long)]
     pub through_sensors: bool,
 }

@@ -1,20 +1,26 @@
 //! The same flight, by the firmware on the emulated chip.
 
+mod firmware;
 pub mod real_time;
+
+pub use firmware::{Board, Firmware, build_firmware};
 
 use crate::{
     cli::ReplayArgs,
     deadline::{self, CommandError},
     flight::Flight,
-    image::{self, ChipMemory, Image, ImageError, ImageSize},
-    replay, through_sensors,
+    image::{ImageError, ImageSize},
+    replay,
+    through_sensors::{self, SamplingCost},
     toolchain::{self, Missing, Toolchain},
     wire::{self, WireError},
 };
-use meerkat_mwd::{Config, Sample, config::ConfigError, telemetry::Summary};
+use clap::Args;
+use meerkat_mwd::{Config, Sample, config::ConfigError, sensor_models::PlayedCounts, telemetry::Summary};
 use std::{
     fs,
     io::{self, Write},
+    path::PathBuf,
     process::Command,
     time::Duration,
 };
@@ -38,6 +44,8 @@ pub struct EmulatedFlight {
     pub summary: Summary,
     /// RAM and flash of the firmware.
     pub image: ImageSize,
+    /// What the sampling path took, where the samples came through the sensors' models.
+    pub sampling: Option<SamplingCost>,
 }
 
 impl EmulatedFlight {
@@ -59,7 +67,7 @@ impl EmulatedFlight {
             _ => "none was made".to_owned(),
         };
         let (mean, most) = (summary.push.instructions_mean(), summary.push.instructions_max);
-        vec![
+        let mut lines = vec![
             format!(
                 "cost     {} instructions a sample (worst {}), {per_identification} of identification and diagnosis to a report",
                 thousands(mean),
@@ -71,7 +79,16 @@ impl EmulatedFlight {
                 thousands(summary.stack_used_bytes.into()),
                 thousands(summary.stack_size_bytes.into())
             ),
-        ]
+        ];
+        if let Some(SamplingCost { adapters, wires, .. }) = self.sampling {
+            let line = format!(
+                "sampling {} instructions a sample for adapters and supervision, {} for wires and models",
+                thousands(adapters.round() as u64),
+                thousands(wires.round() as u64)
+            );
+            lines.insert(2, line);
+        }
+        lines
     }
 }
 
@@ -104,6 +121,14 @@ pub enum EmulateError {
     /// The emulator, or the firmware in it, failed.
     #[error("the emulated firmware failed: {0}")]
     Run(CommandError),
+    /// The samples that came through the sensors there are not those that come through them here.
+    #[error("the samples came through the sensors otherwise than on this machine: {there:?}, here {here:?}")]
+    Sensors {
+        /// What the firmware counted.
+        there: Option<PlayedCounts>,
+        /// What was counted here.
+        here: PlayedCounts,
+    },
     /// What the firmware wrote is not a flight.
     #[error("the emulated firmware wrote no whole flight: {0}")]
     Wire(#[from] WireError),
@@ -121,86 +146,55 @@ impl EmulateError {
     }
 }
 
-/// A built firmware.
-pub struct Firmware {
-    /// The linked file.
-    pub elf: Vec<u8>,
-    /// What it takes of the chip.
-    pub size: ImageSize,
+/// Options of `emulate`.
+#[derive(Debug, Clone, Args)]
+pub struct EmulateArgs {
+    /// Those of `replay`.
+    #[command(flatten)]
+    pub replay: ReplayArgs,
+    /// Hand the samples over instead, as `replay` does
+    #[arg(long, conflicts_with = "through_sensors")]
+    pub direct: bool,
 }
 
-/// What the firmware is built for.
+/// How a recording reaches the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Board {
-    /// The emulated STM32F405 with a trace in and a flight out, as fast as it goes.
-    Trace,
-    /// The emulated STM32F405 in real time.
-    Emulated,
-    /// A real STM32F405.
-    Stm32f405,
-    /// A real nRF52840.
-    Nrf52840,
-    /// None: only the calls of the pipeline, to look at what they can reach.
-    Bare,
-}
-
-impl Board {
-    /// The memory of its chip.
-    #[must_use]
-    pub const fn chip(self) -> ChipMemory {
-        match self {
-            Self::Nrf52840 => image::NRF52840,
-            _ => image::STM32F405,
-        }
-    }
-}
-
-/// Builds the firmware, or finds it built.
-///
-/// # Errors
-/// It does not build, or to something that is no image.
-pub fn build_firmware(toolchain: &Toolchain, board: Board) -> Result<Firmware, EmulateError> {
-    let file = |what| move |source| EmulateError::File { what, source };
-    // Two boards have one name for their file: nobody else builds until it is read.
-    let _one_at_a_time =
-        toolchain::lock("mwd-firmware.lock").map_err(file("the target directory cannot be written"))?;
-    let mut cargo = toolchain.cargo_build();
-    cargo.args(["-p", "meerkat-mwd", "--bin", "probe", "--features"]);
-    cargo.arg(match board {
-        Board::Trace => "board-trace",
-        Board::Emulated => "board-emulated",
-        Board::Stm32f405 => "board-stm32f405",
-        Board::Nrf52840 => "board-nrf52840",
-        Board::Bare => "board-bare",
-    });
-    deadline::run(&mut cargo, BUILD).map_err(EmulateError::Build)?;
-    let elf = fs::read(toolchain.built("probe")).map_err(file("the built firmware cannot be read"))?;
-    let image = Image::parse(&elf)?;
-    image.vector_table()?;
-    let size = image.size();
-    Ok(Firmware { elf, size })
+pub enum Feed {
+    /// Each sample is handed over as it was recorded.
+    Direct,
+    /// The recording is the truth of register models of the sensors, and the adapters that fly with real ones read these.
+    ThroughSensors,
 }
 
 /// Flies the samples on the emulated chip. Prepares the toolchain and builds the firmware first.
 ///
 /// # Errors
 /// Whatever keeps it from a whole flight.
-pub fn fly_emulated(config: &Config, samples: &[Sample]) -> Result<EmulatedFlight, EmulateError> {
+pub fn fly_emulated(config: &Config, samples: &[Sample], feed: Feed) -> Result<EmulatedFlight, EmulateError> {
     config.validate()?;
     let toolchain = toolchain::prepare()?;
     let firmware = build_firmware(&toolchain, Board::Trace)?;
-    let trace = wire::encode_trace(config, samples)?;
+    let period_us = config.sample_period_us;
+    let trace = match feed {
+        Feed::Direct => wire::encode_trace(config, None, samples.iter().copied())?,
+        Feed::ThroughSensors => {
+            let recording = through_sensors::recording(samples, period_us);
+            wire::encode_trace(config, Some(recording), through_sensors::truth(samples, period_us))?
+        }
+    };
     let time = RUN + RUN_PER_SAMPLE.saturating_mul(u32::try_from(samples.len()).unwrap_or(u32::MAX));
-    let landed = wire::decode_flight(&run_firmware(&toolchain, &firmware, &trace, time)?)?;
+    let (bytes, said) = run_firmware(&toolchain, &firmware, &trace, time)?;
+    let landed = wire::decode_flight(&bytes)?;
     Ok(EmulatedFlight {
         flight: landed.flight,
         poll_instructions: landed.poll_instructions,
         summary: landed.summary,
         image: firmware.size,
+        sampling: SamplingCost::said(&said),
     })
 }
 
-/// Runs the firmware over the bytes of a `trace.bin` and gives those of its `flight.bin`.
+/// Runs the firmware over the bytes of a `trace.bin` and gives those of its `flight.bin`, and what it printed.
 ///
 /// # Errors
 /// The emulator cannot be run, was stopped after `time`, or the firmware ended with a message.
@@ -209,7 +203,7 @@ pub fn run_firmware(
     firmware: &Firmware,
     trace: &[u8],
     time: Duration,
-) -> Result<Vec<u8>, EmulateError> {
+) -> Result<(Vec<u8>, String), EmulateError> {
     let file = |what| move |source| EmulateError::File { what, source };
     let directory = tempfile::tempdir().map_err(file("no temporary directory"))?;
     fs::write(directory.path().join("probe"), &firmware.elf).map_err(file("the firmware cannot be copied"))?;
@@ -217,8 +211,9 @@ pub fn run_firmware(
 
     let mut qemu = emulator(toolchain);
     qemu.current_dir(directory.path()).args(["-kernel", "probe"]);
-    deadline::run(&mut qemu, time).map_err(EmulateError::Run)?;
-    fs::read(directory.path().join("flight.bin")).map_err(file("the firmware wrote no flight"))
+    let said = deadline::run(&mut qemu, time).map_err(EmulateError::Run)?;
+    let flight = fs::read(directory.path().join("flight.bin")).map_err(file("the firmware wrote no flight"))?;
+    Ok((flight, said))
 }
 
 fn emulator(toolchain: &Toolchain) -> Command {
@@ -229,45 +224,48 @@ fn emulator(toolchain: &Toolchain) -> Command {
     qemu
 }
 
-/// Builds a package of the workspace whose one program is for the chip, runs it there and gives what it printed.
+/// Builds a package of the workspace whose one program is for the chip.
+///
+/// # Errors
+/// It does not build.
+pub fn build_program(toolchain: &Toolchain, package: &str) -> Result<PathBuf, EmulateError> {
+    deadline::run(toolchain.cargo_build().args(["-p", package]), BUILD).map_err(EmulateError::Build)?;
+    Ok(toolchain.built(package))
+}
+
+/// Builds such a package, runs it on the chip and gives what it printed.
 ///
 /// # Errors
 /// It does not build, the emulator cannot be run, or the program failed.
 pub fn run_program(toolchain: &Toolchain, package: &str) -> Result<String, EmulateError> {
-    let mut cargo = toolchain.cargo_build();
-    deadline::run(cargo.args(["-p", package]), BUILD).map_err(EmulateError::Build)?;
-    let mut qemu = emulator(toolchain);
-    deadline::run(qemu.arg("-kernel").arg(toolchain.built(package)), RUN).map_err(EmulateError::Run)
+    let program = build_program(toolchain, package)?;
+    deadline::run(emulator(toolchain).arg("-kernel").arg(program), RUN).map_err(EmulateError::Run)
 }
 
 /// Flies the trace on the emulated chip and delivers what `replay` delivers, and what it cost there.
 ///
 /// # Errors
 /// Bad input or usage, or whatever keeps the emulator from a whole flight.
-pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
+pub fn run(EmulateArgs { replay: args, direct }: &EmulateArgs) -> anyhow::Result<()> {
     let (mut trace, config) = replay::prepare(args)?;
-    let recorded = if args.through_sensors { through_sensors::each_field_once(&trace.samples) } else { Vec::new() };
-    let on_the_chip = match args.through_sensors {
-        true => Some(through_sensors::play_emulated(&recorded, config.sample_period_us)?),
-        false => None,
-    };
-    if let Some(through) = &on_the_chip {
-        trace.samples.clone_from(&through.played.samples);
+    let feed = if *direct { Feed::Direct } else { Feed::ThroughSensors };
+    let recorded = if *direct { trace.samples.clone() } else { through_sensors::each_field_once(&trace.samples) };
+    let emulated = fly_emulated(&config, &recorded, feed)?;
+    let played = (!direct).then(|| through_sensors::play(&recorded, config.sample_period_us));
+    if let Some(played) = &played {
+        let (there, here) = (emulated.sampling.map(|sampling| sampling.counts), played.counts);
+        if there != Some(here) {
+            return Err(EmulateError::Sensors { there, here }.into());
+        }
+        trace.samples.clone_from(&played.samples);
     }
-    let emulated = fly_emulated(&config, &trace.samples)?;
     replay::deliver(args, &trace, &config, &emulated.flight, "by the firmware on the emulated Cortex-M4F")?;
     let mut out = io::stdout().lock();
     for line in emulated.cost_lines() {
         writeln!(out, "{line}")?;
     }
-    if let Some(through) = &on_the_chip {
-        through_sensors::report(&mut out, &config, &recorded, &through.played)?;
-        let cost = through.cost;
-        writeln!(
-            out,
-            "         sampling path on the chip: {:.0} instructions a sample for adapters and supervision, {:.0} for wires and models",
-            cost.adapters, cost.wires
-        )?;
+    if let Some(played) = &played {
+        through_sensors::report(&mut out, &config, &recorded, played)?;
     }
     Ok(())
 }

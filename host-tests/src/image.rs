@@ -55,7 +55,12 @@ pub struct ImageSize {
     pub bss_bytes: u64,
     /// Flash: vector table, code, constants and the initial values of the data, bytes.
     pub flash_bytes: u64,
+    /// What stands for hardware that an emulator lacks, register models of the sensors, bytes of code beside the firmware.
+    pub models_bytes: u64,
 }
+
+/// The section of what stands for hardware, as the linker script names it.
+const MODELS_SECTION: &str = ".models";
 
 impl ImageSize {
     /// Static RAM, bytes, without the stack.
@@ -77,7 +82,11 @@ impl fmt::Display for ImageSize {
             RAM_LIMIT_BYTES / 1024,
             kib(self.flash_bytes),
             FLASH_LIMIT_BYTES / 1024,
-        )
+        )?;
+        match self.models_bytes {
+            0 => Ok(()),
+            bytes => write!(f, ", and {:.1} of sensor models", kib(bytes)),
+        }
     }
 }
 
@@ -120,10 +129,14 @@ impl<'elf> Image<'elf> {
     /// What it takes of the chip's memory.
     #[must_use]
     pub fn size(&self) -> ImageSize {
-        let mut size = ImageSize { data_bytes: 0, bss_bytes: 0, flash_bytes: 0 };
+        let mut size = ImageSize { data_bytes: 0, bss_bytes: 0, flash_bytes: 0, models_bytes: 0 };
         for section in self.file.sections() {
             let SectionFlags::Elf { sh_flags, .. } = section.flags() else { continue };
             if !sh_flags.contains(elf::SHF_ALLOC) {
+                continue;
+            }
+            if section.name() == Ok(MODELS_SECTION) {
+                size.models_bytes += section.size();
                 continue;
             }
             let in_file = section.kind() != SectionKind::UninitializedData;

@@ -9,7 +9,7 @@ use meerkat_mwd::{Config, compensation::GyroModel, identification::Decision};
 
 use crate::{
     configuration::{freeze_at_us, of_trace},
-    emulate::{EmulateError, EmulatedFlight, fly_emulated},
+    emulate::{EmulateError, EmulatedFlight, Feed, fly_emulated},
     flight::{Flight, fly},
     known_error,
     refusal_text::refusal_text,
@@ -92,7 +92,7 @@ struct Flown {
 }
 
 fn flown(config: &Config, trace: &Trace) -> anyhow::Result<Flown> {
-    match fly_emulated(config, &trace.samples) {
+    match fly_emulated(config, &trace.samples, Feed::Direct) {
         Ok(emulated) => Ok(Flown {
             flight: emulated.flight.clone(),
             emulated: Some(emulated),

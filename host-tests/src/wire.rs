@@ -3,6 +3,7 @@
 use crate::flight::Flight;
 use meerkat_mwd::{
     Config, Sample,
+    sensor_models::Recording,
     survey::{DrillingDynamics, SurveyReport},
     telemetry::{Record, Summary},
 };
@@ -47,14 +48,18 @@ pub enum WireError {
     },
 }
 
-/// The configuration, then one sample after another.
+/// The configuration, how the recording is played to the sensors' models (`None`: it is handed over), then one sample after another.
 ///
 /// # Errors
 /// None in practice: every field has an encoding.
-pub fn encode_trace(config: &Config, samples: &[Sample]) -> Result<Vec<u8>, postcard::Error> {
-    let bytes = Vec::with_capacity(512 + samples.len() * 56);
-    let bytes = postcard::to_extend(config, bytes)?;
-    samples.iter().try_fold(bytes, |bytes, sample| postcard::to_extend(sample, bytes))
+pub fn encode_trace(
+    config: &Config,
+    recording: Option<Recording>,
+    samples: impl IntoIterator<Item = Sample>,
+) -> Result<Vec<u8>, postcard::Error> {
+    let bytes = postcard::to_extend(config, Vec::with_capacity(512))?;
+    let bytes = postcard::to_extend(&recording, bytes)?;
+    samples.into_iter().try_fold(bytes, |bytes, sample| postcard::to_extend(&sample, bytes))
 }
 
 /// Reads records to the summary.
@@ -136,9 +141,10 @@ mod tests {
         let config = Config { seed: 77, ..Config::default() };
         let sample =
             Sample { t_us: u64::MAX, gyro_rad_s: [f32::MIN_POSITIVE, f32::INFINITY, -0.0], ..Sample::default() };
-        let bytes = encode_trace(&config, &[sample; 3]).unwrap();
-        let (decoded, mut rest): (Config, _) = postcard::take_from_bytes(&bytes).unwrap();
-        assert_eq!(decoded, config);
+        let recording = Recording { inertial_us: 5_000, magnetic_us: 10_000, settling: 48, later_us: 1_000_000 };
+        let bytes = encode_trace(&config, Some(recording), [sample; 3]).unwrap();
+        let (decoded, mut rest): ((Config, Option<Recording>), _) = postcard::take_from_bytes(&bytes).unwrap();
+        assert_eq!(decoded, (config, Some(recording)));
         for _ in 0..3 {
             let (decoded, after): (Sample, _) = postcard::take_from_bytes(rest).unwrap();
             assert_eq!(decoded, sample);

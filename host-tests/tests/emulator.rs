@@ -6,7 +6,7 @@
 use meerkat_mwd::{Config, Sample, SampleFlags, config::OptimizerKind, identification::WindowReport, probe::Output};
 use mwd::{
     configuration,
-    emulate::{self, Board, EmulateError, EmulatedFlight, Firmware},
+    emulate::{self, Board, EmulateError, EmulatedFlight, Feed, Firmware},
     flight,
     image::{self, Image},
     simulate::{Scenario, simulate},
@@ -103,7 +103,7 @@ fn assert_bit_identical(host: &flight::Flight, chip: &flight::Flight) {
 fn fly_on_both(config: &Config, samples: &[Sample]) -> Option<EmulatedFlight> {
     toolchain()?;
     let host = flight::fly(config, samples, |_| ()).unwrap();
-    let emulated = emulate::fly_emulated(config, samples).unwrap();
+    let emulated = emulate::fly_emulated(config, samples, Feed::Direct).unwrap();
     assert_bit_identical(&host, &emulated.flight);
     assert_eq!(emulated.summary.push.calls, samples.len() as u64);
     assert_eq!(emulated.summary.poll.calls, samples.len() as u64);
@@ -163,8 +163,8 @@ fn the_instruction_counter_is_exact_and_repeats() {
         return;
     }
     let samples = troubled_samples(1_500, 7);
-    let first = emulate::fly_emulated(&Config::default(), &samples).unwrap();
-    let second = emulate::fly_emulated(&Config::default(), &samples).unwrap();
+    let first = emulate::fly_emulated(&Config::default(), &samples, Feed::Direct).unwrap();
+    let second = emulate::fly_emulated(&Config::default(), &samples, Feed::Direct).unwrap();
     assert_eq!(first, second, "the same flight costs the same");
     // 64 ns an instruction at 168 MHz.
     assert_eq!(first.summary.ticks_per_1000_instructions, 10_752);
@@ -223,12 +223,12 @@ fn the_firmware_refuses_a_bad_trace_with_a_message() {
     let malformed = "trace.bin does not hold a configuration and whole samples";
     assert!(message(&[]).contains(malformed));
 
-    let trace = wire::encode_trace(&Config::default(), &troubled_samples(300, 8)).unwrap();
+    let trace = wire::encode_trace(&Config::default(), None, troubled_samples(300, 8)).unwrap();
     assert!(message(&trace[..trace.len() - 1]).contains(malformed));
 
     let mut config = Config::default();
     config.identification.max_evaluations = 0;
-    let trace = wire::encode_trace(&config, &[]).unwrap();
+    let trace = wire::encode_trace(&config, None, []).unwrap();
     assert!(message(&trace).contains("identification.max_evaluations must be 1 to 100000"), "{}", message(&trace));
 }
 

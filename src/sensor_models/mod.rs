@@ -11,7 +11,7 @@
 //! any bus ([`FaultyBus`]).
 //!
 //! A [`ModelledPair`] is both parts with the adapters of [`sensors`](crate::sensors) on them: truth in, samples out, the same on a host
-//! and on a chip.
+//! and on a chip. A [`RecordingPlayer`] plays a recording through it.
 
 mod at_period;
 mod attachment;
@@ -20,6 +20,7 @@ mod fault;
 mod faulty_bus;
 pub mod ism330dhcx;
 mod modelled_pair;
+mod recording;
 pub mod rm3100;
 mod serial_part;
 
@@ -30,5 +31,6 @@ pub use fault::{Injection, PartFault, Schedule};
 pub use faulty_bus::{BusFault, FaultyBus, InjectedError, WireMeter};
 pub use ism330dhcx::Ism330dhcx;
 pub use modelled_pair::{ModelledPair, ModelledParts, PairError, Periods};
+pub use recording::{PlayedCounts, Recording, RecordingPlayer};
 pub use rm3100::Rm3100;
 pub use serial_part::{Cursor, SerialPart};

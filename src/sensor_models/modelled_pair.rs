@@ -1,21 +1,21 @@
 //! A gyro with accelerometer and a magnetometer as models, and the adapters that fly with the real ones, on them: truth in, samples out.
 
 use super::{
-    AtPeriod, BusFault, Conversions, FaultyBus, Ism330dhcx, OnSpi, PartError, Rm3100, Schedule, WireMeter,
-    faulty_bus::InjectedError,
+    AtPeriod, BusFault, Conversions, FaultyBus, Ism330dhcx, OnI2c, OnSpi, PartError, Rm3100, Schedule, WireMeter,
+    faulty_bus::InjectedError, ism330dhcx, rm3100,
 };
 use crate::{
     sample::Sample,
     sensors::{
         Combiner, Condition, Counters, InertialReading, MagneticReading, Mounting, PartData, ReadError, Rm3100Settings,
         Trigger,
-        blocking::{InertialSource, MagneticSource, Supervised},
-        blocking::{Ism330dhcx as Ism330dhcxAdapter, Rm3100 as Rm3100Adapter, SpiRegisters},
+        blocking::{I2cRegisters, InertialSource, MagneticSource, Part, SpiRegisters, Supervised},
+        blocking::{Ism330dhcx as Ism330dhcxAdapter, Rm3100 as Rm3100Adapter},
     },
 };
 use core::cell::{Cell, RefCell};
 use heapless::{Vec, VecView};
-use st_mems_bus::blocking::spi::SpiBus;
+use st_mems_bus::blocking::{i2c::I2cBus, spi::SpiBus};
 
 /// Readings that are taken at once.
 const READINGS: usize = 16;
@@ -51,19 +51,29 @@ impl<const WORDS: usize> ModelledParts<WORDS> {
             meter: Cell::new(None),
         }
     }
+
+    fn wired<'a, B>(&'a self, bus: B, schedule: &'a Cell<Schedule<BusFault>>) -> FaultyBus<'a, B> {
+        FaultyBus::new(bus, &self.now_us, schedule).metered(&self.meter)
+    }
 }
 
-type Wire<'a, P> = FaultyBus<'a, OnSpi<'a, P>>;
-type Inertial<'a, const WORDS: usize> = AtPeriod<Ism330dhcxAdapter<SpiBus<Wire<'a, Ism330dhcx<WORDS>>>>>;
-type Magnetic<'a> = AtPeriod<Rm3100Adapter<SpiRegisters<Wire<'a, Rm3100>>>>;
+type Spi<'a, P> = FaultyBus<'a, OnSpi<'a, P>>;
+type I2c<'a, P> = FaultyBus<'a, OnI2c<'a, P>>;
+/// The adapters on SPI.
+type InertialOnSpi<'a, const WORDS: usize> = Ism330dhcxAdapter<SpiBus<Spi<'a, Ism330dhcx<WORDS>>>>;
+type MagneticOnSpi<'a> = Rm3100Adapter<SpiRegisters<Spi<'a, Rm3100>>>;
+/// The adapters on I2C.
+type InertialOnI2c<'a, const WORDS: usize> = Ism330dhcxAdapter<I2cBus<I2c<'a, Ism330dhcx<WORDS>>>>;
+type MagneticOnI2c<'a> = Rm3100Adapter<I2cRegisters<I2c<'a, Rm3100>>>;
 /// An error of such a bus.
 pub type PairError = ReadError<InjectedError<PartError>>;
+type BusError = InjectedError<PartError>;
 
 /// The adapters over [`ModelledParts`].
-pub struct ModelledPair<'a, const WORDS: usize> {
+pub struct ModelledPair<'a, const WORDS: usize, I = InertialOnSpi<'a, WORDS>, M = MagneticOnSpi<'a>> {
     parts: &'a ModelledParts<WORDS>,
-    inertial: Supervised<Inertial<'a, WORDS>, 2>,
-    magnetic: Supervised<Magnetic<'a>, 1>,
+    inertial: Supervised<AtPeriod<I>, 2>,
+    magnetic: Supervised<AtPeriod<M>, 1>,
     combiner: Combiner,
     asked_us: [u64; 2],
     conditions: [Condition; 2],
@@ -84,17 +94,42 @@ impl<'a, const WORDS: usize> ModelledPair<'a, WORDS> {
     #[must_use]
     pub fn new(parts: &'a ModelledParts<WORDS>, periods: Periods, watermark_frames: u8, trigger: Trigger) -> Self {
         let now_us = &parts.now_us;
-        let inertial_bus =
-            FaultyBus::new(OnSpi::new(&parts.inertial, now_us), now_us, &parts.inertial_wire).metered(&parts.meter);
-        let magnetic_bus =
-            FaultyBus::new(OnSpi::new(&parts.magnetic, now_us), now_us, &parts.magnetic_wire).metered(&parts.meter);
-        let part = Ism330dhcxAdapter::new_spi(inertial_bus, watermark_frames);
-        let period_us = periods.inertial_us.unwrap_or(own_period_us::<2>(&part));
-        let inertial = Supervised::new(AtPeriod { part, period_us }, Mounting::ALIGNED, trigger);
-        let part = Rm3100Adapter::new_spi(magnetic_bus, Rm3100Settings::default());
-        let magnetic_period_us = periods.magnetic_us.unwrap_or(own_period_us::<1>(&part));
-        let at_period = AtPeriod { part, period_us: magnetic_period_us };
-        let magnetic = Supervised::new(at_period, Mounting::ALIGNED, trigger);
+        let inertial = parts.wired(OnSpi::new(&parts.inertial, now_us), &parts.inertial_wire);
+        let magnetic = parts.wired(OnSpi::new(&parts.magnetic, now_us), &parts.magnetic_wire);
+        Self::over(
+            parts,
+            Ism330dhcxAdapter::new_spi(inertial, watermark_frames),
+            Rm3100Adapter::new_spi(magnetic, Rm3100Settings::default()),
+            periods,
+            trigger,
+        )
+    }
+}
+
+impl<'a, const WORDS: usize> ModelledPair<'a, WORDS, InertialOnI2c<'a, WORDS>, MagneticOnI2c<'a>> {
+    /// The same over I2C, each part on a bus of its own.
+    #[must_use]
+    pub fn new_i2c(parts: &'a ModelledParts<WORDS>, periods: Periods, watermark_frames: u8, trigger: Trigger) -> Self {
+        let now_us = &parts.now_us;
+        let (inertial_at, magnetic_at) = (ism330dhcx::I2C_ADDRESS, rm3100::I2C_ADDRESS);
+        let inertial = parts.wired(OnI2c::new(&parts.inertial, now_us, inertial_at), &parts.inertial_wire);
+        let magnetic = parts.wired(OnI2c::new(&parts.magnetic, now_us, magnetic_at), &parts.magnetic_wire);
+        Self::over(
+            parts,
+            Ism330dhcxAdapter::new_i2c(inertial, inertial_at, watermark_frames),
+            Rm3100Adapter::new_i2c(magnetic, magnetic_at, Rm3100Settings::default()),
+            periods,
+            trigger,
+        )
+    }
+}
+
+impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = BusError>> ModelledPair<'a, WORDS, I, M> {
+    fn over(parts: &'a ModelledParts<WORDS>, inertial: I, magnetic: M, periods: Periods, trigger: Trigger) -> Self {
+        let period_us = periods.inertial_us.unwrap_or(inertial.data().period_us);
+        let magnetic_us = periods.magnetic_us.unwrap_or(magnetic.data().period_us);
+        let inertial = Supervised::new(AtPeriod { part: inertial, period_us }, Mounting::ALIGNED, trigger);
+        let magnetic = Supervised::new(AtPeriod { part: magnetic, period_us: magnetic_us }, Mounting::ALIGNED, trigger);
         Self {
             parts,
             inertial,
@@ -204,8 +239,4 @@ impl<'a, const WORDS: usize> ModelledPair<'a, WORDS> {
     pub fn magnetic_data(&self) -> PartData<1> {
         self.magnetic.data()
     }
-}
-
-fn own_period_us<const V: usize>(part: &impl crate::sensors::blocking::Part<V>) -> u32 {
-    part.data().period_us
 }

@@ -1,6 +1,6 @@
 use iis2mdc_rs::blocking::register::main::{CfgRegA, CfgRegB, CfgRegC, Md, Odr, Reg, SetRst, StatusReg};
 
-use super::{BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync};
+use super::{BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync, st_start::reset};
 use crate::sensors::{Burst, Frame, MagneticData, PartData, SensorData, StartError, StartStep, TemperatureData};
 
 // ST DS12305, data sheet of the IIS2MDC, by the names of its registers.
@@ -86,13 +86,8 @@ impl<B: BusOperation> Part<1> for Iis2mdc<B> {
 
     async fn start(&mut self, step: u8) -> Result<StartStep, StartError<B::Error>> {
         if step == 0 {
-            let mut identity = [0];
-            self.bus.read_from_register(Reg::WhoAmI as u8, &mut identity).await?;
-            if identity != [IDENTITY] {
-                let [found] = identity;
-                return Err(StartError::WrongIdentity { expected: IDENTITY, found });
-            }
-            self.bus.write_to_register(Reg::CfgRegA as u8, &[CfgRegA::new().with_soft_rst(1).into_bits()]).await?;
+            let soft_rst = CfgRegA::new().with_soft_rst(1).into_bits();
+            reset(&mut self.bus, (Reg::WhoAmI as u8, IDENTITY), (Reg::CfgRegA as u8, soft_rst)).await?;
             return Ok(StartStep::After(RESET_US));
         }
         let settings = self.settings();

@@ -2,7 +2,7 @@
 const SIGMAS: f32 = 6.0;
 /// The usual one is the root mean square over about so many frames.
 const MEMORY: f32 = 16.0;
-/// So many frames are believed in any case: before them nothing is usual.
+/// So many frames after a start only teach: before them nothing is usual.
 const FIRST_FRAMES: f32 = 4.0;
 /// A reading of a sensor that has jumped is believed from the second on, unless it stands still there: it was no glitch.
 const JUMPED: u8 = 2;
@@ -10,17 +10,22 @@ const JUMPED: u8 = 2;
 const MOST_LOST: u8 = 8;
 /// An axis that has changed its code so often since the start lives.
 const MOVES: u8 = 1;
-/// Natural logarithm of the odds against chance from which an output that repeats itself is not believed: a wrong alarm in some millions of
-/// readings, and it costs one of them.
-const DOUBTFUL: f32 = 15.0;
+/// Natural logarithm of the odds against chance from which an axis that repeats itself is not believed: a wrong alarm in some hundreds of
+/// millions of readings.
+const DOUBTFUL: f32 = 20.0;
 /// The same for zeros of an axis that moves by so many codes, of which a wrong alarm in thousands does no harm.
 const DOUBTFUL_AT_ZERO: f32 = 8.0;
 const MOVING_CODES: f32 = 8.0;
-/// An exact zero that was not to be expected is also what a dead axis reads: it begins with so much of that.
-const ZERO: f32 = 4.6;
-/// Chance that a normally distributed step is zero, times its deviation in codes; from so many codes on that is so.
-const DENSITY_AT_ZERO: f32 = 0.4;
-const LEAST_CODES: f32 = 2.0;
+/// The same for one exact zero, which is also what a dead axis reads: ln 25. An axis that passes zero loses no more than one reading in
+/// twenty-five there by it.
+const ZERO: f32 = 3.2;
+/// An axis hovers about zero while its mean square is no more than so many times that of its usual steps, which are twice the noise's: zeros
+/// are common there.
+const HOVERING: f32 = 1.5;
+/// Less than so many codes of noise and motion make zeros common.
+const LIVELY_CODES: f32 = 4.0;
+/// Mean square that rounding adds to a step from code to code.
+const ROUNDING: f32 = 1.0 / 6.0;
 
 /// Watches the codes of a vector sensor for what no motion makes.
 ///
@@ -28,7 +33,7 @@ const LEAST_CODES: f32 = 2.0;
 /// on the straight line through the last two; the limit of its innovation, the difference from there, is six times the usual one, and
 /// never less than `sure`: what is so small is always believed. An axis that repeats itself, or reads exactly zero where something else is
 /// expected, while it usually moves by many codes, is frozen or dead; the more codes it moves by, the sooner that shows. After a start
-/// nothing is believed until every axis has moved.
+/// nothing is believed until every axis has moved and it is known what is usual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Innovation {
     axes: [Axis; 3],
@@ -52,6 +57,7 @@ struct Axis {
     moves: u8,
     /// The last innovation was a usual one: others say nothing about the slope.
     is_usual: bool,
+    mean_square_code: f32,
     mean_square_step: f32,
     mean_square: f32,
     /// Odds against chance of the repeats so far.
@@ -66,6 +72,7 @@ impl Innovation {
             slope: 0,
             moves: 0,
             is_usual: false,
+            mean_square_code: 0.0,
             mean_square_step: 0.0,
             mean_square: 0.0,
             repeated: 0.0,
@@ -77,6 +84,11 @@ impl Innovation {
         frames: 0.0,
     };
 
+    /// Natural logarithm of the odds against chance that it repeats itself on all axes, as it does since its last change.
+    pub const fn repeated(&self) -> f32 {
+        self.repeated
+    }
+
     /// So many frames were lost before the next one.
     pub fn skip(&mut self, lost: u32) {
         let lost = u8::try_from(lost).unwrap_or(u8::MAX);
@@ -85,27 +97,33 @@ impl Innovation {
     }
 
     /// Whether these codes are to be believed. `sure`: an innovation of so many codes a frame always is. A code of `clip_code` or more, either
-    /// sign, is at the end of the range, where it may stand still.
-    pub fn believes(&mut self, codes: [i32; 3], sure: f32, clip_code: i32) -> bool {
+    /// sign, is at the end of the range, where it may stand still. `repeats`: [odds](Self::repeated) from which a repeat is not.
+    pub fn believes(&mut self, codes: [i32; 3], sure: f32, clip_code: i32, repeats: f32) -> bool {
         let frames = i32::from(self.skipped) + 1;
+        let first = self.frames == 0.0;
         self.frames = if self.frames < MEMORY { self.frames + 1.0 } else { MEMORY };
         let learning = self.frames <= FIRST_FRAMES;
         let (mut jumped, mut stuck, mut doubtful, mut stand, mut odds) = (false, false, false, true, 0.0);
         for (axis, code) in self.axes.iter_mut().zip(codes) {
+            if first {
+                // There is none before it to be compared with.
+                axis.last = code;
+                continue;
+            }
             let stands = code == axis.last && code.abs() < clip_code;
-            let (strange, unexpected) =
-                if self.begun { axis.innovation(code, frames, sure, learning, self.frames) } else { (false, false) };
+            let (strange, zero) =
+                if self.begun { axis.innovation(code, frames, sure, learning, self.frames) } else { (false, 0.0) };
             jumped |= strange;
             stuck |= strange && stands;
-            odds += axis.repeats(code, stands, unexpected, clip_code);
-            doubtful |= axis.repeated > axis.limit(code);
+            odds += axis.repeats(code, stands, zero, clip_code);
+            doubtful |= axis.repeated > DOUBTFUL;
             stand &= stands;
             axis.last = code;
         }
-        self.repeated = if stand { self.repeated + odds } else { 0.0 };
+        self.repeated = if stand && !first { self.repeated + odds } else { 0.0 };
         self.jumps = if jumped { self.jumps.saturating_add(1) } else { 0 };
         let alive = self.axes.iter().all(|axis| axis.moves >= MOVES);
-        if doubtful || self.repeated > DOUBTFUL || stuck || (jumped && self.jumps < JUMPED) {
+        if doubtful || self.repeated > repeats || stuck || (jumped && self.jumps < JUMPED) {
             self.skip(1);
             return false;
         }
@@ -118,19 +136,13 @@ impl Innovation {
             axis.believed = code;
         }
         (self.begun, self.jumps, self.skipped) = (true, 0, 0);
-        alive
+        alive && !learning
     }
 }
 
 impl Axis {
-    /// Odds from which its repeats are not believed: an axis that lives and moves hardly ever reads exactly zero twice.
-    fn limit(&self, code: i32) -> f32 {
-        let moving = self.mean_square_step >= MOVING_CODES * MOVING_CODES;
-        if code == 0 && moving { DOUBTFUL_AT_ZERO } else { DOUBTFUL }
-    }
-
-    /// Whether a code is beyond the limit, and whether it is not to be expected. Learns what is usual.
-    fn innovation(&mut self, code: i32, frames: i32, sure: f32, learning: bool, memory: f32) -> (bool, bool) {
+    /// Whether a code is beyond the limit, and the odds against chance of a zero that is read there. Learns what is usual.
+    fn innovation(&mut self, code: i32, frames: i32, sure: f32, learning: bool, memory: f32) -> (bool, f32) {
         let size =
             libm::fabsf(code.saturating_sub(self.believed).saturating_sub(self.slope.saturating_mul(frames)) as f32)
                 / frames as f32;
@@ -142,30 +154,51 @@ impl Axis {
         // The first ones teach, however large they are.
         let within = if size > limit && !learning { limit } else { size };
         self.mean_square += (within * within - self.mean_square) / memory;
+        self.mean_square_code += (code as f32 * code as f32 - self.mean_square_code) / memory;
         let step = code.saturating_sub(self.last) as f32;
         self.mean_square_step += (step * step - self.mean_square_step) / memory;
-        (!learning && size > limit && (size > sure || code == 0), size > 2.0 * usual)
+        (
+            !learning && size > limit && (size > sure || code == 0),
+            if code == 0 { odds_of_zero(size, usual * usual) } else { 0.0 },
+        )
     }
 
-    /// Counts how unlikely its standing still is; gives that of one frame.
-    fn repeats(&mut self, code: i32, stands: bool, unexpected: bool, clip_code: i32) -> f32 {
+    /// Counts how unlikely its standing still is, or a zero whose odds by its innovation are `zero`; gives those of one frame.
+    fn repeats(&mut self, code: i32, stands: bool, zero: f32, clip_code: i32) -> f32 {
+        let odds = odds_of_zero(0.0, self.mean_square_step - ROUNDING);
+        self.repeated = if stands { self.repeated + odds } else { 0.0 };
+        let zeros = || self.mean_square_step >= MOVING_CODES * MOVING_CODES && self.repeated + odds > DOUBTFUL_AT_ZERO;
+        let lively = self.mean_square_step >= LIVELY_CODES * LIVELY_CODES;
+        // About zero it is no further from the truth than its noise is.
+        let hovers = self.mean_square_code <= HOVERING * self.mean_square_step;
+        let from_last = || !stands && odds_of_zero(self.last as f32, self.mean_square_step) > ZERO;
+        if code == 0 && ((lively && !hovers && (zero > ZERO || from_last())) || zeros()) {
+            // Until it is no zero any more.
+            self.repeated += 2.0 * DOUBTFUL;
+        }
         if code != self.last || code.abs() >= clip_code {
             self.moves = self.moves.saturating_add(1);
         }
-        let usual = libm::sqrtf(self.mean_square_step);
-        let odds = if usual < LEAST_CODES { 0.0 } else { libm::logf(usual / DENSITY_AT_ZERO) };
-        self.repeated = match (stands, code == 0 && odds > 0.0) {
-            (true, _) => self.repeated + odds,
-            (false, true) => odds + if unexpected { ZERO } else { 0.0 },
-            (false, false) => 0.0,
-        };
         odds
     }
+}
+
+/// Natural logarithm of the odds against a normally distributed number being rounded to zero: its mean in codes, and the variance. About the
+/// mean its chance is 1 / sqrt(2 pi variance) where that is large, and goes to one where it is small: this is within 6 % of the chance of a rounded
+/// difference of two, and never too small.
+fn odds_of_zero(mean: f32, variance: f32) -> f32 {
+    if variance <= 0.0 {
+        return 0.0;
+    }
+    libm::logf(1.0 + core::f32::consts::TAU * variance) / 2.0 + mean * mean / (2.0 * variance)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// One in 50.
+    const REPEATS: f32 = 3.9;
 
     /// Codes of a sensor that swings by thousands, with some noise.
     fn swinging(k: i32) -> [i32; 3] {
@@ -176,7 +209,7 @@ mod tests {
 
     fn settled() -> Innovation {
         let mut innovation = Innovation::NEW;
-        let believed = (0..200).filter(|k| innovation.believes(swinging(*k), 300.0, 30_000)).count();
+        let believed = (0..200).filter(|k| innovation.believes(swinging(*k), 300.0, 30_000, REPEATS)).count();
         assert!(believed >= 195, "{believed}");
         innovation
     }
@@ -185,21 +218,21 @@ mod tests {
     fn a_glitch_is_not_believed_and_a_new_level_is_soon() {
         let mut innovation = settled();
         let [x, y, z] = swinging(200);
-        assert!(!innovation.believes([x, y ^ 1 << 12, z], 300.0, 30_000));
-        assert!(innovation.believes(swinging(201), 300.0, 30_000));
+        assert!(!innovation.believes([x, y ^ 1 << 12, z], 300.0, 30_000, REPEATS));
+        assert!(innovation.believes(swinging(201), 300.0, 30_000, REPEATS));
         let raised = |k| swinging(k).map(|code| code + 9_000);
-        let believed = [202, 203, 204, 205].map(|k| innovation.believes(raised(k), 300.0, 30_000));
+        let believed = [202, 203, 204, 205].map(|k| innovation.believes(raised(k), 300.0, 30_000, REPEATS));
         assert_eq!(believed, [false, true, true, true]);
     }
 
     #[test]
     fn what_stands_still_in_motion_is_not_believed() {
         let mut innovation = settled();
-        assert!(!innovation.believes(swinging(199), 300.0, 30_000), "all axes again");
+        assert!(!innovation.believes(swinging(199), 300.0, 30_000, REPEATS), "all axes again");
         let mut innovation = settled();
         let dead: [bool; 3] = core::array::from_fn(|k| {
             let [x, _, z] = swinging(200 + k as i32);
-            innovation.believes([x, 0, z], 300.0, 30_000)
+            innovation.believes([x, 0, z], 300.0, 30_000, REPEATS)
         });
         assert_eq!(dead, [false; 3]);
         let mut railed = settled();
@@ -207,15 +240,44 @@ mod tests {
             let [x, _, z] = swinging(k);
             [x, 30_000, z]
         };
-        assert_eq!((200..206).filter(|k| railed.believes(clipped(*k), 300.0, 30_000)).count(), 5, "from the second on");
+        assert_eq!(
+            (200..206).filter(|k| railed.believes(clipped(*k), 300.0, 30_000, REPEATS)).count(),
+            5,
+            "from the second on"
+        );
+    }
+
+    /// Normal noise of so many codes, about so many.
+    fn noisy(state: &mut u32, mean: f32, deviation: f32) -> i32 {
+        let twelve = (0..12).fold(0.0, |sum, _| {
+            *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            sum + (*state >> 8) as f32 / 16_777_216.0
+        });
+        libm::roundf(mean + deviation * (twelve - 6.0)) as i32
+    }
+
+    /// Noise of the data sheets at rest in codes: 0.6 and 1.3 of the ISM330DHCX's gyro and accelerometer, 1.1 of the RM3100, 7 of the
+    /// ICM-42688-P's gyro with its 20 bits, and more.
+    #[test]
+    fn a_sound_sensor_at_rest_loses_few_readings() {
+        for (deviation, most) in
+            [(0.3, 0.02), (0.6, 0.02), (1.1, 0.02), (1.3, 0.02), (7.0, 0.01), (30.0, 0.01), (300.0, 0.01)]
+        {
+            for mean in [0.0, 0.4, 20.0, 2_000.5] {
+                let (mut innovation, mut state) = (Innovation::NEW, 7);
+                let mut next = || core::array::from_fn(|_| noisy(&mut state, mean, deviation));
+                let lost = (0..20_000).filter(|_| !innovation.believes(next(), 300.0, 30_000, REPEATS)).count();
+                assert!((lost as f32) < most * 20_000.0, "{lost} of 20,000 at {mean} +- {deviation}");
+            }
+        }
     }
 
     #[test]
     fn a_quiet_sensor_may_repeat_itself_and_one_that_never_moved_is_not_believed() {
         let mut quiet = Innovation::NEW;
         let codes = |k: i32| [k / 4 % 2, 5 + k / 6 % 2, -3 + k / 5 % 2];
-        assert!((0..500).filter(|k| quiet.believes(codes(*k), 300.0, 30_000)).count() > 460);
+        assert!((0..500).filter(|k| quiet.believes(codes(*k), 300.0, 30_000, REPEATS)).count() > 460);
         let mut dead = Innovation::NEW;
-        assert!((0..500).all(|k| !dead.believes([k % 9, 0, k % 7], 300.0, 30_000)));
+        assert!((0..500).all(|k| !dead.believes([k % 9, 0, k % 7], 300.0, 30_000, REPEATS)));
     }
 }

@@ -3,7 +3,10 @@ use lsm6dsv320x_rs::blocking::register::main::{
     FifoStatusReg, GyFullScale, HgXlDataRate, HgXlFullScale, Int1Ctrl, Reg, Tag, XlFullScale,
 };
 
-use super::{BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync};
+use super::{
+    BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync,
+    st_start::{read_one, reset},
+};
 use crate::sensors::{
     BURST_FRAMES, Burst, InertialData, Lsm6dsv320xRange, PartData, SensorData, StartError, StartStep, TemperatureData,
     st_fifo::{StFifo, WORD},
@@ -115,19 +118,11 @@ impl<B: BusOperation> Part<2> for Lsm6dsv320x<B> {
 
     async fn start(&mut self, step: u8) -> Result<StartStep, StartError<B::Error>> {
         if step == 0 {
-            let mut identity = [0];
-            self.bus.read_from_register(Reg::WhoAmI as u8, &mut identity).await?;
-            if identity != [IDENTITY] {
-                let [found] = identity;
-                return Err(StartError::WrongIdentity { expected: IDENTITY, found });
-            }
-            self.bus.write_to_register(Reg::Ctrl3 as u8, &[Ctrl3::new().with_sw_reset(1).into_bits()]).await?;
+            let sw_reset = Ctrl3::new().with_sw_reset(1).into_bits();
+            reset(&mut self.bus, (Reg::WhoAmI as u8, IDENTITY), (Reg::Ctrl3 as u8, sw_reset)).await?;
             return Ok(StartStep::After(RESET_US));
         }
-        let mut control = [0];
-        self.bus.read_from_register(Reg::Ctrl3 as u8, &mut control).await?;
-        let [control] = control;
-        if Ctrl3::from_bits(control).sw_reset() != 0 {
+        if Ctrl3::from_bits(read_one(&mut self.bus, Reg::Ctrl3 as u8).await?).sw_reset() != 0 {
             return Err(StartError::Busy);
         }
         self.fifo.clear();

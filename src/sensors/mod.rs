@@ -74,6 +74,8 @@ pub mod blocking {
     #[cfg(feature = "rm3100")]
     mod rm3100;
     mod source;
+    #[cfg(any(feature = "ism330dhcx", feature = "lsm6dsv320x", feature = "iis2mdc"))]
+    mod st_start;
     mod supervised;
 
     #[cfg(feature = "bmi088")]
@@ -123,6 +125,8 @@ pub mod asynchronous {
     #[cfg(all(feature = "async", feature = "rm3100"))]
     mod rm3100;
     mod source;
+    #[cfg(all(feature = "async", any(feature = "ism330dhcx", feature = "lsm6dsv320x", feature = "iis2mdc")))]
+    mod st_start;
     mod supervised;
 
     #[cfg(all(feature = "async", feature = "icm42688"))]

@@ -5,7 +5,11 @@ use super::{
     one_window::scenario,
     table::{Cell, Table},
 };
-use crate::{configuration::of_trace, simulate::simulate, through_sensors::play_emulated};
+use crate::{
+    configuration::of_trace,
+    emulate::{Feed, fly_emulated},
+    simulate::simulate,
+};
 
 /// Length of the run, seconds.
 const DURATION_S: f64 = 20.0;
@@ -16,7 +20,8 @@ pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     scenario.duration_s = DURATION_S;
     let (trace, _) = simulate(&scenario, 1);
     let config = of_trace(&trace);
-    let cost = play_emulated(&trace.samples, config.sample_period_us)?.cost;
+    let emulated = fly_emulated(&config, &trace.samples, Feed::ThroughSensors)?;
+    let cost = emulated.sampling.ok_or_else(|| anyhow::anyhow!("the firmware says nothing of its sampling"))?;
     let mut table = Table::new(
         format!(
             "The sampling path of an ISM330DHCX and an RM3100 on the emulated Cortex-M4F, {DURATION_S} s of drilling, instructions"

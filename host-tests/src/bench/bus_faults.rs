@@ -5,7 +5,7 @@ use super::{
     table::{Cell, Table},
 };
 use crate::bus_faults::{
-    Motion, Outcome, RUN_US, Run,
+    Bus, Motion, Outcome, RUN_US, Run,
     kinds::{KINDS, Part},
     run as run_once, sweep,
 };
@@ -16,19 +16,21 @@ use meerkat_mwd::{
 
 /// Of a quick look: every so many transactions.
 const QUICK_STRIDE: usize = 17;
-const PARTS: [(Part, &str); 2] = [(Part::Ism330dhcx, "ISM330DHCX"), (Part::Rm3100, "RM3100")];
+const PARTS: [(Part, [&str; 2]); 2] =
+    [(Part::Ism330dhcx, ["ISM330DHCX, SPI", "ISM330DHCX, I2C"]), (Part::Rm3100, ["RM3100, SPI", "RM3100, I2C"])];
 
 pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let stride = if effort == Effort::Full { 1 } else { QUICK_STRIDE };
     let motion = Motion::new(RUN_US, 1);
-    let clean = run_once(&motion, None);
-    let outcomes: Vec<(&str, &str, Outcome)> = PARTS
-        .iter()
-        .flat_map(|(part, name)| {
-            KINDS.iter().map(|kind| (*name, kind.name, sweep(&motion, &clean, *part, kind, stride)))
-        })
-        .collect();
-    Ok(vec![faults(&outcomes, stride), payloads(&outcomes), traffic(&clean)])
+    let clean = [Bus::Spi, Bus::I2c].map(|bus| run_once(&motion, bus, None));
+    let mut outcomes: Vec<(&str, &str, Outcome)> = Vec::new();
+    for (part, names) in PARTS {
+        for (clean, name) in clean.iter().zip(names) {
+            outcomes.extend(KINDS.iter().map(|kind| (name, kind.name, sweep(&motion, clean, part, kind, stride))));
+        }
+    }
+    let [on_spi, _] = &clean;
+    Ok(vec![faults(&outcomes, stride), payloads(&outcomes), traffic(on_spi)])
 }
 
 fn milliseconds(us: u64) -> Cell {
@@ -103,7 +105,7 @@ fn traffic(clean: &Run) -> Table {
     let samples = clean.samples.len() as f64;
     let clocks = [ism330dhcx::SPI_CLOCK_HZ, rm3100::SPI_CLOCK_HZ];
     let mut total_us = 0.0;
-    for (((_, name), clock), (transactions, bytes)) in
+    for (((_, [name, _]), clock), (transactions, bytes)) in
         PARTS.iter().zip(clocks).zip(clean.transactions.iter().zip(clean.bytes))
     {
         let us = bytes as f64 * 8e6 / f64::from(clock) / samples;

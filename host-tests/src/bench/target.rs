@@ -5,7 +5,11 @@ use super::{
     one_window::scenario,
     table::{Cell, Table},
 };
-use crate::{configuration::of_trace, emulate::fly_emulated, simulate::simulate};
+use crate::{
+    configuration::of_trace,
+    emulate::{Feed, fly_emulated},
+    simulate::simulate,
+};
 
 /// Length of the run, seconds: one window, its latency and some more.
 const DURATION_S: f64 = 60.0;
@@ -41,7 +45,7 @@ fn measure(name: &str) -> anyhow::Result<[f64; NAMES.len()]> {
     let mut scenario = scenario(name)?;
     scenario.duration_s = DURATION_S;
     let (trace, _) = simulate(&scenario, 1);
-    let emulated = fly_emulated(&of_trace(&trace), &trace.samples)?;
+    let emulated = fly_emulated(&of_trace(&trace), &trace.samples, Feed::Direct)?;
     let identification = emulated.poll_instructions.iter().max().copied().unwrap_or(0);
     let summary = &emulated.summary;
     let counts = [

@@ -43,9 +43,12 @@ const TOLERANCE: [f32; 3] = [0.012, 0.065, 0.15];
 /// One or two readings that are flagged alone, long after the fault, are a false alarm, as sound runs have them too.
 const ALONE_AFTER_US: u64 = 100_000;
 
-/// Judges a run with a fault that is over at `over_us`.
+/// Samples of two runs within this are of the same conversion, microseconds.
+const SAME_US: u64 = 2_400;
+
+/// Judges a run with a fault that is over at `over_us`. `alarms`: when readings are flagged without any fault, which is then not its doing.
 #[must_use]
-pub fn judge(motion: &Motion, run: &Run, over_us: u64) -> Judgement {
+pub fn judge(motion: &Motion, run: &Run, over_us: u64, alarms: &[u64]) -> Judgement {
     let mut judgement = Judgement::default();
     let (mut last_us, mut field_us) = (None::<u64>, None::<u64>);
     let mut flagged_in_a_row = 0;
@@ -70,6 +73,8 @@ pub fn judge(motion: &Motion, run: &Run, over_us: u64) -> Judgement {
         if flagged {
             judgement.flagged.push(sample.t_us);
         }
+        let alarm = alarms.iter().any(|t_us| t_us.abs_diff(sample.t_us) < SAME_US);
+        let flagged = flagged && !alarm;
         flagged_in_a_row = if flagged { flagged_in_a_row + 1 } else { 0 };
         bad |= flagged && (flagged_in_a_row > 2 || sample.t_us < over_us + ALONE_AFTER_US);
         bad |= field_us.is_some_and(|last| sample.t_us.saturating_sub(last) > FIELD_GAP_US);

@@ -10,5 +10,5 @@ mod sweep;
 pub use judgement::{Judgement, Sensor, judge};
 pub use kinds::{Case, Fault, Kind};
 pub use motion::Motion;
-pub use run::{Run, run};
+pub use run::{Bus, Run, run};
 pub use sweep::{Outcome, RUN_US, STRIKES_UNTIL_US, sweep};

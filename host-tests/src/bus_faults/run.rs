@@ -6,16 +6,28 @@ use super::{
 };
 use meerkat_mwd::{
     Sample,
-    sensor_models::{Conversions, ModelledPair, ModelledParts, Periods, Schedule},
-    sensors::{Condition, Counters, Trigger},
+    sensor_models::{Conversions, InjectedError, ModelledPair, ModelledParts, PartError, Periods, Schedule},
+    sensors::{Condition, Counters, Trigger, blocking},
 };
 
 /// Depth of the FIFO: some more than a burst.
 pub const WORDS: usize = 64;
 
+/// How the parts are connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Bus {
+    /// Four wires.
+    #[default]
+    Spi,
+    /// Two.
+    I2c,
+}
+
 /// What came of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
+    /// How the parts were connected.
+    pub bus: Bus,
     /// The samples, and when they came out, microseconds.
     pub samples: Vec<(u64, Sample)>,
     /// Counters at the end, gyro and magnetometer.
@@ -34,7 +46,7 @@ pub struct Run {
 
 /// Plays a motion through the models, with a fault or none.
 #[must_use]
-pub fn run(motion: &Motion, case: Option<&Case>) -> Run {
+pub fn run(motion: &Motion, bus: Bus, case: Option<&Case>) -> Run {
     let parts = ModelledParts::<WORDS>::new(Conversions::AtItsRate);
     if let Some(case) = case {
         if let Some(injection) = case.part_injection() {
@@ -48,7 +60,22 @@ pub fn run(motion: &Motion, case: Option<&Case>) -> Run {
             wire.set(Schedule::of(injection));
         }
     }
-    let mut pair = ModelledPair::new(&parts, Periods::default(), 1, Trigger::Polled);
+    let (periods, trigger) = (Periods::default(), Trigger::Polled);
+    let run = match bus {
+        Bus::Spi => run_pair(motion, case, &parts, ModelledPair::new(&parts, periods, 1, trigger)),
+        Bus::I2c => run_pair(motion, case, &parts, ModelledPair::new_i2c(&parts, periods, 1, trigger)),
+    };
+    Run { bus, ..run }
+}
+
+type BusError = InjectedError<PartError>;
+
+fn run_pair<I: blocking::Part<2, Error = BusError>, M: blocking::Part<1, Error = BusError>>(
+    motion: &Motion,
+    case: Option<&Case>,
+    parts: &ModelledParts<WORDS>,
+    mut pair: ModelledPair<'_, WORDS, I, M>,
+) -> Run {
     let mut run = Run::default();
     let mut before = pair.counters();
     for truth in &motion.seen {

@@ -38,7 +38,7 @@ pub struct Outcome {
     pub worst: Option<Case>,
 }
 
-/// Runs a kind of fault at every `stride`-th transaction with a part in the first two seconds.
+/// Runs a kind of fault at every `stride`-th transaction with a part in the first two seconds, on the bus of the run without a fault.
 #[must_use]
 pub fn sweep(motion: &Motion, clean: &Run, part: Part, kind: &Kind, stride: usize) -> Outcome {
     let transactions = clean.transactions[usize::from(part == Part::Rm3100)];
@@ -46,15 +46,18 @@ pub fn sweep(motion: &Motion, clean: &Run, part: Part, kind: &Kind, stride: usiz
     let cases: Vec<Case> =
         all.into_iter().filter(|case| (case.at_transaction as usize).is_multiple_of(stride)).collect();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let flown = attitude::fly(motion, &clean.samples);
+    let sound = Sound {
+        motion,
+        clean,
+        flown: attitude::fly(motion, &clean.samples),
+        alarms: judge(motion, clean, 0, &[]).flagged,
+    };
     let parts: Vec<Outcome> = std::thread::scope(|scope| {
-        let flown = &flown;
+        let sound = &sound;
         let workers: Vec<_> = (0..threads)
             .map(|worker| {
                 let cases = cases.iter().skip(worker).step_by(threads);
-                scope.spawn(move || {
-                    cases.fold(Outcome::default(), |outcome, case| outcome.with(motion, clean, flown, case))
-                })
+                scope.spawn(move || cases.fold(Outcome::default(), |outcome, case| outcome.with(sound, case)))
             })
             .collect();
         workers.into_iter().filter_map(|worker| worker.join().ok()).collect()
@@ -70,9 +73,18 @@ const NOTICED_WITHIN_US: u64 = 100_000;
 /// Length of a run: the rest is for the slowest recovery.
 pub const RUN_US: u64 = 2_800_000;
 
+/// What is without a fault.
+struct Sound<'a> {
+    motion: &'a Motion,
+    clean: &'a Run,
+    flown: attitude::Flown,
+    alarms: Vec<u64>,
+}
+
 impl Outcome {
-    fn with(mut self, motion: &Motion, clean: &Run, flown: &attitude::Flown, case: &Case) -> Self {
-        let run = run(motion, Some(case));
+    fn with(mut self, sound: &Sound<'_>, case: &Case) -> Self {
+        let Sound { motion, clean, alarms, .. } = sound;
+        let run = run(motion, clean.bus, Some(case));
         let Some(struck_us) = run.struck_us.filter(|struck_us| *struck_us <= STRIKES_UNTIL_US) else { return self };
         self.runs += 1;
         if run.samples == clean.samples {
@@ -80,7 +92,7 @@ impl Outcome {
             return self;
         }
         let over_us = struck_us + case.lasting_us;
-        let judgement = judge(motion, &run, over_us);
+        let judgement = judge(motion, &run, over_us, alarms);
         // Later it is a false alarm.
         match run.noticed_us.filter(|noticed_us| *noticed_us < over_us + NOTICED_WITHIN_US) {
             Some(noticed_us) => self.detection_us = self.detection_us.max(noticed_us - struck_us),
@@ -93,24 +105,16 @@ impl Outcome {
             Some(_) => {}
             None => self.not_recovered += 1,
         }
-        self.weigh_wrong(motion, &run, clean, &judgement, case, flown);
+        self.weigh_wrong(sound, &run, &judgement, case);
         self
     }
 
-    fn weigh_wrong(
-        &mut self,
-        motion: &Motion,
-        run: &Run,
-        clean: &Run,
-        judgement: &Judgement,
-        case: &Case,
-        flown: &attitude::Flown,
-    ) {
+    fn weigh_wrong(&mut self, sound: &Sound<'_>, run: &Run, judgement: &Judgement, case: &Case) {
         let on_the_wire = matches!(case.fault, Fault::Wire(BusFault::BitFlip { .. } | BusFault::ShortRead { .. }));
-        if on_the_wire && let Some(believed) = one_payload(run, clean) {
+        if on_the_wire && let Some(believed) = one_payload(run, sound.clean) {
             if believed {
                 self.spoilt_payloads += 1;
-                let effect_deg = attitude::difference_deg(&attitude::fly(motion, &run.samples), flown);
+                let effect_deg = attitude::difference_deg(&attitude::fly(sound.motion, &run.samples), &sound.flown);
                 if effect_deg > self.attitude_deg {
                     (self.attitude_deg, self.worst) = (effect_deg, Some(*case));
                 }

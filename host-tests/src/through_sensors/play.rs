@@ -2,8 +2,8 @@
 
 use meerkat_mwd::{
     Sample, SampleFlags,
-    sensor_models::{Conversions, ModelledPair, ModelledParts, Periods},
-    sensors::{Counters, Trigger},
+    sensor_models::{Conversions, ModelledParts, PlayedCounts, Recording, RecordingPlayer},
+    sensors::Counters,
 };
 
 /// Depth of the FIFO that is modelled; with a watermark of one frame two words are in it.
@@ -11,7 +11,7 @@ pub const WORDS: usize = 16;
 /// The parts are switched on so long before the recording, so that they have settled when it begins; their time is that much later.
 pub const WARM_UP_US: u64 = 1_000_000;
 /// Samples for the parts to settle.
-const WARM_UP_SAMPLES: u64 = 48;
+const WARM_UP_SAMPLES: u32 = 48;
 /// What a part at rest shows in any case, so that its adapter can see that it lives: some codes either way.
 const DITHER: [f32; 3] = [0.005, 0.02, 0.1];
 
@@ -20,10 +20,8 @@ const DITHER: [f32; 3] = [0.005, 0.02, 0.1];
 pub struct Played {
     /// One per sample of the recording, at its time; what did not come through is flagged missing.
     pub samples: Vec<Sample>,
-    /// Largest difference between the adapters' stamps and the recording's times, microseconds.
-    pub stamp_error_us: u64,
-    /// Samples that did not come through.
-    pub lost: usize,
+    /// How many came through, and how they were stamped.
+    pub counts: PlayedCounts,
     /// Readings that were there in the recording and are flagged missing now: gyro, accelerometer, magnetometer.
     pub flagged: [usize; 3],
     /// What the adapters counted: gyro and accelerometer, magnetometer.
@@ -35,7 +33,7 @@ pub struct Played {
 pub fn truth(samples: &[Sample], period_us: u32) -> impl Iterator<Item = Sample> + '_ {
     let first = samples.first().copied().unwrap_or_default();
     let settle = (0..WARM_UP_SAMPLES).map(move |k| {
-        let t_us = first.t_us + WARM_UP_US - (WARM_UP_SAMPLES - k) * u64::from(period_us);
+        let t_us = first.t_us + WARM_UP_US - u64::from(WARM_UP_SAMPLES - k) * u64::from(period_us);
         let side = if k % 2 == 0 { 1.0 } else { -1.0 };
         let dithered = |v: [f32; 3], by: f32| v.map(|x| x + side * by);
         Sample {
@@ -49,17 +47,22 @@ pub fn truth(samples: &[Sample], period_us: u32) -> impl Iterator<Item = Sample>
     settle.chain(samples.iter().map(|sample| Sample { t_us: sample.t_us + WARM_UP_US, ..*sample }))
 }
 
-/// Periods of the parts for a recording: each sample is a conversion of the gyro and the accelerometer, each sample with a field one of the
+/// How a recording is played: each sample is a conversion of the gyro and the accelerometer, each sample with a field one of the
 /// magnetometer.
 #[must_use]
-pub fn periods(samples: &[Sample], period_us: u32) -> Periods {
+pub fn recording(samples: &[Sample], period_us: u32) -> Recording {
     let fields: Vec<u64> =
         samples.iter().filter(|s| !s.flags.contains(SampleFlags::MAG_MISSING)).map(|s| s.t_us).collect();
     let mut steps: Vec<u64> = fields.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable();
     // A recorder's magnetometer may come unevenly: what is soon after the last is not too early.
     let magnetic = steps.get(steps.len() / 10).and_then(|step| u32::try_from(*step).ok());
-    Periods { inertial_us: Some(period_us), magnetic_us: magnetic.or(Some(period_us)) }
+    Recording {
+        inertial_us: period_us,
+        magnetic_us: magnetic.unwrap_or(period_us),
+        settling: WARM_UP_SAMPLES,
+        later_us: WARM_UP_US,
+    }
 }
 
 /// The recording with each magnetometer reading once: many recorders hold one over several samples, which a part that is read when it has
@@ -82,43 +85,19 @@ pub fn each_field_once(samples: &[Sample]) -> Vec<Sample> {
 #[must_use]
 pub fn play(samples: &[Sample], period_us: u32) -> Played {
     let parts = ModelledParts::<WORDS>::new(Conversions::WithEverySample);
-    let mut pair = ModelledPair::new(&parts, periods(samples, period_us), 1, Trigger::Interrupt);
-    let mut out = heapless::Vec::<Sample, 16>::new();
-    let mut through = Vec::with_capacity(samples.len());
-    for truth in truth(samples, period_us) {
-        out.clear();
-        pair.play(&truth, &mut out);
-        through.extend(out.iter().copied());
-    }
-    on_recorded_times(samples, &through, period_us, pair.counters())
-}
-
-/// Samples that have come through, each at the time of the recorded one that it is nearest to.
-#[must_use]
-pub fn on_recorded_times(recorded: &[Sample], through: &[Sample], period_us: u32, counters: [Counters; 2]) -> Played {
-    let missing = SampleFlags::GYRO_MISSING
-        | SampleFlags::ACCEL_MISSING
-        | SampleFlags::MAG_MISSING
-        | SampleFlags::TEMPERATURE_MISSING;
-    let mut played =
-        Played { samples: Vec::with_capacity(recorded.len()), stamp_error_us: 0, lost: 0, flagged: [0; 3], counters };
-    let half_us = u64::from(period_us / 2);
-    let mut through = through.iter().peekable();
-    for sample in recorded {
-        let t_us = sample.t_us + WARM_UP_US;
-        while through.next_if(|came| came.t_us + half_us < t_us).is_some() {}
-        let came = through.next_if(|came| came.t_us <= t_us + half_us);
-        let Some(came) = came else {
-            played.lost += 1;
-            played.samples.push(Sample { t_us: sample.t_us, flags: missing, ..Sample::default() });
-            continue;
-        };
-        played.stamp_error_us = played.stamp_error_us.max(came.t_us.abs_diff(t_us));
-        let sensors = [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
-        for (flagged, sensor) in played.flagged.iter_mut().zip(sensors) {
-            *flagged += usize::from(came.flags.contains(sensor) && !sample.flags.contains(sensor));
+    let mut player = RecordingPlayer::new(&parts, recording(samples, period_us));
+    let through = |truth| {
+        player.pass_to(&truth);
+        player.service()
+    };
+    let mut through: Vec<Sample> = truth(samples, period_us).filter_map(through).collect();
+    through.extend(std::iter::from_fn(|| player.finish()));
+    let mut flagged = [0; 3];
+    let sensors = [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
+    for (recorded, came) in samples.iter().zip(&through) {
+        for (flagged, sensor) in flagged.iter_mut().zip(sensors) {
+            *flagged += usize::from(came.flags.contains(sensor) && !recorded.flags.contains(sensor));
         }
-        played.samples.push(Sample { t_us: sample.t_us, ..*came });
     }
-    played
+    Played { samples: through, counts: player.counts(), flagged, counters: player.counters() }
 }

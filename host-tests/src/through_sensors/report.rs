@@ -14,9 +14,9 @@ pub fn report(out: &mut impl Write, config: &Config, recorded: &[Sample], played
     writeln!(
         out,
         "sensors  {} of {} samples came through register models and adapters (ISM330DHCX, RM3100), stamped within {} us",
-        recorded.len() - played.lost,
-        recorded.len(),
-        played.stamp_error_us
+        played.counts.samples - played.counts.lost,
+        played.counts.samples,
+        played.counts.stamp_error_us
     )?;
     let [gyro, accel, mag] = played.flagged;
     writeln!(

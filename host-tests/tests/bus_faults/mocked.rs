@@ -1,64 +1,183 @@
 //! The same faults from a bus that someone else wrote: `embedded-hal-mock`, which also checks every byte that the driver sends.
+//!
+//! What the driver and a register model say to each other, with an error at one transaction, becomes what the mock expects and answers; on the
+//! mock the driver then has to do the same. Only the mock's I2C bus can fail.
 
-use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
+use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
-use heapless::Vec;
-use meerkat_mwd::sensors::{
-    Condition, MagneticReading, Mounting, ReadError, Rm3100Settings, StartError, Trigger,
-    blocking::{MagneticSource, Rm3100, Supervised},
+use meerkat_mwd::{
+    Sample,
+    sensor_models::{
+        BusFault, Conversions, FaultyBus, Injection, Ism330dhcx as Ism330dhcxModel, OnI2c, Rm3100 as Rm3100Model,
+        Schedule, ism330dhcx, rm3100,
+    },
+    sensors::{
+        Condition, Counters, InertialReading, MagneticReading, Mounting, ReadError, Rm3100Settings, StartError,
+        Trigger,
+        blocking::{InertialSource, Ism330dhcx, MagneticSource, Rm3100, Supervised},
+    },
 };
+use mwd::bus_faults::Motion;
+use std::cell::{Cell, RefCell};
 
-const AT: u8 = 0x20;
+/// Long enough for both to start, settle, fail and come back, microseconds.
+const RUN_US: u64 = 160_000;
+/// Transactions at which the bus fails: all of the start, and some tens of readings.
+const TRANSACTIONS: u32 = 80;
 
-/// The start of an RM3100 as its manual wants it: revision, idle, cycle counts, rate, and continuous mode last.
-fn start() -> std::vec::Vec<Transaction> {
-    let grouped = |bytes: &[u8]| {
-        let [first, rest @ ..] = bytes else { panic!("nothing to write") };
-        vec![
-            Transaction::transaction_start(AT),
-            Transaction::write(AT, vec![*first]),
-            Transaction::write(AT, rest.to_vec()),
-            Transaction::transaction_end(AT),
-        ]
-    };
-    let read = |register: u8, bytes: &[u8]| vec![Transaction::write_read(AT, vec![register], bytes.to_vec())];
-    [
-        read(0x36, &[0x22]),
-        grouped(&[0x01, 0]),
-        grouped(&[0x04, 0, 200, 0, 200, 0, 200]),
-        read(0x04, &[0, 200, 0, 200, 0, 200]),
-        grouped(&[0x0B, 0x94]),
-        read(0x0B, &[0x94]),
-        grouped(&[0x01, 0x79]),
-    ]
-    .concat()
+/// One transaction: what was written, what was read, and the error if there was one.
+#[derive(Clone, Debug, PartialEq)]
+struct Said {
+    written: Vec<u8>,
+    read: Vec<u8>,
+    error: Option<ErrorKind>,
 }
 
-fn source(i2c: &Mock) -> Supervised<Rm3100<meerkat_mwd::sensors::blocking::I2cRegisters<Mock>>, 1> {
-    let part = Rm3100::new_i2c(i2c.clone(), AT, Rm3100Settings::default());
-    Supervised::new(part, Mounting::ALIGNED, Trigger::Polled)
+/// Notes what a bus is asked and answers.
+struct Noted<'a, B> {
+    bus: B,
+    said: &'a RefCell<Vec<Said>>,
+}
+
+impl<B: ErrorType> ErrorType for Noted<'_, B> {
+    type Error = B::Error;
+}
+
+impl<B: I2c> I2c for Noted<'_, B> {
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), B::Error> {
+        let result = self.bus.transaction(address, operations);
+        let (mut written, mut read) = (Vec::new(), Vec::new());
+        for operation in operations {
+            match operation {
+                Operation::Write(bytes) => written.extend_from_slice(bytes),
+                Operation::Read(bytes) => read.extend_from_slice(bytes),
+            }
+        }
+        let error = result.as_ref().err().map(Error::kind);
+        self.said.borrow_mut().push(Said { written, read, error });
+        result
+    }
+}
+
+/// Writes in a row are one message, which is how the mock wants them to let it fail.
+struct OneMessage(Mock);
+
+impl ErrorType for OneMessage {
+    type Error = ErrorKind;
+}
+
+impl I2c for OneMessage {
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), ErrorKind> {
+        let mut written = Vec::new();
+        for operation in operations {
+            match operation {
+                Operation::Write(bytes) => written.extend_from_slice(bytes),
+                Operation::Read(bytes) => return self.0.write_read(address, &written, bytes),
+            }
+        }
+        self.0.write(address, &written)
+    }
+}
+
+fn expectations(address: u8, said: &[Said]) -> Vec<Transaction> {
+    said.iter()
+        .map(|said| {
+            let transaction = match said.read.is_empty() {
+                true => Transaction::write(address, said.written.clone()),
+                false => Transaction::write_read(address, said.written.clone(), said.read.clone()),
+            };
+            said.error.map_or(transaction.clone(), |error| transaction.with_error(error))
+        })
+        .collect()
+}
+
+/// What a source made of it: its readings, how it was at each call, and what it counted.
+type Told<R> = (Vec<R>, Vec<Option<Condition>>, Counters);
+
+fn inertial<B: I2c>(bus: B, mut pass: impl FnMut(u64)) -> Told<InertialReading> {
+    let part = Ism330dhcx::new_i2c(bus, ism330dhcx::I2C_ADDRESS, 1);
+    let mut source = Supervised::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let (mut readings, mut conditions) = (Vec::new(), Vec::new());
+    for now_us in (0..RUN_US).step_by(1_000) {
+        pass(now_us);
+        let mut out = heapless::Vec::<InertialReading, 16>::new();
+        conditions.push(source.read(now_us, &mut out).ok());
+        readings.extend(out);
+    }
+    (readings, conditions, *source.counters())
+}
+
+fn magnetic<B: I2c>(bus: B, mut pass: impl FnMut(u64)) -> Told<MagneticReading> {
+    let part = Rm3100::new_i2c(bus, rm3100::I2C_ADDRESS, Rm3100Settings::default());
+    let mut source = Supervised::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let (mut readings, mut conditions) = (Vec::new(), Vec::new());
+    for now_us in (0..RUN_US).step_by(1_000) {
+        pass(now_us);
+        let mut out = heapless::Vec::<MagneticReading, 16>::new();
+        conditions.push(source.read(now_us, &mut out).ok());
+        readings.extend(out);
+    }
+    (readings, conditions, *source.counters())
+}
+
+/// Plays a model with an error at a transaction, then the mock with what was said; both have to come out the same.
+macro_rules! at_every_transaction {
+    ($model:expr, $address:expr, $source:ident, $least:expr) => {{
+        let motion = Motion::new(RUN_US, 5);
+        for fault in [BusFault::Nack, BusFault::ArbitrationLoss, BusFault::Locked] {
+            for at_transaction in 0..TRANSACTIONS {
+                let (model, now) = (RefCell::new($model), Cell::new(0));
+                let wire = Cell::new(Schedule::of(Injection { fault, at_transaction, lasting_us: 0 }));
+                let said = RefCell::new(Vec::new());
+                let bus = FaultyBus::new(OnI2c::new(&model, &now, $address), &now, &wire);
+                let truth: fn(&Motion, u64) -> Sample = |motion, now_us| motion.seen[(now_us / 1_000) as usize];
+                let played = $source(Noted { bus, said: &said }, |now_us| {
+                    now.set(now_us);
+                    model.borrow_mut().play(&truth(&motion, now_us));
+                });
+                let said = said.into_inner();
+                assert_eq!(said.iter().filter(|said| said.error.is_some()).count(), 1);
+                let mut mock = Mock::new(&expectations($address, &said));
+                let mocked = $source(OneMessage(mock.clone()), |_| {});
+                mock.done();
+                assert_eq!(mocked, played, "{fault:?} at {at_transaction}");
+                let (readings, conditions, counters) = mocked;
+                assert_eq!(counters.bus_errors, 1, "{fault:?} at {at_transaction}");
+                assert_eq!(conditions.last(), Some(&Some(Condition::Running)));
+                assert!(readings.len() >= $least, "{fault:?} at {at_transaction}: {}", readings.len());
+            }
+        }
+    }};
+}
+
+#[test]
+fn the_mock_fails_each_transaction_with_the_gyro_and_accelerometer_and_it_comes_back() {
+    at_every_transaction!(Ism330dhcxModel::<32>::new(Conversions::AtItsRate), ism330dhcx::I2C_ADDRESS, inertial, 10);
+}
+
+#[test]
+fn the_mock_fails_each_transaction_with_the_magnetometer_and_it_comes_back() {
+    at_every_transaction!(Rm3100Model::new(Conversions::AtItsRate), rm3100::I2C_ADDRESS, magnetic, 15);
 }
 
 #[test]
 fn a_start_that_is_not_acknowledged_is_tried_again_after_a_pause() {
-    for kind in [ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address), ErrorKind::ArbitrationLoss, ErrorKind::Bus] {
-        let failed = vec![Transaction::write_read(AT, vec![0x36], vec![0]).with_error(kind)];
-        let mut i2c = Mock::new(&[failed, start()].concat());
-        let mut source = source(&i2c);
-        let mut out = Vec::<MagneticReading, 8>::new();
-        assert_eq!(source.read(1_000, &mut out), Err(ReadError::Start(StartError::Bus(kind))));
-        assert_eq!(source.read(10_999, &mut out), Ok(Condition::Pausing), "the bus is left alone");
-        assert_eq!(source.read(11_000, &mut out), Ok(Condition::Starting));
-        assert_eq!(source.counters().bus_errors, 1);
-        i2c.done();
-    }
+    let kind = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
+    let mut i2c = Mock::new(&[Transaction::write_read(rm3100::I2C_ADDRESS, vec![0x36], vec![0]).with_error(kind)]);
+    let part = Rm3100::new_i2c(i2c.clone(), rm3100::I2C_ADDRESS, Rm3100Settings::default());
+    let mut source = Supervised::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let mut out = heapless::Vec::<MagneticReading, 8>::new();
+    assert_eq!(source.read(1_000, &mut out), Err(ReadError::Start(StartError::Bus(kind))));
+    assert_eq!(source.read(10_999, &mut out), Ok(Condition::Pausing), "the bus is left alone");
+    i2c.done();
 }
 
 #[test]
 fn another_part_at_the_address_is_not_written_to() {
-    let mut i2c = Mock::new(&[Transaction::write_read(AT, vec![0x36], vec![0x33])]);
-    let mut source = source(&i2c);
-    let mut out = Vec::<MagneticReading, 8>::new();
+    let mut i2c = Mock::new(&[Transaction::write_read(rm3100::I2C_ADDRESS, vec![0x36], vec![0x33])]);
+    let part = Rm3100::new_i2c(i2c.clone(), rm3100::I2C_ADDRESS, Rm3100Settings::default());
+    let mut source = Supervised::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let mut out = heapless::Vec::<MagneticReading, 8>::new();
     let wrong = StartError::WrongIdentity { expected: 0x22, found: 0x33 };
     assert_eq!(source.read(0, &mut out), Err(ReadError::Start(wrong)));
     assert_eq!(source.counters().wrong_identity, 1);

@@ -1,14 +1,17 @@
 //! The emulated STM32F405 without a clock: `trace.bin` of the emulator's working directory in, `flight.bin` out, both through
 //! semihosting, as fast as it goes and every call's instructions counted.
 //!
-//! In: postcard's encoding of a `Config`, then of one `Sample` after another to the end of the file. Out: `Record`s.
+//! In: postcard's encoding of a `Config`, of an `Option<Recording>`, then of one `Sample` after another to the end of the file. Out: `Record`s.
+//! With a `Recording` the samples are the truth of register models of the sensors, and what flies is what the adapters read from these.
 
 mod fault;
 mod instruction_counter;
 mod record_writer;
+mod sensors;
 mod trace_reader;
 
 use crate::stack;
+use core::mem::MaybeUninit;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use fault::Fault;
 use instruction_counter::{InstructionCounter, Tally};
@@ -21,6 +24,7 @@ use meerkat_mwd::{
 };
 use record_writer::RecordWriter;
 use semihosting::{eprintln, process};
+use sensors::Sensors;
 use trace_reader::TraceReader;
 
 #[entry]
@@ -29,8 +33,10 @@ fn main() -> ! {
     static mut PROBE: Probe = Probe::new();
     static mut INPUT: [u8; trace_reader::CAPACITY] = [0; trace_reader::CAPACITY];
     static mut OUTPUT: [u8; record_writer::CAPACITY] = [0; record_writer::CAPACITY];
+    static mut PARTS: sensors::Parts = MaybeUninit::uninit();
+    static mut PLAYER: sensors::Player = MaybeUninit::uninit();
 
-    match fly(PROBE, INPUT, OUTPUT) {
+    match fly(PROBE, INPUT, OUTPUT, (PARTS, PLAYER)) {
         Ok(()) => process::exit(0),
         Err(fault) => {
             eprintln!("probe: {fault}");
@@ -43,6 +49,7 @@ fn fly(
     probe: &mut Probe,
     input: &'static mut [u8; trace_reader::CAPACITY],
     output: &'static mut [u8; record_writer::CAPACITY],
+    (parts, player): (&'static mut sensors::Parts, &'static mut sensors::Player),
 ) -> Result<(), Fault> {
     let peripherals = cortex_m::Peripherals::take().ok_or(Fault::InstructionCounter)?;
     stack::guard(&peripherals.MPU);
@@ -51,11 +58,13 @@ fn fly(
     let mut flight = RecordWriter::create(c"flight.bin", output)?;
 
     configure(probe, &mut trace)?;
+    let recording = trace.next()?.ok_or(Fault::TraceMalformed)?;
+    let mut sensors = Sensors::new(recording, parts, player);
 
     let mut push = Tally::default();
     let mut poll = Tally::default();
     let mut poll_before_window = Tally::default();
-    while let Some(sample) = trace.next::<Sample>()? {
+    while let Some(sample) = sensors.next(&mut trace, &counter)? {
         let (output, ticks) = counter.measure(|| push_sample(probe, &sample));
         push.add(ticks);
         if let Some(output) = output {
@@ -81,6 +90,7 @@ fn fly(
         write_hard_iron(&mut flight, interval)?;
     }
     write_end(probe, &mut flight, &counter, (&push, &poll))?;
+    sensors.print(&counter);
     flight.close()
 }
 

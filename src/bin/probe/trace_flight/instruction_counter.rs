@@ -113,6 +113,11 @@ fn delay_ticks(counter: &InstructionCounter, instructions: u64) -> u64 {
     counter.measure(|| asm::delay((instructions / 2) as u32)).1
 }
 
+/// The timer's ticks, counting up, of its 24 bits.
+pub fn ticks() -> u32 {
+    RELOAD - SYST::get_current()
+}
+
 /// Ticks since the start. Never inlined: every reading then costs the same.
 #[inline(never)]
 fn now() -> u64 {
