@@ -284,7 +284,7 @@ fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
     match command {
         None => main_job::run(),
         Some(Command::Replay(args)) => replay::run(&args),
-        Some(Command::Emulate(args)) if args.model.is_some() => {
+        Some(Command::Emulate(args)) if args.replay.model.is_some() => {
             Err(Failure::BadInput("--model: the emulated chip starts with the factory's model".to_owned()).into())
         }
         Some(Command::Emulate(args)) => emulate::run(&args),

@@ -16,7 +16,7 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 const MACHINES: [&str; 2] = ["olimex-stm32-h405", "netduinoplus2"];
 /// Limits of what the compiler inlines and unrolls, as in `.cargo/config.toml`: four fifths of the flash, a tenth more instructions.
 pub const RUSTFLAGS: [&str; 3] =
-    ["-Cllvm-args=-inline-threshold=5", "-Cllvm-args=-inlinehint-threshold=50", "-Cllvm-args=-unroll-threshold=40"];
+    ["-Cllvm-args=-inline-threshold=0", "-Cllvm-args=-inlinehint-threshold=50", "-Cllvm-args=-unroll-threshold=20"];
 const QEMU: &str = "qemu-system-arm";
 /// Debian's own compiler with the source of the core library, for when the server of rustup's targets cannot be reached.
 const DEBIAN_RUST: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];

@@ -12,10 +12,12 @@ use mwd::{
     configuration::of_trace,
     diagnose::diagnosed,
     flight::fly,
-    simulate::{Effects, Random, Scenario, Temperature, simulate},
+    simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };
 use nalgebra::Vector3;
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
 use tempfile::TempDir;
 
 const TRACES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/traces");
@@ -144,8 +146,10 @@ fn a_magnetometer_that_leads_is_a_gyro_that_lags() {
 #[test]
 fn a_drift_that_shows_in_two_windows_is_named() {
     for seed in 0..4 {
-        let mut random = Random::new(seed ^ 0xd1);
-        let slope = random.direction().map(|x| x * random.between(0.03, 0.05));
+        let mut random = Xoshiro128PlusPlus::seed_from_u64(seed ^ 0xd1);
+        let mut deviate = || f64::from(random.next_u32()) / f64::from(u32::MAX / 2) - 1.0;
+        let direction = Vector3::from_fn(|_, _| deviate()).normalize();
+        let slope = (direction * (0.04 + 0.01 * deviate())).into();
         let effects = Effects { gyro_bias_temperature_deg_s_c: slope, ..Effects::default() };
         let mut warming = Scenario { duration_s: 120.0, effects, ..Scenario::default() };
         warming.temperature = Some(Temperature { start_c: 40.0, end_c: Some(80.0), ..Temperature::default() });
