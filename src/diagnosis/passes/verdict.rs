@@ -78,15 +78,19 @@ impl Diagnosis {
         }
     }
 
-    /// Whether enough of a gyro's effect is seen. What is not seen of it the bias and P hold, and would be wrong by it beside the rest; and
-    /// where a step of the bias leaves a residual, something else may have changed with it, such as P.
+    /// Whether an effect can be taken out by itself. What is not seen of a gyro's effect the bias and P hold, and would be wrong by it beside the
+    /// rest; where a step of the bias leaves a residual, something else may have changed with it, such as P; and an unknown effect in the
+    /// field bends P, which gravity then shows like an error of the accelerometer.
     fn is_whole(&self, subject: &Subject, chosen: &Chosen) -> bool {
         let index = usize::from(chosen.index);
         if Self::is_bias_step(subject, index) {
             return !self.is_unexplained();
         }
-        let of_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
-        !of_gyro || chosen.stands_out()
+        match subject.library.get(index).map(|effect| effect.sensor()) {
+            Some(Sensor::Gyro) => chosen.stands_out(),
+            Some(Sensor::Accelerometer) => !self.is_unexplained(),
+            _ => true,
+        }
     }
 
     /// The raw bias of the solution less that of the model that flew.
