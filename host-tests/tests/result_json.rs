@@ -36,6 +36,11 @@ fn report(start_s: u64, decision: Decision, fitted: GyroModel, flown: GyroModel)
     }
 }
 
+/// A number of single precision, whichever way JSON keeps it.
+fn single(value: &Value) -> f32 {
+    value.as_f64().unwrap() as f32
+}
+
 fn result(reports: Vec<WindowReport>) -> Value {
     let flight = Flight { reports, ..Flight::default() };
     let (trace, config) = (Trace::default(), Config::default());
@@ -57,11 +62,11 @@ fn an_accepted_window_gives_the_final_p_its_uncertainty_and_a_later_refusal_only
     assert_eq!((&windows[0]["t_start_s"], &windows[0]["t_end_s"]), (&25.0.into(), &75.0.into()));
     assert_eq!((&windows[0]["optimizer"], &windows[0]["evaluations"]), (&"lm".into(), &123.into()));
     assert_eq!(windows[0]["cost_after"], Value::Null);
-    assert_eq!(windows[1]["P"][0], f64::from(1.3_f32));
-    assert_eq!(windows[1]["P"][5], f64::from(0.4_f32));
+    assert_eq!(single(&windows[1]["P"][0]), 1.3);
+    assert_eq!(single(&windows[1]["P"][5]), 0.4);
     let last = &result["identification"]["final"];
-    assert_eq!(last["P"][0], f64::from(1.1_f32));
-    assert_eq!(last["b_rad_s"][0], f64::from(0.02_f32));
+    assert_eq!(single(&last["P"][0]), 1.1);
+    assert_eq!(single(&last["b_rad_s"][0]), 0.02);
     assert_eq!((&last["sigma"][0], &last["rank"]), (&25.0.into(), &12.into()));
 }
 
@@ -71,9 +76,9 @@ fn when_nothing_was_accepted_the_final_uncertainty_is_the_prior() {
     let result = result(vec![report(0, Decision::Refused(Refusal::Degenerate), model(1.3, 0.03), flown)]);
     let last = &result["identification"]["final"];
     assert_eq!((&last["P"][0], &last["P"][1]), (&1.0.into(), &0.0.into()));
-    assert_eq!(last["b_rad_s"][0], f64::from(0.02_f32));
-    let sigma: Vec<f64> = last["sigma"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
-    let (diagonal, off, bias) = (f64::from(0.06_f32), f64::from(0.03_f32), f64::from(0.021_f32));
+    assert_eq!(single(&last["b_rad_s"][0]), 0.02);
+    let sigma: Vec<f32> = last["sigma"].as_array().unwrap().iter().map(single).collect();
+    let (diagonal, off, bias) = (0.06, 0.03, 0.021);
     assert_eq!(sigma, [diagonal, off, off, off, diagonal, off, off, off, diagonal, bias, bias, bias]);
     assert_eq!(last["rank"], 0);
 }
