@@ -7,7 +7,7 @@ use meerkat_mwd::config::OptimizerKind;
 use mwd::{
     bench::{
         contenders::{Contenders, IMOA, NAMES, TRUE},
-        cramer_rao::Bound,
+        cramer_rao::{Bound, Vibration},
         one_window::{Run, scenario},
         pure_integration::Drift,
         rms,
@@ -34,7 +34,7 @@ fn no_estimate_beats_the_cramer_rao_bound() {
         let mut errors = Vec::new();
         for seed in 0..20 {
             let run = Run::simulate(&drilling(name), seed).unwrap();
-            bounds.push(run.bound_deg_s());
+            bounds.push(run.bound_deg_s(Vibration::Coloured));
             let fitted =
                 [OptimizerKind::Imoa, OptimizerKind::Lm].map(|optimizer| run.identify(optimizer).unwrap().fitted);
             errors.push(fitted.map(|model| run.rate_error_deg_s(&model).unwrap()));
@@ -59,9 +59,9 @@ fn no_estimate_beats_the_cramer_rao_bound() {
 #[test]
 fn the_bound_in_deg_s_is_what_the_scorer_finds_of_estimates_at_the_bound() {
     let run = Run::simulate(&drilling("drilling_45deg"), 3).unwrap();
-    let (bound, truth) = (run.bound(), run.true_model());
+    let (bound, truth) = (run.bound(Vibration::Coloured), run.true_model());
     let errors: Vec<f64> = (0..300).map(|seed| run.rate_error_deg_s(&bound.draw(&truth, seed)).unwrap()).collect();
-    let ratio = rms(&errors) / run.bound_deg_s();
+    let ratio = rms(&errors) / run.bound_deg_s(Vibration::Coloured);
     assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
 }
 
@@ -73,7 +73,7 @@ fn the_bound_falls_with_the_length_of_the_window_at_least_as_its_root() {
     let rates = trace.true_rate.as_deref().unwrap();
     let bound = |seconds: usize| {
         let last = seconds * 100;
-        let bound = Bound::of_window(&scenario, &trace, &truth, last, &prior);
+        let bound = Bound::of_window(&scenario, &trace, &truth, last, &prior, Vibration::Coloured);
         bound.rate_error_rad_s(&truth.gyro_at(last), rates)
     };
     // Of drilling these have 15, 30 and 90 s; the walk of the bias keeps the last one from falling further.
@@ -82,13 +82,23 @@ fn the_bound_falls_with_the_length_of_the_window_at_least_as_its_root() {
     assert!(middle / long > 1.3, "{middle} {long}");
 }
 
+/// Who knows less of the noise cannot do better.
+#[test]
+fn the_bound_rises_when_the_vibrations_colour_is_not_known() {
+    for name in ["drilling_vertical", "drilling_45deg"] {
+        let run = Run::simulate(&drilling(name), 5).unwrap();
+        let [coloured, white] = [Vibration::Coloured, Vibration::White].map(|known| run.bound_deg_s(known));
+        assert!(white > 1.02 * coloured && white < 2.0 * coloured, "{name}: {coloured} {white}");
+    }
+}
+
 /// Noise counts, and more of any sensor's makes the bound worse.
 #[test]
 fn the_bound_rises_with_every_noise() {
     let bound = |change: fn(&mut Scenario)| {
         let mut scenario = drilling("drilling_45deg");
         change(&mut scenario);
-        Run::simulate(&scenario, 4).unwrap().bound_deg_s()
+        Run::simulate(&scenario, 4).unwrap().bound_deg_s(Vibration::Coloured)
     };
     let base = bound(|_| {});
     assert!(bound(|s| s.gyro.noise_deg_s_rthz *= 4.0) > 1.2 * base);

@@ -4,8 +4,9 @@ use super::graduation::Graduation;
 use crate::window::{Equations, MAGNETIC, TESTS, TestEquations, TestWindows, gyro_part};
 use clean_variances::clean_variances;
 
-/// Below this share of the field's weight the equations agree to within their sensor's noise hardly anywhere.
-const LEAST_AGREEMENT: f32 = 0.2;
+/// Fewer test windows in agreement than P, c and the lag have unknowns agree because they are fitted: each holds two independent equations of the
+/// field, half of them its neighbours' too.
+const LEAST_AGREEING: f32 = 13.0;
 
 /// Weights of a window's test windows, for gravity and field, by graduated non-convexity: windows that a casing joint, a shock train or a
 /// saturated gyro bends lose their weight, without a first solution that has to be good.
@@ -47,15 +48,10 @@ impl RobustWeights {
         self.graduation = Graduation::from(if variance > 0.0 { largest / variance } else { 0.0 });
     }
 
-    /// Mean of the field's weights.
+    /// Sum of the field's weights.
     fn field_agreement(&self, tests: &TestWindows) -> f32 {
-        let (mut sum, mut count) = (0.0, 0.0);
         let seen = tests.numbered().filter(|(_, test)| test.field.is_some());
-        for [_, field] in seen.map(|(number, _)| self.of(number)) {
-            sum += field;
-            count += 1.0;
-        }
-        if count > 0.0 { sum / count } else { 1.0 }
+        seen.map(|(number, _)| self.of(number)).map(|[_, field]| field).sum()
     }
 
     /// Whether there is a round to go.
@@ -97,7 +93,7 @@ impl RobustWeights {
     /// rule: then all test windows weigh the same again, and the graduation is over.
     pub fn advance(&mut self, tests: &TestWindows) -> Round {
         let graduated = matches!(self.graduation, Graduation::GemanMcClure { .. });
-        if graduated && self.field_agreement(tests) < LEAST_AGREEMENT {
+        if graduated && self.field_agreement(tests) < LEAST_AGREEING {
             self.start();
             return Round::Again;
         }

@@ -106,7 +106,8 @@ impl WeakFit {
         self.weights.start();
         self.measured = false;
         self.taught_tests = taught_tests(context, job);
-        self.magnetometer = MagnetometerErrors::LagAndIron;
+        // A hard iron that is free bends to disturbances, and hides them.
+        self.magnetometer = MagnetometerErrors::Lag;
         self.contest = Contest::zero();
     }
 
@@ -202,9 +203,9 @@ impl WeakFit {
     /// is there and left out bends P; one that is not there and kept only costs precision (a hard iron looks like a
     /// cross-coupling from the axis that turns).
     pub fn choose_magnetometer(&mut self) {
-        let shows = |outcome: Outcome| outcome.p_value <= MAGNETOMETER_P_VALUE;
         let enough = self.contest.groups() >= MIN_GROUPS;
-        self.magnetometer = if !enough || shows(self.contest.between(0, 1)) {
+        let shows = |outcome: Outcome| enough && outcome.p_value <= MAGNETOMETER_P_VALUE;
+        self.magnetometer = if shows(self.contest.between(0, 1)) {
             MagnetometerErrors::LagAndIron
         } else if shows(self.contest.between(1, 2)) {
             MagnetometerErrors::Lag

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{compensation::GyroModel, config::OptimizerKind, identification::Decision};
 
-use super::one_window::Run;
+use super::{cramer_rao::Vibration, one_window::Run};
 
 /// What searches, and its name; all with the same budget, the same start and the same box.
 const SEARCHES: [(OptimizerKind, &str); 4] = [
@@ -47,7 +47,7 @@ impl Contenders {
         let [pso, moa, imoa, lm] = SEARCHES.map(|(optimizer, _)| run.identify(optimizer));
         let imoa = imoa?;
         let truth = run.true_model();
-        let at_bound = run.bound().draw(&truth, seed);
+        let at_bound = run.bound(Vibration::Coloured).draw(&truth, seed);
         Ok(Self {
             accepted: imoa.decision == Decision::Accepted,
             models: [

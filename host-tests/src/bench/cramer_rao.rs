@@ -28,6 +28,19 @@ const WHITE: usize = 18;
 /// Of the attitude at the start, rad: nothing is known of it.
 const FREE_RAD: f64 = 10.0;
 
+/// What is known of the vibration's spectrum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Vibration {
+    /// All: the simulator's high-pass in tool axes. Then gravity is sharp, for the vibration has no slow part in these axes; a tool's has none in
+    /// the earth's, if it stays in its hole.
+    Coloured,
+    /// How much is left of it in means over a fifth of a second, as if it were white.
+    White,
+}
+
+/// A mean over this long is what [`Vibration::White`] knows, seconds.
+const MEAN_S: f64 = 0.2;
+
 /// The least covariance that an unbiased estimate of theta = (P row-major, c = P b) can have, at the end of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
@@ -44,9 +57,11 @@ impl Bound {
         truth: &Truth,
         last: usize,
         prior: &IdentificationConfig,
+        known: Vibration,
     ) -> Self {
         let noise = SensorNoise::of(scenario);
         let vibration = HighPassed::of(scenario);
+        let white_m_s2 = vibration.white_m_s2((1e6 * MEAN_S) as u32 / scenario.sample_period_us);
         let p = truth.gyro.p_matrix().map(f64::from);
         let inverse = p.try_inverse().unwrap_or_else(Matrix3::identity);
         let period_s = f64::from(scenario.sample_period_us) * 1e-6;
@@ -72,9 +87,17 @@ impl Bound {
             if still {
                 filter.observe_rest(&inverse, &bias, noise.gyro_rad_s);
             }
-            let shaken = vibration.scale_m_s2 * (scenario.drilling_at(t_s).0 * (1.0 - vibration.smoothing));
-            filter.observe_vector(&(to_body * force_m_s2), &shaken, noise.accel_m_s2);
-            filter.observe_vector(&(to_body * field_ut), &Vector3::zeros(), noise.mag_ut);
+            let drilling = scenario.drilling_at(t_s).0;
+            let (shaken, accel_m_s2) = match known {
+                Vibration::Coloured => {
+                    (vibration.scale_m_s2 * (drilling * (1.0 - vibration.smoothing)), Vector3::repeat(noise.accel_m_s2))
+                }
+                Vibration::White => {
+                    (Vector3::zeros(), (white_m_s2 * drilling).map(|white| libm::hypot(white, noise.accel_m_s2)))
+                }
+            };
+            filter.observe_vector(&(to_body * force_m_s2), &shaken, &accel_m_s2);
+            filter.observe_vector(&(to_body * field_ut), &Vector3::zeros(), &Vector3::repeat(noise.mag_ut));
             if index < last {
                 filter.add_noise(C, &(p * p.transpose() * noise.bias_step_rad_s.powi(2)));
                 filter.next_vibration(vibration.smoothing);
@@ -82,6 +105,16 @@ impl Bound {
             still_before = still;
         }
         Self { covariance: filter.covariance.fixed_view::<12, 12>(THETA, THETA).into_owned() }
+    }
+
+    /// The same so much later, nothing more having been read: the bias has walked on.
+    #[must_use]
+    pub fn later(mut self, scenario: &Scenario, truth: &GyroModel, samples: usize) -> Self {
+        let p = truth.p_matrix().map(f64::from);
+        let walked = SensorNoise::of(scenario).bias_step_rad_s.powi(2) * samples as f64;
+        let mut block = self.covariance.fixed_view_mut::<3, 3>(9, 9);
+        block += p * p.transpose() * walked;
+        self
     }
 
     /// Root mean square over the rates, their axes and the posterior of the systematic rate error, rad/s: with
@@ -194,7 +227,7 @@ impl ErrorState {
     }
 
     /// A reading of an earth-fixed vector whose true value in tool axes is `vector`, with vibration `shaken` (white - low) in it.
-    fn observe_vector(&mut self, vector: &Vector3<f64>, shaken: &Vector3<f64>, sigma: f64) {
+    fn observe_vector(&mut self, vector: &Vector3<f64>, shaken: &Vector3<f64>, sigmas: &Vector3<f64>) {
         // exp(-error) v = v + v x error.
         let cross = vector.cross_matrix();
         let both = Matrix3x6::from_fn(|i, j| match j {
@@ -206,7 +239,7 @@ impl ErrorState {
             let mut row = SVector::<f64, STATES>::zeros();
             row.fixed_rows_mut::<3>(0).copy_from(&cross.row(axis).transpose());
             row.fixed_rows_mut::<6>(LOW).copy_from(&both.row(axis).transpose());
-            self.observe(&row, sigma);
+            self.observe(&row, sigmas[axis]);
         }
     }
 
@@ -246,7 +279,7 @@ mod tests {
         let mut angle = 0.0_f64;
         let look = |filter: &mut ErrorState, angle: f64| {
             let body = Vector3::new(field * angle.cos(), -field * angle.sin(), 0.0);
-            filter.observe_vector(&body, &Vector3::zeros(), sigma_ut);
+            filter.observe_vector(&body, &Vector3::zeros(), &Vector3::repeat(sigma_ut));
         };
         look(&mut filter, angle);
         for _ in 0..steps {
@@ -286,7 +319,7 @@ mod tests {
         let sigma = |samples: usize| {
             let mut filter = ErrorState::new(&[1e-9; 12]);
             for _ in 0..samples {
-                filter.observe_vector(&Vector3::new(0.0, 0.0, 9.8), &Vector3::repeat(3.0), 1e-3);
+                filter.observe_vector(&Vector3::new(0.0, 0.0, 9.8), &Vector3::repeat(3.0), &Vector3::repeat(1e-3));
                 filter.next_vibration(0.12);
             }
             filter.covariance[(0, 0)].sqrt()

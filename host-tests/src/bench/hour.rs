@@ -5,6 +5,7 @@ use meerkat_mwd::{compensation::GyroModel, config::Config};
 
 use super::{
     Effort,
+    cramer_rao::{Bound, Vibration},
     one_window::{WINDOW_S, scenario},
     seeds::each_seed,
     table::{Cell, Table, median_and_worst, rms},
@@ -23,8 +24,15 @@ const MINUTES: [u32; 7] = [1, 2, 5, 10, 20, 40, 60];
 /// A model is scored on the motion of so long after the instant at which it is looked at, seconds.
 const AHEAD_S: f64 = 60.0;
 
+/// Seeds of which the Cramer-Rao bound of the whole hour is told as well: it takes minutes, and hardly depends on the seed.
+const BOUND_SEEDS: u64 = 4;
+
 /// Errors of one seed, deg/s: after the first window, then at each of [`MINUTES`].
-type Trial = Vec<f64>;
+struct Trial {
+    errors_deg_s: Vec<f64>,
+    /// Bound of the last of them, of all that was read until the window closed that taught what flew there.
+    bound_deg_s: Option<f64>,
+}
 
 pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(20);
@@ -39,7 +47,7 @@ pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let inclined = trials("drilling_45deg", seeds)?;
     let both = [&vertical, &inclined];
     let column = |trials: &Vec<Trial>, index: usize| -> Vec<f64> {
-        trials.iter().filter_map(|trial| trial.get(index).copied()).collect()
+        trials.iter().filter_map(|trial| trial.errors_deg_s.get(index).copied()).collect()
     };
     let names = std::iter::once("first window".to_owned()).chain(MINUTES.iter().map(ToString::to_string));
     for (index, name) in names.enumerate() {
@@ -51,6 +59,15 @@ pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
         [Cell::from("rms after the hour over rms after the first window (target: at most 0.3)")]
             .into_iter()
             .chain(ratios),
+    );
+    let bounds = both.map(|trials| {
+        let bounds: Vec<f64> = trials.iter().filter_map(|trial| trial.bound_deg_s).collect();
+        Cell::number(rms(&bounds) / rms(&column(trials, 0)), 3)
+    });
+    table.row(
+        [Cell::from("Cramer-Rao bound of the last, of all that was read by then, over rms after the first window")]
+            .into_iter()
+            .chain(bounds),
     );
     Ok(vec![table])
 }
@@ -65,22 +82,48 @@ fn trials(name: &str, seeds: u64) -> anyhow::Result<Vec<Trial>> {
         let reports = fly(&config, &trace.samples, |_| {})?.reports;
         let first_s = WINDOW_S + f64::from(config.identification.latency_s);
         let instants = std::iter::once(first_s).chain(MINUTES.iter().map(|&minutes| 60.0 * f64::from(minutes)));
-        instants
-            .map(|t_s| {
-                let t_us = trace.first_us() + (t_s * 1e6) as u64;
-                let landed = reports.iter().rfind(|report| report.t_effect_us.is_some_and(|effect| effect <= t_us));
-                error_deg_s(&config, &trace, &truth, t_us, &landed.map_or(config.gyro, |report| report.flown))
-            })
-            .collect()
+        let mut trial = Trial { errors_deg_s: Vec::new(), bound_deg_s: None };
+        for t_s in instants {
+            let t_us = trace.first_us() + (t_s * 1e6) as u64;
+            let landed = reports.iter().rfind(|report| report.t_effect_us.is_some_and(|effect| effect <= t_us));
+            let stretch = Stretch::ahead(&config, &trace, &truth, t_us)?;
+            trial.errors_deg_s.push(stretch.error_deg_s(&landed.map_or(config.gyro, |report| report.flown))?);
+            if seed < BOUND_SEEDS
+                && t_s >= 60.0 * f64::from(MINUTES[MINUTES.len() - 1])
+                && let Some(report) = landed
+            {
+                let close = trace.samples.partition_point(|sample| sample.t_us < report.t_end_us);
+                let prior = &config.identification;
+                let bound = Bound::of_window(&scenario, &trace, &truth, close, prior, Vibration::Coloured)
+                    .later(&scenario, &stretch.truth, stretch.from - close)
+                    .rate_error_rad_s(&stretch.truth, stretch.rates);
+                trial.bound_deg_s = Some(bound.to_degrees());
+            }
+        }
+        Ok(trial)
     })
 }
 
-/// Error of a model against the true one of the instant, over the motion of the minute that follows.
-fn error_deg_s(config: &Config, trace: &Trace, truth: &Truth, t_us: u64, model: &GyroModel) -> anyhow::Result<f64> {
-    let from = trace.samples.partition_point(|sample| sample.t_us < t_us);
-    let to = from + (AHEAD_S * 1e6) as usize / config.sample_period_us as usize;
-    let rates = trace.true_rate.as_deref().and_then(|rates| rates.get(from..to)).context("the run is too short")?;
-    systematic_rate_error_rad_s(&truth.gyro_at(from), model, rates)
-        .map(f64::to_degrees)
-        .context("no rate to score over")
+/// The motion over which a model is scored.
+struct Stretch<'a> {
+    from: usize,
+    rates: &'a [[f64; 3]],
+    /// The true model at its beginning.
+    truth: GyroModel,
+}
+
+impl<'a> Stretch<'a> {
+    /// The minute after an instant.
+    fn ahead(config: &Config, trace: &'a Trace, truth: &Truth, t_us: u64) -> anyhow::Result<Self> {
+        let from = trace.samples.partition_point(|sample| sample.t_us < t_us);
+        let to = from + (AHEAD_S * 1e6) as usize / config.sample_period_us as usize;
+        let rates = trace.true_rate.as_deref().and_then(|rates| rates.get(from..to)).context("the run is too short")?;
+        Ok(Self { from, rates, truth: truth.gyro_at(from) })
+    }
+
+    fn error_deg_s(&self, model: &GyroModel) -> anyhow::Result<f64> {
+        systematic_rate_error_rad_s(&self.truth, model, self.rates)
+            .map(f64::to_degrees)
+            .context("no rate to score over")
+    }
 }

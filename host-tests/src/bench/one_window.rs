@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 use meerkat_mwd::{Config, compensation::GyroModel, config::OptimizerKind, identification::WindowReport};
 
-use super::cramer_rao::Bound;
+use super::cramer_rao::{Bound, Vibration};
 use crate::{
     configuration::of_trace,
     flight::fly,
@@ -113,13 +113,13 @@ impl Run {
 
     /// The Cramer-Rao bound of the window.
     #[must_use]
-    pub fn bound(&self) -> Bound {
-        Bound::of_window(&self.scenario, &self.trace, &self.truth, self.close, &self.config.identification)
+    pub fn bound(&self, known: Vibration) -> Bound {
+        Bound::of_window(&self.scenario, &self.trace, &self.truth, self.close, &self.config.identification, known)
     }
 
     /// The bound of [`Self::rate_error_deg_s`], root mean square.
     #[must_use]
-    pub fn bound_deg_s(&self) -> f64 {
-        self.bound().rate_error_rad_s(&self.true_model(), self.rates_ahead()).to_degrees()
+    pub fn bound_deg_s(&self, known: Vibration) -> f64 {
+        self.bound(known).rate_error_rad_s(&self.true_model(), self.rates_ahead()).to_degrees()
     }
 }

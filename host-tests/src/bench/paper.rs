@@ -6,6 +6,7 @@ use meerkat_mwd::Config;
 use super::{
     Effort,
     contenders::{Contenders, NAMES, TRUE},
+    cramer_rao::Vibration,
     one_window::{Run, scenario},
     pure_integration::Drift,
     seeds::each_seed,
@@ -101,7 +102,7 @@ fn rate_trial(run: &Run, seed: u64) -> anyhow::Result<RateTrial> {
         rmse_deg_s.push(run.rate_error_deg_s(model)?);
     }
     if let Some(last) = rmse_deg_s.last_mut() {
-        *last = run.bound_deg_s();
+        *last = run.bound_deg_s(Vibration::Coloured);
     }
     let rates: Vec<f64> = run.rates_ahead().iter().flatten().copied().collect();
     let signal_deg_s = rms(&rates).to_degrees();

@@ -33,6 +33,16 @@ impl HighPassed {
         let rms = Vector3::new(vibration.lateral_m_s2, vibration.lateral_m_s2, vibration.axial_m_s2);
         Self { scale_m_s2: rms / kept, smoothing }
     }
+
+    /// Deviation of the white noise, sample by sample, whose mean over so many samples is as large as this noise's.
+    pub(crate) fn white_m_s2(&self, samples: u32) -> Vector3<f64> {
+        // low' - low = s (x - low), so the sum of y is that of the low-pass's steps over s: it has gone from one value to another, each with
+        // s / (2 - s) of x's variance, and correlated by (1 - s)^n.
+        let (s, n) = (self.smoothing, f64::from(samples));
+        let sum = 2.0 * s / (2.0 - s) * (1.0 - libm::pow(1.0 - s, n)) / (s * s);
+        // y is of x less the low-pass with x in it: (1 - s) of it less the one before.
+        self.scale_m_s2 * ((1.0 - s) * libm::sqrt(sum / n))
+    }
 }
 
 /// The broadband vibration of a run.
@@ -167,6 +177,23 @@ mod tests {
         assert!((rms - Vector3::new(3.0, 3.0, 2.0)).amax() < 0.05, "{rms}");
         // White noise of 3 m/s^2 would leave 0.0067; its own low-pass takes all of that away.
         assert!((sum / f64::from(n)).amax() < 1e-3);
+    }
+
+    #[test]
+    fn its_means_are_as_large_as_those_of_the_white_noise_that_stands_for_it() {
+        const SAMPLES: u32 = 20;
+        let scenario = Scenario::default();
+        let mut broadband = Broadband::new(&scenario);
+        let mut random = Random::new(5);
+        let means = 20_000;
+        let mut square = Vector3::zeros();
+        for _ in 0..means {
+            let mean = (0..SAMPLES).map(|_| broadband.next(&mut random)).sum::<Vector3<f64>>() / f64::from(SAMPLES);
+            square += mean.component_mul(&mean);
+        }
+        let found = (square / f64::from(means)).map(f64::sqrt);
+        let stated = HighPassed::of(&scenario).white_m_s2(SAMPLES) / f64::from(SAMPLES).sqrt();
+        assert!((found.component_div(&stated) - Vector3::repeat(1.0)).amax() < 0.03, "{found} {stated}");
     }
 
     #[test]

@@ -19,6 +19,7 @@ const NO_WORSE: f64 = 1.05;
 /// Errors over the clean fit's of what was fitted, of the bias alone and of what was flown.
 struct Flown {
     kind: Option<usize>,
+    share: usize,
     fitted: f64,
     bias_only: f64,
     flown: f64,
@@ -33,10 +34,10 @@ pub(super) fn table(which: &str, runs: &[Drilled]) -> anyhow::Result<Table> {
     );
     let mut columns = vec!["search", "all hit", "accepted", "flown worse", "bad fits accepted"];
     columns.extend(KIND_HEADS);
-    columns.extend(["not hit", "not hit, accepted"]);
+    columns.extend(["not hit", "not hit, accepted", "10 %", "20 %", "30 %", "40 %", "50 %"]);
     let mut table = Table::new(title, &columns);
     let kinds: Vec<Option<usize>> = std::iter::once(None).chain((0..Contamination::ALL.len()).map(Some)).collect();
-    for (name, optimizer) in [("IMOA", OptimizerKind::Imoa), ("LM", OptimizerKind::Lm)] {
+    for (name, optimizer) in [("IMOA", OptimizerKind::Imoa), ("LM", OptimizerKind::Lm), ("LS", OptimizerKind::Ls)] {
         let flights: anyhow::Result<Vec<Flown>> = in_parallel(runs.len() * kinds.len(), |index| {
             let (run, kind) = (&runs[index / kinds.len()], kinds[index % kinds.len()]);
             let (trace, _) = run.hit(kind.map(|kind| Contamination::ALL[kind]), run.share());
@@ -58,6 +59,9 @@ pub(super) fn table(which: &str, runs: &[Drilled]) -> anyhow::Result<Table> {
         cells.extend((0..KIND_HEADS.len()).map(|kind| percent(&|f| f.kind == Some(kind), &good)));
         cells.push(percent(&|f| !hit(f), &good));
         cells.push(percent(&|f| !hit(f), &|f| f.accepted));
+        for share in 0..5 {
+            cells.push(percent(&|f| hit(f) && f.share == share, &good));
+        }
         table.row(cells);
     }
     Ok(table)
@@ -79,6 +83,7 @@ fn flown(run: &Drilled, kind: Option<usize>, mut trace: Trace, optimizer: Optimi
         |model: Option<GyroModel>| run.model_error_rad_s(&model.unwrap_or(GyroModel::IDENTITY)) / run.clean_error_rad_s;
     Ok(Flown {
         kind,
+        share: run.share_index(),
         fitted: ratio(report.map(|r| r.fitted)),
         bias_only: ratio(report.map(|r| r.bias_only)),
         flown: ratio(report.map(|r| r.flown)),
