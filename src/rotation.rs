@@ -1,4 +1,4 @@
-//! Rotations by rotation vectors: the exponential as a short series, without sine, cosine or square root.
+//! Rotations by rotation vectors: the exponential as a short series, without sine, cosine or square root; and sine and cosine of an angle.
 
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
@@ -51,6 +51,28 @@ pub(crate) fn middle_to_middle(rates: [&Vector3<f32>; 3], dt: f32) -> Vector3<f3
 /// The rotation matrix of a rotation vector, radians; the errors of [`exp_quaternion`], doubled.
 pub(crate) fn exp_matrix(rotation_vector: &Vector3<f32>) -> Matrix3<f32> {
     matrix(&exp_quaternion(rotation_vector))
+}
+
+/// Sine and cosine of an angle, radians.
+///
+/// Taylor series within an eighth of a turn of the nearest quarter, five terms each (the next one of the cosine is (pi / 4)^10 / 10!, 2.5e-8).
+/// Within 1.5e-7 of the exact ones up to 100 rad, and within 1e-6 up to 10,000. `libm`'s reduce their angle, and sum their series, in
+/// emulated f64: eleven kilobytes of flash and two thousand instructions, for a last bit that no angle here has.
+pub(crate) fn sine_and_cosine(angle_rad: f32) -> (f32, f32) {
+    // pi / 2 in three parts (Cody and Waite): the first two have so few bits that their products with a count of quarters are exact.
+    const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
+    let quarters = libm::roundf(angle_rad * core::f32::consts::FRAC_2_PI);
+    let x = QUARTER.iter().fold(angle_rad, |rest, part| rest - quarters * part);
+    let square = x * x;
+    let sine = x
+        * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5_040.0 - square * (1.0 / 362_880.0)))));
+    let cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40_320.0))));
+    match quarters as i32 & 3 {
+        0 => (sine, cosine),
+        1 => (cosine, -sine),
+        2 => (-sine, -cosine),
+        _ => (-cosine, sine),
+    }
 }
 
 /// The quaternion of no rotation.
@@ -123,6 +145,22 @@ mod tests {
     fn the_series_keeps_its_documented_bounds() {
         assert!(worst_error(0.0, 1.0) < 3e-7, "{}", worst_error(0.0, 1.0));
         assert!(worst_error(1.0, 2.0 * core::f32::consts::PI) < 3e-6, "{}", worst_error(1.0, 6.3));
+    }
+
+    #[test]
+    fn sine_and_cosine_keep_their_documented_bounds() {
+        for (most, bound) in [(1.0_f32, 1.2e-7), (100.0, 1.5e-7), (10_000.0, 1e-6)] {
+            let mut worst = 0.0_f64;
+            for step in -50_000_i32..=50_000 {
+                let angle = most * step as f32 / 50_000.0;
+                let (s, c) = sine_and_cosine(angle);
+                let exact = libm::sincos(f64::from(angle));
+                worst = worst.max((f64::from(s) - exact.0).abs()).max((f64::from(c) - exact.1).abs());
+            }
+            assert!(worst < bound, "{worst} up to {most} rad");
+        }
+        assert_eq!(sine_and_cosine(0.0), (0.0, 1.0));
+        assert!(sine_and_cosine(f32::INFINITY).0.is_nan() && sine_and_cosine(f32::NAN).1.is_nan());
     }
 
     #[test]

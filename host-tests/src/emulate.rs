@@ -179,7 +179,7 @@ pub fn fly_emulated(config: &Config, samples: &[Sample], feed: Feed) -> Result<E
         Feed::Direct => wire::encode_trace(config, None, samples.iter().copied())?,
         Feed::ThroughSensors => {
             let recording = through_sensors::recording(samples, period_us);
-            wire::encode_trace(config, Some(recording), through_sensors::truth(samples, period_us))?
+            wire::encode_trace(config, Some(recording), through_sensors::truth(samples))?
         }
     };
     let time = RUN + RUN_PER_SAMPLE.saturating_mul(u32::try_from(samples.len()).unwrap_or(u32::MAX));

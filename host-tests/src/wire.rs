@@ -141,7 +141,7 @@ mod tests {
         let config = Config { seed: 77, ..Config::default() };
         let sample =
             Sample { t_us: u64::MAX, gyro_rad_s: [f32::MIN_POSITIVE, f32::INFINITY, -0.0], ..Sample::default() };
-        let recording = Recording { inertial_us: 5_000, magnetic_us: 10_000, settling: 48, later_us: 1_000_000 };
+        let recording = Recording { inertial_us: 5_000, magnetic_us: 10_000 };
         let bytes = encode_trace(&config, Some(recording), [sample; 3]).unwrap();
         let (decoded, mut rest): ((Config, Option<Recording>), _) = postcard::take_from_bytes(&bytes).unwrap();
         assert_eq!(decoded, (config, Some(recording)));

@@ -1,4 +1,7 @@
-use crate::config::{AttitudeConfig, Earth};
+use crate::{
+    config::{AttitudeConfig, Earth},
+    rotation::sine_and_cosine,
+};
 
 /// The reference is the mean of the undisturbed field over this time, seconds: slower than a passing disturbance.
 const REFERENCE_TIME_S: f32 = 20.0;
@@ -67,7 +70,7 @@ impl FieldReference {
 
     /// Total field of the reference, microtesla, and sine and cosine of its dip.
     pub(crate) fn dip(&self) -> (f32, f32, f32) {
-        let (sine, cosine) = libm::sincosf(self.dip_rad);
+        let (sine, cosine) = sine_and_cosine(self.dip_rad);
         (self.norm_ut, sine, cosine)
     }
 

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     config::{AttitudeConfig, Earth},
-    rotation::{IDENTITY, matrix, rotate_back},
+    rotation::{IDENTITY, matrix, rotate_back, sine_and_cosine},
 };
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -166,7 +166,7 @@ impl AttitudeFilter {
         self.rotation = Matrix3::identity();
         self.reference = FieldReference::start(earth);
         if let Some(latitude_rad) = earth.latitude_rad {
-            let (sine, cosine) = libm::sincosf(latitude_rad);
+            let (sine, cosine) = sine_and_cosine(latitude_rad);
             self.earth_rate_ned_rad_s = Vector3::new(cosine, 0.0, -sine) * EARTH_RATE_RAD_S;
         }
         self.scale_sigma = config.gyro_scale_sigma;

@@ -18,6 +18,7 @@ impl core::fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 /// Names the first of some fields that is not finite and positive.
+#[inline(never)]
 pub(super) fn all_positive(fields: &[(f32, &'static str)]) -> Result<(), ConfigError> {
     for &(value, field) in fields {
         if !(value.is_finite() && value > 0.0) {

@@ -10,7 +10,7 @@ use super::{
     sign_flip::GROUPS,
     weak_columns::{COLUMNS, GYRO},
 };
-use crate::window::SampleStream;
+use crate::{rotation::sine_and_cosine, window::SampleStream};
 use nalgebra::{Matrix3, Vector3};
 
 mod shocks;
@@ -82,7 +82,7 @@ impl Timing {
             1.0
         } else {
             let part = (until - begin) as f32 / length as f32;
-            part - libm::sinf(core::f32::consts::TAU * part) / core::f32::consts::TAU
+            part - sine_and_cosine(core::f32::consts::TAU * part).0 / core::f32::consts::TAU
         }
     }
 }

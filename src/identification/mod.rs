@@ -30,6 +30,8 @@ pub(crate) use prior::Prior;
 pub use report::{Decision, Refusal, WindowReport};
 pub use window_cost::{WhitenedCost, WindowCost};
 
+/// Not inlined: a conversion to 64 bits is a loop's worth of code.
+#[inline(never)]
 fn micros(seconds: f32) -> u64 {
     (seconds * 1e6) as u64
 }

@@ -97,7 +97,7 @@ pub(super) const fn nanoseconds(t_us: u64) -> u64 {
 pub(super) fn quantised(value: f32, unit: f32, limits: (i32, i32)) -> i32 {
     let counts = libm::roundf(value / unit);
     // `as` saturates and makes 0 of NaN; both limits are exact in f32 (at most 24 bits).
-    (counts as i32).clamp(limits.0, limits.1)
+    (counts as i32).min(limits.1).max(limits.0)
 }
 
 #[cfg(test)]

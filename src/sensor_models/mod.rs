@@ -31,6 +31,6 @@ pub use fault::{Injection, PartFault, Schedule};
 pub use faulty_bus::{BusFault, FaultyBus, InjectedError, WireMeter};
 pub use ism330dhcx::Ism330dhcx;
 pub use modelled_pair::{ModelledPair, ModelledParts, PairError, Periods};
-pub use recording::{PlayedCounts, Recording, RecordingPlayer};
+pub use recording::{DITHER, PlayedCounts, Recording, RecordingPlayer};
 pub use rm3100::Rm3100;
 pub use serial_part::{Cursor, SerialPart};

@@ -7,8 +7,8 @@ use super::{
 use crate::{
     sample::Sample,
     sensors::{
-        Combiner, Condition, Counters, InertialReading, MagneticReading, Mounting, PartData, ReadError, Rm3100Settings,
-        Trigger,
+        BURST_FRAMES, Combiner, Condition, Counters, InertialReading, MagneticReading, Mounting, PartData, ReadError,
+        Rm3100Settings, Trigger,
         blocking::{I2cRegisters, InertialSource, MagneticSource, Part, SpiRegisters, Supervised},
         blocking::{Ism330dhcx as Ism330dhcxAdapter, Rm3100 as Rm3100Adapter},
     },
@@ -17,8 +17,6 @@ use core::cell::{Cell, RefCell};
 use heapless::{Vec, VecView};
 use st_mems_bus::blocking::{i2c::I2cBus, spi::SpiBus};
 
-/// Readings that are taken at once.
-const READINGS: usize = 16;
 /// Without an interrupt a part is asked after so many of its periods.
 const OVERDUE_PERIODS: u64 = 3;
 
@@ -141,8 +139,8 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
         }
     }
 
-    /// Time passes to `truth.t_us`, and the adapters take what there is. The samples of that are appended to `samples` as far as there is
-    /// room (16 are enough with a watermark up to 8 frames).
+    /// Time passes to `truth.t_us`, and the adapters take what there is, a burst of it. The samples of that are appended to `samples` as far as
+    /// there is room (8 are enough).
     pub fn play(&mut self, truth: &Sample, samples: &mut VecView<Sample>) {
         self.pass_to(truth);
         self.service(samples);
@@ -173,7 +171,7 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
         let ([inertial_us, magnetic_us], [asked, asked_magnetic]) = (periods_us, self.asked_us);
         let [condition, magnetic_condition] = self.conditions;
         if due(magnetic_interrupt, asked_magnetic, magnetic_us, magnetic_condition) {
-            let mut readings: Vec<MagneticReading, READINGS> = Vec::new();
+            let mut readings: Vec<MagneticReading, BURST_FRAMES> = Vec::new();
             let result = self.magnetic.read(now_us, &mut readings);
             self.note(1, now_us, result);
             readings.into_iter().for_each(|reading| self.combiner.magnetic(reading));
@@ -183,7 +181,7 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
             return;
         }
         if due(inertial_interrupt, asked, inertial_us, condition) {
-            let mut readings: Vec<InertialReading, READINGS> = Vec::new();
+            let mut readings: Vec<InertialReading, BURST_FRAMES> = Vec::new();
             let result = self.inertial.read(now_us, &mut readings);
             self.note(0, now_us, result);
             for sample in readings.iter().filter_map(|reading| self.combiner.inertial(reading)) {

@@ -5,7 +5,7 @@ use crate::{
     sample::{Sample, SampleFlags},
     sensors::{Counters, Trigger},
 };
-use heapless::{Deque, Vec};
+use heapless::Vec;
 
 /// How a recording is played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,10 +15,6 @@ pub struct Recording {
     pub inertial_us: u32,
     /// The same of the magnetometer: each sample with a field is one.
     pub magnetic_us: u32,
-    /// Truths that are played before the recording, so that the parts have settled when it begins.
-    pub settling: u32,
-    /// How much later than it was recorded a truth is played, microseconds.
-    pub later_us: u64,
 }
 
 /// What came of it so far.
@@ -32,75 +28,81 @@ pub struct PlayedCounts {
     pub stamp_error_us: u64,
 }
 
-/// Truths after which a sample is not waited for any more: where the recording lacks a sensor, half a frame waits in the part's FIFO.
-const LAG: usize = 3;
+/// The parts are switched on so long before the recording, microseconds, so that they have settled when it begins; their time is that much
+/// later.
+pub const WARM_UP_US: u64 = 1_000_000;
+/// Samples in which they settle.
+const SETTLING: u32 = 48;
+/// What a part at rest shows in any case, so that its adapter can see that it lives: some codes either way, of the ISM330DHCX's gyro and
+/// accelerometer, rad/s and m/s^2, and of the RM3100, microtesla.
+pub const DITHER: [f32; 3] = [0.005, 0.02, 0.1];
+
+/// One conversion gives one; another may come with it after a pause.
+const SAMPLES: usize = 2;
 
 /// Plays a recording.
+///
+/// A part with a FIFO puts out gyro and accelerometer together, always. Where the recording lacks one of them its values are still played (a truth
+/// between those before and after), and the sample is flagged as it was recorded.
 pub struct RecordingPlayer<'a, const WORDS: usize> {
     pair: ModelledPair<'a, WORDS>,
     recording: Recording,
     truth_us: u64,
-    /// Truths whose samples are waited for, and what came of them.
-    waiting: Deque<(u64, Option<Sample>), { LAG + 1 }>,
+    /// What the recording lacks there.
+    lacks: SampleFlags,
     counts: PlayedCounts,
 }
 
 impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
-    /// Over parts that convert with every sample.
+    /// Over parts that convert with every sample, which settle about the first truth.
     #[must_use]
     pub fn new(parts: &'a ModelledParts<WORDS>, recording: Recording) -> Self {
         let periods = Periods { inertial_us: Some(recording.inertial_us), magnetic_us: Some(recording.magnetic_us) };
         let pair = ModelledPair::new(parts, periods, 1, Trigger::Interrupt);
-        Self { pair, recording, truth_us: 0, waiting: Deque::new(), counts: PlayedCounts::default() }
+        Self { pair, recording, truth_us: 0, lacks: SampleFlags::empty(), counts: PlayedCounts::default() }
+    }
+
+    /// The parts are switched on before the first truth, and settle.
+    pub fn settle(&mut self, first: &Sample) {
+        let period_us = u64::from(self.recording.inertial_us);
+        for k in 0..SETTLING {
+            let t_us = (first.t_us + WARM_UP_US).saturating_sub(u64::from(SETTLING - k) * period_us);
+            let side = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let dithered = |[x, y, z]: [f32; 3], by: f32| [x + side * by, y + side * by, z + side * by];
+            let [gyro, accel, mag] = DITHER;
+            self.pair.pass_to(&Sample {
+                t_us,
+                gyro_rad_s: dithered(first.gyro_rad_s, gyro),
+                accel_m_s2: dithered(first.accel_m_s2, accel),
+                mag_ut: dithered(first.mag_ut, mag),
+                flags: first.flags - INERTIAL_MISSING,
+                ..*first
+            });
+            self.pair.service(&mut Vec::<Sample, SAMPLES>::new());
+        }
     }
 
     /// Time passes in the parts to the next truth: what hardware does.
     pub fn pass_to(&mut self, truth: &Sample) {
-        self.truth_us = truth.t_us;
-        self.pair.pass_to(truth);
+        self.truth_us = truth.t_us + WARM_UP_US;
+        self.lacks = truth.flags & INERTIAL_MISSING;
+        self.pair.pass_to(&Sample { t_us: self.truth_us, flags: truth.flags - INERTIAL_MISSING, ..*truth });
     }
 
-    /// What the adapters make of that: the sample of some truths ago, at the time it was recorded at, with everything flagged missing where none
-    /// came. `None` while the parts settle, and at the beginning.
-    pub fn service(&mut self) -> Option<Sample> {
-        let mut out = Vec::<Sample, 16>::new();
+    /// What the adapters make of that: its sample, at the time it was recorded at, with everything flagged missing if none came.
+    pub fn service(&mut self) -> Sample {
+        let mut out = Vec::<Sample, SAMPLES>::new();
         self.pair.service(&mut out);
-        let _ = self.waiting.push_back((self.truth_us, None));
-        let half_us = u64::from(self.recording.inertial_us / 2);
-        for (truth_us, came) in self.waiting.iter_mut().filter(|(_, came)| came.is_none()) {
-            *came = out.iter().rfind(|sample| sample.t_us.abs_diff(*truth_us) <= half_us).copied();
-        }
-        if self.waiting.len() > LAG { self.oldest() } else { None }
-    }
-
-    /// When the recording is over: the samples that are still to come, one at a call.
-    pub fn finish(&mut self) -> Option<Sample> {
-        while !self.waiting.is_empty() {
-            if let Some(sample) = self.oldest() {
-                return Some(sample);
-            }
-        }
-        None
-    }
-
-    fn oldest(&mut self) -> Option<Sample> {
-        let (truth_us, came) = self.waiting.pop_front()?;
-        if self.recording.settling > 0 {
-            self.recording.settling -= 1;
-            return None;
-        }
         self.counts.samples = self.counts.samples.saturating_add(1);
-        let t_us = truth_us.saturating_sub(self.recording.later_us);
-        let Some(came) = came else {
+        let t_us = self.truth_us.saturating_sub(WARM_UP_US);
+        let half_us = u64::from(self.recording.inertial_us / 2);
+        let Some(came) = out.iter().rfind(|sample| sample.t_us.abs_diff(self.truth_us) <= half_us) else {
             self.counts.lost = self.counts.lost.saturating_add(1);
-            let flags = SampleFlags::GYRO_MISSING
-                | SampleFlags::ACCEL_MISSING
-                | SampleFlags::MAG_MISSING
-                | SampleFlags::TEMPERATURE_MISSING;
-            return Some(Sample { t_us, flags, ..Sample::default() });
+            let flags = INERTIAL_MISSING | SampleFlags::MAG_MISSING | SampleFlags::TEMPERATURE_MISSING;
+            return Sample { t_us, flags, ..Sample::default() };
         };
-        self.counts.stamp_error_us = self.counts.stamp_error_us.max(came.t_us.abs_diff(truth_us));
-        Some(Sample { t_us, ..came })
+        self.counts.stamp_error_us = self.counts.stamp_error_us.max(came.t_us.abs_diff(self.truth_us));
+        Sample { t_us, flags: came.flags | self.lacks, ..*came }
     }
 
     /// What came of it so far.
@@ -115,3 +117,6 @@ impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
         self.pair.counters()
     }
 }
+
+/// What a part with a FIFO never lacks alone.
+const INERTIAL_MISSING: SampleFlags = SampleFlags::GYRO_MISSING.union(SampleFlags::ACCEL_MISSING);

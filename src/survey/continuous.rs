@@ -8,7 +8,7 @@ use super::{
 use crate::{
     attitude::{Attitude, AttitudeFlags, ToolAngleSigmas, ToolAngles, positive_angle},
     config::{Earth, SurveyConfig},
-    rotation::rotate,
+    rotation::{rotate, sine_and_cosine},
 };
 use core::f32::consts::{PI, TAU};
 use nalgebra::{Quaternion, Vector3};
@@ -68,7 +68,7 @@ impl Continuous {
         let field = self.field.value();
         let dip = self.dip.value();
         let horizontal_ut = match (field, dip, earth.magnetic_field_ut, earth.dip_rad) {
-            (Some(total), Some(dip), ..) | (.., Some(total), Some(dip)) => total * libm::cosf(dip),
+            (Some(total), Some(dip), ..) | (.., Some(total), Some(dip)) => total * sine_and_cosine(dip).1,
             _ => 0.0,
         };
         let known = angles(attitude, horizontal_ut, earth);
@@ -101,7 +101,7 @@ fn angles(attitude: &Attitude, horizontal_ut: f32, earth: &Earth) -> Angles {
     let declination = earth.declination_rad.unwrap_or(0.0);
     let from_magnetic = |angle: f32| positive_angle(libm::remainderf(angle - declination, TAU));
     let (inclination, azimuth) = (attitude.sigma_inclination_rad, attitude.sigma_azimuth_rad);
-    let (s, c) = libm::sincosf(attitude.inclination_rad);
+    let (s, c) = sine_and_cosine(attitude.inclination_rad);
     let sine = if s > 1e-6 { s } else { 1e-6 };
     let capped = |sigma: f32| if sigma < PI { sigma } else { PI };
     let near_vertical = attitude.flags.contains(AttitudeFlags::NEAR_VERTICAL);

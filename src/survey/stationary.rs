@@ -10,6 +10,7 @@ use super::{
 use crate::{
     attitude::Rest,
     config::{Earth, SurveyConfig},
+    rotation::sine_and_cosine,
 };
 use nalgebra::Vector3;
 
@@ -206,7 +207,7 @@ impl StationarySurvey {
         let field = block.field.mean();
         self.field_whole &= field.is_some();
         let turned = |first: &Vector3<f32>, mean: Option<Vector3<f32>>| {
-            let sine = libm::sinf(config.max_turn_rad);
+            let (sine, _) = sine_and_cosine(config.max_turn_rad);
             mean.is_some_and(|mean| {
                 first.cross(&mean).norm_squared() > sine * sine * first.norm_squared() * mean.norm_squared()
             })

@@ -1,7 +1,5 @@
+use crate::rotation::sine_and_cosine;
 use nalgebra::Vector3;
-
-/// Up to this step the sine and cosine are short series, radians.
-const LARGEST_SERIES_RAD: f32 = 0.5;
 
 /// An angle about the tool axis, kept as cosine and sine so that it never has to be reduced.
 #[derive(Clone, Copy, Debug)]
@@ -13,16 +11,9 @@ pub(crate) struct Turn {
 impl Turn {
     pub(crate) const NONE: Self = Self { cosine: 1.0, sine: 0.0 };
 
-    /// Turns on by an angle, radians. Up to half a radian by series (error under 2e-7; the next term of the cosine is angle^8 / 40,320, at most
-    /// 1e-7), beyond by `libm`.
+    /// Turns on by an angle, radians.
     pub(crate) fn by(&mut self, angle_rad: f32) {
-        let (s, c) = if angle_rad.abs() <= LARGEST_SERIES_RAD {
-            let x = angle_rad * angle_rad;
-            let c = 1.0 - x * (0.5 - x * (1.0 / 24.0 - x * (1.0 / 720.0)));
-            (angle_rad * (1.0 - x * (1.0 / 6.0 - x * (1.0 / 120.0 - x * (1.0 / 5_040.0)))), c)
-        } else {
-            libm::sincosf(angle_rad)
-        };
+        let (s, c) = sine_and_cosine(angle_rad);
         let cosine = self.cosine * c - self.sine * s;
         let sine = self.sine * c + self.cosine * s;
         let renormalised = 1.5 - 0.5 * (cosine * cosine + sine * sine);
@@ -48,9 +39,5 @@ mod tests {
             let v = turn.back(&Vector3::x());
             assert!((f64::from(v.x) - c).abs() < 2e-4 && (f64::from(v.y) - s).abs() < 2e-4, "{step} {v} {c} {s}");
         }
-        let mut once = Turn::NONE;
-        once.by(LARGEST_SERIES_RAD);
-        let exact = libm::sincos(f64::from(LARGEST_SERIES_RAD));
-        assert!((f64::from(once.sine) - exact.0).abs() < 2e-7 && (f64::from(once.cosine) - exact.1).abs() < 2e-7);
     }
 }

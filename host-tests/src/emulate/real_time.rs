@@ -1,8 +1,8 @@
 //! The probe's program in real time on the emulated chip: sensors that go on with the clock, telemetry on the serial line.
 
 use super::{Board, EmulateError, Firmware, build_firmware};
-use crate::{deadline, toolchain::Toolchain};
-use meerkat_mwd::{Config, Sample, config::SurveyConfig, telemetry::StreamConfig};
+use crate::{deadline, through_sensors, toolchain::Toolchain};
+use meerkat_mwd::{Config, Sample, config::SurveyConfig, sensor_models::Recording, telemetry::StreamConfig};
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Duration};
 
 /// A stage of the program.
@@ -73,7 +73,8 @@ impl Landed {
 }
 
 impl RealTime {
-    /// Builds the firmware and runs it over the samples, one each sample period; their own times are not used.
+    /// Builds the firmware and runs it over the samples, one each sample period; their own times are not used. They are the truth of register models
+    /// of the sensors.
     ///
     /// # Errors
     /// Whatever keeps the program from coming to its end.
@@ -84,19 +85,36 @@ impl RealTime {
         self.run_in(directory.path(), toolchain, limit)
     }
 
-    /// Writes what a run reads: firmware, configuration, sensors. A `flash.bin` that is there (49,152 bytes, erased ones 0xFF) is the memory
+    /// Writes what a run reads: firmware, configuration, sensors' truth. A `flash.bin` that is there (49,152 bytes, erased ones 0xFF) is the memory
     /// of stored models; without one the probe has none.
     ///
     /// # Errors
     /// The directory cannot be written.
     pub fn prepare_in(&self, directory: &Path, firmware: &Firmware, samples: &[Sample]) -> Result<(), EmulateError> {
         let hang = self.hang.map(|(stage, sample)| (stage as u8, sample));
-        let what = (self.config, self.survey, self.stream, self.recording, self.key, hang, self.power_cut_after);
+        let (truth, sensors) = self.played(samples);
+        let what =
+            (self.config, self.survey, self.stream, self.recording, self.key, sensors, hang, self.power_cut_after);
         let boot = postcard::to_stdvec(&what)?;
         fs::write(directory.join("probe"), &firmware.elf).map_err(file("the firmware cannot be copied"))?;
         fs::write(directory.join("boot.bin"), boot).map_err(file("the configuration cannot be written"))?;
-        let sensors: Vec<u8> = samples.iter().flat_map(record).collect();
-        fs::write(directory.join("sensors.bin"), sensors).map_err(file("the sensors' file cannot be written"))
+        let truth: Vec<u8> = truth.iter().flat_map(record).collect();
+        fs::write(directory.join("sensors.bin"), truth).map_err(file("the sensors' file cannot be written"))
+    }
+
+    /// The truth of the sensors, one sample each sample period, and how it is played.
+    fn played(&self, samples: &[Sample]) -> (Vec<Sample>, Recording) {
+        let period_us = self.config.sample_period_us;
+        let timed: Vec<Sample> = (samples.iter().zip(1_u64..))
+            .map(|(sample, k)| Sample { t_us: k * u64::from(period_us), ..*sample })
+            .collect();
+        (through_sensors::truth(&timed), through_sensors::recording(&timed, period_us))
+    }
+
+    /// What the adapters make of the samples there, and so what flies: the same on this machine.
+    #[must_use]
+    pub fn through_sensors(&self, samples: &[Sample]) -> Vec<Sample> {
+        through_sensors::play(&self.played(samples).0, self.config.sample_period_us).samples
     }
 
     /// Runs what was prepared, the serial line kept in `serial.bin`.

@@ -1,7 +1,10 @@
 //! How much quantisation may change the attitude.
 
 use crate::flight::Flight;
-use meerkat_mwd::Config;
+use meerkat_mwd::{
+    Config,
+    attitude::{Attitude, AttitudeFlags},
+};
 
 /// Sensitivities of the adapters' ranges: 70 mdps, 0.488 mg (ISM330DHCX at 2000 dps and 16 g), 1/75 microtesla (RM3100 at 200 cycles).
 const GYRO_DEG_S: f64 = 0.070;
@@ -28,7 +31,8 @@ const MEMORY_S: f64 = 10.0;
 ///   turns nothing.
 ///
 /// All of them add up in the same direction. It holds for flights with one and the same model: what an identification makes of other
-/// codes is not bounded by it.
+/// codes is not bounded by it. And it holds while both decide the same: a rate or a force at a threshold is over it in one code and under it in the
+/// next, and a rest that is seen a few blocks earlier corrects the attitude so much earlier ([`Difference::undecided`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuantisationBound {
     /// The gyro's walk, degrees.
@@ -68,23 +72,66 @@ impl QuantisationBound {
     }
 }
 
-/// Largest and root-mean-square angle between the attitudes of two flights over the same times, degrees.
-#[must_use]
-pub fn largest_difference_deg(a: &Flight, b: &Flight) -> (f64, f64) {
-    let angles: Vec<f64> = (a.outputs.iter().zip(&b.outputs))
-        .filter_map(|(a, b)| {
-            let dot: f64 = a.attitude?.q.iter().zip(b.attitude?.q).map(|(x, y)| f64::from(*x) * f64::from(y)).sum();
-            // Of unit quaternions to f32: a small angle from its sine, which the cosine loses.
-            let norm: f64 = a
-                .attitude?
-                .q
-                .iter()
-                .zip(b.attitude?.q)
-                .map(|(x, y)| (f64::from(*x) - dot.signum() * f64::from(y)).powi(2))
-                .sum();
-            Some((4.0 * (norm.sqrt() / 2.0).min(1.0).asin()).to_degrees())
-        })
-        .collect();
-    let rms = (angles.iter().map(|x| x * x).sum::<f64>() / angles.len().max(1) as f64).sqrt();
-    (angles.iter().copied().fold(0.0, f64::max), rms)
+/// How far apart the attitudes of two flights over the same times are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Difference {
+    /// Largest angle between them, degrees.
+    pub largest_deg: f64,
+    /// Root mean square of the angles, degrees.
+    pub rms_deg: f64,
+    /// Outputs at which only one of them has decided something, that the probe is at rest for instance: what is known differs, and by how much the
+    /// attitude was off shows as a difference. They are not in the numbers above.
+    pub undecided: usize,
+    /// Largest angle there, degrees.
+    pub undecided_deg: f64,
+    /// The same in deviations as the one that knows less states them.
+    pub undecided_deviations: f64,
+}
+
+/// Sigmas follow from what was decided, and from readings only through the attitude, by less than a thousandth here: where they differ by more
+/// than this part, the decisions did.
+const SAME_SIGMA: f64 = 0.01;
+
+impl Difference {
+    /// Between two flights.
+    #[must_use]
+    pub fn between(a: &Flight, b: &Flight) -> Self {
+        let mut difference = Self::default();
+        let (mut squares, mut decided) = (0.0, 0_usize);
+        for (a, b) in a.outputs.iter().zip(&b.outputs) {
+            let (Some(a), Some(b)) = (a.attitude, b.attitude) else { continue };
+            let angle_deg = angle_deg(&a, &b);
+            let (least, most) =
+                (rotation_sigma(&a).min(rotation_sigma(&b)), rotation_sigma(&a).max(rotation_sigma(&b)));
+            let tilts = (f64::from(a.sigma_inclination_rad), f64::from(b.sigma_inclination_rad));
+            let same = |a: f64, b: f64| (a - b).abs() <= SAME_SIGMA * a.max(b);
+            if same(least, most) && same(tilts.0, tilts.1) {
+                decided += 1;
+                squares += angle_deg * angle_deg;
+                difference.largest_deg = difference.largest_deg.max(angle_deg);
+            } else {
+                difference.undecided += 1;
+                difference.undecided_deg = difference.undecided_deg.max(angle_deg);
+                let deviations = angle_deg.to_radians() / most;
+                difference.undecided_deviations = difference.undecided_deviations.max(deviations);
+            }
+        }
+        difference.rms_deg = (squares / decided.max(1) as f64).sqrt();
+        difference
+    }
+}
+
+/// Angle of the rotation from one attitude to the other, degrees.
+fn angle_deg(a: &Attitude, b: &Attitude) -> f64 {
+    let dot: f64 = a.q.iter().zip(b.q).map(|(x, y)| f64::from(*x) * f64::from(y)).sum();
+    // Of unit quaternions to f32: a small angle from its sine, which the cosine loses.
+    let norm: f64 = a.q.iter().zip(b.q).map(|(x, y)| (f64::from(*x) - dot.signum() * f64::from(y)).powi(2)).sum();
+    (4.0 * (norm.sqrt() / 2.0).min(1.0).asin()).to_degrees()
+}
+
+/// Stated deviation of the rotation, radians: two tilts and a heading, which near the vertical is the toolface.
+fn rotation_sigma(attitude: &Attitude) -> f64 {
+    let near_vertical = attitude.flags.contains(AttitudeFlags::NEAR_VERTICAL);
+    let heading = if near_vertical { attitude.sigma_toolface_rad } else { attitude.sigma_azimuth_rad };
+    (2.0 * f64::from(attitude.sigma_inclination_rad).powi(2) + f64::from(heading).powi(2)).sqrt()
 }

@@ -5,7 +5,7 @@ mod cost;
 mod play;
 mod report;
 
-pub use bound::{QuantisationBound, largest_difference_deg};
+pub use bound::{Difference, QuantisationBound};
 pub use cost::SamplingCost;
-pub use play::{Played, WARM_UP_US, WORDS, each_field_once, play, recording, truth};
+pub use play::{Played, WORDS, each_field_once, play, recording, truth};
 pub use report::{Differences, differences, report};

@@ -2,19 +2,12 @@
 
 use meerkat_mwd::{
     Sample, SampleFlags,
-    sensor_models::{Conversions, ModelledParts, PlayedCounts, Recording, RecordingPlayer},
+    sensor_models::{Conversions, DITHER, ModelledParts, PlayedCounts, Recording, RecordingPlayer},
     sensors::Counters,
 };
 
 /// Depth of the FIFO that is modelled; with a watermark of one frame two words are in it.
 pub const WORDS: usize = 16;
-/// The parts are switched on so long before the recording, so that they have settled when it begins; their time is that much later.
-pub const WARM_UP_US: u64 = 1_000_000;
-/// Samples for the parts to settle.
-const WARM_UP_SAMPLES: u32 = 48;
-/// What a part at rest shows in any case, so that its adapter can see that it lives: some codes either way.
-const DITHER: [f32; 3] = [0.005, 0.02, 0.1];
-
 /// What came out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Played {
@@ -28,23 +21,32 @@ pub struct Played {
     pub counters: [Counters; 2],
 }
 
-/// The truth that is played for a recording: first a while for the parts to settle, all of it [`WARM_UP_US`] later. The same on a host and on
-/// the chip.
-pub fn truth(samples: &[Sample], period_us: u32) -> impl Iterator<Item = Sample> + '_ {
-    let first = samples.first().copied().unwrap_or_default();
-    let settle = (0..WARM_UP_SAMPLES).map(move |k| {
-        let t_us = first.t_us + WARM_UP_US - u64::from(WARM_UP_SAMPLES - k) * u64::from(period_us);
-        let side = if k % 2 == 0 { 1.0 } else { -1.0 };
-        let dithered = |v: [f32; 3], by: f32| v.map(|x| x + side * by);
-        Sample {
-            t_us,
-            gyro_rad_s: dithered(first.gyro_rad_s, DITHER[0]),
-            accel_m_s2: dithered(first.accel_m_s2, DITHER[1]),
-            mag_ut: dithered(first.mag_ut, DITHER[2]),
-            ..first
+/// The truth that is played for a recording: at instants without a gyro's or an accelerometer's reading, which a part has none of, the line between the
+/// readings before and after, give or take what a part shows in any case; the flags stay.
+#[must_use]
+pub fn truth(samples: &[Sample]) -> Vec<Sample> {
+    let mut truth = samples.to_vec();
+    let [gyro, accel, _] = DITHER;
+    fill(&mut truth, SampleFlags::GYRO_MISSING, gyro, |sample| &mut sample.gyro_rad_s);
+    fill(&mut truth, SampleFlags::ACCEL_MISSING, accel, |sample| &mut sample.accel_m_s2);
+    truth
+}
+
+fn fill(samples: &mut [Sample], missing: SampleFlags, dither: f32, of: impl Fn(&mut Sample) -> &mut [f32; 3]) {
+    let mut before = None;
+    for k in 0..samples.len() {
+        if !samples[k].flags.contains(missing) {
+            before = Some(k);
+            continue;
         }
-    });
-    settle.chain(samples.iter().map(|sample| Sample { t_us: sample.t_us + WARM_UP_US, ..*sample }))
+        let after = (k..samples.len()).find(|k| !samples[*k].flags.contains(missing));
+        let mut reading = |k: usize| (samples[k].t_us as f64, of(&mut samples[k]).map(f64::from));
+        let (from, to) = (before.or(after).map(&mut reading), after.or(before).map(&mut reading));
+        let (Some((from_us, from)), Some((to_us, to))) = (from, to) else { return };
+        let part = if to_us > from_us { (samples[k].t_us as f64 - from_us) / (to_us - from_us) } else { 0.0 };
+        let side = if k % 2 == 0 { dither } else { -dither };
+        *of(&mut samples[k]) = std::array::from_fn(|axis| (from[axis] + part * (to[axis] - from[axis])) as f32 + side);
+    }
 }
 
 /// How a recording is played: each sample is a conversion of the gyro and the accelerometer, each sample with a field one of the
@@ -57,12 +59,7 @@ pub fn recording(samples: &[Sample], period_us: u32) -> Recording {
     steps.sort_unstable();
     // A recorder's magnetometer may come unevenly: what is soon after the last is not too early.
     let magnetic = steps.get(steps.len() / 10).and_then(|step| u32::try_from(*step).ok());
-    Recording {
-        inertial_us: period_us,
-        magnetic_us: magnetic.unwrap_or(period_us),
-        settling: WARM_UP_SAMPLES,
-        later_us: WARM_UP_US,
-    }
+    Recording { inertial_us: period_us, magnetic_us: magnetic.unwrap_or(period_us) }
 }
 
 /// The recording with each magnetometer reading once: many recorders hold one over several samples, which a part that is read when it has
@@ -86,12 +83,15 @@ pub fn each_field_once(samples: &[Sample]) -> Vec<Sample> {
 pub fn play(samples: &[Sample], period_us: u32) -> Played {
     let parts = ModelledParts::<WORDS>::new(Conversions::WithEverySample);
     let mut player = RecordingPlayer::new(&parts, recording(samples, period_us));
+    let truth = truth(samples);
+    if let Some(first) = truth.first() {
+        player.settle(first);
+    }
     let through = |truth| {
-        player.pass_to(&truth);
+        player.pass_to(truth);
         player.service()
     };
-    let mut through: Vec<Sample> = truth(samples, period_us).filter_map(through).collect();
-    through.extend(std::iter::from_fn(|| player.finish()));
+    let through: Vec<Sample> = truth.iter().map(through).collect();
     let mut flagged = [0; 3];
     let sensors = [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
     for (recorded, came) in samples.iter().zip(&through) {

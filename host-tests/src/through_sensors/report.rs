@@ -1,6 +1,6 @@
 //! What `--through-sensors` says beside the flight.
 
-use super::{Played, QuantisationBound, largest_difference_deg};
+use super::{Difference, Played, QuantisationBound};
 use crate::flight::fly;
 use meerkat_mwd::{Config, Sample, SampleFlags, config::ConfigError};
 use std::io::{self, Write};
@@ -21,18 +21,26 @@ pub fn report(out: &mut impl Write, config: &Config, recorded: &[Sample], played
     let [gyro, accel, mag] = played.flagged;
     writeln!(
         out,
-        "         readings flagged on the way: gyro {gyro}, accelerometer {accel}, magnetometer {mag}; frames lost {}, restarts {}",
-        inertial.lost_frames.saturating_add(magnetic.lost_frames),
+        "         readings flagged on the way: gyro {gyro}, accelerometer {accel}, magnetometer {mag}; inertial frames lost {}, restarts {}",
+        inertial.lost_frames,
         inertial.restarts.saturating_add(magnetic.restarts)
     )?;
     match differences(config, recorded, &played.samples) {
-        Ok(Differences { quantisation_deg: (largest_deg, rms_deg), all_deg: (all_deg, all_rms_deg) }) => {
+        Ok(Differences { quantisation, all }) => {
             let bound = QuantisationBound::new(config, recorded.len());
             writeln!(
                 out,
-                "         attitude against the recording handed over, one model throughout, the same readings believed: {largest_deg:.3} deg at \
-                 most, {rms_deg:.3} rms; all readings believed there: {all_deg:.3} and {all_rms_deg:.3}"
+                "         attitude against the recording handed over, one model throughout, the same readings believed: {:.3} deg at \
+                 most, {:.3} rms; all readings believed there: {:.3} and {:.3}",
+                quantisation.largest_deg, quantisation.rms_deg, all.largest_deg, all.rms_deg
             )?;
+            if quantisation.undecided > 0 {
+                writeln!(
+                    out,
+                    "         but for {} samples where only one of the two had decided something, a rest for instance: {:.3} deg, {:.1} stated deviations",
+                    quantisation.undecided, quantisation.undecided_deg, quantisation.undecided_deviations
+                )?;
+            }
             writeln!(
                 out,
                 "         quantisation bound {:.3} deg: gyro {:.3} moving and {:.3} at rest, accelerometer {:.3}, magnetometer {:.3}",
@@ -47,13 +55,13 @@ pub fn report(out: &mut impl Write, config: &Config, recorded: &[Sample], played
     }
 }
 
-/// How far apart the attitudes are, largest and root mean square, degrees.
+/// How far apart the attitudes are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differences {
     /// What quantisation does: the recording that is handed over lacks the readings that the adapters did not believe.
-    pub quantisation_deg: (f64, f64),
+    pub quantisation: Difference,
     /// With what their lack does.
-    pub all_deg: (f64, f64),
+    pub all: Difference,
 }
 
 /// Flies both with nothing identified.
@@ -68,7 +76,7 @@ pub fn differences(config: &Config, recorded: &[Sample], through: &[Sample]) -> 
         .collect();
     let played = fly(&config, through, |_| {})?;
     Ok(Differences {
-        quantisation_deg: largest_difference_deg(&fly(&config, &believed, |_| {})?, &played),
-        all_deg: largest_difference_deg(&fly(&config, recorded, |_| {})?, &played),
+        quantisation: Difference::between(&fly(&config, &believed, |_| {})?, &played),
+        all: Difference::between(&fly(&config, recorded, |_| {})?, &played),
     })
 }

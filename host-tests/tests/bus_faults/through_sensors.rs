@@ -5,7 +5,7 @@ use mwd::{
     bench::one_window,
     configuration,
     simulate::simulate,
-    through_sensors::{QuantisationBound, differences, each_field_once, play},
+    through_sensors::{Difference, QuantisationBound, differences, each_field_once, play},
     trace::Trace,
 };
 use std::path::Path;
@@ -15,36 +15,50 @@ use std::path::Path;
 fn a_recording_through_the_models_has_the_same_attitude_within_the_quantisation_bound() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
     let trace = Trace::read(&path).unwrap();
-    within_the_bound(&trace);
+    within_the_bound(&trace, 200);
 }
 
 #[test]
 fn so_has_simulated_drilling() {
     let mut scenario = one_window::scenario("drilling_45deg").unwrap();
     scenario.duration_s = 60.0;
-    within_the_bound(&simulate(&scenario, 5).0);
+    within_the_bound(&simulate(&scenario, 5).0, 200);
 }
 
-/// A recorder that notes its accelerometer with every sixth sample, which no part with a FIFO does: half a frame waits there for the other half,
-/// frames are counted wrongly, and one sample in six has no time of its own.
+/// Where the uncalibrated gyro's bias is at the limit of rest, one flight sees rest earlier than the other, by what rounding does; from then on what is
+/// known differs, and the attitude is as far off as was stated.
 #[test]
-fn a_recording_that_lacks_readings_keeps_most_of_the_others() {
+fn and_so_has_a_vertical_hole_while_both_decide_the_same() {
+    let mut scenario = one_window::scenario("drilling_vertical").unwrap();
+    scenario.duration_s = 60.0;
+    let undecided = [1, 31, 34].map(|seed| {
+        let difference = within_the_bound(&simulate(&scenario, seed).0, 50);
+        assert!(difference.undecided_deviations < 3.0, "{difference:?}");
+        difference.undecided
+    });
+    assert!(
+        undecided.iter().any(|samples| *samples > 0) && undecided.iter().all(|samples| *samples < 2_000),
+        "{undecided:?}"
+    );
+}
+
+/// A recorder that notes its accelerometer with every sixth sample, which no part with a FIFO does: the model converts what lies between.
+#[test]
+fn a_recording_that_lacks_readings_loses_none_of_the_others() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_35_attached_magnet_63s.csv.gz");
     let trace = Trace::read(&path).unwrap();
-    let recorded = each_field_once(&trace.samples);
-    let played = play(&recorded, configuration::of_trace(&trace).sample_period_us);
-    println!("{:?} {:?}", played.counts, played.flagged);
-    assert_eq!(played.samples.len(), recorded.len());
-    assert!(played.counts.lost * 5 < played.counts.samples, "{:?}", played.counts);
-    assert!(played.flagged[0] * 5 < recorded.len(), "{:?}", played.flagged);
+    let lacking = trace.samples.iter().filter(|sample| sample.flags.contains(SampleFlags::ACCEL_MISSING)).count();
+    assert!(lacking * 2 > trace.samples.len());
+    within_the_bound(&trace, 200);
 }
 
-fn within_the_bound(trace: &Trace) {
+/// One of so many readings may be doubted: near zero an axis reads what a dead one does.
+fn within_the_bound(trace: &Trace, of_readings: usize) -> Difference {
     let config = configuration::of_trace(trace);
     let recorded = each_field_once(&trace.samples);
     let played = play(&recorded, config.sample_period_us);
     let differences = differences(&config, &recorded, &played.samples).unwrap();
-    let (largest_deg, _) = differences.quantisation_deg;
+    let Difference { largest_deg, .. } = differences.quantisation;
     let bound = QuantisationBound::new(&config, recorded.len());
     println!("{differences:?}; {bound:?}; flagged {:?} {:?}", played.flagged, played.counters);
     assert!(largest_deg < bound.total_deg(), "{largest_deg} deg, bound {}", bound.total_deg());
@@ -52,7 +66,7 @@ fn within_the_bound(trace: &Trace) {
     assert!(played.counts.stamp_error_us <= 1_000, "{:?}", played.counts);
     // A recorder's magnetometer repeats itself and is interpolated, which a part's does not.
     let [gyro, accel, mag] = played.flagged;
-    assert!(gyro.max(accel) * 200 < recorded.len() && mag * 5 < recorded.len(), "{:?}", played.flagged);
+    assert!(gyro.max(accel) * of_readings < recorded.len() && mag * 5 < recorded.len(), "{:?}", played.flagged);
     // Codes, not the recording: half a code of each range, on every sample.
     let half_codes = [0.0351_f32.to_radians(), 0.000_245 * 9.81, 0.055];
     for (through, recorded) in played.samples.iter().zip(&recorded) {
@@ -70,4 +84,5 @@ fn within_the_bound(trace: &Trace) {
             );
         }
     }
+    differences.quantisation
 }

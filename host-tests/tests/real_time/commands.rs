@@ -73,7 +73,8 @@ impl<'a> Owner<'a> {
 /// A run in which a model is accepted and the latest fit of all refused; the host's flight of it, bit for bit the probe's, tells.
 fn with_a_refused_fit() -> (Config, Vec<Sample>) {
     let last_is_refused = |(config, samples): &(Config, Vec<Sample>)| {
-        let reports = flight::fly(config, &samples[..140 * 200], |_| ()).unwrap().reports;
+        let flown = run(*config, None).through_sensors(&samples[..140 * 200]);
+        let reports = flight::fly(config, &flown, |_| ()).unwrap().reports;
         let looked: Vec<_> = reports.iter().filter(|report| report.cost_after.is_some()).collect();
         let accepted = looked.iter().any(|report| report.decision == Decision::Accepted);
         accepted && looked.last().is_some_and(|report| report.decision != Decision::Accepted)

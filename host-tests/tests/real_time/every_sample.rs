@@ -31,7 +31,7 @@ fn fly(duration_s: f64) -> Option<(Landed, Received)> {
     let received = Received::of(&landed.serial);
     assert!(received.is_whole(), "{:?}", received.link);
     // What is still in the queue when the sensors' file ends was not sent.
-    let missing = missing_of_the_host(&config, &samples, &received.outputs);
+    let missing = missing_of_the_host(&config, &run.through_sensors(&samples), &received.outputs);
     assert!(missing <= landed.count("attitude_dropped").unwrap() + 2, "{missing} outputs are missing");
     assert_eq!(landed.count("windows"), Some(received.identifications.len() as u64));
     assert_eq!(landed.count("diagnoses"), Some(received.diagnoses.len() as u64));

@@ -30,6 +30,5 @@ fn a_hang_in_any_stage_resets_and_the_probe_goes_on() {
         let silent = samples.len() - before.len() - after.len();
         assert!((190..220).contains(&silent), "{stage:?}: {silent} samples in the gap");
         println!("{stage:?}: {} before, {silent} samples without an attitude, {} after", before.len(), after.len());
-        assert_eq!(landed.values["reset_reason"], "Watchdog");
     }
 }

@@ -1,7 +1,10 @@
 //! Gravity and field that agree with each other and not with the attitude: it is the attitude that is wrong.
 
 use super::{AttitudeFilter, BIAS, HEADING, LOST_RAD, PI};
-use crate::config::{AttitudeConfig, Earth};
+use crate::{
+    config::{AttitudeConfig, Earth},
+    rotation::sine_and_cosine,
+};
 use nalgebra::Vector3;
 
 /// Smoothing of what is compared, seconds: some swings of a vibration.
@@ -109,7 +112,7 @@ impl AttitudeFilter {
         // the slope of a sine is the cosine, and no less than the tolerance itself
         let slope =
             if cosine_of_dip > config.mag_dip_tolerance_rad { cosine_of_dip } else { config.mag_dip_tolerance_rad };
-        let (sine, cosine) = libm::sincosf(earth.declination_rad.unwrap_or(0.0));
+        let (sine, cosine) = sine_and_cosine(earth.declination_rad.unwrap_or(0.0));
         let expected = Vector3::new(cosine_of_dip * cosine, cosine_of_dip * sine, sine_of_dip);
         let agree = (seen - sine_of_dip).abs() < config.mag_dip_tolerance_rad * slope;
         agree.then(|| (field / libm::sqrtf(field.norm_squared()) - expected).norm_squared())

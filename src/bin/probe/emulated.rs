@@ -1,5 +1,5 @@
-//! The emulated STM32F405 in real time: SysTick is the sample clock, recorded sensors are read from a file as each tick comes,
-//! frames go out and commands come in through USART1. The emulator's clock advances with executed instructions and jumps ahead
+//! The emulated STM32F405 in real time: SysTick is the sample clock, with each tick register models of the sensors are played a recording's
+//! next sample and the adapters on them read, frames go out and commands come in through USART1. The emulator's clock advances with executed instructions and jumps ahead
 //! while the chip sleeps, so a run is the same every time and an hour of it takes about as long as its work.
 //!
 //! Files, in the emulator's working directory: `boot.bin` and `sensors.bin` in. When the sensors' file is over the program prints what it
@@ -23,15 +23,21 @@ use crate::{
         sample_clock::{self, systick},
         stage::Stage,
     },
+    console::{
+        self,
+        Word::{Number, Text},
+        complain,
+    },
     reset_record, stack,
 };
 use boot::{Boot, Hang};
 use core::mem::MaybeUninit;
 use cortex_m::{Peripherals, peripheral::SCB};
-use cortex_m_rt::{ExceptionFrame, entry, exception};
+use cortex_m_rt::{entry, exception};
 use flash::FileFlash;
-use meerkat_mwd::{Probe, survey::Surveyor, telemetry::ResetReason};
-use semihosting::{eprintln, println, process};
+use meerkat_mwd::{Probe, sensor_models::Recording, survey::Surveyor, telemetry::ResetReason};
+use semihosting::process;
+use sensors::Modelled;
 use serial::Serial;
 
 #[entry]
@@ -44,6 +50,7 @@ fn main() -> ! {
     static mut COMMANDS: Commands = Commands::new();
     static mut MEMORY: MaybeUninit<Memory<FileFlash>> = MaybeUninit::uninit();
     static mut QUEUE: SampleQueue = SampleQueue::new();
+    static mut MODELLED: Modelled = Modelled::new();
 
     let pipeline = Pipeline {
         probe: PROBE,
@@ -52,10 +59,10 @@ fn main() -> ! {
         commands: COMMANDS,
         memory: None,
     };
-    match run(pipeline, MEMORY, QUEUE) {
+    match run(pipeline, MEMORY, (QUEUE, MODELLED)) {
         Ok(()) => process::exit(0),
         Err(message) => {
-            eprintln!("probe: {message}");
+            complain(&[Text(message)]);
             process::exit(1)
         }
     }
@@ -64,7 +71,7 @@ fn main() -> ! {
 fn run(
     pipeline: Pipeline<FileFlash>,
     memory: &'static mut MaybeUninit<Memory<FileFlash>>,
-    queue: &'static mut SampleQueue,
+    (queue, modelled): (&'static mut SampleQueue, &'static mut Modelled),
 ) -> Result<(), &'static str> {
     let peripherals = Peripherals::take().ok_or("started twice")?;
     stack::guard(&peripherals.MPU);
@@ -74,9 +81,9 @@ fn run(
         (None, _) => ResetReason::Software,
     };
     let (producer, consumer) = queue.split();
-    let (mut application, period_us) = start(pipeline, memory, consumer, reset_reason)?;
-    sensors::start(Acquisition::new(producer), period_us, application.board().hang)?;
-    systick::start(peripherals.SYST, peripherals.SCB, period_us);
+    let (mut application, recording) = start(pipeline, memory, consumer, reset_reason)?;
+    sensors::start(modelled, Acquisition::new(producer), recording, application.board().hang)?;
+    systick::start(peripherals.SYST, peripherals.SCB, recording.inertial_us);
     while !(sensors::are_over() && application.board().samples.is_empty()) {
         application.turn();
     }
@@ -91,7 +98,7 @@ fn start(
     memory: &'static mut MaybeUninit<Memory<FileFlash>>,
     samples: SampleConsumer,
     reset_reason: ResetReason,
-) -> Result<(Application<Emulated>, u32), &'static str> {
+) -> Result<(Application<Emulated>, Recording), &'static str> {
     let boot = Boot::read()?;
     let serial = Serial::start(boot.settings.stream.bytes_per_s);
     // A defect is played once.
@@ -101,10 +108,10 @@ fn start(
         pipeline.memory = Memory::start(memory, flash, &boot.settings.config, watchdog::feed);
     }
     let application = Application::start(board, pipeline, &boot.settings).map_err(|error| {
-        eprintln!("probe: {error}");
+        complain(&[Text(error.field), Text(" must be "), Text(error.must_be)]);
         "the configuration cannot be used"
     })?;
-    Ok((application, boot.settings.config.sample_period_us))
+    Ok((application, boot.sensors))
 }
 
 struct Emulated {
@@ -167,8 +174,6 @@ impl Board for Emulated {
 
 #[inline(never)]
 fn print(application: &mut Application<Emulated>) {
-    let reset_reason = application.board().reset_reason;
-    println!("reset_reason = {reset_reason:?}");
     let counts = application.counts();
     let line = application.pipeline().line.counters();
     let pipeline = application.pipeline().probe.counters();
@@ -206,7 +211,7 @@ fn print(application: &mut Application<Emulated>) {
         [stored.1, failures.1] = memory.stored_and_failed();
     }
     for (name, value) in values {
-        println!("{name} = {value}");
+        console::print(&[Text(name), Text(" = "), Number(value.into())]);
     }
 }
 
@@ -216,12 +221,4 @@ fn SysTick() {
     reset_record::count_powered_round();
     watchdog::count_down();
     SCB::set_pendsv();
-}
-
-// SAFETY: it only reports and ends the program; it returns to no faulted code.
-#[allow(unsafe_code)]
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    eprintln!("probe: hard fault at {:#010x}", frame.pc());
-    process::exit(1)
 }

@@ -15,6 +15,8 @@ mod trace_flight;
 
 #[cfg(all(target_os = "none", feature = "application"))]
 mod application;
+#[cfg(all(target_os = "none", feature = "console"))]
+mod console;
 #[cfg(all(target_os = "none", feature = "application"))]
 mod reset_record;
 #[cfg(all(target_os = "none", feature = "spi-sensors"))]

@@ -14,7 +14,7 @@ use crate::{
     reset_record,
     serial_queues::SerialQueues,
 };
-use core::{cell::RefCell, mem::MaybeUninit};
+use core::{cell::Cell, mem::MaybeUninit};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
 use meerkat_mwd::telemetry::ResetReason;
@@ -22,7 +22,7 @@ use meerkat_mwd::telemetry::ResetReason;
 pub type BoardSensors = Sensors<chip::Inertial, chip::Magnetic>;
 
 /// On its way to the interrupt.
-static SENSORS: Mutex<RefCell<Option<&'static mut BoardSensors>>> = Mutex::new(RefCell::new(None));
+static SENSORS: Mutex<Cell<Option<&'static mut BoardSensors>>> = Mutex::new(Cell::new(None));
 
 /// Before the sample clock.
 pub fn start_sensors(
@@ -31,7 +31,7 @@ pub fn start_sensors(
     acquisition: Acquisition,
 ) {
     let sensors = place.write(Sensors::new(inertial, magnetic, acquisition));
-    critical_section::with(|cs| SENSORS.borrow(cs).replace(Some(sensors)));
+    critical_section::with(|cs| SENSORS.borrow(cs).set(Some(sensors)));
 }
 
 #[exception]

@@ -12,7 +12,7 @@ mod trace_reader;
 
 use crate::stack;
 use core::mem::MaybeUninit;
-use cortex_m_rt::{ExceptionFrame, entry, exception};
+use cortex_m_rt::entry;
 use fault::Fault;
 use instruction_counter::{InstructionCounter, Tally};
 use meerkat_mwd::{
@@ -23,7 +23,7 @@ use meerkat_mwd::{
     telemetry::{Record, Summary},
 };
 use record_writer::RecordWriter;
-use semihosting::{eprintln, process};
+use semihosting::process;
 use sensors::Sensors;
 use trace_reader::TraceReader;
 
@@ -39,7 +39,7 @@ fn main() -> ! {
     match fly(PROBE, INPUT, OUTPUT, (PARTS, PLAYER)) {
         Ok(()) => process::exit(0),
         Err(fault) => {
-            eprintln!("probe: {fault}");
+            fault.complain();
             process::exit(1)
         }
     }
@@ -156,12 +156,4 @@ fn push_sample(probe: &mut Probe, sample: &Sample) -> Option<Output> {
 #[inline(never)]
 fn poll_probe(probe: &mut Probe) -> Option<WindowReport> {
     probe.poll(probe.poll_budget())
-}
-
-// SAFETY: it only reports and ends the program; it returns to no faulted code.
-#[allow(unsafe_code)]
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    eprintln!("probe: hard fault at {:#010x}", frame.pc());
-    process::exit(1)
 }

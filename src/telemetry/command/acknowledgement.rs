@@ -35,7 +35,6 @@ pub enum CommandRefusal {
     /// A number in it is out of its bounds.
     OutOfBounds {
         /// Which.
-        #[cfg_attr(all(feature = "defmt", target_os = "none"), defmt(Display2Format))]
         field: FieldName,
     },
     /// It changes calibration and came without authentication.

@@ -1,4 +1,5 @@
 use super::{super::Grid, UNDER_WAY};
+use crate::rotation::sine_and_cosine;
 use core::f32::consts::PI;
 
 /// From one test window to the next, seconds: two seconds are the length that measures best (1 s: 1.3 times the rate error).
@@ -27,7 +28,7 @@ impl TestFunction {
         let duration = self.length as f32 * self.interval_s;
         for (k, (weight, slope)) in self.weight.iter_mut().zip(&mut self.slope).enumerate().take(self.length) {
             let angle = PI * (k as f32 + 0.5) / self.length as f32;
-            let (sine, cosine) = libm::sincosf(angle);
+            let (sine, cosine) = sine_and_cosine(angle);
             *weight = sine * sine;
             *slope = 2.0 * sine * cosine * PI / duration;
         }

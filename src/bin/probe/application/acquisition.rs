@@ -88,12 +88,6 @@ impl Acquisition {
         add(&COUNTS.served, 1);
     }
 
-    /// Leaves out the numbers of samples that nobody read.
-    #[cfg(feature = "board-emulated")]
-    pub const fn lost(&mut self, samples: u32) {
-        self.sequence = self.sequence.wrapping_add(samples);
-    }
-
     /// Counts a reading that failed.
     #[cfg(feature = "spi-sensors")]
     pub fn fault(&mut self) {

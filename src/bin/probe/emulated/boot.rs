@@ -1,6 +1,7 @@
 //! What a run starts from: `boot.bin`, in postcard's encoding.
 
 use crate::application::{Settings, stage::Stage};
+use meerkat_mwd::sensor_models::Recording;
 use semihosting::{fs::File, io::Read};
 
 /// More than the encoding ever takes.
@@ -8,6 +9,8 @@ const LONGEST: usize = 1024;
 
 pub struct Boot {
     pub settings: Settings,
+    /// How the sensors' file is played.
+    pub sensors: Recording,
     /// A defect to play.
     pub hang: Option<Hang>,
     /// Words programmed and sectors erased before the power is cut.
@@ -34,8 +37,16 @@ impl Boot {
             }
         }
         let bytes = bytes.get(..used).unwrap_or_default();
-        let (config, survey, stream, recording, key, hang, power_cut_after): (_, _, _, _, _, Option<(u8, u32)>, _) =
-            postcard::from_bytes(bytes).map_err(|_| "boot.bin does not hold a configuration and what to do with it")?;
+        let (config, survey, stream, recording, key, sensors, hang, power_cut_after): (
+            _,
+            _,
+            _,
+            _,
+            _,
+            _,
+            Option<(u8, u32)>,
+            _,
+        ) = postcard::from_bytes(bytes).map_err(|_| "boot.bin does not hold a configuration and what to do with it")?;
         let hang = match hang {
             None => None,
             Some((number, at_sample)) => {
@@ -44,6 +55,7 @@ impl Boot {
                 Some(Hang { stage, at_sample })
             }
         };
-        Ok(Self { settings: Settings { config, survey, stream, recording, key }, hang, power_cut_after })
+        let settings = Settings { config, survey, stream, recording, key };
+        Ok(Self { settings, sensors, hang, power_cut_after })
     }
 }

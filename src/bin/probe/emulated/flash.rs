@@ -1,8 +1,8 @@
 //! Sectors 1 to 3 of the flash, played by a file: the emulated chip's own is read-only. Programming clears bits, erasing sets them.
 
+use crate::console::{Word::Text, complain};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use semihosting::{
-    eprintln,
     fs::{File, OpenOptions},
     io::{Read, Seek, SeekFrom, Write},
     process,
@@ -58,7 +58,7 @@ impl FileFlash {
     }
 
     fn cut(&self) -> ! {
-        eprintln!("the power is cut");
+        complain(&[Text("the power is cut")]);
         process::exit(POWER_CUT)
     }
 }

@@ -1,6 +1,6 @@
 //! Why a run ended early.
 
-use core::fmt;
+use crate::console::{Word::Text, complain};
 use meerkat_mwd::config::ConfigError;
 
 /// Why a run ended early; its text goes to the emulator's standard error and the exit status is 1.
@@ -15,13 +15,15 @@ pub enum Fault {
     StackOverflow,
 }
 
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Fault {
+    pub fn complain(&self) {
         let text = match self {
             Self::TraceMissing => "trace.bin cannot be opened",
             Self::TraceUnreadable => "trace.bin cannot be read",
             Self::TraceMalformed => "trace.bin does not hold a configuration and whole samples",
-            Self::Config(error) => return error.fmt(f),
+            Self::Config(ConfigError { field, must_be, .. }) => {
+                return complain(&[Text("configuration: "), Text(field), Text(" must be "), Text(must_be)]);
+            }
             Self::FlightNotWritten => "flight.bin cannot be written",
             Self::RecordTooLarge => "a record is larger than the output buffer",
             Self::InstructionCounter => {
@@ -29,6 +31,6 @@ impl fmt::Display for Fault {
             }
             Self::StackOverflow => "the stack has run into the static data",
         };
-        f.write_str(text)
+        complain(&[Text(text)]);
     }
 }

@@ -5,12 +5,15 @@ use super::{
     instruction_counter::{InstructionCounter, Tally, ticks},
     trace_reader::TraceReader,
 };
+use crate::console::{
+    Word::{Number, Text},
+    print,
+};
 use core::mem::MaybeUninit;
 use meerkat_mwd::{
     Sample,
     sensor_models::{Conversions, ModelledParts, Recording, RecordingPlayer, WireMeter},
 };
-use semihosting::println;
 
 /// Depth of the FIFO that is modelled: the same as on the host.
 const WORDS: usize = 16;
@@ -22,6 +25,7 @@ pub type Player = MaybeUninit<RecordingPlayer<'static, WORDS>>;
 
 pub struct Sensors {
     played: Option<(&'static ModelledParts<WORDS>, &'static mut RecordingPlayer<'static, WORDS>)>,
+    settled: bool,
     tally: Tally,
 }
 
@@ -31,24 +35,25 @@ impl Sensors {
     pub fn new(recording: Option<Recording>, parts: &'static mut Parts, player: &'static mut Player) -> Self {
         let played = recording.map(|recording| {
             let parts = &*parts.write(ModelledParts::new(Conversions::WithEverySample));
-            parts.meter.set(Some(WireMeter { count: ticks, spent: 0 }));
             (parts, player.write(RecordingPlayer::new(parts, recording)))
         });
-        Self { played, tally: Tally::default() }
+        Self { played, settled: false, tally: Tally::default() }
     }
 
     /// The next sample; `None`: the trace is over.
     pub fn next(&mut self, trace: &mut TraceReader, counter: &InstructionCounter) -> Result<Option<Sample>, Fault> {
-        while let Some(truth) = trace.next::<Sample>()? {
-            let Some((_, player)) = &mut self.played else { return Ok(Some(truth)) };
-            player.pass_to(&truth);
-            let (sample, ticks) = counter.measure(|| service(player));
-            self.tally.add(ticks);
-            if sample.is_some() {
-                return Ok(sample);
-            }
+        let truth = trace.next::<Sample>()?;
+        let (Some(truth), Some((parts, player))) = (&truth, &mut self.played) else { return Ok(truth) };
+        if !self.settled {
+            self.settled = true;
+            player.settle(truth);
+            // What a flight takes is counted from here on.
+            parts.meter.set(Some(WireMeter { count: ticks, spent: 0 }));
         }
-        Ok(self.played.as_mut().and_then(|(_, player)| player.finish()))
+        player.pass_to(truth);
+        let (sample, ticks) = counter.measure(|| service(player));
+        self.tally.add(ticks);
+        Ok(Some(sample))
     }
 
     /// Prints what it took; the host reads it.
@@ -57,15 +62,27 @@ impl Sensors {
         let cost = counter.cost(&self.tally);
         let wires = counter.instructions(parts.meter.get().map_or(0, |meter| meter.spent));
         let counts = player.counts();
-        println!(
-            "sampling truths {} instructions {} most {} wires {wires} samples {} lost {} stamp_error_us {}",
-            cost.calls, cost.instructions, cost.instructions_max, counts.samples, counts.lost, counts.stamp_error_us
-        );
+        print(&[
+            Text("sampling truths "),
+            Number(cost.calls),
+            Text(" instructions "),
+            Number(cost.instructions),
+            Text(" most "),
+            Number(cost.instructions_max),
+            Text(" wires "),
+            Number(wires),
+            Text(" samples "),
+            Number(counts.samples.into()),
+            Text(" lost "),
+            Number(counts.lost.into()),
+            Text(" stamp_error_us "),
+            Number(counts.stamp_error_us),
+        ]);
     }
 }
 
 /// A function of its own, so that what is measured is the call.
 #[inline(never)]
-fn service(player: &mut RecordingPlayer<'static, WORDS>) -> Option<Sample> {
+fn service(player: &mut RecordingPlayer<'static, WORDS>) -> Sample {
     player.service()
 }
