@@ -8,7 +8,8 @@ use crate::{
 };
 use nalgebra::Matrix3;
 
-/// How long scale and coupling errors of the gyro act in one earth direction, seconds, where motion reverses.
+/// How long scale and coupling errors of the gyro act in one earth direction, seconds, where motion reverses: of a swing at 1.6 Hz, as fast as
+/// a hand, a radian.
 const SCALE_CORRELATION_S: f32 = 0.1;
 /// White noise of the accelerometer including what vibration folds into it, m/s^2 per root hertz (MEMS data sheets: 1e-3 to 3e-3).
 const FORCE_NOISE_M_S2_RTHZ: f32 = 0.01;
