@@ -66,7 +66,7 @@ impl Contest {
     /// with both of the first two; `everything`, the richest model's fit to all.
     pub fn play<'a>(
         &mut self,
-        witnesses: impl Iterator<Item = &'a TestEquations>,
+        witnesses: &mut dyn Iterator<Item = &'a TestEquations>,
         disturbed: f32,
         models: usize,
         known: &Known,
