@@ -64,21 +64,36 @@ impl AttitudeConfig {
     };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        let fields = [
-            (self.gyro_noise_rad_s_rthz, "attitude.gyro_noise_rad_s_rthz"),
-            (self.gyro_scale_sigma, "attitude.gyro_scale_sigma"),
-            (self.gyro_bias_walk_rad_s_rts, "attitude.gyro_bias_walk_rad_s_rts"),
-            (self.gyro_bias_sigma_rad_s, "attitude.gyro_bias_sigma_rad_s"),
-            (self.velocity_sigma_m_s, "attitude.velocity_sigma_m_s"),
-            (self.accel_sigma_m_s2, "attitude.accel_sigma_m_s2"),
-            (self.mag_sigma_rad, "attitude.mag_sigma_rad"),
-            (self.mag_timing_sigma_s, "attitude.mag_timing_sigma_s"),
-            (self.mag_norm_tolerance, "attitude.mag_norm_tolerance"),
-            (self.mag_dip_tolerance_rad, "attitude.mag_dip_tolerance_rad"),
-            (self.near_vertical_rad, "attitude.near_vertical_rad"),
-            (self.near_vertical_hysteresis_rad, "attitude.near_vertical_hysteresis_rad"),
-        ];
-        all_positive(&fields)?;
+        all_positive(
+            [
+                self.gyro_noise_rad_s_rthz,
+                self.gyro_scale_sigma,
+                self.gyro_bias_walk_rad_s_rts,
+                self.gyro_bias_sigma_rad_s,
+                self.velocity_sigma_m_s,
+                self.accel_sigma_m_s2,
+                self.mag_sigma_rad,
+                self.mag_timing_sigma_s,
+                self.mag_norm_tolerance,
+                self.mag_dip_tolerance_rad,
+                self.near_vertical_rad,
+                self.near_vertical_hysteresis_rad,
+            ],
+            &[
+                "attitude.gyro_noise_rad_s_rthz",
+                "attitude.gyro_scale_sigma",
+                "attitude.gyro_bias_walk_rad_s_rts",
+                "attitude.gyro_bias_sigma_rad_s",
+                "attitude.velocity_sigma_m_s",
+                "attitude.accel_sigma_m_s2",
+                "attitude.mag_sigma_rad",
+                "attitude.mag_timing_sigma_s",
+                "attitude.mag_norm_tolerance",
+                "attitude.mag_dip_tolerance_rad",
+                "attitude.near_vertical_rad",
+                "attitude.near_vertical_hysteresis_rad",
+            ],
+        )?;
         if self.gyro_bias_walk_rad_s_rts > 1.0 {
             return Err(ConfigError { field: "attitude.gyro_bias_walk_rad_s_rts", must_be: "at most 1" });
         }

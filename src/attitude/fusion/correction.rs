@@ -72,9 +72,10 @@ impl AttitudeFilter {
         let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
         let (resting, moving) = (self.rest.force_density(self.step_s), FORCE_NOISE_M_S2_RTHZ * FORCE_NOISE_M_S2_RTHZ);
         let noise_density = if self.rest.detected() && resting < moving { resting } else { moving };
-        // what the tool's own axes shake by at the frequency of a rotation is slow in the earth frame
+        // what the tool's own axes shake by at the frequency of a rotation is slow in the earth frame; the noise is in what is measured of it
         let shaken = self.shaking.density() * self.sustained.part();
-        let density = noise_density + shaken + if force_seen { 0.0 } else { UNSEEN_FORCE_DENSITY };
+        let force_density = if shaken > noise_density { shaken } else { noise_density };
+        let density = if force_seen { force_density } else { force_density + UNSEEN_FORCE_DENSITY };
         Spread {
             attitude: along + Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate),
             bias: config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * block.time_s,
