@@ -11,8 +11,9 @@ use nalgebra::Matrix3;
 /// How long scale and coupling errors of the gyro act in one earth direction, seconds, where motion reverses: of a swing at 1.6 Hz, as fast as
 /// a hand, a radian.
 const SCALE_CORRELATION_S: f32 = 0.1;
-/// White noise of the accelerometer including what vibration folds into it, m/s^2 per root hertz (MEMS data sheets: 1e-3 to 3e-3).
-const FORCE_NOISE_M_S2_RTHZ: f32 = 0.01;
+/// White noise of the accelerometer, m/s^2 per root hertz, the upper end of MEMS data sheets (1e-3 to 3e-3; MPU-9250 PS section 3.2: 300 ug).
+/// What vibration folds into it is measured where it matters.
+const FORCE_NOISE_M_S2_RTHZ: f32 = 0.003;
 /// Spectral density of the acceleration while the accelerometer is not seen: 1 m/s^2 correlated over 0.2 s, (m/s^2)^2/Hz.
 pub(super) const UNSEEN_FORCE_DENSITY: f32 = 0.4;
 
