@@ -57,7 +57,7 @@ impl RestEvidence {
         if group >= groups {
             return Some(false);
         }
-        let share = |g: usize| g * count / groups;
+        let share = |g: usize| (g * count).checked_div(groups).unwrap_or(0);
         let mine = share(group)..share(group + 1);
         let known = Known { variances: &UNIT, base, prior: base, theta };
         if piece.is_multiple_of(2) {

@@ -4,8 +4,6 @@
 //! some instant of the next, and u = R0 v there, `u2 - u1 = [u]x int R0 (dP w_raw - dc) dt`: equations over the whole turn that no
 //! acceleration between the rests is in. u is the mean of both ends, which leaves an error of third order where the gyro's grows steadily.
 
-#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
-
 use super::{
     Rest,
     rows::{GYRO, Rows},
@@ -140,11 +138,13 @@ impl Turn {
     /// Coefficients of P and c in what turns `u`.
     fn rows(&self, u: &Vector3<f32>) -> [[f32; GYRO]; 3] {
         let mut rows = [[0.0; GYRO]; 3];
-        for j in 0..3 {
-            for (k, sum) in self.rates.iter().enumerate() {
-                set_column(&mut rows, 3 * j + k, &u.cross(&sum.column(j)));
+        for (k, sum) in self.rates.iter().enumerate() {
+            for (j, column) in sum.column_iter().enumerate() {
+                set_column(&mut rows, 3 * j + k, &u.cross(&column));
             }
-            set_column(&mut rows, 9 + j, &self.time.column(j).cross(u));
+        }
+        for (j, column) in self.time.column_iter().enumerate() {
+            set_column(&mut rows, 9 + j, &column.cross(u));
         }
         rows
     }
@@ -153,7 +153,10 @@ impl Turn {
 #[inline(never)]
 fn set_column(rows: &mut [[f32; GYRO]; 3], column: usize, values: &Vector3<f32>) {
     for (row, value) in rows.iter_mut().zip(values) {
-        row[column] = *value;
+        // Beyond the columns there is nothing to set; said so that no panic can be reached.
+        if let Some(element) = row.get_mut(column) {
+            *element = *value;
+        }
     }
 }
 
