@@ -209,15 +209,15 @@ impl ErrorState {
 
     /// Whether every number is finite and every variance positive.
     pub(crate) fn is_sound(&self) -> bool {
-        // of finite numbers zero, of others not a number
-        let mut zero = 0.0;
+        // one number that is not finite makes the sum so
+        let mut sum = 0.0;
         for r in 0..STATES {
-            zero += 0.0 * self.correction[r];
+            sum += self.correction[r];
             for c in r..STATES {
-                zero += 0.0 * self.covariance[r][c];
+                sum += self.covariance[r][c];
             }
         }
-        zero == 0.0 && (0..STATES).all(|i| self.covariance[i][i] > 0.0)
+        sum.is_finite() && (0..STATES).all(|i| self.covariance[i][i] > 0.0)
     }
 }
 

@@ -3,6 +3,8 @@ use crate::{
     rotation::sine_and_cosine,
 };
 
+// Times that cite nothing else are VQF's defaults (Laidig and Seel, Information Fusion 91, 2023).
+
 /// The reference is the mean of the undisturbed field over this time, seconds: slower than a passing disturbance.
 const REFERENCE_TIME_S: f32 = 20.0;
 /// Smoothing of norm and dip before they are compared, seconds: over the sensor's noise, under the time of a turn.
@@ -10,16 +12,16 @@ const SMOOTHING_S: f32 = 0.05;
 /// The field is used again after it has agreed this long, seconds: a field that turns in a disturbance crosses the
 /// undisturbed values for moments.
 const QUIET_S: f32 = 0.5;
-/// Time constant of the candidate, seconds.
-const CANDIDATE_TIME_S: f32 = 5.0;
 /// A new field becomes the reference after it has been steady this long while the probe turns, seconds. A disturbance that
-/// rides on the probe does not stay steady in norm and dip while it turns. (The time is VQF's: Laidig and Seel, Information
-/// Fusion 91, 2023.)
+/// rides on the probe does not stay steady in norm and dip while it turns.
 const NEW_FIELD_S: f32 = 20.0;
-/// Steadiness counts by this factor while the probe does not turn, where it proves little.
-const STILL_WEIGHT: f32 = 1.0 / 6.0;
-/// The probe turns above this rate, rad/s (VQF's 20 deg/s).
-const TURNING_RAD_S: f32 = 0.35;
+/// Time constant of the candidate, seconds: by then its first reading has 2 % of the weight.
+const CANDIDATE_TIME_S: f32 = 0.25 * NEW_FIELD_S;
+/// Steadiness counts by this factor while the probe does not turn, where it proves little: a magnet may lie there for a minute, so two
+/// minutes are asked for.
+const STILL_WEIGHT: f32 = NEW_FIELD_S / 120.0;
+/// The probe turns above this rate, rad/s: 20 deg/s.
+pub(crate) const TURNING_RAD_S: f32 = 0.35;
 
 /// The undisturbed magnetic field, by the two numbers that do not depend on heading: total field and dip.
 #[derive(Clone, Copy)]

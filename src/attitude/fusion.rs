@@ -34,9 +34,10 @@ const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
 /// One filter step gathers samples for about this long, seconds: half the shortest correlation time of an error that the filter
 /// knows (0.1 s), so that steps more often would say nothing more, and rotation inside is taken out sample by sample.
 const BLOCK_S: f32 = 0.05;
-/// Uncertainty of a tilt taken from a force that is as long as gravity, radians: 0.1 g of acceleration.
+/// Uncertainty of a tilt taken from a force that is as long as gravity, radians: 0.1 g of acceleration, a hand's.
 const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
-/// A rotation less certain than this is found anew from gravity and field, radians.
+/// A rotation less certain than this is found anew from gravity and field, radians: beyond, equations that are linear in it err by more than
+/// 1.5 %, the sine's third order.
 const LOST_RAD: f32 = 0.3;
 
 /// The attitude filter: strapdown propagation at the sample rate, corrected 20 times a second.

@@ -1,13 +1,14 @@
 use nalgebra::Vector3;
 
-/// Smoothing that the readings are compared with, seconds.
+/// Smoothing that the readings are compared with, seconds (VQF's default).
 const SMOOTHING_S: f32 = 0.5;
 /// Most deviation from the smoothed rate at rest, rad/s, and most smoothed rate: 2 deg/s, VQF's default (Laidig and Seel,
 /// Information Fusion 91, 2023), over the noise and the bias of a compensated MEMS gyro.
 const RATE_RAD_S: f32 = 0.035;
 /// Most deviation of specific force at rest, m/s^2 (VQF's default).
 const FORCE_M_S2: f32 = 0.5;
-/// Slowest swing of a probe at rest that is not seen as a turn, hertz; speed is acceleration over its angular frequency.
+/// Slowest swing of a probe at rest that is not seen as a turn, hertz: at 2 deg/s it swings by a third of a degree. Speed is acceleration over
+/// its angular frequency.
 const SWING_HZ: f32 = 1.0;
 /// Least speed of a probe at rest, m/s: a slower swing, by a degree at an arm of a third of a metre in a second.
 const LEAST_SPEED_M_S: f32 = 5e-3;

@@ -1,5 +1,5 @@
 use core::f32::consts::{PI, TAU};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 /// Squared sine of the inclination from which the sum of azimuth and toolface is as good as their joint formula: to 2e-6 rad at 6 deg.
 const ADDED_SQUARED_SINE: f32 = 0.01;
@@ -61,22 +61,26 @@ impl ToolAngleSigmas {
     /// With h = (cos A, sin A, 0) along the azimuth and n = (-sin A, cos A, 0) across it, phi = dA z + dI n + dT t for the tool
     /// axis t, so dI = phi.n, dT = phi.h / sin I, dA = phi_z - dT cos I, and d(A + T) = phi_z + tan(I/2) phi.h.
     pub(crate) fn of(c: &Matrix3<f32>, covariance: &Matrix3<f32>) -> Self {
-        let t = c.column(2);
+        let (t, p) = (c.column(2), covariance);
         let sine = libm::sqrtf(t.x * t.x + t.y * t.y);
         // along the vertical any direction is the azimuth's
-        let h = if sine > 1e-6 { Vector3::new(t.x / sine, t.y / sine, 0.0) } else { Vector3::x() };
-        let n = Vector3::new(-h.y, h.x, 0.0);
+        let (hx, hy) = if sine > 1e-6 { (t.x / sine, t.y / sine) } else { (1.0, 0.0) };
         let safe_sine = if sine > 1e-6 { sine } else { 1e-6 };
         let cosine_plus_one = if t.z > -1.0 + 1e-6 { 1.0 + t.z } else { 1e-6 };
-        let sigma = |direction: Vector3<f32>| {
-            let variance = direction.dot(&(covariance * direction));
+        // of phi.n, phi.h and phi_z, and what the last two have in common
+        let (xx, xy, yy) = (hx * hx, 2.0 * hx * hy, hy * hy);
+        let across = xx * p.m22 - xy * p.m12 + yy * p.m11;
+        let along = xx * p.m11 + xy * p.m12 + yy * p.m22;
+        let common = hx * p.m13 + hy * p.m23;
+        let turned = |by: f32| p.m33 + by * (2.0 * common + by * along);
+        let sigma = |variance: f32| {
             if variance < PI * PI { libm::sqrtf(if variance > 0.0 { variance } else { 0.0 }) } else { PI }
         };
         Self {
-            inclination_rad: sigma(n),
-            azimuth_rad: sigma(Vector3::z() - h * (t.z / safe_sine)),
-            gravity_toolface_rad: sigma(h / safe_sine),
-            magnetic_toolface_rad: sigma(Vector3::z() + h * (sine / cosine_plus_one)),
+            inclination_rad: sigma(across),
+            azimuth_rad: sigma(turned(-t.z / safe_sine)),
+            gravity_toolface_rad: sigma(along / (safe_sine * safe_sine)),
+            magnetic_toolface_rad: sigma(turned(sine / cosine_plus_one)),
         }
     }
 }
@@ -97,6 +101,7 @@ pub(crate) fn positive_angle(angle_rad: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::rotation::{exp_matrix, exp_quaternion, matrix};
+    use nalgebra::Vector3;
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
 

@@ -19,7 +19,7 @@ impl DiagnosisConfig {
     pub(crate) const UNSET: Self = Self { window_s: 0.0, latency_s: 0.0 };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        all_positive(&[(self.window_s, "diagnosis.window_s"), (self.latency_s, "diagnosis.latency_s")])?;
+        all_positive([self.window_s, self.latency_s], &["diagnosis.window_s", "diagnosis.latency_s"])?;
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         check(self.window_s >= 24.0, "diagnosis.window_s", "at least 24, for its groups of test windows")?;
         check(self.latency_s <= self.window_s, "diagnosis.latency_s", "at most window_s")?;

@@ -24,12 +24,15 @@ impl DynamicsConfig {
     pub(super) const UNSET: Self = Self { window_s: 0.0, rate_averaging_s: 0.0, shock_m_s2: 0.0, shock_pause_s: 0.0 };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        all_positive(&[
-            (self.window_s, "survey.dynamics.window_s"),
-            (self.rate_averaging_s, "survey.dynamics.rate_averaging_s"),
-            (self.shock_m_s2, "survey.dynamics.shock_m_s2"),
-            (self.shock_pause_s, "survey.dynamics.shock_pause_s"),
-        ])?;
+        all_positive(
+            [self.window_s, self.rate_averaging_s, self.shock_m_s2, self.shock_pause_s],
+            &[
+                "survey.dynamics.window_s",
+                "survey.dynamics.rate_averaging_s",
+                "survey.dynamics.shock_m_s2",
+                "survey.dynamics.shock_pause_s",
+            ],
+        )?;
         if self.window_s >= 2.0 * self.rate_averaging_s {
             Ok(())
         } else {

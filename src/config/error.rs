@@ -17,11 +17,15 @@ impl core::fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// Names the first of some fields that is not finite and positive.
+/// Names the first of some fields that is not finite and positive. Names apart from values, so that they are a constant.
+pub(super) fn all_positive<const N: usize>(values: [f32; N], names: &[&'static str; N]) -> Result<(), ConfigError> {
+    each_positive(&values, names)
+}
+
 #[inline(never)]
-pub(super) fn all_positive(fields: &[(f32, &'static str)]) -> Result<(), ConfigError> {
-    for &(value, field) in fields {
-        if !(value.is_finite() && value > 0.0) {
+fn each_positive(values: &[f32], names: &[&'static str]) -> Result<(), ConfigError> {
+    for (value, field) in values.iter().zip(names) {
+        if !(value.is_finite() && *value > 0.0) {
             return Err(ConfigError { field, must_be: "finite and positive" });
         }
     }

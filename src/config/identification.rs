@@ -52,19 +52,32 @@ impl IdentificationConfig {
     };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        let fields = [
-            (self.window_s, "identification.window_s"),
-            (self.step_s, "identification.step_s"),
-            (self.min_window_s, "identification.min_window_s"),
-            (self.latency_s, "identification.latency_s"),
-            (self.prior_sigma_diagonal, "identification.prior_sigma_diagonal"),
-            (self.prior_sigma_off_diagonal, "identification.prior_sigma_off_diagonal"),
-            (self.prior_sigma_bias_rad_s, "identification.prior_sigma_bias_rad_s"),
-            (self.forgetting_s, "identification.forgetting_s"),
-            (self.rest_gyro_deviation_rad_s, "identification.rest_gyro_deviation_rad_s"),
-            (self.max_bias_rad_s, "identification.max_bias_rad_s"),
-        ];
-        all_positive(&fields)?;
+        all_positive(
+            [
+                self.window_s,
+                self.step_s,
+                self.min_window_s,
+                self.latency_s,
+                self.prior_sigma_diagonal,
+                self.prior_sigma_off_diagonal,
+                self.prior_sigma_bias_rad_s,
+                self.forgetting_s,
+                self.rest_gyro_deviation_rad_s,
+                self.max_bias_rad_s,
+            ],
+            &[
+                "identification.window_s",
+                "identification.step_s",
+                "identification.min_window_s",
+                "identification.latency_s",
+                "identification.prior_sigma_diagonal",
+                "identification.prior_sigma_off_diagonal",
+                "identification.prior_sigma_bias_rad_s",
+                "identification.forgetting_s",
+                "identification.rest_gyro_deviation_rad_s",
+                "identification.max_bias_rad_s",
+            ],
+        )?;
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         check(self.window_s <= 50.0, "identification.window_s", "at most 50, the capacity of the window")?;
         check(self.min_window_s >= 20.0, "identification.min_window_s", "at least 20")?;

@@ -59,14 +59,24 @@ impl SurveyConfig {
     /// # Errors
     /// The first field that cannot be used.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        all_positive(&[
-            (self.settle_s, "survey.settle_s"),
-            (self.average_s, "survey.average_s"),
-            (self.max_turn_rad, "survey.max_turn_rad"),
-            (self.rotating_rad_s, "survey.rotating_rad_s"),
-            (self.near_vertical_rad, "survey.near_vertical_rad"),
-            (self.near_vertical_hysteresis_rad, "survey.near_vertical_hysteresis_rad"),
-        ])?;
+        all_positive(
+            [
+                self.settle_s,
+                self.average_s,
+                self.max_turn_rad,
+                self.rotating_rad_s,
+                self.near_vertical_rad,
+                self.near_vertical_hysteresis_rad,
+            ],
+            &[
+                "survey.settle_s",
+                "survey.average_s",
+                "survey.max_turn_rad",
+                "survey.rotating_rad_s",
+                "survey.near_vertical_rad",
+                "survey.near_vertical_hysteresis_rad",
+            ],
+        )?;
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         check((0.5..=600.0).contains(&self.average_s), "survey.average_s", "0.5 to 600")?;
         check((1..=1_000).contains(&self.rotating_turns), "survey.rotating_turns", "1 to 1000")?;

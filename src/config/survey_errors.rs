@@ -50,17 +50,30 @@ impl SurveyErrors {
     };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        all_positive(&[
-            (self.accel_bias_m_s2, "survey.errors.accel_bias_m_s2"),
-            (self.accel_scale, "survey.errors.accel_scale"),
-            (self.mag_bias_ut, "survey.errors.mag_bias_ut"),
-            (self.mag_scale, "survey.errors.mag_scale"),
-            (self.declination_rad, "survey.errors.declination_rad"),
-            (self.declination_rad_ut, "survey.errors.declination_rad_ut"),
-            (self.total_field_ut, "survey.errors.total_field_ut"),
-            (self.dip_rad, "survey.errors.dip_rad"),
-            (self.mag_timing_s, "survey.errors.mag_timing_s"),
-        ])?;
+        all_positive(
+            [
+                self.accel_bias_m_s2,
+                self.accel_scale,
+                self.mag_bias_ut,
+                self.mag_scale,
+                self.declination_rad,
+                self.declination_rad_ut,
+                self.total_field_ut,
+                self.dip_rad,
+                self.mag_timing_s,
+            ],
+            &[
+                "survey.errors.accel_bias_m_s2",
+                "survey.errors.accel_scale",
+                "survey.errors.mag_bias_ut",
+                "survey.errors.mag_scale",
+                "survey.errors.declination_rad",
+                "survey.errors.declination_rad_ut",
+                "survey.errors.total_field_ut",
+                "survey.errors.dip_rad",
+                "survey.errors.mag_timing_s",
+            ],
+        )?;
         let interference = self.axial_interference_ut;
         if interference.is_finite() && interference >= 0.0 {
             Ok(())

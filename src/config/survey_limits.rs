@@ -35,13 +35,16 @@ impl SurveyLimits {
     };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        all_positive(&[
-            (self.field_ut, "survey.limits.field_ut"),
-            (self.dip_rad, "survey.limits.dip_rad"),
-            (self.gravity_m_s2, "survey.limits.gravity_m_s2"),
-            (self.deviations, "survey.limits.deviations"),
-            (self.bad_over_limit, "survey.limits.bad_over_limit"),
-        ])?;
+        all_positive(
+            [self.field_ut, self.dip_rad, self.gravity_m_s2, self.deviations, self.bad_over_limit],
+            &[
+                "survey.limits.field_ut",
+                "survey.limits.dip_rad",
+                "survey.limits.gravity_m_s2",
+                "survey.limits.deviations",
+                "survey.limits.bad_over_limit",
+            ],
+        )?;
         if self.bad_over_limit >= 1.0 {
             Ok(())
         } else {

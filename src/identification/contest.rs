@@ -64,9 +64,9 @@ impl Contest {
 
     /// Plays that group, with the fits of `models` models: `witnesses`, the group's test windows, without those that are beyond `disturbed`
     /// with both of the first two; `everything`, the richest model's fit to all.
-    pub fn play<'a>(
+    pub fn play(
         &mut self,
-        witnesses: impl Iterator<Item = &'a TestEquations>,
+        witnesses: &mut dyn Iterator<Item = &TestEquations>,
         disturbed: f32,
         models: usize,
         known: &Known,

@@ -25,6 +25,8 @@ pub(crate) struct Job {
     /// End of the window that the P that flies was learnt from; 0: none.
     pub p_known_us: u64,
     pub rest_s: f32,
+    /// Pairs of rests until the close.
+    pub rest_pairs: u32,
     /// Largest error of the norm of specific force at a rest until the close, m/s^2.
     pub rest_norm_error_m_s2: Option<f32>,
 }
@@ -42,6 +44,7 @@ impl Job {
             rest_is_news: false,
             p_known_us: 0,
             rest_s: 0.0,
+            rest_pairs: 0,
             rest_norm_error_m_s2: None,
         }
     }

@@ -140,6 +140,9 @@ impl WindowFit {
             if contest.groups() < MIN_GROUPS {
                 return Err(self.too_few(contest.groups(), observability.rank()));
             }
+            if let Some(explained) = self.weak.too_little_explained(context, &theta) {
+                return Err(Refusal::MisfitNotExplained { explained });
+            }
             let news = acceptance::judge(&Evidence { outcome, promise });
             if news.is_ok() || context.flown.p == context.config.gyro.p {
                 return news;

@@ -16,6 +16,7 @@ mod observability;
 mod prior;
 mod refinement;
 mod report;
+mod rest_evidence;
 mod robust_weights;
 mod search;
 mod weak_fit;

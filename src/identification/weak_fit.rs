@@ -1,9 +1,10 @@
 use super::{
-    Carried, Prior,
+    Carried, LEAST_EXPLAINED, Prior,
     contest::{Contest, MAX_GROUPS, MIN_GROUPS, Outcome},
     job::{Context, Job},
     least_squares::{self, Freedom, Known, MagnetometerErrors, Model, RowVariances},
     prior::theta_of,
+    rest_evidence::RestEvidence,
     robust_weights::{RobustWeights, Round},
 };
 use crate::{
@@ -70,6 +71,8 @@ pub(crate) struct WeakFit {
     pub variances: RowVariances,
     pub magnetometer: MagnetometerErrors,
     pub contest: Contest,
+    /// The pairs of rests that judge in the place of test windows.
+    pub(super) rests: RestEvidence,
     /// The equations of all but the group that is being played.
     others: Equations,
 }
@@ -93,6 +96,7 @@ impl WeakFit {
             variances: RowVariances { gravity: 0.0, field: 0.0 },
             magnetometer: MagnetometerErrors::None,
             contest: Contest::zero(),
+            rests: RestEvidence::none(),
             others: Equations::zero(),
         }
     }
@@ -101,6 +105,7 @@ impl WeakFit {
     pub fn start(&mut self, context: &Context, job: &Job, carried: &Carried) {
         self.theta = theta_of(context.flown);
         self.base = Prior::new(&context.config.identification, &context.config.gyro, job.rest.as_ref());
+        self.rests = RestEvidence::new(context, job);
         self.carried = *carried;
         self.prior = self.base.with(carried);
         self.weights.start();
@@ -224,7 +229,26 @@ impl WeakFit {
             Freedom::Bias(p_part(&minus(&factory, &self.theta))),
         ]
         .map(|freedom| Model { freedom, magnetometer: self.magnetometer });
+        if self.is_judged_by_rests(context) {
+            let about = (&self.base, &self.theta);
+            return self.rests.play(context, piece, &models, about, &mut self.contest, &mut self.others);
+        }
         self.play(tests, piece, &models)
+    }
+
+    /// Whether pairs of rests take the place of test windows in the contest about the gyro.
+    fn is_judged_by_rests(&self, context: &Context) -> bool {
+        let [_, field] = self.seen;
+        field == 0 && self.rests.suffices(context)
+    }
+
+    /// The share of the misfit of pairs of rests that `theta` itself explains, where they judge and it is too little.
+    pub fn too_little_explained(&self, context: &Context, theta: &[f32; 12]) -> Option<f32> {
+        let change = minus(theta, &self.theta);
+        let explained = self.rests.explained(context, (&self.base, &self.theta), &change);
+        // Asked for what passes, so that a NaN does not.
+        let passes = explained >= LEAST_EXPLAINED;
+        (self.is_judged_by_rests(context) && !passes).then_some(explained)
     }
 
     /// First the equations of all but the group are summed, then the models are fitted to them, then the group is predicted.
@@ -252,8 +276,8 @@ impl WeakFit {
             }
             1 => self.contest.fit(&self.others, models, &known)?,
             _ => {
-                let witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
-                self.contest.play(witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
+                let mut witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
+                self.contest.play(&mut witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
                 if filled().nth(mine.start).is_some_and(|(number, _)| number < self.taught_tests) {
                     self.contest.not_fresh();
                 }

@@ -7,11 +7,11 @@
 //! inclination nor azimuth; the magnetometer's delay against the accelerometer turns the azimuth.
 
 use super::{
-    Quality, SixAxisAverages, Survey, SurveyInput, SurveyKind, SurveyReport,
+    SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,
     means::{BlockMean, MeanOfBlocks},
     record::ToolfaceSwitch,
     sensor_errors::turned_covariance,
-    six_axis::{SixAxis, SixAxisCovariance},
+    six_axis::SixAxisCovariance,
     turn::Turn,
 };
 use crate::config::{Earth, SurveyConfig};
@@ -194,38 +194,29 @@ impl RotatingSurvey {
         (earth, config): (&Earth, &SurveyConfig),
     ) -> Option<SurveyReport> {
         let errors = &config.errors;
-        let gravity = -self.force.mean();
-        let field = self.field.mean();
-        let seen = self.field_whole.then_some(field);
-        let six = SixAxis::of(&gravity, seen.as_ref())?;
+        let (force, field) = (self.force.mean(), self.field.mean());
         let time_s = t_us.saturating_sub(self.start_us) as f32 * 1e-6;
         let rate_rad_s = TAU * f32::from(self.force.count()) / if time_s > 0.0 { time_s } else { 1.0 };
         let late = Vector3::new(-field.y, field.x, 0.0) * (rate_rad_s * errors.mag_timing_s);
         let interference = errors.axial_interference_ut;
         let axial = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, interference * interference));
         let covariance = SixAxisCovariance {
-            gravity: turned_covariance(&gravity, errors.accel_bias_m_s2, errors.accel_scale) + self.force.covariance(),
+            gravity: turned_covariance(&force, errors.accel_bias_m_s2, errors.accel_scale) + self.force.covariance(),
             field: turned_covariance(&field, errors.mag_bias_ut, errors.mag_scale)
                 + late * late.transpose()
                 + axial
                 + self.field.covariance(),
         };
-        let span = [self.start_us, t_us];
-        let settings = (earth, config);
-        let mut survey = Survey::of_six_axis(SurveyKind::Rotating, span, &six, &covariance, toolface, settings);
-        survey.temperature_c = self.warmth.mean().map(|warmth| warmth.x);
-        Some(SurveyReport {
-            survey,
-            quality: Quality::of(&survey, earth, config),
-            averages: SixAxisAverages {
-                samples: self.samples,
-                raw_accel_m_s2: [0.0; 3],
-                raw_mag_ut: None,
-                force_m_s2: self.force.mean().into(),
-                field_ut: seen.map(Into::into),
-                rate_rad_s: [0.0, 0.0, self.smooth_rad_s],
-            },
-        })
+        let averages = SixAxisAverages {
+            samples: self.samples,
+            raw_accel_m_s2: [0.0; 3],
+            raw_mag_ut: None,
+            force_m_s2: force.into(),
+            field_ut: self.field_whole.then(|| field.into()),
+            rate_rad_s: [0.0, 0.0, self.smooth_rad_s],
+        };
+        let span_us = [self.start_us, t_us];
+        SurveyReport::of(SurveyKind::Rotating, span_us, averages, &covariance, &self.warmth, toolface, (earth, config))
     }
 }
 

@@ -1,11 +1,11 @@
 //! The survey at rest: settle, average, latch.
 
 use super::{
-    Quality, Survey, SurveyInput, SurveyKind,
+    SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,
     means::{BlockMean, MeanOfBlocks},
     record::ToolfaceSwitch,
     sensor_errors,
-    six_axis::{SixAxis, SixAxisCovariance},
+    six_axis::SixAxisCovariance,
 };
 use crate::{
     attitude::Rest,
@@ -34,36 +34,6 @@ pub enum StationaryState {
     Averaging,
     /// The survey is taken; the next one needs motion first.
     Latched,
-}
-
-/// Mean readings of a stationary survey: the six-axis record. Tool axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct SixAxisAverages {
-    /// Samples in the means.
-    pub samples: u32,
-    /// Accelerometer as it reads, m/s^2.
-    pub raw_accel_m_s2: [f32; 3],
-    /// Magnetometer as it reads, microtesla; `None`: it did not read throughout.
-    pub raw_mag_ut: Option<[f32; 3]>,
-    /// Calibrated specific force, m/s^2.
-    pub force_m_s2: [f32; 3],
-    /// Calibrated field, microtesla; `None`: it was not to be believed throughout.
-    pub field_ut: Option<[f32; 3]>,
-    /// Compensated body rate, rad/s: what is left of the gyro's bias and, where it was not taken out, the earth's rotation.
-    pub rate_rad_s: [f32; 3],
-}
-
-/// A survey from mean vectors, and what it is worth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct SurveyReport {
-    /// The survey.
-    pub survey: Survey,
-    /// Its totals against their references.
-    pub quality: Quality,
-    /// The mean readings. For a rotating survey those across the axis are in the frame that does not turn, and raw means are zero.
-    pub averages: SixAxisAverages,
 }
 
 /// One pair of sums for each sensor.
@@ -225,29 +195,29 @@ impl StationarySurvey {
         (earth, config): (&Earth, &SurveyConfig),
     ) -> Option<SurveyReport> {
         let means = &self.means;
-        let gravity = -means.force.mean();
-        let field = self.field_whole.then(|| means.field.mean());
-        let six = SixAxis::of(&gravity, field.as_ref())?;
+        let (force, field) = (means.force.mean(), means.field.mean());
         let covariance = SixAxisCovariance {
-            gravity: sensor_errors::gravity_covariance(&gravity, &config.errors) + means.force.covariance(),
-            field: sensor_errors::field_covariance(&means.field.mean(), &config.errors) + means.field.covariance(),
+            gravity: sensor_errors::gravity_covariance(&force, &config.errors) + means.force.covariance(),
+            field: sensor_errors::field_covariance(&field, &config.errors) + means.field.covariance(),
         };
-        let settings = (earth, config);
-        let mut survey =
-            Survey::of_six_axis(SurveyKind::Stationary, [self.since_us, t_us], &six, &covariance, toolface, settings);
-        survey.temperature_c = self.warmth.mean().map(|warmth| warmth.x);
-        Some(SurveyReport {
-            survey,
-            quality: Quality::of(&survey, earth, config),
-            averages: SixAxisAverages {
-                samples: self.samples,
-                raw_accel_m_s2: means.raw_accel.mean().into(),
-                raw_mag_ut: self.field_whole.then(|| means.raw_mag.mean().into()),
-                force_m_s2: means.force.mean().into(),
-                field_ut: field.map(Into::into),
-                rate_rad_s: means.rate.mean().into(),
-            },
-        })
+        let averages = SixAxisAverages {
+            samples: self.samples,
+            raw_accel_m_s2: means.raw_accel.mean().into(),
+            raw_mag_ut: self.field_whole.then(|| means.raw_mag.mean().into()),
+            force_m_s2: force.into(),
+            field_ut: self.field_whole.then(|| field.into()),
+            rate_rad_s: means.rate.mean().into(),
+        };
+        let span_us = [self.since_us, t_us];
+        SurveyReport::of(
+            SurveyKind::Stationary,
+            span_us,
+            averages,
+            &covariance,
+            &self.warmth,
+            toolface,
+            (earth, config),
+        )
     }
 }
 

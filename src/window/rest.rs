@@ -38,6 +38,8 @@ pub struct Rest {
     pub samples: u16,
     /// Mean specific force, m/s^2; `None` without readings.
     pub force_m_s2: Option<Vector3<f32>>,
+    /// Variance of that mean, of each axis, (m/s^2)^2.
+    pub force_variance: f32,
 }
 
 /// Sums over the first and the second half of the second.
@@ -73,6 +75,13 @@ impl Halves {
         if n == 0 { None } else { Some(self.origin + (self.sums[0] + self.sums[1]) / f32::from(n)) }
     }
 
+    /// Variance of one reading, sum of the axes.
+    fn variance(&self) -> f32 {
+        let n = f32::from(self.counts[0] + self.counts[1]);
+        let total = self.sums[0] + self.sums[1];
+        (self.square - total.norm_squared() / n) / (n - 1.0)
+    }
+
     /// Whether the direction turned by more than `limit_rad` from one half to the other, beyond 3 standard errors.
     fn turned(&self, limit_rad: f32) -> bool {
         let [n0, n1] = self.counts.map(f32::from);
@@ -81,9 +90,7 @@ impl Halves {
             return false;
         }
         let change = self.sums[0] / n0 - self.sums[1] / n1;
-        let total = self.sums[0] + self.sums[1];
-        let variance = (self.square - total.norm_squared() / (n0 + n1)) / (n0 + n1 - 1.0);
-        let error = libm::sqrtf(variance * (1.0 / n0 + 1.0 / n1));
+        let error = libm::sqrtf(self.variance() * (1.0 / n0 + 1.0 / n1));
         change.norm() > limit_rad * mean.norm() + 3.0 * error
     }
 }
@@ -170,7 +177,9 @@ impl RestDetector {
         }
         // Specific force is minus gravity's reading.
         let force_m_s2 = self.gravity.mean().map(|g| -g);
-        Some(Rest { rate, variance: variance.sum() / 3.0, samples: self.rates, force_m_s2 })
+        let readings = f32::from(self.gravity.counts[0] + self.gravity.counts[1]);
+        let force_variance = if readings > 1.0 { self.gravity.variance() / (3.0 * readings) } else { 0.0 };
+        Some(Rest { rate, variance: variance.sum() / 3.0, samples: self.rates, force_m_s2, force_variance })
     }
 }
 

@@ -123,7 +123,13 @@ mod tests {
 
     #[test]
     fn rests_average_and_age() {
-        let rest = |x: f32| Rest { rate: Vector3::repeat(x), variance: 1e-6, samples: 100, force_m_s2: None };
+        let rest = |x: f32| Rest {
+            rate: Vector3::repeat(x),
+            variance: 1e-6,
+            samples: 100,
+            force_m_s2: None,
+            force_variance: 0.0,
+        };
         let first = RestBias::from_rest(&rest(0.01), 0.0);
         let both = first.updated(&rest(0.02), 0.0);
         assert!((both.rate.x - 0.015).abs() < 1e-6);

@@ -1,7 +1,7 @@
 use super::bias_steps::BiasSteps;
 use super::{
-    Accumulator, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, Scales,
-    SurroundingsRing, TestFunction, rows::GYRO,
+    Accumulator, Grid, Increment, IncrementRing, Reading, RestBias, RestDetector, RestLimits, RestNorm, RestPairs,
+    Scales, SurroundingsRing, TestFunction, rows::GYRO,
 };
 use crate::compensation::{ActiveEffects, Effect, Moment, effect::REFERENCE_TEMPERATURE_C};
 use nalgebra::{Matrix3, Vector3};
@@ -29,6 +29,7 @@ pub(crate) struct SampleStream {
     /// The latest 64 seconds, one bit each, the newest lowest: 1 for rest.
     rest_history: u64,
     rest_norm: RestNorm,
+    pub rest_pairs: RestPairs,
     gravity_m_s2: f32,
     sample_period_us: u32,
     scales: Scales,
@@ -63,6 +64,7 @@ impl SampleStream {
             rest_bias_us: 0,
             rest_history: 0,
             rest_norm: RestNorm::zero(),
+            rest_pairs: RestPairs::zero(),
             gravity_m_s2: 0.0,
             sample_period_us: 0,
             scales: Scales::zero(),
@@ -90,6 +92,7 @@ impl SampleStream {
         self.bias_steps = BiasSteps::NONE;
         self.accumulator.start(t_us, self.grid, self.sample_period_us);
         self.theta = *theta;
+        self.rest_pairs.start(theta);
         self.rest_detector.start(self.sample_period_us);
     }
 
@@ -99,6 +102,7 @@ impl SampleStream {
         self.push_increment(&Increment { rate: None, gravity: None, field: None });
         self.accumulator.start(t_us, self.grid, self.sample_period_us);
         self.rest_detector.start(self.sample_period_us);
+        self.rest_pairs.interrupt();
     }
 
     /// Takes one sample.
@@ -111,6 +115,7 @@ impl SampleStream {
         self.surroundings.add(square_force, temperature_c);
         let Some(second) = self.rest_detector.push(rate, gravity, field, &self.rest_limits) else { return };
         self.rest_history = self.rest_history << 1 | u64::from(second.is_some());
+        self.rest_pairs.second(t_us, second.as_ref());
         let Some(rest) = second else { return };
         let warming_k = temperature_c.map_or(0.0, |t| t - REFERENCE_TEMPERATURE_C);
         let before = self.rest_as_read(t_us);
@@ -124,6 +129,8 @@ impl SampleStream {
 
     fn push_increment(&mut self, increment: &Increment) {
         self.increments.push(increment);
+        let alone = increment.field.is_none() && self.effects.is_empty();
+        self.rest_pairs.push(increment.rate.as_ref().filter(|_| alone), self.grid.interval_s());
         self.surroundings.complete(self.increments.count().wrapping_sub(1));
     }
 
@@ -143,13 +150,15 @@ impl SampleStream {
     }
 
     /// From here on these effects are taken out of the increments, those that are kept already included.
-    pub const fn set_effects(&mut self, effects: &ActiveEffects) {
+    pub fn set_effects(&mut self, effects: &ActiveEffects) {
         self.effects = *effects;
+        self.rest_pairs.start(&self.theta);
     }
 
     /// From here on what was read before increment `until`, at `t_us`, is made to look like what is read after it: by that much more, raw.
     pub fn step_bias(&mut self, until: u32, t_us: u64, step_rad_s: Vector3<f32>) {
         self.bias_steps.add(until, step_rad_s);
+        self.rest_pairs.start(&self.theta);
         if let Some(bias) = self.rest_bias.as_mut().filter(|_| self.rest_bias_us < t_us) {
             bias.rate += step_rad_s;
         }
@@ -197,8 +206,9 @@ impl SampleStream {
     }
 
     /// The nominal model is w = P w_raw - c from here on.
-    pub const fn change_model(&mut self, theta: &[f32; GYRO]) {
+    pub fn change_model(&mut self, theta: &[f32; GYRO]) {
         self.theta = *theta;
+        self.rest_pairs.change_model(theta);
     }
 
     /// Mean square rate over a test window, as a rate, under which it holds nothing about P.

@@ -7,4 +7,5 @@ mod recorded;
 mod recovery;
 mod record;
 mod too_little;
+mod turned_by_hand;
 mod turntable;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use meerkat_mwd::identification::Decision;
 use mwd::{
     calibrate::{Calibration, Verdict, calibrate, record},
     configuration::of_file,
@@ -43,18 +44,28 @@ fn half_of_the_orientations_are_refused() {
     }
 }
 
-#[test]
-fn gravity_carried_to_held_out_rests_is_nearer_with_the_record() {
-    let trace = trace("multipos_mpu9150_imu0.csv.gz");
+/// Gravity carried to held-out rests, degrees rms with the bias only and with what flies, and whether P was accepted.
+fn carried_deg(name: &str, with_record: bool) -> (f64, f64, bool) {
+    let trace = trace(name);
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("factory.toml");
     record::write(&calibrated(&trace, Some(0.35)), &file).unwrap();
-    let bias_only_deg = |file: Option<&Path>| {
-        let mut config = of_file(&trace, file).unwrap();
-        config.freeze_at_us = Some(mwd::configuration::freeze_at_us(&trace, 0.35));
-        let flight = fly(&config, &trace.samples, |_| {}).unwrap();
-        score::score(&trace, &flight, &settings(&trace, &config)).unwrap().rest_gravity_deg.bias_only.unwrap()
-    };
-    let (before, after) = (bias_only_deg(None), bias_only_deg(Some(&file)));
-    assert!(after < before / 2.0, "{before} deg before, {after} deg after");
+    let mut config = of_file(&trace, with_record.then_some(file.as_path())).unwrap();
+    config.freeze_at_us = Some(mwd::configuration::freeze_at_us(&trace, 0.35));
+    let flight = fly(&config, &trace.samples, |_| {}).unwrap();
+    let errors = score::score(&trace, &flight, &settings(&trace, &config)).unwrap().rest_gravity_deg;
+    let accepted = flight.reports.last().unwrap().decision == Decision::Accepted;
+    (errors.bias_only.unwrap(), errors.with_effects.unwrap(), accepted)
+}
+
+#[test]
+fn gravity_carried_to_held_out_rests_is_nearer_with_the_record_and_with_a_p_that_pairs_of_rests_bear_out() {
+    for (name, accepted) in [("multipos_mpu9150_imu0.csv.gz", true), ("multipos_mpu9150_imu1.csv.gz", false)] {
+        let (before, _, _) = carried_deg(name, false);
+        let (bias_only, flown, found) = carried_deg(name, true);
+        assert!(bias_only < before / 2.0, "{name}: {before} deg before, {bias_only} deg after");
+        assert_eq!(found, accepted, "{name}");
+        let nearer = if accepted { flown < 0.25 && flown < 0.6 * bias_only } else { (flown - bias_only).abs() < 1e-3 };
+        assert!(nearer, "{name}: {flown} deg against {bias_only}");
+    }
 }

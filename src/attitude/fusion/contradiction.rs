@@ -7,19 +7,20 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Smoothing of what is compared, seconds: some swings of a vibration.
+/// Smoothing of what is compared, seconds: some swings of a vibration, which begins at some 10 Hz.
 const SMOOTHING_S: f32 = 0.1;
 /// Of the direction of such a force, radians: half a m/s^2 of acceleration.
 const FORCE_SIGMA_RAD: f32 = 0.05;
-/// A specific force that is gravity is as long within this part.
+/// A specific force that is gravity is as long within this part: five of those deviations.
 const NORM_TOLERANCE: f32 = 0.25;
-/// What is so many deviations off contradicts.
+/// What is so many deviations off contradicts: by chance once in 400.
 const GATE: f32 = 3.0;
 /// However little is known, what is off by more than 60 deg (the square of its chord) contradicts.
 const MOST: f32 = 1.0;
-/// A gyro that was seen to be wrong by this, rad/s, is not to be trusted.
+/// A gyro that was seen to be wrong by this, rad/s, is not to be trusted: the largest bias that is taken for one
+/// (`IdentificationConfig::max_bias_rad_s`), rounded up.
 const LEAST_MISTRUST_RAD_S: f32 = 0.1;
-/// For so long a gyro that was wrong may be wrong again, seconds.
+/// For so long a gyro that was wrong may be wrong again, seconds: as long as one is frozen before that is flagged.
 const MISTRUST_S: f32 = 1.0;
 
 /// What is known of how well gravity, field and attitude agree.

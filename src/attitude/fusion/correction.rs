@@ -8,10 +8,12 @@ use crate::{
 };
 use nalgebra::Matrix3;
 
-/// How long scale and coupling errors of the gyro act in one earth direction, seconds, where motion reverses.
+/// How long scale and coupling errors of the gyro act in one earth direction, seconds, where motion reverses: of a swing at 1.6 Hz, as fast as
+/// a hand, a radian.
 const SCALE_CORRELATION_S: f32 = 0.1;
-/// White noise of the accelerometer including what vibration folds into it, m/s^2 per root hertz (MEMS data sheets: 1e-3 to 3e-3).
-const FORCE_NOISE_M_S2_RTHZ: f32 = 0.01;
+/// White noise of the accelerometer, m/s^2 per root hertz, the upper end of MEMS data sheets (1e-3 to 3e-3; MPU-9250 PS section 3.2: 300 ug).
+/// What vibration folds into it is measured where it matters.
+const FORCE_NOISE_M_S2_RTHZ: f32 = 0.003;
 /// Spectral density of the acceleration while the accelerometer is not seen: 1 m/s^2 correlated over 0.2 s, (m/s^2)^2/Hz.
 pub(super) const UNSEEN_FORCE_DENSITY: f32 = 0.4;
 
@@ -71,9 +73,10 @@ impl AttitudeFilter {
         let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
         let (resting, moving) = (self.rest.force_density(self.step_s), FORCE_NOISE_M_S2_RTHZ * FORCE_NOISE_M_S2_RTHZ);
         let noise_density = if self.rest.detected() && resting < moving { resting } else { moving };
-        // what the tool's own axes shake by at the frequency of a rotation is slow in the earth frame
+        // what the tool's own axes shake by at the frequency of a rotation is slow in the earth frame; the noise is in what is measured of it
         let shaken = self.shaking.density() * self.sustained.part();
-        let density = noise_density + shaken + if force_seen { 0.0 } else { UNSEEN_FORCE_DENSITY };
+        let force_density = if shaken > noise_density { shaken } else { noise_density };
+        let density = if force_seen { force_density } else { force_density + UNSEEN_FORCE_DENSITY };
         Spread {
             attitude: along + Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate),
             bias: config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * block.time_s,

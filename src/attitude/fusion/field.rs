@@ -5,25 +5,28 @@ use crate::{
     attitude::{
         block::Block,
         error_state::{Gain, HEADING},
+        field_reference::TURNING_RAD_S,
     },
     config::{AttitudeConfig, Earth},
 };
 use core::f32::consts::TAU;
 use nalgebra::Vector3;
 
-/// Correlation time of the calibrated field's direction error, seconds: it changes as the probe turns in the field.
-const FIELD_CORRELATION_S: f32 = 2.0;
-/// Correlation time of rate times delay, seconds.
+/// Correlation time of the calibrated field's direction error, seconds. It is fixed in the probe, so it is another one after a turn by a
+/// radian, which takes so long at the slowest rate that counts as turning.
+const FIELD_CORRELATION_S: f32 = 1.0 / TURNING_RAD_S;
+/// Correlation time of rate times delay, seconds: of a swing at half a hertz a radian.
 const TIMING_CORRELATION_S: f32 = 0.3;
 /// A reading of a magnetometer is held for so long, seconds, from reading to reading another part of it: one at 100 Hz (AK8963, mode 2).
 const HOLD_S: f32 = 0.01;
-/// The field says nothing of the bias when gravity has not been seen for so long, seconds.
+/// The field says nothing of the bias when gravity has not been seen for so long, seconds: with 0.4 (m/s^2)^2/Hz the speed is then unknown by
+/// more than the half metre a second that it is assumed to have.
 const UNSEEN_FORCE_S: f32 = 1.0;
 /// A field that agreed agrees for so long, seconds: some magnetometers are read 8 to 10 times a second.
 const AGREEMENT_S: f32 = 0.5;
-/// A field's heading beyond this many sigma is not used.
+/// A field's heading beyond this many sigma is not used: by chance once in 16,000.
 const HEADING_GATE: f32 = 4.0;
-/// An undisturbed field that contradicts the heading for this long is believed, seconds.
+/// An undisturbed field that contradicts the heading for this long is believed, seconds: ten of its correlation times.
 const HEADING_CONTRADICTION_S: f32 = 30.0;
 /// The heading starts as the mean of this many blocks' fields (1 s).
 const HEADING_ALIGNMENT_BLOCKS: u16 = 20;

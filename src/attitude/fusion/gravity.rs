@@ -13,20 +13,21 @@ use crate::{
 use core::f32::consts::PI;
 use nalgebra::{Vector2, Vector3};
 
-/// Correlation time of the probe's velocity, seconds: shaking, swinging, a hand.
+/// Correlation time of the probe's velocity, seconds: of the hand's swing every two seconds a radian.
 const VELOCITY_CORRELATION_S: f32 = 0.3;
 /// The force's mean square, in parts of gravity's, that no motion keeps for long: accelerations that average out only add to it, and
 /// free fall, or an axis that is dead, takes from it. A tenth off in norm, as an accelerometer without a calibration may be, it passes.
 const LEAST_MEAN_SQUARE_FORCE: f32 = 0.8;
-/// Smoothing of that, seconds.
+/// Smoothing of that, seconds: an accelerometer that vibration shakes by 1 g at 10 Hz then reads it to some per cent.
 const MEAN_SQUARE_S: f32 = 1.0;
-/// A velocity beyond this many sigma weighs less.
+/// A velocity beyond this many sigma weighs less: by chance once in 400.
 const VELOCITY_GATE: f32 = 3.0;
-/// The tilt starts from the mean force over this time, seconds.
+/// The tilt starts from the mean force over this time, seconds: a quarter of the time that a start may take, and a shock takes hundredths.
 pub(super) const ALIGNMENT_S: f32 = 0.5;
-/// Density of the mean rate about the bias at rest, rad/s per root hertz: gyro noise and the hand of a resting probe.
+/// Density of the mean rate about the bias at rest, rad/s per root hertz: three times the gyro's noise, for what rest does not exclude.
 const REST_RATE_NOISE_RAD_S_RTHZ: f32 = 5e-4;
-/// Smoothing of the force that is checked against the attitude, and how long it must contradict it, seconds.
+/// Smoothing of the force that is checked against the attitude, and how long it must contradict it, seconds: what a hand does averages out
+/// over its swing.
 const CONTRADICTION_S: f32 = 2.0;
 
 impl AttitudeFilter {

@@ -2,9 +2,9 @@
 
 use super::{AttitudeFilter, BIAS, LOST_RAD, PI, Rest};
 
-/// A rate that is assumed where none was read, added to the last one, rad/s.
+/// A rate that is assumed where none was read, added to the last one, rad/s: a probe that turns as slowly as VQF's 20 deg/s counts as still.
 const UNSEEN_RATE_RAD_S: f32 = 0.3;
-/// A rate that is not read is another one after this time, seconds.
+/// A rate that is not read is another one after this time, seconds: of a swing at half a hertz a radian.
 const UNREAD_RATE_TIME_S: f32 = 0.3;
 
 impl AttitudeFilter {

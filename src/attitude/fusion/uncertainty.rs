@@ -2,7 +2,7 @@
 
 use super::{AttitudeFilter, BIAS, Block, ErrorState, PI, STATES, ToolAngleSigmas, VELOCITY};
 use crate::config::AttitudeConfig;
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::Vector2;
 
 impl AttitudeFilter {
     #[inline(never)]
@@ -10,11 +10,14 @@ impl AttitudeFilter {
         let tilt = self.config.accel_sigma_m_s2 / self.earth.gravity_m_s2;
         let doubt = self.tilt_doubt_rad.component_mul(&self.tilt_doubt_rad);
         let (north, east) = (tilt * tilt + doubt.x, tilt * tilt + doubt.y);
-        let unobserved = Vector3::new(north, east, self.heading_floor + self.heading_doubt);
-        let turn = self.rotation * (self.rate_rad_s * self.step_s);
-        let covariance = self.errors.attitude_covariance()
-            + Matrix3::from_diagonal(&unobserved)
-            + turn * turn.transpose() * self.gyro_timing_variance;
+        let mut covariance = self.errors.attitude_covariance();
+        covariance.m11 += north;
+        covariance.m22 += east;
+        covariance.m33 += self.heading_floor + self.heading_doubt;
+        if self.gyro_timing_variance > 0.0 {
+            let turn = self.rotation * (self.rate_rad_s * self.step_s);
+            covariance += turn * turn.transpose() * self.gyro_timing_variance;
+        }
         self.sigmas = ToolAngleSigmas::of(&self.rotation, &covariance);
         self.sigmas_stale = false;
     }

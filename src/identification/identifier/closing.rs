@@ -42,6 +42,7 @@ impl Identifier {
             rest_is_news: self.stream.last_rest_us().is_some_and(|rest_us| rest_us > self.bias_known_us),
             p_known_us: self.p_known_us,
             rest_s: self.stream.rest_seconds(length_us / 1_000_000) as f32,
+            rest_pairs: self.stream.rest_pairs.count(),
             rest_norm_error_m_s2: self.stream.rest_norm_error_m_s2(),
         };
         let too_short = Refusal::WindowTooShort {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::survey::Grade;
+use crate::survey::Survey;
 
 const TAU64: f64 = core::f64::consts::TAU;
 const STEP_S: f64 = 0.005;
