@@ -21,9 +21,9 @@ pub(crate) struct History {
     /// The candidates that were not asked for, one bit each: those in the model.
     model: u32,
     windows: u8,
-    /// Of the window before: the chance of as clear a show of each candidate without it, and what it was worth when the last was chosen, or
-    /// when it was.
-    p_values: [f32; MAX_CANDIDATES],
+    /// Of the window before: one less the chance of as clear a show of each candidate without it (all zero, where a static begins), and what it
+    /// was worth when the last was chosen, or when it was.
+    clearness: [f32; MAX_CANDIDATES],
     worths: [f32; MAX_CANDIDATES],
 }
 
@@ -36,7 +36,7 @@ impl History {
             past: [[0.0; CANDIDATES]; PAST],
             model: 0,
             windows: 0,
-            p_values: [1.0; MAX_CANDIDATES],
+            clearness: [0.0; MAX_CANDIDATES],
             worths: [0.0; MAX_CANDIDATES],
         }
     }
@@ -44,7 +44,7 @@ impl History {
     /// Begins to take a window's scores beside a model.
     pub fn begin(&mut self, model: u32) {
         if model != self.model {
-            *self = Self { model, p_values: self.p_values, worths: self.worths, ..Self::zero() };
+            *self = Self { model, clearness: self.clearness, worths: self.worths, ..Self::zero() };
         }
         if self.windows >= MOST_WINDOWS {
             self.past.as_flattened_mut().iter_mut().for_each(|x| *x *= 0.5);
@@ -55,13 +55,14 @@ impl History {
 
     /// Keeps what a window showed.
     pub fn remember(&mut self, p_values: &[f32; MAX_CANDIDATES], worths: &[f32; MAX_CANDIDATES]) {
-        (self.p_values, self.worths) = (*p_values, *worths);
+        self.clearness = p_values.map(|p_value| 1.0 - p_value);
+        self.worths = *worths;
     }
 
     /// Chance of as clear a show of a candidate in the window before and in this one together, without it (Fisher, Statistical Methods for
     /// Research Workers, 4th ed., 1932, section 21.1: chi-square with 4 degrees of freedom of minus twice the logarithm of the product).
     pub fn chance_together(&self, index: usize, p_value: f32) -> f32 {
-        let product = self.p_values.get(index).copied().unwrap_or(1.0) * p_value;
+        let product = (1.0 - self.clearness.get(index).copied().unwrap_or(0.0)) * p_value;
         if product > 0.0 { product * (1.0 - libm::logf(product)) } else { 0.0 }
     }
 
