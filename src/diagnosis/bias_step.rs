@@ -3,18 +3,16 @@
 //! Each test window's scores and information of the three columns of c stand for a constant rate error in that window. A step before t is
 //! such an error in the windows before t; those that t lies in have their share of it.
 
-#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
-
-use super::{
-    remainder::chance_of_ratio,
-    sign_flip::GROUPS,
-    weak_columns::{COLUMNS, GYRO},
-};
-use crate::{rotation::sine_and_cosine, window::SampleStream};
+use super::{remainder::chance_of_ratio, sign_flip::GROUPS};
+use crate::window::SampleStream;
 use nalgebra::{Matrix3, Vector3};
 
+mod fit;
+mod rate_errors;
 mod shocks;
 
+use fit::{Fit, Sums, inverse_with_prior};
+pub(super) use rate_errors::{RateErrors, Timing};
 pub(super) use shocks::Shocks;
 
 /// A step that is thought of.
@@ -45,104 +43,11 @@ impl BiasStep {
     }
 }
 
-/// Scores of one test window, and information of two of them.
-const SCORE: usize = 3;
-const INFORMATION: usize = 6;
-
 /// Threshold of twice the log-likelihood between the best time and others that it may have been as well, with 99 %: Hansen, Econometrica
 /// 68 (2000) 575, table 1.
 const AS_LIKELY: f32 = 10.59;
 
-/// What the test windows say of a constant error of the rate, in memory that is lent.
-pub(super) struct RateErrors<'a> {
-    sums: &'a mut [f32],
-}
-
-/// When the test windows are.
-#[derive(Clone, Copy)]
-pub(super) struct Timing {
-    /// First increment of the first.
-    pub from: u32,
-    pub hop: u32,
-    /// Hops in a test window.
-    pub hops: u32,
-    /// How many there are.
-    pub tests: u32,
-}
-
-impl Timing {
-    /// Which share of a test window's weight lies before an increment: that of sin^2.
-    #[inline(never)]
-    fn share(&self, test: u32, until: u32) -> f32 {
-        let begin = self.from + test * self.hop;
-        let length = self.hop * self.hops;
-        if until <= begin {
-            0.0
-        } else if until >= begin + length {
-            1.0
-        } else {
-            let part = (until - begin) as f32 / length as f32;
-            part - sine_and_cosine(core::f32::consts::TAU * part).0 / core::f32::consts::TAU
-        }
-    }
-}
-
-impl<'a> RateErrors<'a> {
-    /// In memory of at least 6 numbers per test window.
-    pub fn new(sums: &'a mut [f32]) -> Self {
-        Self { sums }
-    }
-
-    pub fn clear(&mut self) {
-        self.sums.fill(0.0);
-    }
-
-    /// Adds the rows of one vector over one test window.
-    #[inline(never)]
-    pub fn add(&mut self, test: usize, rows: &[[f32; COLUMNS]; 3], residual: &[f32; 3], weight: f32) {
-        let stride = 2 * SCORE + INFORMATION;
-        let pair = self.sums.get_mut(test / 2 * stride..(test / 2 + 1) * stride).unwrap_or_default();
-        let Some((scores, information)) = pair.split_at_mut_checked(2 * SCORE) else { return };
-        for (row, r) in rows.iter().zip(residual) {
-            let [x, y, z] = [row[GYRO - 3], row[GYRO - 2], row[GYRO - 1]];
-            let scores = scores.iter_mut().skip(test % 2 * SCORE);
-            scores.zip([x, y, z]).for_each(|(sum, a)| *sum += weight * a * r);
-            let products = [x * x, y * x, y * y, z * x, z * y, z * z];
-            information.iter_mut().zip(products).for_each(|(sum, product)| *sum += weight * product);
-        }
-    }
-
-    /// Score and information of a test window; the information is the mean of two.
-    #[inline(never)]
-    fn of(&self, test: u32) -> (Vector3<f32>, Matrix3<f32>) {
-        let stride = 2 * SCORE + INFORMATION;
-        let pair = (test / 2) as usize * stride;
-        let Some([a, b, c, d, e, f, xx, yx, yy, zx, zy, zz]) =
-            self.sums.get(pair..).and_then(|sums| sums.first_chunk::<12>())
-        else {
-            return (Vector3::zeros(), Matrix3::zeros());
-        };
-        let score = if test.is_multiple_of(2) { Vector3::new(*a, *b, *c) } else { Vector3::new(*d, *e, *f) };
-        (score, Matrix3::new(*xx, *yx, *zx, *yx, *yy, *zy, *zx, *zy, *zz) * 0.5)
-    }
-
-    /// Puts a step that has been taken out back into the scores. `unit`: rate per unit of c's columns, rad/s.
-    #[inline(never)]
-    fn put_back(&mut self, step: &BiasStep, timing: &Timing, unit_rad_s: f32) {
-        let x = step.step_rad_s / -unit_rad_s;
-        for test in 0..timing.tests {
-            let share = timing.share(test, step.until);
-            if share == 0.0 {
-                break;
-            }
-            let (_, information) = self.of(test);
-            let added = information * x * share;
-            let stride = 2 * SCORE + INFORMATION;
-            let at = (test / 2) as usize * stride + (test % 2) as usize * SCORE;
-            self.sums.iter_mut().skip(at).zip(added.iter()).for_each(|(sum, added)| *sum += added);
-        }
-    }
-
+impl RateErrors<'_> {
     /// Begins to look for a step; `known` is one that has been taken out already. `None`: nothing can be told.
     #[inline(never)]
     pub fn begin(&mut self, known: &BiasStep, timing: &Timing, unit_rad_s: f32) -> Option<Scan> {
@@ -270,55 +175,5 @@ impl Scan {
             best: (0, 0.0),
             best_at_shock: None,
         }
-    }
-}
-
-/// Inverse of an information with the prior's, which is one.
-#[inline(never)]
-fn inverse_with_prior(information: &Matrix3<f32>) -> Option<Matrix3<f32>> {
-    (information + Matrix3::identity()).try_inverse()
-}
-
-/// An error of the rate before a time, and one at all times.
-#[derive(Clone, Copy)]
-struct Fit {
-    step: Vector3<f32>,
-    rest: Vector3<f32>,
-    covariance: Matrix3<f32>,
-}
-
-/// Sums over test windows of their scores and information, each times its share, and of the information times the squared share.
-#[derive(Clone, Copy)]
-struct Sums {
-    score: Vector3<f32>,
-    of_one: Matrix3<f32>,
-    of_two: Matrix3<f32>,
-}
-
-impl Sums {
-    const ZERO: Self = Self {
-        score: Vector3::new(0.0, 0.0, 0.0),
-        of_one: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        of_two: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-    };
-
-    #[inline(never)]
-    fn add(&mut self, score: &Vector3<f32>, information: &Matrix3<f32>, share: f32) {
-        self.score += score * share;
-        self.of_one += information * share;
-        self.of_two += information * (share * share);
-    }
-
-    /// The error that goes with the share, beside one at all times, and twice its gain. The unit information of the prior keeps it
-    /// solvable.
-    #[inline(never)]
-    fn fit(&self, all: &Self, inverse_of_all: &Matrix3<f32>) -> Option<(Fit, f32)> {
-        let gains = self.of_one * inverse_of_all;
-        let score = self.score - gains * all.score;
-        let covariance = inverse_with_prior(&(self.of_two - gains * self.of_one))?;
-        let step = covariance * score;
-        let gain = step.dot(&score);
-        let rest = inverse_of_all * (all.score - self.of_one * step);
-        gain.is_finite().then_some((Fit { step, rest, covariance }, gain))
     }
 }

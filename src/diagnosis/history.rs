@@ -1,6 +1,7 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
+    report::MAX_CANDIDATES,
     sign_flip::{GROUPS, Scores},
     weak_columns::{COLUMNS, GYRO},
 };
@@ -20,8 +21,10 @@ pub(crate) struct History {
     /// The candidates that were not asked for, one bit each: those in the model.
     model: u32,
     windows: u8,
-    /// The candidates that the window before showed, each by itself at its limit: one bit each.
-    shown: u32,
+    /// Of the window before: one less the chance of as clear a show of each candidate without it (all zero, where a static begins), and what it
+    /// was worth when the last was chosen, or when it was.
+    clearness: [f32; MAX_CANDIDATES],
+    worths: [f32; MAX_CANDIDATES],
 }
 
 /// Windows after which the older half of what is known counts no more than the newer: some ten minutes.
@@ -29,13 +32,19 @@ const MOST_WINDOWS: u8 = 24;
 
 impl History {
     pub const fn zero() -> Self {
-        Self { past: [[0.0; CANDIDATES]; PAST], model: 0, windows: 0, shown: 0 }
+        Self {
+            past: [[0.0; CANDIDATES]; PAST],
+            model: 0,
+            windows: 0,
+            clearness: [0.0; MAX_CANDIDATES],
+            worths: [0.0; MAX_CANDIDATES],
+        }
     }
 
     /// Begins to take a window's scores beside a model.
     pub fn begin(&mut self, model: u32) {
         if model != self.model {
-            *self = Self { model, shown: self.shown, ..Self::zero() };
+            *self = Self { model, clearness: self.clearness, worths: self.worths, ..Self::zero() };
         }
         if self.windows >= MOST_WINDOWS {
             self.past.as_flattened_mut().iter_mut().for_each(|x| *x *= 0.5);
@@ -45,13 +54,21 @@ impl History {
     }
 
     /// Keeps what a window showed.
-    pub const fn remember(&mut self, shown: u32) {
-        self.shown = shown;
+    pub fn remember(&mut self, p_values: &[f32; MAX_CANDIDATES], worths: &[f32; MAX_CANDIDATES]) {
+        self.clearness = p_values.map(|p_value| 1.0 - p_value);
+        self.worths = *worths;
     }
 
-    /// Whether the window before showed a candidate.
-    pub fn showed(&self, index: usize) -> bool {
-        self.shown.checked_shr(index as u32).unwrap_or(0) & 1 != 0
+    /// Chance of as clear a show of a candidate in the window before and in this one together, without it (Fisher, Statistical Methods for
+    /// Research Workers, 4th ed., 1932, section 21.1: chi-square with 4 degrees of freedom of minus twice the logarithm of the product).
+    pub fn chance_together(&self, index: usize, p_value: f32) -> f32 {
+        let product = (1.0 - self.clearness.get(index).copied().unwrap_or(0.0)) * p_value;
+        if product > 0.0 { product * (1.0 - libm::logf(product)) } else { 0.0 }
+    }
+
+    /// What a candidate was worth in the window before: of two that look alike the one that all data speak for is taken.
+    pub fn worth(&self, index: usize) -> f32 {
+        self.worths.get(index).copied().unwrap_or(0.0)
     }
 
     /// Windows in it, the present one included.
@@ -105,10 +122,15 @@ mod tests {
     #[test]
     fn what_the_window_before_showed_is_kept_whatever_the_model_and_until_the_next() {
         let mut history = History::zero();
-        history.remember(0b1010);
+        assert!(history.chance_together(3, 1e-3) > 1e-3, "nothing is known of before");
+        let (mut p_values, mut worths) = ([1.0; MAX_CANDIDATES], [0.0; MAX_CANDIDATES]);
+        (p_values[3], worths[3]) = (0.01, 7.0);
+        history.remember(&p_values, &worths);
         window(&mut history, 7, 1.0);
-        assert_eq!([0, 1, 2, 3, 40].map(|index| history.showed(index)), [false, true, false, true, false]);
-        history.remember(1);
-        assert!(history.showed(0) && !history.showed(1));
+        // Chi-square with 4 degrees of freedom: 13.28 is exceeded once in a hundred, and 2 ln of 1 / 0.01 and of 1 / 0.131 add up to it.
+        assert!((history.chance_together(3, 0.130_8) - 0.01).abs() < 1e-4);
+        assert_eq!([2, 3, 40].map(|index| history.worth(index)), [0.0, 7.0, 0.0]);
+        history.remember(&[1.0; MAX_CANDIDATES], &[0.0; MAX_CANDIDATES]);
+        assert_eq!(history.worth(3), 0.0);
     }
 }

@@ -22,8 +22,10 @@ use nalgebra::{Matrix3, Vector3};
 mod bias_steps;
 mod chosen;
 mod end_of_pass;
+mod flown;
 mod limits;
 mod measure;
+mod pass;
 mod selection;
 mod solution;
 mod trial;
@@ -115,6 +117,8 @@ pub(crate) struct Diagnosis {
     /// Candidates that are too small to matter, or did not fit: one bit each.
     banned: u32,
     tried: [Tried; MAX_CANDIDATES],
+    /// What each candidate was worth when the last was chosen, or when it was.
+    worths: [f32; MAX_CANDIDATES],
     residual: [f32; 2],
     residual_sums: [[f32; 2]; 2],
     residual_before_rad: Option<[f32; 2]>,
@@ -168,7 +172,8 @@ impl Diagnosis {
             chosen: heapless::Vec::new(),
             left_out: 0,
             banned: 0,
-            tried: [Tried { evidence: 0.0, p_value: 0.0, too_small: false }; MAX_CANDIDATES],
+            tried: [Tried { evidence: 0.0, p_value: 0.0, too_small: false, suspected: false }; MAX_CANDIDATES],
+            worths: [0.0; MAX_CANDIDATES],
             residual: [0.0; 2],
             residual_sums: [[0.0; 2]; 2],
             residual_before_rad: None,
@@ -205,44 +210,12 @@ impl Diagnosis {
         self.left_out = 0;
         self.banned = 0;
         self.tried = [Tried { p_value: 1.0, ..Tried::default() }; MAX_CANDIDATES];
+        self.worths = [0.0; MAX_CANDIDATES];
         self.residual_before_rad = None;
         self.nis_before = 0.0;
         self.done = false;
         self.trial.drop_unfinished();
         self.start_pass(subject);
-    }
-
-    fn start_pass(&mut self, subject: &Subject) {
-        self.next = self.job.from;
-        self.ending = Ending::Scales;
-        self.test = 0;
-        self.usable_before = self.usable;
-        self.usable = 0;
-        (self.p, self.c) = self.gyro(subject);
-        self.walk.start(subject.stream, self.job.from, (&self.p, &self.c, &self.step));
-        RateErrors::new(self.factor.scratch()).clear();
-        self.rate_sums = [Vector3::zeros(); 2];
-        self.columns.start(subject.stream.test_function.hop());
-        self.normal.clear();
-        self.scores.fill(0.0);
-        let mut taken_out = ActiveEffects::none();
-        for &Chosen { index, .. } in &self.chosen {
-            if self.columns_of(subject, usize::from(index)).is_empty() {
-                continue;
-            }
-            let parameters = self.parameters(subject, usize::from(index));
-            taken_out.add(FoundEffect { index, parameters, ..FoundEffect::default() });
-        }
-        self.taken_out = taken_out;
-        self.residual_sums = [[0.0; 2]; 2];
-        self.nis_sums = [0.0; 2];
-        if !self.is_final {
-            self.remainder.start(subject.stream.test_function.hop(), subject.stream.grid.interval_s());
-        }
-        for chosen in &mut self.chosen {
-            chosen.turned = [0.0; 2];
-            chosen.turned_by = [0.0; MAX_PARAMETERS];
-        }
     }
 
     /// The report of a diagnosis that is done.
@@ -276,34 +249,13 @@ impl Diagnosis {
             Next::Pass => self.start_pass(subject),
             Next::Done => {
                 if self.tested {
-                    history.remember(self.shown());
+                    self.remember(subject, history);
                 }
                 self.running = false;
                 self.done = true;
             }
         }
         END_UNITS
-    }
-
-    #[inline(never)]
-    fn take(&mut self, subject: &Subject, index: u32) {
-        let scales = GyroScales::new(&subject.config.identification);
-        let mut instant = self.walk.advance((subject.stream, self.job.to), index, (&self.p, &self.c, &self.step));
-        self.rate_sums[0] += instant.raw_rad_s;
-        self.rate_sums[1] += instant.moment.rate_rad_s;
-        let read = instant.moment;
-        self.taken_out.correct_vectors(subject.library, &mut instant.moment);
-        self.measure_turns(subject, &read);
-        if !self.is_final {
-            self.remainder.watch(&instant);
-        }
-        let function = &subject.stream.test_function;
-        let moving = subject.config.identification.max_bias_rad_s;
-        let library = (subject.library, &self.layout);
-        if let Some((facts, number)) = self.columns.push(&instant, function, library, &scales, moving) {
-            self.take_test(subject, &facts, number, function.noise_gain());
-            self.columns.clear(number);
-        }
     }
 }
 

@@ -131,6 +131,8 @@ pub struct Tried {
     pub p_value: f32,
     /// Whether it was dropped for being too small to matter.
     pub too_small: bool,
+    /// Whether it would have been found, were the field's residual explained: it may be the unknown effect's.
+    pub suspected: bool,
 }
 
 /// What is to be thought of the model.

@@ -57,6 +57,15 @@ impl Whitening {
         whitened
     }
 
+    /// Twice the gain in log-likelihood of parameters x that were not estimated from these scores: 2 x s - x S x. Negative where 0 is likelier.
+    pub fn twice_the_gain(&self, whitened: &Scores, x: &Vector) -> f32 {
+        (0..MAX_PARAMETERS).filter(|i| self.seen[*i]).fold(0.0, |gain, i| {
+            let turned = (i..MAX_PARAMETERS).fold(0.0, |sum, k| sum + self.lower[k][i] * x[k]);
+            let score = whitened.iter().fold(0.0, |sum, z| sum + z[i]);
+            gain + turned * (2.0 * score - turned)
+        })
+    }
+
     /// L^-T z.
     fn back(&self, mut z: Vector) -> Vector {
         for i in (0..MAX_PARAMETERS).rev() {
@@ -118,6 +127,13 @@ mod tests {
         let moved = 0.5 * (40.0 - 20.0) / (50.0 * 40.0 - 400.0);
         assert!((sigma[0] / (moved * libm::sqrtf(12.0 * 12.0 / 11.0)) - 1.0).abs() < 1e-4, "{sigma:?}");
         assert_eq!(sigma[2], 1.0);
+        // x S x of the truth; less of twice as much; and what is not seen says nothing.
+        let square = 50.0 * 0.49 - 40.0 * 0.84 + 40.0 * 1.44;
+        for (times, gain) in [(1.0, square), (2.0, 0.0), (-1.0, -3.0 * square)] {
+            let mut x = [0.0; MAX_PARAMETERS];
+            (x[0], x[1], x[2]) = (times * truth[0], times * truth[1], 5.0);
+            assert!((whitening.twice_the_gain(&whitened, &x) - gain).abs() < 1e-3 * square, "{times}");
+        }
         assert!(Whitening::new(&information, 3, |_| 1e3).is_none());
     }
 }

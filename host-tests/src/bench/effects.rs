@@ -26,7 +26,12 @@ fn is_worse([without, with]: &[f64; 2]) -> bool {
     *with > CLEARLY * without
 }
 
-type Trial = (Outcome, Errors);
+struct Trial {
+    outcome: Outcome,
+    errors: Errors,
+    /// Whether what was drawn can be seen, where some draws cannot.
+    observable: Option<bool>,
+}
 
 pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(20);
@@ -36,9 +41,9 @@ pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
             format!(
                 "Effects, one at a time and together, drilling at {hole}, {DATA_S} s, 100 Hz, {seeds} seeds, sizes and gyro errors drawn at random: \
                  share of runs in which all of them are named, each by its own name or by one that cannot be told from it; in which another effect \
-                 is named; and verdicts"
+                 is named; and verdicts. Of observable: runs with a residual that is unexplained, of those in which what was drawn can be seen"
             ),
-            &["effect", "named %", "other names %", "unexplained %", "sufficient %", "other names"],
+            &["effect", "named %", "other names %", "unexplained %", "of observable", "sufficient %", "other names"],
         );
         let mut errors = Table::new(
             format!(
@@ -59,7 +64,9 @@ pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
         );
         for case in CASES {
             let trials = each_seed(0..seeds, |seed| {
-                diagnose_and_score(&drilled(inclination_deg, seed, case.add)?, seed, case.library())
+                let scenario = drilled(inclination_deg, seed, case.add)?;
+                let (outcome, errors) = diagnose_and_score(&scenario, seed, case.library())?;
+                Ok(Trial { outcome, errors, observable: case.is_observable(&scenario) })
             })?;
             names.row(name_cells(case, &trials));
             errors.row(error_cells(case, &trials));
@@ -73,9 +80,9 @@ pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
 
 fn name_cells(case: &Case, trials: &[Trial]) -> Vec<Cell> {
     let share = |is: &dyn Fn(&Outcome) -> bool| {
-        Cell::percent(trials.iter().filter(|(outcome, _)| is(outcome)).count() as f64 / trials.len() as f64, 0)
+        Cell::percent(trials.iter().filter(|trial| is(&trial.outcome)).count() as f64 / trials.len() as f64, 0)
     };
-    let found = trials.iter().flat_map(|(outcome, _)| &outcome.names);
+    let found = trials.iter().flat_map(|trial| &trial.outcome.names);
     let mut others: Vec<&str> = found.filter(|name| !case.allows(name)).copied().collect();
     others.sort_unstable();
     others.dedup();
@@ -84,18 +91,29 @@ fn name_cells(case: &Case, trials: &[Trial]) -> Vec<Cell> {
         if case.names.is_empty() { Cell::from("-") } else { share(&|outcome| case.is_named_by(&outcome.names)) },
         share(&|outcome| outcome.names.iter().any(|name| !case.allows(name))),
         share(&|outcome| outcome.verdict == Some(Verdict::UnexplainedResidual)),
+        unexplained_of_observable(trials),
         share(&|outcome| outcome.verdict == Some(Verdict::ModelSufficient)),
         others.join(" ").into(),
     ]
 }
 
+/// In how many of the runs in which it can be seen the residual is unexplained; for cases of which some draws cannot be.
+fn unexplained_of_observable(trials: &[Trial]) -> Cell {
+    let observable: Vec<&Trial> = trials.iter().filter(|trial| trial.observable == Some(true)).collect();
+    let unexplained = observable.iter().filter(|trial| trial.outcome.verdict == Some(Verdict::UnexplainedResidual));
+    match trials.iter().any(|trial| trial.observable.is_some()) {
+        true => format!("{} of {}", unexplained.count(), observable.len()).into(),
+        false => "".into(),
+    }
+}
+
 fn error_cells(case: &Case, trials: &[Trial]) -> Vec<Cell> {
-    let figures = |of: fn(&Errors) -> f64| -> Vec<f64> { trials.iter().map(|(_, errors)| of(errors)).collect() };
+    let figures = |of: fn(&Errors) -> f64| -> Vec<f64> { trials.iter().map(|trial| of(&trial.errors)).collect() };
     let cell = |of: fn(&Errors) -> f64| median_and_worst(&figures(of), 2);
     let worse = |of: fn(&Errors) -> [f64; 2]| {
         let by: Vec<f64> = trials
             .iter()
-            .map(|(_, errors)| of(errors))
+            .map(|trial| of(&trial.errors))
             .filter(is_worse)
             .map(|[without, with]| with - without)
             .collect();

@@ -96,7 +96,11 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
     let refused = tried.filter(|(index, _)| report.found().all(|effect| usize::from(effect.found.index) != *index));
     let words: Vec<String> = refused
         .map(|(_, (tried, effect))| {
-            let why = if tried.too_small { " too small" } else { "" };
+            let why = match (tried.too_small, tried.suspected) {
+                (true, _) => " too small",
+                (_, true) => " suspected, but the field's residual is unexplained",
+                _ => "",
+            };
             format!("{} {:.0} ({:.2}){why}", effect.name(), tried.evidence, tried.p_value)
         })
         .collect();

@@ -45,8 +45,6 @@ fn with_the_sensors_delays_declared_the_attitude_is_no_worse_than_vqf_and_withou
         );
         let inclination = means(&undeclared, offset_removed)[2];
         assert!(inclination <= b[2], "undeclared: {inclination} {b:?}");
-        // With the constant taken out the heading of this one cut is VQF's to a tenth of a degree; over all six recordings it is half of it.
-        let least = [0.0, if offset_removed { 0.1 } else { 0.0 }, 0.0];
-        assert!(a.iter().zip(&b).zip(least).all(|((a, b), least)| *a <= b + least), "{a:?} {b:?}");
+        assert!(a.iter().zip(&b).all(|(a, b)| a <= b), "{a:?} {b:?}");
     }
 }

@@ -9,7 +9,7 @@ pub(super) struct Chosen {
     pub p_value: f32,
     /// Sum of squares of what its parameters turn that are seen to be there, and of how many.
     pub turned: [f32; 2],
-    /// The same of each parameter alone, were it 1; of a vector sensor's, only of those.
+    /// The same of each parameter alone, were it 1.
     pub turned_by: [f32; MAX_PARAMETERS],
     pub residual_before_rad: f32,
     pub residual_after_rad: f32,
@@ -17,6 +17,8 @@ pub(super) struct Chosen {
     pub sigma: [f32; MAX_PARAMETERS],
     /// Whether this window alone would not have shown it.
     pub by_history: bool,
+    /// Whether it stays as it flies, since this window is explained better with it than without.
+    pub stays: bool,
     /// Whether it shows, but turns too little to matter: then it stays in the solution, so that nothing like it is found in its place, and
     /// is not taken out.
     pub too_small: bool,
@@ -33,6 +35,7 @@ impl Chosen {
         residual_after_rad: 0.0,
         sigma: [0.0; MAX_PARAMETERS],
         by_history: false,
+        stays: false,
         too_small: false,
     };
 
@@ -48,12 +51,12 @@ impl Chosen {
         (libm::sqrtf(sum / count), libm::sqrtf(by_chance / count))
     }
 
-    /// Whether what is seen of it stands out from the deviation of all its parts, the others included.
-    pub fn stands_out(&self) -> bool {
+    /// Whether what is seen of it stands out from the deviation of all its parts, the others included, in noise of so many times the variance.
+    pub fn stands_out(&self, noise: f32) -> bool {
         let [sum, count] = self.turned;
         let by_chance =
             self.turned_by.iter().zip(&self.sigma).fold(0.0, |by_chance, (sum, sigma)| by_chance + sum * sigma * sigma);
-        count > 0.0 && sum > SIGNIFICANT * SIGNIFICANT * by_chance
+        count > 0.0 && sum > SIGNIFICANT * SIGNIFICANT * noise * by_chance
     }
 
     /// Whether scaled parameter `k` of value `x` is seen to be there: in a vertical hole the offset along the axis is not.

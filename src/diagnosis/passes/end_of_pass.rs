@@ -26,6 +26,8 @@ pub(super) enum Ending {
     P,
     /// Whether a candidate shows in all windows together.
     History { index: usize, p_is_wrong: bool },
+    /// Whether an effect that flies stays as it does.
+    Keep { number: usize, p_is_wrong: bool },
     /// The solution moves, after a change of the model or not.
     Solve,
 }
@@ -86,7 +88,14 @@ impl Diagnosis {
                 Tested::Done if index + 1 < Self::candidates(subject) => {
                     Next::Step(Ending::History { index: index + 1, p_is_wrong })
                 }
-                Tested::Done => self.finish(subject, p_is_wrong),
+                Tested::Done => Next::Step(Ending::Keep { number: 0, p_is_wrong }),
+            },
+            Ending::Keep { number, p_is_wrong } => match subject.stream.effects().iter().nth(number) {
+                Some(flown) => {
+                    self.keep_flown(subject, flown);
+                    Next::Step(Ending::Keep { number: number + 1, p_is_wrong })
+                }
+                None => self.finish(subject, p_is_wrong),
             },
             Ending::Solve => match self.solve(&self.model(subject, None)) {
                 Some(()) => Next::Pass,
@@ -148,6 +157,7 @@ impl Diagnosis {
     fn after_tries(&mut self, subject: &Subject, has_settled: bool) -> Next {
         if let Some((found, _)) = self.best.pop().filter(|_| !self.chosen.is_full()) {
             let residual_before_rad = Self::shown_in(subject, found.index, self.residual);
+            self.note_worths(subject);
             // There is room.
             let _ = self.chosen.push(Chosen { residual_before_rad, ..found });
             if Self::is_bias_step(subject, usize::from(found.index)) {

@@ -4,8 +4,7 @@
 pub(super) const LEAST_PER_GROUP: u32 = 4;
 
 /// Rate of false alarms of a whole diagnosis of a model that lacks nothing; shared out among the candidates (Bonferroni).
-/// A candidate that the window before showed at this level is one hypothesis, made before its data were seen, and has all of it: that one of
-/// 15 does so twice by chance adds 0.0015.
+/// The same again is that of what this window and the one before show together.
 pub(super) const FALSE_ALARMS: f32 = 0.01;
 
 /// Least evidence of a candidate over the cost of its parameters: odds of 20 to 1.

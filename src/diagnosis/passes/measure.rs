@@ -35,7 +35,7 @@ impl Diagnosis {
             let Some(chosen) = self.chosen.get_mut(slot).filter(|_| norm > 0.0) else { continue };
             let mut part = Vector3::zeros();
             let parameters = chosen.turned_by.iter_mut().zip(effect.parameters()).zip(&x);
-            for (k, ((sum, parameter), x)) in parameters.enumerate().filter(|(_, (_, x))| **x != 0.0) {
+            for (k, ((sum, parameter), x)) in parameters.enumerate() {
                 let term = effect.term(k, moment) * parameter.usual;
                 part += term * *x;
                 *sum += term.norm_squared() / norm;

@@ -28,7 +28,7 @@ impl Diagnosis {
 
     /// Finds what some columns show beside a model, for the trial; `None` where that is nothing.
     #[inline(never)]
-    fn find_scores(&mut self, columns: core::ops::Range<usize>, model: &Model) -> Option<()> {
+    pub(super) fn find_scores(&mut self, columns: core::ops::Range<usize>, model: &Model) -> Option<()> {
         let dimension = columns.len();
         if dimension == 0 || model.len() + dimension > MAX_COLUMNS {
             return None;
@@ -96,12 +96,34 @@ impl Diagnosis {
         !is_chosen && self.banned.checked_shr(index as u32).unwrap_or(0) & 1 == 0
     }
 
-    /// The candidates that show at the limit of a single one, one bit each.
-    pub(super) fn shown(&self) -> u32 {
-        let chosen = self.chosen.iter().map(|chosen| (usize::from(chosen.index), chosen.p_value));
-        let tried = self.tried.iter().map(|tried| tried.p_value).enumerate();
-        let shown = chosen.chain(tried).filter(|(_, p_value)| *p_value <= FALSE_ALARMS);
-        shown.fold(0, |mask, (index, _)| mask | 1_u32.checked_shl(index as u32).unwrap_or(0))
+    /// Notes what each candidate is worth that is not in the model, now that one of them is to be.
+    pub(super) fn note_worths(&mut self, subject: &Subject) {
+        for index in 0..MAX_CANDIDATES {
+            if !self.is_open(index) {
+                continue;
+            }
+            let evidence = self.tried.get(index).map_or(0.0, |tried| tried.evidence);
+            let worth = self.worth(subject, index, evidence);
+            if let Some(noted) = self.worths.get_mut(index) {
+                *noted = if worth > 0.0 { worth } else { 0.0 };
+            }
+        }
+    }
+
+    /// Keeps what this window showed for the next. A step of the bias says nothing about another one.
+    pub(super) fn remember(&mut self, subject: &Subject, history: &mut History) {
+        let mut p_values = self.tried.map(|tried| tried.p_value);
+        for chosen in &self.chosen {
+            if let Some(p_value) = p_values.get_mut(usize::from(chosen.index)) {
+                *p_value = chosen.p_value;
+            }
+        }
+        for (index, both) in p_values.iter_mut().zip(&mut self.worths).enumerate() {
+            if Self::is_bias_step(subject, index) {
+                (*both.0, *both.1) = (1.0, 0.0);
+            }
+        }
+        history.remember(&p_values, &self.worths);
     }
 
     /// Begins to add this window's scores to those of the windows before.
@@ -138,12 +160,13 @@ impl Diagnosis {
         if let Some(tried) = self.tried.get_mut(index).filter(|tried| tried.p_value > p_value) {
             (tried.evidence, tried.p_value) = (evidence, p_value);
         }
-        if self.leads(subject, index, evidence, p_value, false) {
+        let worth = self.worth(subject, index, evidence);
+        if self.leads(subject, p_value, worth) {
             let Trial { whitening, whitened, .. } = &self.trial;
             let sigma = whitening.sandwich(whitened).map(|x| x / windows);
             self.estimate = whitening.estimate(whitened).map(|x| x / windows);
             let found = Chosen { index: index as u8, evidence, p_value, sigma, by_history: true, ..Chosen::NONE };
-            self.keep(found, self.worth(subject, index, evidence));
+            self.keep(found, worth);
         }
         Tested::Done
     }
@@ -151,6 +174,9 @@ impl Diagnosis {
     /// Adds the candidate that shows most in all windows together to the model.
     pub(super) fn add_by_history(&mut self, subject: &Subject) -> bool {
         let Some((found, _)) = self.best.pop() else { return false };
+        if !self.is_open(usize::from(found.index)) {
+            return false;
+        }
         let columns = self.columns_of(subject, usize::from(found.index));
         let residual_before_rad = Self::shown_in(subject, found.index, self.residual);
         if self.chosen.push(Chosen { residual_before_rad, ..found }).is_err() {
@@ -179,12 +205,17 @@ impl Diagnosis {
                 if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| !by_history && !self.p_is_held) {
                     chosen.sigma = self.trial.whitening.sandwich(&self.trial.whitened);
                 }
+                if let Some(tried) = self.tried.get_mut(index).filter(|_| !by_history && !self.p_is_held) {
+                    tried.p_value = p_value;
+                }
                 by_history || p_value <= FALSE_ALARMS
             });
         let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
         let least_rad = if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
         let (size_rad, sigma_rad) = self.size_rad(subject, slot);
-        let too_small = size_rad < least_rad;
+        // What flies already may turn little for once.
+        let flies = subject.stream.effects().iter().any(|flown| usize::from(flown.index) == index);
+        let too_small = size_rad < least_rad && !flies;
         if let (Some(chosen), Some(tried)) = (self.chosen.get_mut(slot), self.tried.get_mut(index)) {
             chosen.too_small = too_small;
             tried.too_small = too_small;
@@ -229,11 +260,12 @@ impl Diagnosis {
             }
         };
         if let Some(tried) = self.tried.get_mut(index) {
-            *tried = Tried { evidence, p_value, too_small: false };
+            *tried = Tried { evidence, p_value, ..Tried::default() };
         }
-        if self.leads(subject, index, evidence, p_value, history.showed(index)) {
-            let found = Chosen { index: index as u8, evidence, p_value, ..Chosen::NONE };
-            self.keep(found, self.worth(subject, index, evidence));
+        let together = history.chance_together(index, p_value);
+        let worth = self.worth(subject, index, evidence) + history.worth(index);
+        if self.leads(subject, if together < p_value { together } else { p_value }, worth) {
+            self.keep(Chosen { index: index as u8, evidence, p_value, ..Chosen::NONE }, worth);
         }
         Tested::Done
     }
@@ -252,12 +284,10 @@ impl Diagnosis {
         let _ = self.best.push((found, worth));
     }
 
-    /// Whether a candidate shows beyond chance, in this window alone or as it did in the one before, and more than the best so far.
-    fn leads(&self, subject: &Subject, index: usize, evidence: f32, p_value: f32, shown_before: bool) -> bool {
+    /// Whether a candidate shows beyond chance, and more than the best so far.
+    fn leads(&self, subject: &Subject, chance: f32, worth: f32) -> bool {
         let least = self.best.first().map_or(LEAST_WORTH, |(_, most)| most + LEAST_LEAD);
-        let tried = if shown_before { 1 } else { subject.library.len().min(MAX_CANDIDATES) };
-        let limit = FALSE_ALARMS / tried as f32;
-        p_value <= limit && self.worth(subject, index, evidence) > least
+        chance <= FALSE_ALARMS / subject.library.len().min(MAX_CANDIDATES) as f32 && worth > least
     }
 
     /// Evidence of a candidate less what its parameters cost (Schwarz, Annals of Statistics 6 (1978) 461).

@@ -18,7 +18,13 @@ impl Diagnosis {
         let enough = self.usable >= LEAST_PER_GROUP * GROUPS as u32 && self.tested;
         let mut effects = [EffectReport::default(); MAX_ACTIVE];
         let mut count = 0;
-        let taken_out = self.chosen.iter().enumerate().filter(|(_, chosen)| !chosen.too_small);
+        let mut tried = self.tried;
+        for chosen in self.chosen.iter().filter(|chosen| !chosen.too_small && !self.is_named(subject, chosen)) {
+            if let Some(tried) = tried.get_mut(usize::from(chosen.index)) {
+                tried.suspected = true;
+            }
+        }
+        let taken_out = self.chosen.iter().enumerate().filter(|(_, chosen)| self.is_named(subject, chosen));
         for (report, (slot, chosen)) in effects.iter_mut().zip(taken_out) {
             let index = usize::from(chosen.index);
             let Some(effect) = subject.library.get(index) else { continue };
@@ -64,7 +70,7 @@ impl Diagnosis {
             effects,
             bias_step: if enough { self.step_report(subject) } else { None },
             count: if enough { count } else { 0 },
-            tried: self.tried,
+            tried,
             candidates: subject.library.len().min(MAX_CANDIDATES) as u8,
             bias_change_rad_s: self.bias_change(subject).into(),
             residual_before_rad: self.residual_before_rad.unwrap_or(self.residual),
@@ -79,24 +85,38 @@ impl Diagnosis {
     }
 
     /// Whether an effect can be taken out by itself. What is not seen of a gyro's effect the bias and P hold, and would be wrong by it beside the
-    /// rest; where a step of the bias leaves a residual, something else may have changed with it, such as P; and an unknown effect in the
-    /// field bends P, which gravity then shows like an error of the accelerometer.
-    fn is_whole(&self, subject: &Subject, chosen: &Chosen) -> bool {
+    /// rest; where a step of the bias leaves a residual, something else may have changed with it, such as P; an unknown effect in the field
+    /// bends P, which gravity then shows like an error of the accelerometer, and what is unknown in the field may be any part of what is
+    /// found there.
+    pub(super) fn is_whole(&self, subject: &Subject, chosen: &Chosen) -> bool {
         let index = usize::from(chosen.index);
+        let is_explained = !self.is_unexplained();
         if Self::is_bias_step(subject, index) {
-            return !self.is_unexplained();
+            return is_explained;
         }
-        match subject.library.get(index).map(|effect| effect.sensor()) {
-            Some(Sensor::Gyro) => chosen.stands_out(),
-            Some(Sensor::Accelerometer) => !self.is_unexplained(),
-            _ => true,
-        }
+        chosen.stays
+            || match subject.library.get(index).map(|effect| effect.sensor()) {
+                Some(Sensor::Gyro) => chosen.stands_out(1.0),
+                Some(Sensor::Accelerometer) => is_explained,
+                _ => is_explained || chosen.stands_out(self.left().0),
+            }
     }
 
-    /// The raw bias of the solution less that of the model that flew.
+    /// Whether an effect that was found is named. Beside an unexplained field one of the accelerometer, or a part of one of the gyro, is
+    /// suspected only: it may be the unknown effect's.
+    fn is_named(&self, subject: &Subject, chosen: &Chosen) -> bool {
+        let index = usize::from(chosen.index);
+        let of_field = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Magnetometer);
+        let is_sure = of_field || Self::is_bias_step(subject, index) || !self.is_unexplained();
+        !chosen.too_small && (is_sure || self.is_whole(subject, chosen))
+    }
+
+    /// The raw bias that stands for the solution's mean rate with the P that flies, less the bias that flies: a P of the solution's own is not
+    /// the identification's, and its bias would not fit to the one that flies.
     fn bias_change(&self, subject: &Subject) -> Vector3<f32> {
         let (p, c) = self.gyro(subject);
-        let bias = p.try_inverse().map(|inverse| inverse * c);
+        let raw = self.rate_sums[0] / (self.job.to - self.job.from) as f32;
+        let bias = self.job.flown.p_matrix().try_inverse().map(|inverse| raw - inverse * (p * raw - c));
         let change = bias.map_or(Vector3::zeros(), |bias| bias - Vector3::from(self.job.flown.b_rad_s));
         // What no bias can be is none.
         if change.amax() < subject.config.identification.max_bias_rad_s { change } else { Vector3::zeros() }

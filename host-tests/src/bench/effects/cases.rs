@@ -32,6 +32,14 @@ impl Case {
     pub(super) fn own_name(&self) -> Option<&'static str> {
         self.names.first().and_then(|names| names.first()).copied()
     }
+    /// Whether what was drawn can be seen, for a case of which some draws cannot: soft iron is one with turned axes and a hard iron but for its
+    /// symmetric part across the tool axis, and that has to turn the field by more than is let be.
+    pub(super) fn is_observable(&self, scenario: &Scenario) -> Option<bool> {
+        (self.name == SOFT_IRON_OUTSIDE).then(|| {
+            let [[xx, xy, _], [yx, yy, _], _] = scenario.effects.mag_matrix;
+            (xx - yy).hypot(xy + yx) / 2.0 * share_across(scenario) > LEAST_LEFT_DEG.to_radians()
+        })
+    }
     /// Whether a name is that of one of its effects, or one that cannot be told from it.
     pub(super) fn allows(&self, name: &str) -> bool {
         self.names.iter().any(|names| names.contains(&name))
@@ -40,6 +48,17 @@ impl Case {
     pub(super) fn is_named_by(&self, found: &[&str]) -> bool {
         self.names.iter().all(|names| found.iter().any(|name| names.contains(name)))
     }
+}
+
+/// A residual of the field that is let be, deg (`docs/effects.md`).
+const LEAST_LEFT_DEG: f64 = 0.06;
+
+/// Share of the field that lies across the tool axis.
+fn share_across(scenario: &Scenario) -> f64 {
+    let (down, north) = scenario.earth.dip_deg.to_radians().sin_cos();
+    let (across, along) = scenario.hole.inclination_deg.to_radians().sin_cos();
+    let axial = north * across * scenario.hole.azimuth_deg.to_radians().cos() + down * along;
+    (1.0 - axial * axial).sqrt()
 }
 
 /// A vector of random direction whose length is between half of `largest` and it.

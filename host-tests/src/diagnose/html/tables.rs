@@ -150,6 +150,8 @@ fn why_refused(tried: &Tried, report: &DiagnosisReport) -> &'static str {
     let shows = tried.p_value * f32::from(report.candidates) <= FALSE_ALARMS;
     if tried.too_small {
         "refused: too small to matter"
+    } else if tried.suspected {
+        "suspected: it may be what is unexplained in the field"
     } else if tried.p_value >= 1.0 {
         "refused: could not be seen beside the model"
     } else if shows && report.count > 0 {
