@@ -14,10 +14,14 @@ use std::{
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 /// STM32F405 machines, best first: the Olimex board is in QEMU 8 and later, the Netduino has the same chip with more RAM.
 const MACHINES: [&str; 2] = ["olimex-stm32-h405", "netduinoplus2"];
-/// Limits of what the compiler inlines and unrolls, as in `.cargo/config.toml`: three quarters of the flash, and no more instructions in the
-/// attitude filter.
-pub const RUSTFLAGS: [&str; 3] =
-    ["-Cllvm-args=-inline-threshold=0", "-Cllvm-args=-inlinehint-threshold=70", "-Cllvm-args=-unroll-threshold=20"];
+/// Limits of what the compiler inlines and unrolls, and runs of instructions that occur often made one, as in `.cargo/config.toml`: three quarters of
+/// the flash, and no more instructions in the attitude filter.
+pub const RUSTFLAGS: [&str; 4] = [
+    "-Cllvm-args=-inline-threshold=0",
+    "-Cllvm-args=-inlinehint-threshold=50",
+    "-Cllvm-args=-unroll-threshold=20",
+    "-Cllvm-args=-enable-machine-outliner=always",
+];
 const QEMU: &str = "qemu-system-arm";
 /// Debian's own compiler with the source of the core library, for when the server of rustup's targets cannot be reached.
 const DEBIAN_RUST: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];

@@ -1,7 +1,7 @@
 use super::{SampleStream, TestEquations, WeakForm, rows::GYRO};
 
-/// Most test windows of one window: two a second of the longest, and a few for half lengths that are rounded to the grid.
-pub(crate) const TESTS: usize = 106;
+/// Most test windows of one window: two a second of the longest, on the grid that rounds half a second down the furthest.
+pub(crate) const TESTS: usize = 100;
 
 /// The test windows of one stretch of increments, made from the increments that are kept.
 pub(crate) struct TestWindows {

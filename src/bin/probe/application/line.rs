@@ -16,8 +16,8 @@ use meerkat_mwd::{
     },
 };
 
-/// Bytes that wait: results (a diagnosis takes up to 1,000, a window 400), a recording, attitudes.
-type Queue = TelemetryQueue<2048, 512, 256>;
+/// Bytes that wait: results (a diagnosis takes up to 1,000, a window 400: one of each), a recording, attitudes.
+type Queue = TelemetryQueue<1536, 512, 256>;
 
 /// More than a window's report, a survey or a window of dynamics takes.
 const RESULT: usize = 600;
