@@ -18,7 +18,7 @@ const MACHINES: [&str; 2] = ["olimex-stm32-h405", "netduinoplus2"];
 /// the flash, and no more instructions in the attitude filter.
 pub const RUSTFLAGS: [&str; 4] = [
     "-Cllvm-args=-inline-threshold=0",
-    "-Cllvm-args=-inlinehint-threshold=50",
+    "-Cllvm-args=-inlinehint-threshold=70",
     "-Cllvm-args=-unroll-threshold=20",
     "-Cllvm-args=-enable-machine-outliner=always",
 ];

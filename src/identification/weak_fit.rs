@@ -206,11 +206,12 @@ impl WeakFit {
 
     /// Keeps those errors of the magnetometer that predict unseen test windows better; the window is to be solved again with them. An error that
     /// is there and left out bends P; one that is not there and kept only costs precision (a hard iron looks like a
-    /// cross-coupling from the axis that turns).
-    pub fn choose_magnetometer(&mut self) {
+    /// cross-coupling from the axis that turns). Where a magnet has come to the probe or left it the hard iron stays: what is taken out of the
+    /// field for it has an error.
+    pub fn choose_magnetometer(&mut self, magnet_moved: bool) {
         let enough = self.contest.groups() >= MIN_GROUPS;
         let shows = |outcome: Outcome| enough && outcome.p_value <= MAGNETOMETER_P_VALUE;
-        self.magnetometer = if shows(self.contest.between(0, 1)) {
+        self.magnetometer = if magnet_moved || shows(self.contest.between(0, 1)) {
             MagnetometerErrors::LagAndIron
         } else if shows(self.contest.between(1, 2)) {
             MagnetometerErrors::Lag

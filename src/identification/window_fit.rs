@@ -155,7 +155,7 @@ impl WindowFit {
     /// A piece of the least-squares solution and the contests about it; `None` when there is none.
     #[inline(never)]
     fn solve(&mut self, context: &Context, phase: Phase) -> Option<Phase> {
-        let Self { weak, material: Material::Tests(tests), .. } = self else { return None };
+        let Self { weak, job, material: Material::Tests(tests), .. } = self else { return None };
         Some(match phase {
             Phase::Sum(slice) if weak.sum(tests, slice) => Phase::Sum(slice + 1),
             Phase::Weigh(slice) if weak.weigh(tests, slice) => Phase::Weigh(slice + 1),
@@ -177,7 +177,7 @@ impl WindowFit {
             }
             Phase::Magnetometer(piece) if weak.play_magnetometer(tests, piece)? => Phase::Magnetometer(piece + 1),
             Phase::Magnetometer(_) => {
-                weak.choose_magnetometer();
+                weak.choose_magnetometer(context.stream.magnet_moved_us > job.t_start_us);
                 Phase::Solve(0)
             }
             Phase::Solve(ROUNDS) => {

@@ -57,6 +57,7 @@ impl Probe {
             self.watch.rest(rest_us, &bias);
         }
         self.watch.push(t_us, gyro, *mag);
+        self.identifier.stream.magnet_moved_us = self.watch.moved_us();
         match (*mag, self.watch.field_use()) {
             (Reading::Good(field), FieldUse::Less(offset)) => {
                 *mag = Reading::Good(field - offset);

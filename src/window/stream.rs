@@ -30,6 +30,8 @@ pub(crate) struct SampleStream {
     rest_history: u64,
     rest_norm: RestNorm,
     pub rest_pairs: RestPairs,
+    /// When a magnet last came to the probe or left it; 0: none has.
+    pub magnet_moved_us: u64,
     gravity_m_s2: f32,
     sample_period_us: u32,
     scales: Scales,
@@ -65,6 +67,7 @@ impl SampleStream {
             rest_history: 0,
             rest_norm: RestNorm::zero(),
             rest_pairs: RestPairs::zero(),
+            magnet_moved_us: 0,
             gravity_m_s2: 0.0,
             sample_period_us: 0,
             scales: Scales::zero(),

@@ -190,6 +190,11 @@ impl HardIronWatch {
         self.kept.counts
     }
 
+    /// When a magnet last came or left; 0: none has.
+    pub fn moved_us(&self) -> u64 {
+        self.kept.last().map_or(0, |interval| interval.to_us.unwrap_or(interval.from_us))
+    }
+
     /// The latest intervals, the oldest first.
     pub fn intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
         self.kept.iter()

@@ -31,7 +31,8 @@ impl KeptIntervals {
         self.last().filter(|_| self.on)
     }
 
-    fn last(&self) -> Option<&HardIronInterval> {
+    /// The latest.
+    pub fn last(&self) -> Option<&HardIronInterval> {
         self.intervals.get((self.counts.intervals as usize).checked_sub(1)? % KEPT)
     }
 
