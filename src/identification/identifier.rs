@@ -18,7 +18,7 @@ use heapless::{Deque, Vec};
 use nalgebra::Vector3;
 
 /// Reports waiting to be polled.
-const PENDING: usize = 2;
+const PENDING: usize = 3;
 
 /// Whether a window is being identified.
 #[derive(Clone, Copy, Debug, PartialEq)]
