@@ -1,0 +1,171 @@
+//! Contests between models of one window, about the magnetometer's errors and about the gyro's.
+
+use super::WeakFit;
+use crate::{
+    algebra::{minus, quantile},
+    identification::{
+        LEAST_EXPLAINED,
+        contest::{MAX_GROUPS, MIN_GROUPS, Outcome},
+        job::Context,
+        least_squares::{self, Freedom, Known, MagnetometerErrors, Model},
+        prior::theta_of,
+    },
+    window::{TESTS, TestWindows, gyro_part},
+};
+
+/// Fewest test windows in a group: 2.5 s, longer than the motion is correlated.
+const TESTS_PER_GROUP: usize = 5;
+
+/// Test windows after one that begin before it ends.
+const OVERLAPPING: usize = 3;
+
+/// Models of the magnetometer that compete before P is judged.
+const MAGNETOMETER_MODELS: [Model; 3] = [
+    Model::full(MagnetometerErrors::LagAndIron),
+    Model::full(MagnetometerErrors::Lag),
+    Model::full(MagnetometerErrors::None),
+];
+
+/// The gyro's models, as the contest about it counts them: P and bias; the bias with the flown P; nothing; the bias with the factory's
+/// P.
+pub(crate) const FULL: usize = 0;
+pub(crate) const FLOWN_P: usize = 1;
+pub(crate) const NOTHING: usize = 2;
+pub(crate) const FACTORY_P: usize = 3;
+
+/// What a test window of six normal components exceeds once in a thousand, over what it exceeds every other time (chi-square with 6
+/// degrees of freedom).
+const ONCE_IN_A_THOUSAND: f32 = 22.46 / 5.35;
+
+/// Most probable chance win from which an error of the magnetometer is kept. At 5 % a hard iron that is not there is kept in one window of
+/// twenty, and makes the rate error up to five times larger, because it looks like a cross-coupling from the axis that turns.
+const MAGNETOMETER_P_VALUE: f32 = 0.01;
+
+impl WeakFit {
+    /// Plays a third of a group of the contest about the magnetometer, the `piece`th of all; `Some(false)` when there is none left.
+    pub fn play_magnetometer(&mut self, tests: &TestWindows, piece: usize) -> Option<bool> {
+        self.play(tests, piece, &MAGNETOMETER_MODELS)
+    }
+
+    /// Keeps those errors of the magnetometer that predict unseen test windows better; the window is to be solved again with them. An error that
+    /// is there and left out bends P; one that is not there and kept only costs precision (a hard iron looks like a
+    /// cross-coupling from the axis that turns). Where a magnet has come to the probe or left it the hard iron stays: what is taken out of the
+    /// field for it has an error.
+    pub fn choose_magnetometer(&mut self, magnet_moved: bool) {
+        let enough = self.contest.groups() >= MIN_GROUPS;
+        let shows = |outcome: Outcome| enough && outcome.p_value <= MAGNETOMETER_P_VALUE;
+        self.magnetometer = if magnet_moved || shows(self.contest.between(0, 1)) {
+            MagnetometerErrors::LagAndIron
+        } else if shows(self.contest.between(1, 2)) {
+            MagnetometerErrors::Lag
+        } else {
+            MagnetometerErrors::None
+        };
+    }
+
+    /// The same of the contest about the gyro.
+    pub fn play_gyro(&mut self, context: &Context, tests: &TestWindows, piece: usize) -> Option<bool> {
+        let factory = theta_of(&context.config.gyro);
+        let models = [
+            Freedom::Full,
+            Freedom::Bias([0.0; 9]),
+            Freedom::Nothing,
+            Freedom::Bias(p_part(&minus(&factory, &self.theta))),
+        ]
+        .map(|freedom| Model { freedom, magnetometer: self.magnetometer });
+        if self.is_judged_by_rests(context) {
+            let about = (&self.base, &self.theta);
+            return self.rests.play(context, piece, &models, about, &mut self.contest, &mut self.others);
+        }
+        self.play(tests, piece, &models)
+    }
+
+    /// Whether pairs of rests take the place of test windows in the contest about the gyro.
+    fn is_judged_by_rests(&self, context: &Context) -> bool {
+        let [_, field] = self.seen;
+        field == 0 && self.rests.suffices(context)
+    }
+
+    /// The share of the misfit of pairs of rests that `theta` itself explains, where they judge and it is too little.
+    pub fn too_little_explained(&self, context: &Context, theta: &[f32; 12]) -> Option<f32> {
+        if !self.is_judged_by_rests(context) {
+            return None;
+        }
+        let change = minus(theta, &self.theta);
+        let explained = self.rests.explained(context, (&self.base, &self.theta), &change);
+        // Asked for what passes, so that a NaN does not.
+        let passes = explained >= LEAST_EXPLAINED;
+        (!passes).then_some(explained)
+    }
+
+    /// First the equations of all but the group are summed, then the models are fitted to them, then the group is predicted.
+    fn play(&mut self, tests: &TestWindows, piece: usize, models: &[Model]) -> Option<bool> {
+        let filled = || tests.numbered().filter(|(_, test)| !test.is_empty());
+        let count = filled().count();
+        let groups = (count / TESTS_PER_GROUP).min(MAX_GROUPS);
+        let group = piece / 3;
+        if group >= groups {
+            return Some(false);
+        }
+        // Dealt out evenly, contiguous ones to a group.
+        let share = |g: usize| (g * count).checked_div(groups).unwrap_or(0);
+        let mine = share(group)..share(group + 1);
+        // Not `known()`: the contest is borrowed beside it.
+        let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
+        match piece % 3 {
+            0 => {
+                // Neighbours that share samples with the group do not teach.
+                let from = mine.start.saturating_sub(OVERLAPPING);
+                self.others = self.total;
+                for (number, test) in filled().skip(from).take(mine.end + OVERLAPPING - from) {
+                    self.others.add(test, &self.theta, self.weights.of(number).map(|weight| -weight));
+                }
+            }
+            1 => self.contest.fit(&self.others, models, &known)?,
+            _ => {
+                let mut witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
+                self.contest.play(&mut witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
+                if filled().nth(mine.start).is_some_and(|(number, _)| number < self.taught_tests) {
+                    self.contest.not_fresh();
+                }
+            }
+        }
+        Some(true)
+    }
+
+    /// From how much the bias alone leaves in each test window: what is beyond doubt.
+    pub fn measure_doubt(&mut self, tests: &TestWindows) -> Option<()> {
+        let x = self.fit(&Model { freedom: Freedom::Bias([0.0; 9]), magnetometer: self.magnetometer })?;
+        let mut misfits = [0.0; TESTS];
+        let mut count = 0;
+        for test in tests.all().filter(|test| !test.is_empty()) {
+            if let Some(slot) = misfits.get_mut(count) {
+                [*slot] = least_squares::test_misfits(test, &self.known(), &[x]);
+                count += 1;
+            }
+        }
+        self.disturbed = ONCE_IN_A_THOUSAND * quantile(misfits.get_mut(..count).unwrap_or_default(), 0.5);
+        Some(())
+    }
+}
+
+/// The part of P of a theta.
+fn p_part(theta: &[f32; 12]) -> [f32; 9] {
+    let [p @ .., _, _, _] = theta;
+    *p
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hard_iron_has_to_show_but_where_a_magnet_came_or_left() {
+        let mut weak = WeakFit::zero();
+        weak.magnetometer = MagnetometerErrors::Lag;
+        weak.choose_magnetometer(false);
+        assert_eq!(weak.magnetometer, MagnetometerErrors::None, "nothing shows in a contest without groups");
+        weak.choose_magnetometer(true);
+        assert_eq!(weak.magnetometer, MagnetometerErrors::LagAndIron);
+    }
+}
