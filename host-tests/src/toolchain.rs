@@ -1,6 +1,9 @@
 //! What `emulate` needs beside the host's Rust: a core library for the chip, and QEMU. Installs them where that is allowed.
 
+mod debian;
+
 use crate::deadline::{self, CommandError};
+use debian::apt_install;
 use std::{
     env, fs,
     fs::File,
@@ -31,8 +34,6 @@ const ASK: Duration = Duration::from_secs(30);
 /// It takes 2 s; but with a server that never answers rustup itself waits for many minutes.
 const RUSTUP: Duration = Duration::from_secs(60);
 const FETCH: Duration = Duration::from_secs(180);
-const APT_UPDATE: Duration = Duration::from_secs(180);
-const APT_INSTALL: Duration = Duration::from_secs(600);
 
 /// Something that is needed, is not there and could not be installed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -258,43 +259,6 @@ fn emulator() -> Result<(PathBuf, &'static str), Missing> {
         Some(machine) => Ok((PathBuf::from(QEMU), machine)),
         None => Err(Missing::new(format!("{QEMU} is too old: it has none of {}", MACHINES.join(", ")), command)),
     }
-}
-
-/// Installs Debian packages as root, or through a sudo that asks for no password.
-fn apt_install(packages: &[&str]) -> Result<(), String> {
-    let root = ask("id", &["-u"]).is_ok_and(|id| id.trim() == "0");
-    if !root && ask("sudo", &["-n", "true"]).is_err() {
-        return Err("no right to install packages (not root, and sudo asks for a password)".to_owned());
-    }
-    let apt_get = |arguments: &[&str], time: Duration| {
-        // Root's process cannot be stopped from here: `timeout` runs as root too. It comes a little before the own deadline.
-        let seconds = time.as_secs().to_string();
-        let words = [
-            "env",
-            "DEBIAN_FRONTEND=noninteractive",
-            "timeout",
-            "--foreground",
-            "--kill-after=10",
-            &seconds,
-            "apt-get",
-        ];
-        let mut words = words.iter().chain(arguments);
-        let mut command = if root {
-            Command::new(words.next().unwrap_or(&"env"))
-        } else {
-            let mut sudo = Command::new("sudo");
-            sudo.arg("-n");
-            sudo
-        };
-        deadline::run(command.args(words), time + Duration::from_secs(15)).map_err(|error| error.to_string())
-    };
-    eprintln!("installing {}: apt-get install {}", packages.join(" "), packages.join(" "));
-    // An old index may still do, and a mirror that is down for one list of many makes this fail.
-    if let Err(error) = apt_get(&["update", "-q"], APT_UPDATE) {
-        eprintln!("apt-get update: {error}");
-    }
-    let install = ["install", "-q", "-y", "--no-install-recommends", "-o", "DPkg::Lock::Timeout=120"];
-    apt_get(&[&install[..], packages].concat(), APT_INSTALL).map(drop)
 }
 
 #[cfg(test)]

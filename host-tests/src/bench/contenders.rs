@@ -29,6 +29,8 @@ pub const NAMES: [&str; 9] = [
 pub const IMOA: usize = 4;
 /// Where the true parameters stand.
 pub const TRUE: usize = 7;
+/// Where the estimate at the Cramer-Rao bound stands.
+pub const AT_BOUND: usize = 8;
 
 /// The models of one run.
 pub struct Contenders {

@@ -10,23 +10,16 @@
 //! Whatever is left out makes the bound lower, so that it stays one: shocks, the bit's chatter, full scales and rounding are left
 //! out, and gravity and field of the earth are known exactly.
 
+mod error_state;
+
+use error_state::{C, ErrorState};
 use meerkat_mwd::{compensation::GyroModel, config::IdentificationConfig};
-use nalgebra::{Matrix3, Matrix3x6, Quaternion, Rotation3, SMatrix, SVector, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, SMatrix, SVector, UnitQuaternion, Vector3};
 
 use crate::{
     simulate::{Scenario, Truth, random::Random, sensors::SensorNoise, vibration::HighPassed},
     trace::Trace,
 };
-
-/// Attitude error 3, P 9 (row-major), c = P b 3, low-pass of the vibration 3, its white noise in this sample 3.
-const STATES: usize = 21;
-const THETA: usize = 3;
-const C: usize = 12;
-const LOW: usize = 15;
-const WHITE: usize = 18;
-
-/// Of the attitude at the start, rad: nothing is known of it.
-const FREE_RAD: f64 = 10.0;
 
 /// What is known of the vibration's spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,7 +97,7 @@ impl Bound {
             }
             still_before = still;
         }
-        Self { covariance: filter.covariance.fixed_view::<12, 12>(THETA, THETA).into_owned() }
+        Self { covariance: filter.theta() }
     }
 
     /// The same so much later, nothing more having been read: the bias has walked on.
@@ -169,162 +162,4 @@ fn prior_sigmas(prior: &IdentificationConfig) -> [f64; 12] {
             _ => prior.prior_sigma_bias_rad_s,
         })
     })
-}
-
-/// Covariance of the error state. Attitude: true tool-to-earth rotation = estimated one times exp(error), tool axes.
-struct ErrorState {
-    covariance: SMatrix<f64, STATES, STATES>,
-}
-
-impl ErrorState {
-    fn new(theta_sigmas: &[f64; 12]) -> Self {
-        let mut sigmas = SVector::<f64, STATES>::zeros();
-        sigmas.fixed_rows_mut::<3>(0).fill(FREE_RAD);
-        sigmas.fixed_rows_mut::<12>(THETA).copy_from_slice(theta_sigmas);
-        sigmas.fixed_rows_mut::<3>(WHITE).fill(1.0);
-        Self { covariance: SMatrix::from_diagonal(&sigmas.map(|s| s * s)) }
-    }
-
-    /// Turns with `rate` over `step_s`: the attitude error turns the other way and takes in the rate's, dP raw - dc.
-    fn turn(&mut self, rate_rad_s: &Vector3<f64>, raw_rad_s: &Vector3<f64>, step_s: f64) {
-        let whole = Rotation3::new(-rate_rad_s * step_s).into_inner();
-        // The mean over the step of the rotations that are left to its end.
-        let mean = Rotation3::new(-rate_rad_s * (0.5 * step_s)).into_inner() * step_s;
-        let mut input = SMatrix::<f64, 3, 12>::zeros();
-        for row in 0..3 {
-            for column in 0..3 {
-                input.set_column(3 * row + column, &(mean.column(row) * raw_rad_s[column]));
-            }
-            input.set_column(9 + row, &-mean.column(row));
-        }
-        let rows: SMatrix<f64, 3, STATES> =
-            whole * self.covariance.fixed_rows::<3>(0) + input * self.covariance.fixed_rows::<12>(THETA);
-        let attitude =
-            rows.fixed_columns::<3>(0) * whole.transpose() + rows.fixed_columns::<12>(THETA) * input.transpose();
-        self.covariance.fixed_rows_mut::<3>(0).copy_from(&rows);
-        self.covariance.fixed_columns_mut::<3>(0).copy_from(&rows.transpose());
-        self.covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&(0.5 * (attitude + attitude.transpose())));
-    }
-
-    /// Adds noise to the three states from `first` on.
-    fn add_noise(&mut self, first: usize, covariance: &Matrix3<f64>) {
-        let mut block = self.covariance.fixed_view_mut::<3, 3>(first, first);
-        block += covariance;
-    }
-
-    /// The tool stands still: the reading is the bias, P^-1 (P raw - c) = noise.
-    fn observe_rest(&mut self, inverse: &Matrix3<f64>, bias_rad_s: &Vector3<f64>, sigma_rad_s: f64) {
-        for axis in 0..3 {
-            let mut row = SVector::<f64, STATES>::zeros();
-            for i in 0..3 {
-                for j in 0..3 {
-                    row[THETA + 3 * i + j] = inverse[(axis, i)] * bias_rad_s[j];
-                }
-                row[C + i] = -inverse[(axis, i)];
-            }
-            self.observe(&row, sigma_rad_s);
-        }
-    }
-
-    /// A reading of an earth-fixed vector whose true value in tool axes is `vector`, with vibration `shaken` (white - low) in it.
-    fn observe_vector(&mut self, vector: &Vector3<f64>, shaken: &Vector3<f64>, sigmas: &Vector3<f64>) {
-        // exp(-error) v = v + v x error.
-        let cross = vector.cross_matrix();
-        let both = Matrix3x6::from_fn(|i, j| match j {
-            _ if i != j % 3 => 0.0,
-            0..3 => -shaken[i],
-            _ => shaken[i],
-        });
-        for axis in 0..3 {
-            let mut row = SVector::<f64, STATES>::zeros();
-            row.fixed_rows_mut::<3>(0).copy_from(&cross.row(axis).transpose());
-            row.fixed_rows_mut::<6>(LOW).copy_from(&both.row(axis).transpose());
-            self.observe(&row, sigmas[axis]);
-        }
-    }
-
-    fn observe(&mut self, row: &SVector<f64, STATES>, sigma: f64) {
-        let cross = self.covariance * row;
-        let variance = cross.dot(row) + sigma * sigma;
-        self.covariance.ger(-1.0 / variance, &cross, &cross, 1.0);
-    }
-
-    /// The low-pass takes in this sample's white noise, and the next one is drawn.
-    fn next_vibration(&mut self, smoothing: f64) {
-        for axis in 0..3 {
-            let (low, white) = (LOW + axis, WHITE + axis);
-            let row = self.covariance.row(low) * (1.0 - smoothing) + self.covariance.row(white) * smoothing;
-            self.covariance.set_row(low, &row);
-            let column = self.covariance.column(low) * (1.0 - smoothing) + self.covariance.column(white) * smoothing;
-            self.covariance.set_column(low, &column);
-            self.covariance.row_mut(white).fill(0.0);
-            self.covariance.column_mut(white).fill(0.0);
-            self.covariance[(white, white)] = 1.0;
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Known but for the scale factor about z: the angle between two readings of a field across the axis, over the angle turned.
-    #[test]
-    fn the_scale_of_one_axis_is_that_of_two_angles_and_the_gyros_noise_between() {
-        let (rate, step_s, steps) = (Vector3::new(0.0, 0.0, 1.5), 0.01, 2_000);
-        let (field, sigma_ut, noise) = (50.0, 0.2, 2e-4);
-        let mut sigmas = [1e-9; 12];
-        sigmas[8] = 1.0;
-        let mut filter = ErrorState::new(&sigmas);
-        let mut angle = 0.0_f64;
-        let look = |filter: &mut ErrorState, angle: f64| {
-            let body = Vector3::new(field * angle.cos(), -field * angle.sin(), 0.0);
-            filter.observe_vector(&body, &Vector3::zeros(), &Vector3::repeat(sigma_ut));
-        };
-        look(&mut filter, angle);
-        for _ in 0..steps {
-            filter.turn(&rate, &rate, step_s);
-            filter.add_noise(0, &Matrix3::from_diagonal_element((noise * step_s).powi(2)));
-            angle += rate.z * step_s;
-        }
-        look(&mut filter, angle);
-        let walked = noise * step_s * f64::from(steps).sqrt();
-        let expected = (2.0 * (sigma_ut / field).powi(2) + walked * walked).sqrt() / angle;
-        let found = filter.covariance[(THETA + 8, THETA + 8)].sqrt();
-        assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
-    }
-
-    /// With nothing but rest, c has the variance of a mean; with a walk it has the filter's known stationary value.
-    #[test]
-    fn a_rest_gives_the_bias_as_a_mean_does() {
-        let mut filter = ErrorState::new(&[1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1.0, 1.0, 1.0]);
-        for _ in 0..1_000 {
-            filter.observe_rest(&Matrix3::identity(), &Vector3::new(0.02, -0.01, 0.03), 2e-3);
-        }
-        let found = filter.covariance[(C, C)].sqrt();
-        assert!((found / (2e-3 / 1_000_f64.sqrt()) - 1.0).abs() < 1e-3, "{found}");
-        // Walk q a step, reading r: before each reading the variance is (q^2 + sqrt(q^4 + 4 q^2 r^2)) / 2.
-        let (q, r) = (1e-4_f64, 2e-3_f64);
-        for _ in 0..10_000 {
-            filter.observe_rest(&Matrix3::identity(), &Vector3::zeros(), r);
-            filter.add_noise(C, &Matrix3::from_diagonal_element(q * q));
-        }
-        let expected = 0.5 * (q * q + (q.powi(4) + 4.0 * q * q * r * r).sqrt());
-        assert!((filter.covariance[(C, C)] / expected - 1.0).abs() < 1e-6);
-    }
-
-    /// The mean of high-passed noise averages out faster than white noise: its sum is the low-pass's lag, which is bounded.
-    #[test]
-    fn vibration_without_a_slow_part_leaves_a_mean_that_falls_with_the_time() {
-        let sigma = |samples: usize| {
-            let mut filter = ErrorState::new(&[1e-9; 12]);
-            for _ in 0..samples {
-                filter.observe_vector(&Vector3::new(0.0, 0.0, 9.8), &Vector3::repeat(3.0), &Vector3::repeat(1e-3));
-                filter.next_vibration(0.12);
-            }
-            filter.covariance[(0, 0)].sqrt()
-        };
-        let ratio = sigma(200) / sigma(1_600);
-        assert!(ratio > 7.0, "white noise would give the square root of 8: {ratio}");
-    }
 }

@@ -3,10 +3,8 @@
 //! Vector sensors err at the level of the ISCWSA MWD model, the gyro as one does whose twelve parameters are known; the configuration
 //! says as much, and that no sensor is delayed. 30 s at rest are followed by a minute of drilling with vibration and shocks of up to 20 g.
 
-use meerkat_mwd::{
-    Config,
-    config::{AttitudeConfig, Latency, SurveyErrors},
-};
+mod tool;
+
 use nalgebra::{Matrix3, UnitQuaternion};
 
 use super::{
@@ -15,15 +13,9 @@ use super::{
     seeds::each_seed,
     table::{Cell, Table},
 };
-use crate::{
-    configuration::of_trace,
-    flight::fly,
-    simulate::{Effects, Gyro, Hole, Random, Rotation, Scenario, ShockSettings, simulate},
-    trace::Trace,
-};
+use crate::{flight::fly, simulate::simulate, trace::Trace};
+use tool::{REST_S, config, scenario};
 
-const REST_S: f64 = 30.0;
-const DURATION_S: f64 = 93.0;
 /// Scored are the rest after so long, and drilling from so long after its begin, seconds.
 const SETTLED_S: f64 = 5.0;
 /// Every so many samples one is scored: errors change in tenths of seconds.
@@ -35,14 +27,6 @@ const INCLINATIONS_DEG: [f64; 6] = [0.0, 5.0, 15.0, 45.0, 70.0, 90.0];
 const ROTATIONS_RPM: [(&str, f64); 5] =
     [("sliding", 0.0), ("30 rpm", 30.0), ("60 rpm", 60.0), ("120 rpm", 120.0), ("180 rpm", 180.0)];
 const CELLS: u64 = (INCLINATIONS_DEG.len() * ROTATIONS_RPM.len()) as u64;
-
-/// What is left of a gyro's scale factors and couplings, and of its bias, when they have been identified; the nonlinearity and the
-/// g-sensitivity of data sheets are as large (MPU-9250 PS section 3.1: 0.1 %; MPU-6000 PS section 6.1: 0.1 deg/s per g).
-const GYRO_SCALE: f64 = 1e-3;
-const GYRO_BIAS_DEG_S: f64 = 0.1;
-
-/// Speed of a probe in its hole, m/s: what a shock of 10 g that takes 5 ms leaves until the wall takes it back, and so is vibration.
-const SPEED_M_S: f32 = 0.1;
 
 /// Below this inclination the magnetic toolface is the one that applies, degrees.
 const NEAR_VERTICAL_DEG: f64 = 5.5;
@@ -245,60 +229,4 @@ fn rotation([w, x, y, z]: &[f64; 4]) -> UnitQuaternion<f64> {
 
 fn apart(a: f64, b: f64) -> f64 {
     libm::remainder(a - b, std::f64::consts::TAU)
-}
-
-fn scenario(inclination_deg: f64, mean_rpm: f64, seed: u64) -> Scenario {
-    // another stream than the simulator's own
-    let mut draw = Random::new(!seed);
-    let model = SurveyErrors::default();
-    let mut three = |sigma: f32| -> [f64; 3] { std::array::from_fn(|_| f64::from(sigma) * draw.normal()) };
-    let (accel_bias, accel_scale) = (three(model.accel_bias_m_s2), three(model.accel_scale));
-    let (mag_bias, mag_scale) = (three(model.mag_bias_ut), three(model.mag_scale));
-    let scaled = |scale: [f64; 3]| -> [[f64; 3]; 3] {
-        std::array::from_fn(|r| std::array::from_fn(|c| if r == c { scale[r] } else { 0.0 }))
-    };
-    let [azimuth_deg, toolface_deg] = std::array::from_fn(|_| draw.between(0.0, 360.0));
-    Scenario {
-        duration_s: DURATION_S,
-        rest_s: REST_S,
-        hole: Hole { inclination_deg, azimuth_deg, ..Hole::default() },
-        // half of it: between a steady string and one that stops
-        rotation: Rotation { mean_rpm, toolface_deg, stick_slip: 0.5, ..Rotation::default() },
-        shocks: ShockSettings { per_minute: 20.0, peak_g: [5.0, 20.0], ..ShockSettings::default() },
-        gyro: Gyro {
-            diagonal_sigma: GYRO_SCALE,
-            off_diagonal_sigma: GYRO_SCALE,
-            bias_sigma_deg_s: GYRO_BIAS_DEG_S,
-            ..Gyro::default()
-        },
-        effects: Effects {
-            accel_bias_m_s2: accel_bias,
-            accel_matrix: scaled(accel_scale),
-            hard_iron_ut: mag_bias,
-            mag_matrix: scaled(mag_scale),
-            ..Effects::default()
-        },
-        ..Scenario::default()
-    }
-}
-
-/// What is known of such sensors.
-fn config(trace: &Trace) -> Config {
-    let config = of_trace(trace);
-    let model = SurveyErrors::default();
-    let gravity_m_s2 = config.earth.gravity_m_s2;
-    let field_ut = config.earth.magnetic_field_ut.unwrap_or(50.0);
-    Config {
-        latency: Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) },
-        attitude: AttitudeConfig {
-            // of a scale factor at most half of gravity's, and of the field's, share is across it
-            accel_sigma_m_s2: libm::hypotf(model.accel_bias_m_s2, 0.5 * model.accel_scale * gravity_m_s2),
-            mag_sigma_rad: libm::hypotf(model.mag_bias_ut / field_ut, 0.5 * model.mag_scale),
-            velocity_sigma_m_s: SPEED_M_S,
-            gyro_scale_sigma: GYRO_SCALE as f32,
-            gyro_bias_sigma_rad_s: GYRO_BIAS_DEG_S.to_radians() as f32,
-            ..AttitudeConfig::default()
-        },
-        ..config
-    }
 }

@@ -12,6 +12,7 @@ mod drilling;
 mod effects;
 mod evaluations;
 pub mod faults;
+mod gyro_grade;
 mod hour;
 mod inclination;
 pub mod one_window;
