@@ -12,7 +12,7 @@ use crate::{cli::ReplayArgs, failure::Failure, trace::Trace};
 /// The configuration of a flight over `trace`.
 ///
 /// # Errors
-/// An option that is not built yet, a configuration file that cannot be read or used, or a field out of its range.
+/// A configuration file that cannot be read or used, or a field out of its range.
 pub fn configuration(trace: &Trace, args: &ReplayArgs) -> Result<Config, Failure> {
     let mut config = of_trace(trace);
     if let Some(path) = &args.config {

@@ -19,9 +19,6 @@ pub enum Failure {
     /// Input or usage that no other variant names.
     #[error("{0}")]
     BadInput(String),
-    /// An option that the interface names and that does not exist yet.
-    #[error("{0} is not built yet")]
-    NotBuilt(&'static str),
     /// Something that is needed is not there: a port, a key, an answer.
     #[error("{0}")]
     Missing(String),
@@ -47,7 +44,7 @@ impl Failure {
     pub const fn exit_status(&self) -> u8 {
         match self {
             Self::Missing(_) => Missing::EXIT_STATUS,
-            Self::Trace(_) | Self::Config(_) | Self::BadInput(_) | Self::NotBuilt(_) | Self::Output { .. } => 2,
+            Self::Trace(_) | Self::Config(_) | Self::BadInput(_) | Self::Output { .. } => 2,
         }
     }
 }

@@ -19,6 +19,7 @@ pub mod main_job;
 pub mod mock_flash;
 pub mod monitor;
 pub mod normal_gravity;
+pub mod page;
 pub mod rates_csv;
 pub mod record;
 pub mod recordings;

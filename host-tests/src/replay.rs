@@ -1,5 +1,7 @@
 //! `mwd replay`: read, configure, fly on the host, score, deliver.
 
+mod html;
+
 use std::{
     fs,
     io::{self, IsTerminal, Write},
@@ -16,6 +18,7 @@ use crate::{
     diagnose::diagnosed,
     failure::Failure,
     flight::{Flight, fly_on, started, surveys},
+    page::write_page,
     rates_csv::write_rates_csv,
     result_json::result_json,
     score::{self, Reference},
@@ -71,7 +74,6 @@ fn stored_model(args: &ReplayArgs) -> Result<Option<StoredModel>, Failure> {
 /// # Errors
 /// Bad input or usage.
 pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
-    args.check_built()?;
     check_outputs(args)?;
     let mut trace = Trace::read(&args.trace)?;
     let config = configuration(&trace, args)?;
@@ -81,7 +83,7 @@ pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
 
 /// No result may overwrite what is read, nor another result.
 fn check_outputs(args: &ReplayArgs) -> Result<(), Failure> {
-    let outputs = [&args.attitude, &args.rates, &args.surveys, &args.json];
+    let outputs = [&args.attitude, &args.rates, &args.surveys, &args.json, &args.html];
     for (index, output) in outputs.into_iter().enumerate() {
         // A terminal or /dev/null takes any number of them.
         let Some(output) = output.as_ref().filter(|output| !output.exists() || output.is_file()) else { continue };
@@ -126,6 +128,9 @@ pub fn deliver(
     }
     if let Some(path) = &args.json {
         result_json(trace, config, flight, &diagnosed, reference).write(path)?;
+    }
+    if let Some(path) = &args.html {
+        write_page(path, &html::page(trace, config, flight, &diagnosed, reference.as_ref(), place))?;
     }
     let mut out = io::stdout().lock();
     writeln!(out, "flown {place}")?;

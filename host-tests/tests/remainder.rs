@@ -1,6 +1,9 @@
 //! What is said of a residual whose cause is outside the library, and the page that says it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+#[path = "well_formed/mod.rs"]
+mod well_formed;
+
 use std::{fs, process::Command};
 
 use meerkat_mwd::{
@@ -16,6 +19,7 @@ use mwd::{
     simulate::{MountRotation, Scenario, Temperature, simulate},
 };
 use tempfile::TempDir;
+use well_formed::unbalanced;
 
 /// A library that lacks nearly everything.
 static HARD_IRON_ALONE: [&dyn Effect; 1] = [&HardIron];
@@ -117,27 +121,6 @@ fn a_gyro_that_turned_in_its_mount_goes_with_time_at_most() {
     for remainder in all {
         assert!(names(&remainder).iter().all(|name| *name == Correlate::Time), "{remainder:?}");
     }
-}
-
-/// Tags that are opened and not closed, or closed and not open.
-fn unbalanced(page: &str) -> Vec<String> {
-    let mut open: Vec<&str> = Vec::new();
-    let mut wrong = Vec::new();
-    let body = page.strip_prefix("<!DOCTYPE html>").expect("a document type");
-    for part in body.split('<').skip(1) {
-        let Some((tag, _)) = part.split_once('>') else {
-            wrong.push(part.to_owned());
-            continue;
-        };
-        let name = tag.trim_start_matches('/').split([' ', '/']).next().unwrap();
-        match (tag.starts_with('/'), tag.ends_with('/')) {
-            (false, false) => open.push(name),
-            (true, _) if open.pop() != Some(name) => wrong.push(tag.to_owned()),
-            _ => {}
-        }
-    }
-    wrong.extend(open.into_iter().map(str::to_owned));
-    wrong
 }
 
 #[test]

@@ -1,6 +1,9 @@
 //! The command line as other programs use it: exit statuses, files, schema, and the same bytes twice.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+#[path = "well_formed/mod.rs"]
+mod well_formed;
+
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -11,6 +14,7 @@ use meerkat_mwd::{Sample, SampleFlags};
 use mwd::trace::{Keys, Trace};
 use serde_json::Value;
 use tempfile::TempDir;
+use well_formed::unbalanced;
 
 fn mwd(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).output().unwrap()
@@ -156,18 +160,54 @@ fn without_a_full_scale_the_clipped_count_is_null_not_zero() {
 }
 
 #[test]
-fn what_is_not_built_yet_says_so() {
+fn every_optimizer_of_the_interface_flies() {
     let directory = TempDir::new().unwrap();
     let trace = written(&directory);
-    let trace = trace.to_str().unwrap();
-    let cases: [&[&str]; 1] = [&["replay", trace, "--html", "report.html"]];
-    for arguments in cases {
-        let message = error_of(arguments, 2);
-        assert!(message.contains("not built yet"), "{arguments:?}: {message}");
-    }
     for optimizer in ["imoa", "moa", "pso", "de", "lm", "ls"] {
-        assert!(mwd(&["replay", trace, "--optimizer", optimizer]).status.success());
+        assert!(mwd(&["replay", trace.to_str().unwrap(), "--optimizer", optimizer]).status.success());
     }
+}
+
+/// The page of a replay, and the JSON of the same one.
+fn page_of(trace: &Path, directory: &TempDir) -> (String, Value) {
+    let [page, json] = ["page.html", "result.json"].map(|name| directory.path().join(name));
+    let (trace, page, json) = (trace.to_str().unwrap(), page.to_str().unwrap(), json.to_str().unwrap());
+    let output = mwd(&["replay", trace, "--html", page, "--json", json]);
+    assert!(output.status.success(), "{output:?}");
+    let page = fs::read_to_string(page).unwrap();
+    assert_eq!(unbalanced(&page), Vec::<String>::new());
+    assert!(!page.contains("http") && !page.contains("NaN") && !page.contains("inf"), "no figure that is none");
+    (page, serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap())
+}
+
+/// What the page says is what the JSON says: every refusal, and the scores to the digits that it shows.
+#[test]
+fn the_page_of_a_recording_tells_its_windows_and_its_scores() {
+    let directory = TempDir::new().unwrap();
+    let recorded = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
+    let (page, json) = page_of(&recorded, &directory);
+    let windows = json["identification"]["windows"].as_array().unwrap();
+    assert!(windows.len() > 1);
+    for window in windows {
+        let told = window["reason"].as_str().unwrap_or("accepted");
+        assert!(page.contains(told), "{told}");
+    }
+    let attitude = &json["reference"]["attitude_rms_deg"];
+    for part in ["total", "heading", "inclination"] {
+        let cell = format!("<td>{:.3}</td>", attitude[part].as_f64().unwrap());
+        assert!(page.contains(&cell), "{part}: {cell}");
+    }
+    for plot in ["Inclination", "Azimuth", "Stated deviations", "Errors against the reference", "Bias"] {
+        assert!(page.contains(&format!("<h3>{plot}</h3>\n<svg")), "{plot}");
+    }
+}
+
+#[test]
+fn the_page_of_a_trace_without_a_window_says_why_there_is_none() {
+    let directory = TempDir::new().unwrap();
+    let (page, json) = page_of(&written(&directory), &directory);
+    assert_eq!(json["identification"]["windows"].as_array().unwrap().len(), 0);
+    assert!(page.contains("<b>no window</b>") && page.contains("the trace lasts 10.0 s; a window takes 50.0 s"));
 }
 
 #[test]
@@ -185,6 +225,7 @@ fn usage_errors_end_with_status_2() {
     assert!(error_of(&["replay"], 2).contains("TRACE"));
     assert!(error_of(&["replay", trace, "--json", "/nonexistent/result.json"], 2).contains("cannot be written"));
     assert!(error_of(&["replay", trace, "--rates", trace], 2).contains("overwrite the trace"));
+    assert!(error_of(&["replay", trace, "--html", trace], 2).contains("overwrite the trace"));
     let result = directory.path().join("result.csv");
     let result = result.to_str().unwrap();
     assert!(error_of(&["replay", trace, "--rates", result, "--attitude", result], 2).contains("overwrite another one"));

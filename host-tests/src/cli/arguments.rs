@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use meerkat_mwd::config::OptimizerKind;
 use world_magnetic_model::time::Date;
 
-use crate::{failure::Failure, reference_field};
+use crate::reference_field;
 
 /// Options of `replay` and `emulate`.
 #[derive(Debug, Clone, Args)]
@@ -61,7 +61,7 @@ impl ReplayArgs {
             rates: None,
             surveys: None,
             json: args.json.clone(),
-            html: None,
+            html: args.html.clone(),
             hold_out: args.hold_out,
             config: args.config.clone(),
             model: None,
@@ -70,12 +70,6 @@ impl ReplayArgs {
             no_effects: false,
             through_sensors: false,
         }
-    }
-
-    /// # Errors
-    /// The first option that is named and not built yet.
-    pub const fn check_built(&self) -> Result<(), Failure> {
-        if self.html.is_some() { Err(Failure::NotBuilt("--html")) } else { Ok(()) }
     }
 }
 

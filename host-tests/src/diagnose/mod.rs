@@ -12,6 +12,7 @@ use std::io;
 
 pub use account::{print_account, sentences, verdict_name};
 pub use html::page;
+pub(crate) use html::{effect_estimates, effects, magnets, magnets_shaded_s};
 pub use outcome::{Diagnosed, Found, diagnosed};
 pub use remainder_text::remainder_text;
 pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual};
@@ -21,6 +22,7 @@ use meerkat_mwd::Config;
 use crate::{
     cli::{DiagnoseArgs, ReplayArgs},
     flight::{Flight, started},
+    page::write_page,
     replay::{fly_with_bar, prepare, settings},
     result_json::result_json,
     score,
@@ -53,7 +55,7 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
         result_json(&trace, &config, &flight, &diagnosed, reference).write(path)?;
     }
     if let Some(path) = &args.html {
-        html::write_page(path, &trace, &config, &diagnosed, reference.as_ref())?;
+        write_page(path, &page(&trace, &config, &diagnosed, reference.as_ref()))?;
     }
     print_account(&mut io::stdout().lock(), &trace, &config, &diagnosed, reference.as_ref())?;
     Ok(())

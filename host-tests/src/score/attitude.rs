@@ -27,16 +27,15 @@ pub type TimedAttitude = (u64, [f64; 4]);
 ///
 /// Total and heading are `None` where the reference counts from true north and the flight, without a declination, from magnetic.
 pub(super) fn rms_deg(trace: &Trace, flight: &Flight, settings: &Settings) -> AttitudeRms {
-    let attitudes =
-        flight.outputs.iter().filter_map(|output| Some((output.t_us, output.attitude.as_ref()?.q.map(f64::from))));
+    let attitudes = attitudes_of(flight);
     let Some(reference_to_ned) = reference_to_ned(trace, settings) else {
         let comparable = errors(trace, attitudes, settings, to_ned(trace.keys.earth_frame));
         return AttitudeRms {
-            inclination: root_mean_square(comparable.map(|e| split(&e).inclination)),
+            inclination: root_mean_square(comparable.map(|(_, e)| split(&e).inclination)),
             ..AttitudeRms::default()
         };
     };
-    rms_of(errors(trace, attitudes, settings, reference_to_ned).map(|e| split(&e)).collect())
+    rms_of(errors(trace, attitudes, settings, reference_to_ned).map(|(_, e)| split(&e)).collect())
 }
 
 /// The same for any estimate: as it is, and without one constant offset of the heading, which has the reference's north in it. The
@@ -44,7 +43,7 @@ pub(super) fn rms_deg(trace: &Trace, flight: &Flight, settings: &Settings) -> At
 #[must_use]
 pub fn attitude_rms_deg(trace: &Trace, attitudes: &[TimedAttitude], settings: &Settings) -> [AttitudeRms; 2] {
     let Some(reference_to_ned) = reference_to_ned(trace, settings) else { return Default::default() };
-    let errors: Vec<_> = errors(trace, attitudes.iter().copied(), settings, reference_to_ned).collect();
+    let errors: Vec<_> = errors(trace, attitudes.iter().copied(), settings, reference_to_ned).map(|(_, e)| e).collect();
     // Doubled angles of the twist: a quaternion and its opposite are one rotation.
     let (sine, cosine) = errors.iter().fold((0.0, 0.0), |(sine, cosine), e| {
         let heading = 2.0 * e.k.atan2(e.w);
@@ -52,6 +51,22 @@ pub fn attitude_rms_deg(trace: &Trace, attitudes: &[TimedAttitude], settings: &S
     });
     let offset = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, -f64::atan2(sine, cosine)));
     [UnitQuaternion::identity(), offset].map(|turn| rms_of(errors.iter().map(|e| split(&(turn * e))).collect()))
+}
+
+/// What [`AttitudeRms`] is the root mean square of, over time: seconds, then heading and inclination, degrees. Nothing where the two norths
+/// cannot be related.
+#[must_use]
+pub fn attitude_errors_deg(trace: &Trace, flight: &Flight, settings: &Settings) -> Vec<[f64; 3]> {
+    let Some(reference_to_ned) = reference_to_ned(trace, settings) else { return Vec::new() };
+    let timed = |(t_us, e): (u64, UnitQuaternion<f64>)| {
+        let error = split(&e);
+        [t_us as f64 * 1e-6, error.heading, error.inclination]
+    };
+    errors(trace, attitudes_of(flight), settings, reference_to_ned).map(timed).collect()
+}
+
+fn attitudes_of(flight: &Flight) -> impl Iterator<Item = TimedAttitude> {
+    flight.outputs.iter().filter_map(|output| Some((output.t_us, output.attitude.as_ref()?.q.map(f64::from))))
 }
 
 fn rms_of(errors: Vec<Error>) -> AttitudeRms {
@@ -76,11 +91,11 @@ fn errors<'a>(
     attitudes: impl Iterator<Item = TimedAttitude> + 'a,
     settings: &'a Settings,
     reference_to_ned: UnitQuaternion<f64>,
-) -> impl Iterator<Item = UnitQuaternion<f64>> + 'a {
+) -> impl Iterator<Item = (u64, UnitQuaternion<f64>)> + 'a {
     let gap_us = gap_us(trace);
     attitudes.filter(|(t_us, _)| *t_us >= settings.from_us).filter_map(move |(t_us, q)| {
         let reference = reference_to_ned * reference_at(trace, gap_us, t_us)?;
-        Some(unit_quaternion(q)? * reference.inverse())
+        Some((t_us, unit_quaternion(q)? * reference.inverse()))
     })
 }
 

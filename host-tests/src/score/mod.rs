@@ -15,7 +15,7 @@ use meerkat_mwd::{
     probe::GAP_PERIODS,
 };
 
-pub use attitude::{AttitudeRms, TimedAttitude, attitude_rms_deg};
+pub use attitude::{AttitudeRms, TimedAttitude, attitude_errors_deg, attitude_rms_deg};
 pub use rate_error::{rate_error_rad_s, systematic_rate_error_rad_s};
 pub use rates::{RateTrack, Tracks};
 

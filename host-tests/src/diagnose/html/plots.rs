@@ -2,11 +2,10 @@
 
 use meerkat_mwd::compensation::{Effect, Parameter};
 
-use super::{
-    escape,
-    svg::{Plot, Series},
+use crate::{
+    diagnose::{Diagnosed, outcome::Found},
+    page::{Plot, Series, escape},
 };
-use crate::diagnose::{Diagnosed, outcome::Found};
 
 /// Share of the residuals that a plot shows in full: as many as count in their figures.
 const SHOWN: f64 = 0.98;
@@ -17,11 +16,7 @@ const BRIDGED_S: f64 = 1.5;
 /// The residuals of both vectors over time, before and after.
 pub(super) fn residual(diagnosed: &Diagnosed) -> String {
     let over_time = &diagnosed.residual_over_time;
-    let shaded: Vec<[f64; 2]> = diagnosed
-        .magnets
-        .iter()
-        .map(|magnet| [magnet.from_us, magnet.to_us.unwrap_or(u64::MAX)].map(|t_us| t_us as f64 * 1e-6))
-        .collect();
+    let shaded = magnets_shaded_s(diagnosed);
     let mut out = String::new();
     for (vector, (name, unit)) in [("Gravity", "deg"), ("Field", "deg")].into_iter().enumerate() {
         let [Some(before), Some(after)] = [over_time.before.get(vector), over_time.after.get(vector)] else { continue };
@@ -54,8 +49,14 @@ pub(super) fn residual(diagnosed: &Diagnosed) -> String {
     out
 }
 
+/// When a magnet was there, seconds.
+pub(crate) fn magnets_shaded_s(diagnosed: &Diagnosed) -> Vec<[f64; 2]> {
+    let spans = diagnosed.magnets.iter().map(|magnet| [magnet.from_us, magnet.to_us.unwrap_or(u64::MAX)]);
+    spans.map(|span| span.map(|t_us| t_us as f64 * 1e-6)).collect()
+}
+
 /// The estimates of each effect that is held, over the diagnoses that found it.
-pub(super) fn estimates(diagnosed: &Diagnosed) -> String {
+pub(crate) fn effect_estimates(diagnosed: &Diagnosed) -> String {
     diagnosed.effects.iter().map(|found| estimates_of(diagnosed, found)).collect()
 }
 

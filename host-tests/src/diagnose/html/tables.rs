@@ -5,31 +5,11 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, Tried, Verdict},
 };
 
-use super::{escape, sentence};
 use crate::{
     diagnose::{BeforeAfter, Diagnosed, Found, remainder_text, verdict_name},
+    page::{escape, figure, sentence, table},
     score::Reference,
 };
-
-/// One row: whether it stands out, and its cells.
-type Row = (bool, Vec<String>);
-
-/// A table; its cells are text, escaped here.
-fn table(head: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
-    let cells = |tag: &str, cells: &mut dyn Iterator<Item = &str>| -> String {
-        cells.map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect()
-    };
-    let mut out = format!("<table>\n<tr>{}</tr>\n", cells("th", &mut head.iter().copied()));
-    for (stands_out, row) in rows {
-        let class = if stands_out { " class=\"added\"" } else { "" };
-        out += &format!("<tr{class}>{}</tr>\n", cells("td", &mut row.iter().map(String::as_str)));
-    }
-    out + "</table>\n"
-}
-
-fn figure(x: Option<f64>) -> String {
-    x.map_or_else(|| "-".to_owned(), |x| format!("{x:.3}"))
-}
 
 /// Residuals before and after.
 pub(super) fn residual(diagnosed: &Diagnosed) -> String {
@@ -60,7 +40,7 @@ pub(super) fn reference(reference: &Reference) -> String {
 }
 
 /// The effects that the last diagnosis holds.
-pub(super) fn effects(diagnosed: &Diagnosed) -> String {
+pub(crate) fn effects(diagnosed: &Diagnosed) -> String {
     if diagnosed.effects.is_empty() {
         return "<p>None.</p>\n".to_owned();
     }
@@ -94,7 +74,7 @@ fn parameters(found: &Found) -> String {
 }
 
 /// Intervals of hard iron.
-pub(super) fn magnets(diagnosed: &Diagnosed) -> String {
+pub(crate) fn magnets(diagnosed: &Diagnosed) -> String {
     if diagnosed.magnets.is_empty() {
         return "<p>None.</p>\n".to_owned();
     }

@@ -1,4 +1,4 @@
-//! Plots over time, as SVG in a page.
+//! Plots over time.
 
 use std::fmt::Write;
 
@@ -16,11 +16,12 @@ const BOTTOM: f64 = 34.0;
 const INTERVALS: f64 = 5.0;
 
 /// One set of points.
-pub(super) struct Series {
+pub struct Series {
+    /// For the legend.
     pub name: String,
     /// Class in the style sheet.
     pub class: &'static str,
-    /// Time, seconds; value; deviation, 0 where it has none.
+    /// Time, seconds; value; deviation, 0 where it has none. A value that is no number breaks the line.
     pub points: Vec<[f64; 3]>,
     /// Longest step that is bridged by a line, seconds.
     pub bridged_s: f64,
@@ -29,14 +30,18 @@ pub(super) struct Series {
 }
 
 /// A plot of some series over time.
-pub(super) struct Plot<'a> {
+pub struct Plot<'a> {
+    /// Of the values.
     pub unit: &'a str,
+    /// Where the axis of time begins, seconds.
     pub from_s: f64,
+    /// Where it ends, seconds.
     pub to_s: f64,
     /// Values beyond are drawn on the edge.
     pub range: [f64; 2],
     /// Intervals of time that are shaded.
     pub shaded_s: &'a [[f64; 2]],
+    /// What is drawn.
     pub series: Vec<Series>,
 }
 
@@ -53,6 +58,7 @@ impl Plot<'_> {
     }
 
     /// The drawing.
+    #[must_use]
     pub fn draw(&self) -> String {
         let mut out = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\">\n");
         // Writing to a string does not fail.
@@ -98,13 +104,17 @@ impl Plot<'_> {
         let mut path = String::new();
         let mut last_s = f64::NEG_INFINITY;
         for [t_s, value, _] in &series.points {
+            if !value.is_finite() {
+                last_s = f64::NEG_INFINITY;
+                continue;
+            }
             let command = if t_s - last_s > series.bridged_s { 'M' } else { 'L' };
             write!(path, "{command}{:.1} {:.1}", self.x(*t_s), self.y(*value))?;
             last_s = *t_s;
         }
         let class = series.class;
         writeln!(out, "<path class=\"{class}\" d=\"{path}\"/>")?;
-        for [t_s, value, sigma] in series.points.iter().filter(|_| series.marked) {
+        for [t_s, value, sigma] in series.points.iter().filter(|[_, value, _]| series.marked && value.is_finite()) {
             let (x, low, high) = (self.x(*t_s), self.y(value - sigma), self.y(value + sigma));
             writeln!(out, "<line class=\"{class}\" x1=\"{x:.1}\" y1=\"{low:.1}\" x2=\"{x:.1}\" y2=\"{high:.1}\"/>")?;
             writeln!(out, "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{:.1}\" r=\"3\"/>", self.y(*value))?;

@@ -1,0 +1,85 @@
+//! Tables of the page.
+
+use meerkat_mwd::{
+    Config,
+    identification::{Decision, WindowReport},
+};
+
+use crate::{
+    flight::Flight,
+    page::{figure, table},
+    refusal_text::refusal_text,
+    result_json::Parameters,
+    score::{PerModel, Reference},
+    window_note::window_note,
+};
+
+/// Scores against the reference.
+pub(super) fn scores(reference: &Reference) -> String {
+    let rows = [
+        ("rotation over 2 s, deg rms", &reference.orientation_2s_rms_deg),
+        ("the same, one delay taken out", &reference.orientation_2s_rms_time_aligned_deg),
+        ("gravity from rest to rest, deg rms", &reference.rest_gravity_deg),
+    ];
+    let rows = rows.into_iter().filter(|(_, scores)| **scores != PerModel::default()).map(|(name, scores)| {
+        let scores = [scores.uncompensated, scores.bias_only, scores.twelve_parameters, scores.with_effects];
+        (false, [name.to_owned()].into_iter().chain(scores.map(figure)).collect())
+    });
+    let mut out = "<h3>Against the reference</h3>\n".to_owned();
+    out += &table(&["", "uncompensated", "bias only", "12 parameters", "flown"], rows);
+    let attitude = &reference.attitude_rms_deg;
+    let parts = [attitude.total, attitude.heading, attitude.inclination].map(figure);
+    out + &table(&["attitude, deg rms: total", "heading", "inclination"], [(false, parts.to_vec())])
+}
+
+/// One row for each window.
+pub(super) fn windows(config: &Config, flight: &Flight) -> String {
+    let row = |report: &WindowReport| {
+        let decision = match &report.decision {
+            Decision::Accepted => "accepted".to_owned(),
+            Decision::Refused(refusal) => format!("refused: {}", refusal_text(refusal)),
+            other => format!("{other:?}"),
+        };
+        let note = window_note(report, config).map_or_else(String::new, |note| format!("; {note}"));
+        let number = |x: Option<f32>, digits: usize| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"));
+        let cells = vec![
+            format!("{:.1} to {:.1}", report.t_start_us as f64 * 1e-6, report.t_end_us as f64 * 1e-6),
+            decision + &note,
+            report.rank.to_string(),
+            format!("{:.1}", report.rest_s),
+            number(report.explained.map(|share| 100.0 * share), 0),
+            number(report.p_value, 4),
+            format!("{} to {}", number(report.cost_before, 1), number(report.cost_after, 1)),
+            report.evaluations.to_string(),
+        ];
+        (report.decision == Decision::Accepted, cells)
+    };
+    let head = [
+        "window, s",
+        "decision",
+        "directions of 12",
+        "rest, s",
+        "explained of the unseen, %",
+        "chance",
+        "cost",
+        "evaluations",
+    ];
+    table(&head, flight.reports.iter().map(row))
+}
+
+/// P and b with their deviations.
+pub(super) fn parameters(last: &Parameters) -> String {
+    let (p_sigma, b_sigma) = last.sigma.split_at(9);
+    let rows = last.p.chunks(3).zip(p_sigma.chunks(3)).zip(last.b_rad_s.iter().zip(b_sigma)).zip(["x", "y", "z"]);
+    let rows = rows.map(|(((p, p_sigma), (b, b_sigma)), axis)| {
+        let elements = p.iter().zip(p_sigma).map(|(p, sigma)| format!("{p:.5} ± {sigma:.5}"));
+        let bias = format!("{:.4} ± {:.4}", b.to_degrees(), b_sigma.to_degrees());
+        (false, [axis.to_owned()].into_iter().chain(elements).chain([bias]).collect())
+    });
+    table(&["", "P", "", "", "b, deg/s"], rows)
+}
+
+/// What was counted.
+pub(super) fn counts(counts: &[(&str, u64)]) -> String {
+    table(&["", "count"], counts.iter().map(|(name, count)| (false, vec![(*name).to_owned(), count.to_string()])))
+}
