@@ -25,7 +25,7 @@ type Value = fn(&Output) -> Option<f64>;
 
 /// Angles, their stated deviations, and where the trace has a reference their errors.
 pub(super) fn attitude(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> String {
-    let shaded = magnets_shaded_s(diagnosed);
+    let (shaded, span) = (magnets_shaded_s(diagnosed), span_s(flight));
     let over_time = |value: Value| -> Vec<[f64; 3]> {
         let outputs = flight.outputs.iter();
         outputs.map(|output| [output.t_us as f64 * 1e-6, value(output).unwrap_or(f64::NAN), 0.0]).collect()
@@ -38,7 +38,7 @@ pub(super) fn attitude(trace: &Trace, config: &Config, flight: &Flight, diagnose
         ("Rotation about the tool's axis", "rpm", |o| Some(f64::from(o.rate_rad_s[2].to_degrees()) / 6.0)),
     ];
     for (name, unit, value) in lines {
-        out += &drawn(name, unit, &shaded, vec![line(name, "after", angle(value))], false);
+        out += &drawn(name, unit, span, &shaded, vec![line(name, "after", angle(value))], false);
     }
     let deviations: [(&str, &'static str, Value); 3] = [
         ("inclination", "x", |o| Some(f64::from(o.attitude?.sigma_inclination_rad.to_degrees()))),
@@ -46,11 +46,11 @@ pub(super) fn attitude(trace: &Trace, config: &Config, flight: &Flight, diagnose
         ("toolface", "z", |o| Some(f64::from(o.attitude?.sigma_toolface_rad.to_degrees()))),
     ];
     let stated = deviations.map(|(name, class, value)| line(name, class, largest(&over_time(value))));
-    out += &drawn("Stated deviations", "deg", &shaded, stated.into(), true);
+    out += &drawn("Stated deviations", "deg", span, &shaded, stated.into(), true);
     let errors = attitude_errors_deg(trace, flight, &settings(trace, config));
     let of = |part: usize| -> Vec<[f64; 3]> { errors.iter().map(|error| [error[0], error[part], 0.0]).collect() };
     let against = vec![line("heading", "y", largest(&of(1))), line("inclination", "x", largest(&of(2)))];
-    out += &drawn("Errors against the reference", "deg", &shaded, against, true);
+    out += &drawn("Errors against the reference", "deg", span, &shaded, against, true);
     if !shaded.is_empty() {
         out += "<p>Shaded: a magnet is there.</p>\n";
     }
@@ -81,7 +81,8 @@ pub(super) fn fits(flight: &Flight) -> String {
     let scale = axes.map(|(k, (name, class))| {
         fitted(name, class, &|report| [report.fitted.p[k][k] - 1.0, report.sigma[4 * k]].map(|x| 100.0 * f64::from(x)))
     });
-    drawn("Bias", "deg/s", &[], bias.collect(), false) + &drawn("P's diagonal less 1", "%", &[], scale.collect(), false)
+    drawn("Bias", "deg/s", span_s(flight), &[], bias.collect(), false)
+        + &drawn("P's diagonal less 1", "%", span_s(flight), &[], scale.collect(), false)
 }
 
 fn line(name: &str, class: &'static str, points: Vec<[f64; 3]>) -> Series {
@@ -90,10 +91,21 @@ fn line(name: &str, class: &'static str, points: Vec<[f64; 3]>) -> Series {
     Series { name: name.to_owned(), class, points, bridged_s: 0.1 * (last - first), marked: false }
 }
 
+/// From the first to the last sample of a flight, seconds.
+fn span_s(flight: &Flight) -> [f64; 2] {
+    [flight.outputs.first(), flight.outputs.last()].map(|output| output.map_or(0.0, |output| output.t_us as f64 * 1e-6))
+}
+
 /// A plot under its name; nothing where there is nothing to draw. `from_zero`: of sizes, of which the largest may run out of it.
-fn drawn(name: &str, unit: &str, shaded_s: &[[f64; 2]], series: Vec<Series>, from_zero: bool) -> String {
+fn drawn(
+    name: &str,
+    unit: &str,
+    [from_s, to_s]: [f64; 2],
+    shaded_s: &[[f64; 2]],
+    series: Vec<Series>,
+    from_zero: bool,
+) -> String {
     let points = || series.iter().flat_map(|series| &series.points).filter(|[_, x, _]| x.is_finite());
-    let (from_s, to_s) = points().fold((f64::MAX, f64::MIN), |(low, high), [t_s, ..]| (low.min(*t_s), high.max(*t_s)));
     let mut ends: Vec<f64> = points().flat_map(|[_, x, sigma]| [x - sigma, x + sigma]).collect();
     ends.sort_by(f64::total_cmp);
     let (Some(&lowest), Some(&highest)) = (ends.first(), ends.last()) else { return String::new() };
