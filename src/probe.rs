@@ -3,6 +3,7 @@
 mod effects;
 mod latency;
 mod output;
+mod queries;
 mod rail;
 mod readings;
 mod staleness;
@@ -17,10 +18,10 @@ pub use stored_model::NotRestored;
 
 use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
-    compensation::{ActiveEffects, Effect, GyroModel, effects::LIBRARY},
+    compensation::{ActiveEffects, Effect, effects::LIBRARY},
     config::{Config, ConfigError},
-    diagnosis::{DiagnosisReport, HardIronCounts, HardIronInterval, HardIronWatch},
-    identification::{Identifier, WindowCost, WindowReport},
+    diagnosis::{DiagnosisReport, HardIronWatch},
+    identification::{Identifier, WindowReport},
     sample::{Sample, SampleFlags},
     window::Reading,
 };
@@ -242,18 +243,6 @@ impl Probe {
         self.identifier.set_library(library);
     }
 
-    /// The effects that are looked for.
-    #[must_use]
-    pub fn library(&self) -> &'static [&'static dyn Effect] {
-        self.identifier.library()
-    }
-
-    /// The effects that are taken out.
-    #[must_use]
-    pub const fn effects(&self) -> &ActiveEffects {
-        self.identifier.effects()
-    }
-
     /// The oldest diagnosis that nobody has taken, since it took effect.
     pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
         self.identifier.take_diagnosis()
@@ -266,50 +255,6 @@ impl Probe {
             Some(units) => units,
             None => 0,
         }
-    }
-
-    /// What it was configured with.
-    #[must_use]
-    pub const fn config(&self) -> &Config {
-        &self.config
-    }
-
-    /// What has been counted since the start.
-    #[must_use]
-    pub const fn counters(&self) -> Counters {
-        let (diagnosis_overruns, diagnoses_lost) = self.identifier.diagnosis_losses();
-        Counters {
-            overruns: self.identifier.overruns,
-            reports_lost: self.identifier.reports_lost,
-            diagnosis_overruns,
-            diagnoses_lost,
-            ..self.counters
-        }
-    }
-
-    /// The gyro model in use.
-    #[must_use]
-    pub const fn gyro_model(&self) -> &GyroModel {
-        self.identifier.flown()
-    }
-
-    /// What the search minimises on the window identified last, for other optimisers to be tried on; `None` before there is one
-    /// and while the next one's innovations are being gathered.
-    #[must_use]
-    pub fn window_cost(&self) -> Option<WindowCost<'_>> {
-        self.identifier.window_cost()
-    }
-
-    /// Body-fixed magnetic offsets that came while the probe ran, the oldest first: the last eight of
-    /// [`Probe::hard_iron_counts`]. Empty when effects are switched off.
-    pub fn hard_iron_intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
-        self.watch.intervals()
-    }
-
-    /// What the watch for them has counted since the start.
-    #[must_use]
-    pub const fn hard_iron_counts(&self) -> HardIronCounts {
-        self.watch.counts()
     }
 }
 
