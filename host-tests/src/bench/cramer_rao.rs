@@ -10,7 +10,7 @@
 //! Whatever is left out makes the bound lower, so that it stays one: shocks, the bit's chatter, full scales and rounding are left
 //! out, and gravity and field of the earth are known exactly.
 
-mod error_state;
+pub(super) mod error_state;
 
 use error_state::{C, ErrorState};
 use meerkat_mwd::{compensation::GyroModel, config::IdentificationConfig};
@@ -32,7 +32,7 @@ pub enum Vibration {
 }
 
 /// A mean over this long is what [`Vibration::White`] knows, seconds.
-const MEAN_S: f64 = 0.2;
+pub const MEAN_S: f64 = 0.2;
 
 /// The least covariance that an unbiased estimate of theta = (P row-major, c = P b) can have, at the end of the window.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +74,7 @@ impl Bound {
             let rate = Vector3::from(*rate);
             let raw = inverse * rate + bias;
             if index > 0 && !(still && still_before) {
-                filter.turn(&rate, &raw, period_s);
+                filter.turn(&rate, &raw, &Vector3::zeros(), period_s);
                 filter.add_noise(0, &(p * p.transpose() * (noise.gyro_rad_s * period_s).powi(2)));
             }
             if still {
@@ -89,8 +89,9 @@ impl Bound {
                     (Vector3::zeros(), (white_m_s2 * drilling).map(|white| libm::hypot(white, noise.accel_m_s2)))
                 }
             };
-            filter.observe_vector(&(to_body * force_m_s2), &shaken, &accel_m_s2);
-            filter.observe_vector(&(to_body * field_ut), &Vector3::zeros(), &Vector3::repeat(noise.mag_ut));
+            let none = Vector3::zeros();
+            filter.observe_vector(&(to_body * force_m_s2), &none, &shaken, &accel_m_s2);
+            filter.observe_vector(&(to_body * field_ut), &none, &none, &Vector3::repeat(noise.mag_ut));
             if index < last {
                 filter.add_noise(C, &(p * p.transpose() * noise.bias_step_rad_s.powi(2)));
                 filter.next_vibration(vibration.smoothing);

@@ -25,12 +25,17 @@ pub(super) const SHARES: [f64; 5] = [0.1, 0.2, 0.3, 0.4, 0.5];
 /// A window of drilling at full speed; the five seconds before it are the start.
 pub(super) const WINDOW: Range<usize> = 500..5_500;
 
+/// From the window's end to the samples over which an answer is scored.
+const LATENCY: usize = 500;
+
 /// One drilled run without contamination: its window, and what comes in the six minutes that begin 5 s after it.
 pub(super) struct Drilled {
     pub seed: u64,
+    pub scenario: Scenario,
     pub trace: Trace,
     pub truth: GyroModel,
-    rates_rad_s: Vec<[f64; 3]>,
+    /// Of every sample.
+    pub rates_rad_s: Vec<[f64; 3]>,
     /// Systematic rate error of the fit of the clean window (Levenberg-Marquardt, Huber), rad/s: what success is measured by.
     pub clean_error_rad_s: f64,
 }
@@ -47,11 +52,11 @@ impl Drilled {
         let hole = if seed.is_multiple_of(2) { vertical } else { Hole::default() };
         let scenario = Scenario { duration_s: 420.0, rest_s, hole, ..Scenario::default() };
         let (mut trace, truth) = simulate(&scenario, 1_000 + seed);
-        let after = WINDOW.end + 500;
-        let rates_rad_s = trace.true_rate.take().unwrap_or_default().get(after..).unwrap_or_default().to_vec();
+        let after = WINDOW.end + LATENCY;
+        let rates_rad_s = trace.true_rate.take().unwrap_or_default();
         trace.samples.truncate(after + 100);
         trace.reference.truncate(after + 100);
-        let mut drilled = Self { seed, trace, truth: truth.gyro, rates_rad_s, clean_error_rad_s: 0.0 };
+        let mut drilled = Self { seed, scenario, trace, truth: truth.gyro, rates_rad_s, clean_error_rad_s: 0.0 };
         let prior = Prior::data_sheet();
         let clean = Window::new(Readings::new(&drilled.trace, &WINDOW, None), &prior, seed);
         drilled.clean_error_rad_s = drilled.error_rad_s(&lm_huber(&clean).theta);
@@ -92,7 +97,8 @@ impl Drilled {
 
     /// The same of a gyro model.
     pub fn model_error_rad_s(&self, model: &GyroModel) -> f64 {
-        systematic_rate_error_rad_s(&self.truth, model, &self.rates_rad_s).unwrap_or(f64::INFINITY)
+        let ahead = self.rates_rad_s.get(WINDOW.end + LATENCY..).unwrap_or_default();
+        systematic_rate_error_rad_s(&self.truth, model, ahead).unwrap_or(f64::INFINITY)
     }
 
     /// Error over that of the clean fit.

@@ -11,6 +11,7 @@ mod effort;
 mod frames;
 mod graduated;
 mod gravity_alone;
+mod informed;
 mod levenberg_marquardt;
 mod loss;
 mod magnetometer_frame;
@@ -43,6 +44,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
          matrix"
     );
     let mut tables = vec![comparison::compare(title, &runs, &methods::all())];
+    tables.push(informed::table("the same windows", &runs));
     tables.push(variations::test_windows(&runs));
     tables.push(variations::scales(&runs));
     tables.push(variations::schedules(&runs));
@@ -54,6 +56,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     tables.push(product::table("the same windows, half of the seeds", half)?);
     // Of 15 s of rest, 10 are in the window.
     let rested = in_parallel(half.len(), |index| Drilled::after_rest(index as u64, 15.0));
+    tables.push(informed::table("windows that begin with 10 s of rest, half of the seeds", &rested));
     tables.push(product::table("windows that begin with 10 s of rest, half of the seeds", &rested)?);
     Ok(tables)
 }

@@ -1,4 +1,4 @@
-//! The Kalman filter's covariance; nothing is estimated with it.
+//! The Kalman filter about the truth: its covariance, and what it estimates.
 
 use nalgebra::{Matrix3, Matrix3x6, Rotation3, SMatrix, SVector, Vector3};
 
@@ -14,7 +14,9 @@ const WHITE: usize = 18;
 const FREE_RAD: f64 = 10.0;
 
 /// Covariance of the error state. Attitude: true tool-to-earth rotation = estimated one times exp(error), tool axes.
-pub(super) struct ErrorState {
+pub(in crate::bench) struct ErrorState {
+    /// What is estimated of the error; stays zero while every innovation is.
+    estimate: SVector<f64, STATES>,
     covariance: SMatrix<f64, STATES, STATES>,
 }
 
@@ -24,7 +26,7 @@ impl ErrorState {
         sigmas.fixed_rows_mut::<3>(0).fill(FREE_RAD);
         sigmas.fixed_rows_mut::<12>(THETA).copy_from_slice(theta_sigmas);
         sigmas.fixed_rows_mut::<3>(WHITE).fill(1.0);
-        Self { covariance: SMatrix::from_diagonal(&sigmas.map(|s| s * s)) }
+        Self { estimate: SVector::zeros(), covariance: SMatrix::from_diagonal(&sigmas.map(|s| s * s)) }
     }
 
     /// Of theta = (P row-major, c).
@@ -32,8 +34,30 @@ impl ErrorState {
         self.covariance.fixed_view::<12, 12>(THETA, THETA).into_owned()
     }
 
-    /// Turns with `rate` over `step_s`: the attitude error turns the other way and takes in the rate's, dP raw - dc.
-    pub fn turn(&mut self, rate_rad_s: &Vector3<f64>, raw_rad_s: &Vector3<f64>, step_s: f64) {
+    /// The estimate of it.
+    pub fn theta_estimate(&self) -> SVector<f64, 12> {
+        self.estimate.fixed_rows::<12>(THETA).into_owned()
+    }
+
+    /// Where it starts.
+    pub fn set_theta_estimate(&mut self, theta: &SVector<f64, 12>) {
+        self.estimate.fixed_rows_mut::<12>(THETA).copy_from(theta);
+    }
+
+    /// How the body turned is not known.
+    pub fn lose_attitude(&mut self) {
+        self.add_noise(0, &Matrix3::from_diagonal_element(FREE_RAD * FREE_RAD));
+    }
+
+    /// Turns with `rate` over `step_s`: the attitude error turns the other way and takes in the rate's, dP raw - dc. `surprise`: the rate that
+    /// the true model makes of what was read, less `rate`.
+    pub fn turn(
+        &mut self,
+        rate_rad_s: &Vector3<f64>,
+        raw_rad_s: &Vector3<f64>,
+        surprise_rad_s: &Vector3<f64>,
+        step_s: f64,
+    ) {
         let whole = Rotation3::new(-rate_rad_s * step_s).into_inner();
         // The mean over the step of the rotations that are left to its end.
         let mean = Rotation3::new(-rate_rad_s * (0.5 * step_s)).into_inner() * step_s;
@@ -51,6 +75,10 @@ impl ErrorState {
         self.covariance.fixed_rows_mut::<3>(0).copy_from(&rows);
         self.covariance.fixed_columns_mut::<3>(0).copy_from(&rows.transpose());
         self.covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&(0.5 * (attitude + attitude.transpose())));
+        let turned = whole * self.estimate.fixed_rows::<3>(0)
+            + input * self.estimate.fixed_rows::<12>(THETA)
+            + mean * surprise_rad_s;
+        self.estimate.fixed_rows_mut::<3>(0).copy_from(&turned);
     }
 
     /// Adds noise to the three states from `first` on.
@@ -69,12 +97,19 @@ impl ErrorState {
                 }
                 row[C + i] = -inverse[(axis, i)];
             }
-            self.observe(&row, sigma_rad_s);
+            self.observe(&row, sigma_rad_s, 0.0);
         }
     }
 
-    /// A reading of an earth-fixed vector whose true value in tool axes is `vector`, with vibration `shaken` (white - low) in it.
-    pub fn observe_vector(&mut self, vector: &Vector3<f64>, shaken: &Vector3<f64>, sigmas: &Vector3<f64>) {
+    /// A reading of an earth-fixed vector whose true value in tool axes is `vector`, with vibration `shaken` (white - low) in it. `surprise`:
+    /// what was read less `vector`.
+    pub fn observe_vector(
+        &mut self,
+        vector: &Vector3<f64>,
+        surprise: &Vector3<f64>,
+        shaken: &Vector3<f64>,
+        sigmas: &Vector3<f64>,
+    ) {
         // exp(-error) v = v + v x error.
         let cross = vector.cross_matrix();
         let both = Matrix3x6::from_fn(|i, j| match j {
@@ -86,13 +121,15 @@ impl ErrorState {
             let mut row = SVector::<f64, STATES>::zeros();
             row.fixed_rows_mut::<3>(0).copy_from(&cross.row(axis).transpose());
             row.fixed_rows_mut::<6>(LOW).copy_from(&both.row(axis).transpose());
-            self.observe(&row, sigmas[axis]);
+            self.observe(&row, sigmas[axis], surprise[axis]);
         }
     }
 
-    fn observe(&mut self, row: &SVector<f64, STATES>, sigma: f64) {
+    fn observe(&mut self, row: &SVector<f64, STATES>, sigma: f64, surprise: f64) {
         let cross = self.covariance * row;
         let variance = cross.dot(row) + sigma * sigma;
+        let innovation = surprise - row.dot(&self.estimate);
+        self.estimate += cross * (innovation / variance);
         self.covariance.ger(-1.0 / variance, &cross, &cross, 1.0);
     }
 
@@ -107,6 +144,8 @@ impl ErrorState {
             self.covariance.row_mut(white).fill(0.0);
             self.covariance.column_mut(white).fill(0.0);
             self.covariance[(white, white)] = 1.0;
+            self.estimate[low] += smoothing * (self.estimate[white] - self.estimate[low]);
+            self.estimate[white] = 0.0;
         }
     }
 }
@@ -126,11 +165,11 @@ mod tests {
         let mut angle = 0.0_f64;
         let look = |filter: &mut ErrorState, angle: f64| {
             let body = Vector3::new(field * angle.cos(), -field * angle.sin(), 0.0);
-            filter.observe_vector(&body, &Vector3::zeros(), &Vector3::repeat(sigma_ut));
+            filter.observe_vector(&body, &Vector3::zeros(), &Vector3::zeros(), &Vector3::repeat(sigma_ut));
         };
         look(&mut filter, angle);
         for _ in 0..steps {
-            filter.turn(&rate, &rate, step_s);
+            filter.turn(&rate, &rate, &Vector3::zeros(), step_s);
             filter.add_noise(0, &Matrix3::from_diagonal_element((noise * step_s).powi(2)));
             angle += rate.z * step_s;
         }
@@ -139,6 +178,31 @@ mod tests {
         let expected = (2.0 * (sigma_ut / field).powi(2) + walked * walked).sqrt() / angle;
         let found = filter.covariance[(THETA + 8, THETA + 8)].sqrt();
         assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+    }
+
+    /// Readings that are what a theta other than the truth would give, in the linear model: the filter finds it.
+    #[test]
+    fn what_the_readings_hold_of_theta_is_found() {
+        let mut filter = ErrorState::new(&[0.1; 12]);
+        let field = Vector3::new(20.0, -10.0, 40.0);
+        let sought = SVector::<f64, 12>::from_fn(|i, _| 1e-3 * ((i * 7 % 12) as f64 - 5.0));
+        // a second filter that is not told carries the error of attitude that such a theta makes
+        let mut carried = ErrorState::new(&[0.1; 12]);
+        carried.set_theta_estimate(&sought);
+        let mut angle = 0.0_f64;
+        for k in 0..4_000 {
+            let t = 0.01 * f64::from(k);
+            let rate = Vector3::new(0.7 * (1.3 * t).sin(), 0.5 * (0.7 * t + 1.0).cos(), 1.0 + 0.8 * (0.4 * t).sin());
+            filter.turn(&rate, &rate, &Vector3::zeros(), 0.01);
+            carried.turn(&rate, &rate, &Vector3::zeros(), 0.01);
+            angle += 0.01 * rate.norm();
+            for vector in [field, Vector3::new(0.3 * angle.sin(), 0.2, 9.8)] {
+                let turned: Vector3<f64> = carried.estimate.fixed_rows::<3>(0).into_owned();
+                filter.observe_vector(&vector, &vector.cross(&turned), &Vector3::zeros(), &Vector3::repeat(1e-3));
+            }
+        }
+        let worst = (filter.theta_estimate() - sought).amax();
+        assert!(worst < 1e-5, "{worst}");
     }
 
     /// With nothing but rest, c has the variance of a mean; with a walk it has the filter's known stationary value.
@@ -166,7 +230,8 @@ mod tests {
         let sigma = |samples: usize| {
             let mut filter = ErrorState::new(&[1e-9; 12]);
             for _ in 0..samples {
-                filter.observe_vector(&Vector3::new(0.0, 0.0, 9.8), &Vector3::repeat(3.0), &Vector3::repeat(1e-3));
+                let (down, shaken) = (Vector3::new(0.0, 0.0, 9.8), Vector3::repeat(3.0));
+                filter.observe_vector(&down, &Vector3::zeros(), &shaken, &Vector3::repeat(1e-3));
                 filter.next_vibration(0.12);
             }
             filter.covariance[(0, 0)].sqrt()
