@@ -1,9 +1,11 @@
 //! The same flight, by the firmware on the emulated chip.
 
 mod firmware;
+mod parts;
 pub mod real_time;
 
 pub use firmware::{Board, Firmware, build_firmware};
+pub use parts::{PartCost, count_parts};
 
 use crate::{
     cli::ReplayArgs,
@@ -129,6 +131,12 @@ pub enum EmulateError {
         /// What was counted here.
         here: PlayedCounts,
     },
+    /// The firmware has no function of a part that is to be counted.
+    #[error("no function of the firmware's belongs to the part {0:?}")]
+    NoPart(&'static str),
+    /// The counts of the parts are none.
+    #[error("the emulator's plugin wrote no counts: {0:?}")]
+    Counts(String),
     /// What the firmware wrote is not a flight.
     #[error("the emulated firmware wrote no whole flight: {0}")]
     Wire(#[from] WireError),

@@ -156,8 +156,18 @@ impl<'elf> Image<'elf> {
     /// reached, and keeps its symbols.
     #[must_use]
     pub fn has_function(&self, part: &str) -> bool {
-        let is_code = |symbol: &object::read::elf::ElfSymbol32<'_, '_>| symbol.kind() == SymbolKind::Text;
-        self.file.symbols().filter(is_code).any(|symbol| symbol.name().is_ok_and(|name| name.contains(part)))
+        !self.functions(&[part]).is_empty()
+    }
+
+    /// Where the functions begin whose (mangled) names contain all of `parts`.
+    #[must_use]
+    pub fn functions(&self, parts: &[&str]) -> Vec<u64> {
+        let is_one = |symbol: &object::read::elf::ElfSymbol32<'_, '_>| {
+            symbol.kind() == SymbolKind::Text
+                && symbol.name().is_ok_and(|name| parts.iter().all(|part| name.contains(part)))
+        };
+        // The lowest bit says that it is Thumb code.
+        self.file.symbols().filter(is_one).map(|symbol| symbol.address() & !1).collect()
     }
 
     /// The head of its vector table.

@@ -5,11 +5,13 @@
 //! crates switch on (so the host could differ from the chip in the last bit), its `SymmetricEigen` can panic, and packing
 //! halves the memory of the normal matrices that stand in static RAM.
 
+mod cholesky;
 mod eigen;
 mod packed;
 mod quantile;
 
+pub(crate) use cholesky::{factorise, solve_lower, solve_upper};
 pub(crate) use eigen::Jacobi;
 pub use packed::Packed;
-pub(crate) use packed::{Cholesky, dot, minus, plus};
+pub(crate) use packed::{Cholesky, add_scaled, dot, minus, plus};
 pub(crate) use quantile::quantile;

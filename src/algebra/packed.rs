@@ -1,5 +1,7 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
+use super::cholesky::{factorise, solve_lower, solve_upper};
+
 /// A symmetric D x D matrix, lower triangle row by row: element (i, j <= i) at i (i + 1) / 2 + j. `T` must be D (D + 1) / 2.
 #[derive(Clone, Copy, Debug)]
 pub struct Packed<const D: usize, const T: usize>(pub(crate) [f32; T]);
@@ -84,16 +86,12 @@ impl<const D: usize, const T: usize> Packed<D, T> {
 
     /// Adds `weight * other`.
     pub(crate) fn add_scaled(&mut self, other: &Self, weight: f32) {
-        for (a, b) in self.0.iter_mut().zip(&other.0) {
-            *a += weight * b;
-        }
+        add_scaled(&mut self.0, &other.0, weight);
     }
 
     /// Adds `weight * block` to the elements of the first variables, row by row as both are packed.
     pub(crate) fn add_leading<const E: usize, const U: usize>(&mut self, block: &Packed<E, U>, weight: f32) {
-        for (a, b) in self.0.iter_mut().zip(&block.0) {
-            *a += weight * b;
-        }
+        add_scaled(&mut self.0, &block.0, weight);
     }
 
     pub(crate) fn times(&self, x: &[f32; D]) -> [f32; D] {
@@ -115,16 +113,30 @@ impl<const D: usize, const T: usize> Packed<D, T> {
 
     /// x^T N x.
     pub(crate) fn quadratic(&self, x: &[f32; D]) -> f32 {
-        let mut rest = self.0.as_slice();
-        let mut total = 0.0;
+        self.quadratic_of(&Self::monomials(x))
+    }
+
+    /// What the elements are to be multiplied by for x^T N x.
+    pub(crate) fn monomials(x: &[f32; D]) -> Self {
+        let mut monomials = Self::zero();
+        let mut rest = monomials.0.as_mut_slice();
         for (i, own) in x.iter().enumerate() {
-            let Some((row, next)) = rest.split_at_checked(i + 1) else { return total };
-            let Some((diagonal, below)) = row.split_last() else { return total };
-            let sum = below.iter().zip(x).fold(0.0, |sum, (a, x)| sum + a * x);
-            total += own * (2.0 * sum + diagonal * own);
+            let Some((row, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { break };
+            let twice = own + own;
+            for (product, other) in row.iter_mut().zip(x) {
+                *product = twice * other;
+            }
+            if let Some(square) = row.last_mut() {
+                *square *= 0.5;
+            }
             rest = next;
         }
-        total
+        monomials
+    }
+
+    /// x^T N x of the x whose monomials they are.
+    pub(crate) fn quadratic_of(&self, monomials: &Self) -> f32 {
+        dot(&self.0, &monomials.0)
     }
 
     /// Sum over all elements of the product with another matrix: the trace of N M.
@@ -139,41 +151,29 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         sum
     }
 
-    /// Fixes parameter `i`: its row and column become those of the identity, so that its solution is its right-hand side.
-    pub(crate) fn freeze(&mut self, i: usize) {
-        for j in 0..D {
-            let (row, column) = if j <= i { (i, j) } else { (j, i) };
-            write(&mut self.0, row, column, if i == j { 1.0 } else { 0.0 });
+    /// Solves N x = rhs in the variables `free`, in ascending order, the others being zero; `rhs` holds theirs in the beginning and x of them
+    /// in the end, one after the other. `None` when that part is not positive definite to f32's precision, or not finite.
+    pub(crate) fn solve_part(mut self, free: &[usize], rhs: &mut [f32]) -> Option<()> {
+        let mut next = 0;
+        for (count, &i) in free.iter().enumerate() {
+            for &j in free.iter().take(count + 1) {
+                let element = read(&self.0, i, j);
+                *self.0.get_mut(next)? = element;
+                next += 1;
+            }
         }
+        let part = self.0.get_mut(..next)?;
+        factorise(part)?;
+        solve_lower(part, rhs);
+        solve_upper(part, rhs);
+        Some(())
     }
 
     /// The Cholesky factor; `None` when the matrix is not positive definite to f32's precision, or not finite.
     pub(crate) fn cholesky(&self) -> Option<Cholesky<D, T>> {
-        let mut l = self.0;
-        for i in 0..D {
-            // Rows lie one after the other, so that the sums run along slices.
-            let (above, below) = l.split_at_mut_checked(at(i, 0))?;
-            let row = below.get_mut(..=i)?;
-            for j in 0..=i {
-                let (done, rest) = row.split_at_mut_checked(j)?;
-                let element = rest.first_mut()?;
-                if i == j {
-                    let sum = *element - done.iter().fold(0.0, |sum, x| sum + x * x);
-                    // Pivots that lose all but the last few bits of their diagonal are rounding noise (f32: 2^-24 each of D terms).
-                    let floor = *element * 1e-6;
-                    if !(sum > floor && sum.is_finite()) {
-                        return None;
-                    }
-                    *element = 1.0 / libm::sqrtf(sum);
-                } else {
-                    let other = above.get(at(j, 0)..=at(j, j))?;
-                    let (factors, inverse) = other.split_at_checked(j)?;
-                    let sum = *element - done.iter().zip(factors).fold(0.0, |sum, (x, y)| sum + x * y);
-                    *element = sum * inverse.first()?;
-                }
-            }
-        }
-        Some(Cholesky(l))
+        let mut factor = Cholesky(self.0);
+        factorise(&mut factor.0)?;
+        Some(factor)
     }
 }
 
@@ -186,26 +186,14 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
     /// y with L y = rhs.
     pub fn solve_lower(&self, rhs: &[f32; D]) -> [f32; D] {
         let mut y = *rhs;
-        for i in 0..D {
-            let row = self.0.get(at(i, 0)..=at(i, i)).unwrap_or_default();
-            let sum = row.iter().zip(&y).take(i).fold(y[i], |sum, (l, y)| sum - l * y);
-            y[i] = sum * row.last().copied().unwrap_or(0.0);
-        }
+        solve_lower(&self.0, &mut y);
         y
     }
 
     /// x with L^T x = rhs: maps whitened coordinates to parameters.
     pub fn solve_upper(&self, rhs: &[f32; D]) -> [f32; D] {
         let mut x = *rhs;
-        for i in (0..D).rev() {
-            let row = self.0.get(at(i, 0)..=at(i, i)).unwrap_or_default();
-            let value = x[i] * row.last().copied().unwrap_or(0.0);
-            // What is known is taken off the others, along the row.
-            for (x, l) in x.iter_mut().zip(row).take(i) {
-                *x -= l * value;
-            }
-            x[i] = value;
-        }
+        solve_upper(&self.0, &mut x);
         x
     }
 
@@ -219,6 +207,14 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
             }
         }
         y
+    }
+}
+
+/// Adds `weight * values` to the first of the sums.
+#[inline(never)]
+pub(crate) fn add_scaled(sums: &mut [f32], values: &[f32], weight: f32) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += weight * value;
     }
 }
 
@@ -280,17 +276,20 @@ mod tests {
     }
 
     #[test]
-    fn a_frozen_parameter_keeps_its_right_hand_side_and_the_others_solve_without_it() {
+    fn a_part_of_the_variables_is_solved_as_if_the_others_were_not_there() {
         let mut n = Packed::<5, 15>::zero();
         for row in random_rows(7) {
             n.add_outer(&row, 1.0);
         }
-        n.freeze(2);
-        let x = n.cholesky().unwrap().solve(&[1.0, 2.0, 0.0, 4.0, 5.0]);
-        assert_eq!(x[2], 0.0);
-        for (i, value) in n.times(&x).iter().enumerate().filter(|(i, _)| *i != 2) {
-            assert!((value - [1.0, 2.0, 0.0, 4.0, 5.0][i]).abs() < 1e-3);
+        let mut found = [1.0, 4.0, 5.0];
+        n.solve_part(&[0, 3, 4], &mut found).unwrap();
+        let x = [found[0], 0.0, 0.0, found[1], found[2]];
+        for (i, expected) in [(0, 1.0), (3, 4.0), (4, 5.0)] {
+            assert!((n.times(&x)[i] - expected).abs() < 1e-3, "{i}");
         }
+        let expected = (0..5).flat_map(|i| (0..5).map(move |j| (i, j))).map(|(i, j)| n.get(i, j) * x[i] * x[j]);
+        assert!((n.quadratic(&x) / expected.sum::<f32>() - 1.0).abs() < 1e-4);
+        assert!(n.solve_part(&[1, 1], &mut found).is_none(), "singular");
     }
 
     #[test]

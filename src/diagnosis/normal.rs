@@ -1,4 +1,5 @@
 use super::weak_columns::COLUMNS;
+use crate::algebra::{factorise, solve_lower, solve_upper};
 
 /// Most columns of one model: the gyro's 12 and those of a few effects.
 pub(super) const MAX_COLUMNS: usize = 36;
@@ -59,54 +60,22 @@ impl Factor {
         &mut self.elements
     }
 
-    /// Row `i` of L up to the diagonal.
-    fn row(&self, i: usize) -> &[f32] {
-        let start = i * (i + 1) / 2;
-        self.elements.get(start..=start + i).unwrap_or_default()
-    }
-
-    /// Element (i, j) of L.
-    fn get(&self, i: usize, j: usize) -> f32 {
-        self.row(i).get(j).copied().unwrap_or(0.0)
-    }
-
     /// Factorises; `None` when it is not positive definite, or not finite.
     pub fn of(&mut self, normal: &Normal, model: &Model) -> Option<()> {
         self.size = model.len();
+        let mut elements = self.elements.iter_mut();
         for (i, &row) in model.iter().enumerate() {
             for (j, &column) in model.iter().enumerate().take(i + 1) {
-                let diagonal = normal.get(usize::from(row), usize::from(column)) + if i == j { 1.0 } else { 0.0 };
-                let products = self.row(i).iter().zip(self.row(j)).take(j);
-                let sum = products.fold(diagonal, |sum, (a, b)| sum - a * b);
-                let element = if i == j {
-                    // A pivot that loses all but the last few bits of its diagonal is rounding noise.
-                    if !(sum > 1e-6 * diagonal && sum.is_finite()) {
-                        return None;
-                    }
-                    libm::sqrtf(sum)
-                } else {
-                    sum / self.get(j, j)
-                };
-                *self.elements.get_mut(i * (i + 1) / 2 + j)? = element;
+                *elements.next()? = normal.get(usize::from(row), usize::from(column)) + if i == j { 1.0 } else { 0.0 };
             }
         }
-        Some(())
+        factorise(self.elements.get_mut(..self.size * (self.size + 1) / 2)?)
     }
 
     /// x with L L^T x = rhs.
     pub fn solve(&self, rhs: &mut [f32; MAX_COLUMNS]) {
-        for i in 0..self.size {
-            let (done, rest) = rhs.split_at_mut_checked(i).unwrap_or_default();
-            let Some(value) = rest.first_mut() else { return };
-            let sum = self.row(i).iter().zip(&*done).fold(*value, |sum, (l, y)| sum - l * y);
-            *value = sum / self.get(i, i);
-        }
-        for i in (0..self.size).rev() {
-            let (_, rest) = rhs.split_at_mut_checked(i).unwrap_or_default();
-            let Some((value, after)) = rest.split_first_mut() else { return };
-            let rows = after.iter().enumerate().take(self.size - i - 1);
-            let sum = rows.fold(*value, |sum, (k, x)| sum - self.get(i + 1 + k, i) * x);
-            *value = sum / self.get(i, i);
-        }
+        let rhs = rhs.get_mut(..self.size).unwrap_or_default();
+        solve_lower(&self.elements, rhs);
+        solve_upper(&self.elements, rhs);
     }
 }

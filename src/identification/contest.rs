@@ -1,4 +1,4 @@
-use super::least_squares::{Known, Model, solve, test_misfits};
+use super::least_squares::{Known, Model, NormalEquations, test_misfits};
 use crate::{
     algebra::Packed,
     window::{Equations, MAGNETIC, TestEquations, gyro_part},
@@ -56,8 +56,9 @@ impl Contest {
 
     /// Fits the models to the equations of all but the next group; `None` when a fit fails.
     pub fn fit(&mut self, others: &Equations, models: &[Model], known: &Known) -> Option<()> {
+        let equations = NormalEquations::new(others, known.variances);
         for (fit, model) in self.fits.iter_mut().zip(models) {
-            *fit = solve(others, known, model)?;
+            *fit = equations.solve(known, model)?;
         }
         Some(())
     }

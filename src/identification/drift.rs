@@ -45,11 +45,11 @@ mod tests {
     fn seen(offsets: [f32; 10]) -> [Stretch; 10] {
         offsets.map(|offset| {
             let mut stretch = Stretch::zero();
-            for axis in 9..12 {
-                let mut row = [0.0; 12];
-                row[axis] = 1.0;
-                stretch.add(&row, -offset, 1e4);
+            let mut rows = [[0.0; 12]; 3];
+            for (axis, row) in rows.iter_mut().enumerate() {
+                row[9 + axis] = 1.0;
             }
+            stretch.add(&rows, &Vector3::repeat(-offset), 1e4);
             stretch.count = 3.0;
             stretch
         })

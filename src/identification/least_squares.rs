@@ -2,7 +2,7 @@
 
 use super::Prior;
 use crate::{
-    algebra::Packed,
+    algebra::{Packed, add_scaled},
     window::{Equations, MAGNETIC, TestEquations, gyro_part},
 };
 
@@ -68,55 +68,68 @@ pub(crate) struct Known<'a> {
     pub theta: &'a [f32; 12],
 }
 
-/// Solution of the weak form's equations with the prior: changes of P (9) and c (3), lag (s), hard iron (microtesla, 3).
-/// `None` when the normal matrix cannot be factorised.
-pub(crate) fn solve(sum: &Equations, known: &Known, model: &Model) -> Option<[f32; MAGNETIC]> {
-    let Known { variances, base, prior, theta } = known;
-    let Model { freedom, magnetometer } = model;
-    let prior = if *freedom == Freedom::Full { prior } else { base };
-    let (mut normal, mut rhs) = normal_equations(sum, variances);
-    normal.add_leading(&prior.information, 1.0);
-    for (r, d) in rhs.iter_mut().zip(&prior.descent(theta, &[0.0; 12])) {
-        *r += d;
-    }
-    for i in 0..MAGNETIC {
-        let fixed = match (i, freedom, magnetometer) {
-            (0..9, Freedom::Bias(change), _) => change.get(i).copied(),
-            (0..12, Freedom::Nothing, _) => Some(0.0),
-            (12, _, MagnetometerErrors::None) => Some(0.0),
-            (13.., _, MagnetometerErrors::None | MagnetometerErrors::Lag) => Some(0.0),
-            _ => None,
-        };
-        let Some(value) = fixed else { continue };
-        for (j, r) in rhs.iter_mut().enumerate() {
-            *r -= normal.get(i, j) * value;
-        }
-        normal.freeze(i);
-        if let Some(r) = rhs.get_mut(i) {
-            *r = value;
-        }
-    }
-    let x = normal.cholesky()?.solve(&rhs);
-    x.iter().all(|x| x.is_finite()).then_some(x)
+/// The weak form's equations of both classes over their variances, with the prior of the magnetometer's errors: what all models of the same
+/// test windows share.
+pub(crate) struct NormalEquations {
+    normal: Packed<MAGNETIC, 136>,
+    rhs: [f32; MAGNETIC],
 }
 
-/// The equations of both classes over their variances, with the prior of the magnetometer's errors.
-fn normal_equations(sum: &Equations, variances: &RowVariances) -> (Packed<MAGNETIC, 136>, [f32; MAGNETIC]) {
-    let mut normal = Packed::<MAGNETIC, 136>::zero();
-    let mut rhs = [0.0; MAGNETIC];
-    normal.add_leading(&sum.gravity.normal, 1.0 / variances.gravity);
-    for (r, h) in rhs.iter_mut().zip(&sum.gravity.rhs) {
-        *r += h / variances.gravity;
+impl NormalEquations {
+    pub fn new(sum: &Equations, variances: &RowVariances) -> Self {
+        let mut normal = Packed::zero();
+        let mut rhs = [0.0; MAGNETIC];
+        normal.add_leading(&sum.gravity.normal, 1.0 / variances.gravity);
+        add_scaled(&mut rhs, &sum.gravity.rhs, 1.0 / variances.gravity);
+        normal.add(12, 12, 1.0 / (LAG_SIGMA_S * LAG_SIGMA_S));
+        for i in 13..MAGNETIC {
+            normal.add(i, i, 1.0 / (IRON_SIGMA_UT * IRON_SIGMA_UT));
+        }
+        normal.add_scaled(&sum.magnetic.normal, 1.0 / variances.field);
+        add_scaled(&mut rhs, &sum.magnetic.rhs, 1.0 / variances.field);
+        Self { normal, rhs }
     }
-    normal.add(12, 12, 1.0 / (LAG_SIGMA_S * LAG_SIGMA_S));
-    for i in 13..MAGNETIC {
-        normal.add(i, i, 1.0 / (IRON_SIGMA_UT * IRON_SIGMA_UT));
+
+    /// The solution with the prior: changes of P (9) and c (3), lag (s), hard iron (microtesla, 3). `None` when the normal matrix cannot be
+    /// factorised.
+    pub fn solve(&self, known: &Known, model: &Model) -> Option<[f32; MAGNETIC]> {
+        let Known { base, prior, theta, .. } = known;
+        let Model { freedom, magnetometer } = model;
+        let prior = if *freedom == Freedom::Full { prior } else { base };
+        let (mut normal, mut rhs) = (self.normal, self.rhs);
+        normal.add_leading(&prior.information, 1.0);
+        add_scaled(&mut rhs, &prior.descent(theta, &[0.0; 12]), 1.0);
+        let mut x = [0.0; MAGNETIC];
+        let mut free = heapless::Vec::<usize, MAGNETIC>::new();
+        for (i, x) in x.iter_mut().enumerate() {
+            *x = match (i, freedom, magnetometer) {
+                (0..9, Freedom::Bias(change), _) => change[i],
+                (0..12, Freedom::Nothing, _)
+                | (12, _, MagnetometerErrors::None)
+                | (13.., _, MagnetometerErrors::None | MagnetometerErrors::Lag) => 0.0,
+                _ => {
+                    // There is room for all.
+                    let _ = free.push(i);
+                    continue;
+                }
+            };
+            if *x != 0.0 {
+                for (j, r) in rhs.iter_mut().enumerate() {
+                    *r -= normal.get(i, j) * *x;
+                }
+            }
+        }
+        let mut solution = [0.0; MAGNETIC];
+        let part = solution.get_mut(..free.len())?;
+        for (s, r) in part.iter_mut().zip(free.iter().filter_map(|i| rhs.get(*i))) {
+            *s = *r;
+        }
+        normal.solve_part(&free, part)?;
+        for (s, i) in part.iter().zip(&free) {
+            *x.get_mut(*i)? = *s;
+        }
+        x.iter().all(|x| x.is_finite()).then_some(x)
     }
-    normal.add_scaled(&sum.magnetic.normal, 1.0 / variances.field);
-    for (r, h) in rhs.iter_mut().zip(&sum.magnetic.rhs) {
-        *r += h / variances.field;
-    }
-    (normal, rhs)
 }
 
 /// Rounds after which the solution and the row variances that its own misfit shows agree: by about a digit a round.
@@ -147,7 +160,7 @@ pub(crate) fn solve_with_variances(
         field: variance(misfits[1], sum.magnetic.rows),
     };
     let known = Known { variances: &variances, base: prior, prior, theta };
-    Some((solve(sum, &known, &Model::full(magnetometer))?, variances))
+    Some((NormalEquations::new(sum, &variances).solve(&known, &Model::full(magnetometer))?, variances))
 }
 
 /// Squared residuals of a test window over their variances, unweighted, at each of some solutions.

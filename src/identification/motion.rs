@@ -41,13 +41,11 @@ impl Motion {
         }
         let moving = self.square_rate > moving_rate_rad_s * moving_rate_rad_s * NODES_PER_SECOND as f32;
         if let Some(earlier) = self.earlier.filter(|_| moving) {
-            for (row, before) in node.sensitivity.iter().zip(&earlier) {
-                let mut change = *row;
-                for (c, b) in change.iter_mut().zip(before) {
-                    *c -= b;
-                }
-                self.sum.add_outer(&change, 1.0);
+            let mut change = node.sensitivity;
+            for (c, b) in change.as_flattened_mut().iter_mut().zip(earlier.as_flattened()) {
+                *c -= b;
             }
+            self.sum.add_outers(&change, 1.0);
             self.seconds += 1.0;
         }
         self.earlier = Some(node.sensitivity);

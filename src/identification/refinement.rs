@@ -45,7 +45,8 @@ impl Refinement {
         Some(())
     }
 
-    /// One step of the search.
+    /// One step of the search. A function of its own, so that what it takes can be counted.
+    #[inline(never)]
     pub fn step(&mut self, prior: &Prior) -> Progress {
         let Some(factor) = &self.whitening else { return Progress::Done };
         self.search.step(&WindowCost { objective: self.innovations.objective(prior), factor })

@@ -5,7 +5,7 @@ use super::{
     Prior,
     contest::{Contest, MAX_GROUPS, MIN_GROUPS},
     job::{Context, Job},
-    least_squares::{Freedom, Known, MagnetometerErrors, Model, RowVariances, solve},
+    least_squares::{Freedom, Known, MagnetometerErrors, Model, NormalEquations, RowVariances},
 };
 use crate::window::{Equations, MAGNETIC, RestPair, TestEquations, gyro_part};
 
@@ -49,7 +49,6 @@ impl RestEvidence {
         models: &[Model],
         (base, theta): (&Prior, &[f32; 12]),
         contest: &mut Contest,
-        others: &mut Equations,
     ) -> Option<bool> {
         let count = self.pairs(context).count();
         let groups = count.min(MAX_GROUPS);
@@ -61,11 +60,11 @@ impl RestEvidence {
         let mine = share(group)..share(group + 1);
         let known = Known { variances: &UNIT, base, prior: base, theta };
         if piece.is_multiple_of(2) {
-            *others = Equations::zero();
+            let mut others = Equations::zero();
             for (_, pair) in self.pairs(context).enumerate().filter(|(number, _)| !mine.contains(number)) {
                 others.add(&equations(pair), theta, [1.0; 2]);
             }
-            contest.fit(others, models, &known)?;
+            contest.fit(&others, models, &known)?;
         } else {
             let mine = self.pairs(context).skip(mine.start).take(mine.len());
             let mut tests = [TestEquations::zero(); 2];
@@ -87,7 +86,7 @@ impl RestEvidence {
         self.pairs(context).for_each(|pair| sum.add(&equations(pair), theta, [1.0; 2]));
         let known = Known { variances: &UNIT, base, prior: base, theta };
         let bias = Model { freedom: Freedom::Bias([0.0; 9]), magnetometer: MagnetometerErrors::None };
-        let bias = solve(&sum, &known, &bias).unwrap_or([0.0; MAGNETIC]);
+        let bias = NormalEquations::new(&sum, known.variances).solve(&known, &bias).unwrap_or([0.0; MAGNETIC]);
         1.0 - sum.gravity.misfit(change) / sum.gravity.misfit(&gyro_part(&bias))
     }
 }

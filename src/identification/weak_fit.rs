@@ -4,7 +4,7 @@ use super::{
     Carried, Prior,
     contest::Contest,
     job::{Context, Job},
-    least_squares::{self, Known, MagnetometerErrors, Model, RowVariances},
+    least_squares::{self, Known, MagnetometerErrors, Model, NormalEquations, RowVariances},
     prior::theta_of,
     rest_evidence::RestEvidence,
     robust_weights::{RobustWeights, Round},
@@ -45,8 +45,8 @@ pub(crate) struct WeakFit {
     pub contest: Contest,
     /// The pairs of rests that judge in the place of test windows.
     pub(super) rests: RestEvidence,
-    /// The equations of all but the group that is being played.
-    others: Equations,
+    /// Those of the test windows at the end of the group played last and at the beginning of the next.
+    between: Equations,
 }
 
 impl WeakFit {
@@ -69,7 +69,7 @@ impl WeakFit {
             magnetometer: MagnetometerErrors::None,
             contest: Contest::zero(),
             rests: RestEvidence::none(),
-            others: Equations::zero(),
+            between: Equations::zero(),
         }
     }
 
@@ -159,7 +159,7 @@ impl WeakFit {
 
     /// The fit of a model to the whole window.
     pub fn fit(&self, model: &Model) -> Option<[f32; MAGNETIC]> {
-        least_squares::solve(&self.total, &self.known(), model)
+        NormalEquations::new(&self.total, &self.variances).solve(&self.known(), model)
     }
 
     /// What earlier windows taught, aged to the middle of the window.

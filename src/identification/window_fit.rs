@@ -26,7 +26,7 @@ enum Phase {
     LeastSquares(u8),
     /// Find out which of them are disturbed.
     Doubt,
-    /// Cross-validate, a third of a group at a time, which errors of the magnetometer the window shows.
+    /// Cross-validate, half a group at a time, which errors of the magnetometer the window shows.
     Magnetometer(usize),
     /// Solve them with those.
     Solve(u8),
@@ -232,11 +232,12 @@ impl WindowFit {
     /// Size of a step of the present phase, in work units: some 300 instructions each.
     const fn units(&self) -> u32 {
         match self.phase {
-            Phase::Tests => 12 * INCREMENTS_IN_A_STEP,
+            Phase::Tests => 6 * INCREMENTS_IN_A_STEP,
             Phase::Sum(_) | Phase::Weigh(_) => 150,
             Phase::Doubt => 500,
-            Phase::LeastSquares(_) | Phase::Solve(_) | Phase::Magnetometer(_) | Phase::Gyro(_) => 150,
-            Phase::Nodes(_) => 30,
+            Phase::LeastSquares(_) | Phase::Solve(_) => 150,
+            Phase::Magnetometer(_) | Phase::Gyro(_) => 250,
+            Phase::Nodes(_) => 45,
             Phase::Whiten | Phase::Observe(_) | Phase::Compare => 200,
             Phase::Search => 40,
             Phase::Judge => 0,

@@ -72,22 +72,22 @@ impl InnovationFilter {
         stretch: &mut Stretch,
     ) {
         self.predicted += innovation * gain;
-        for axis in 0..3 {
+        let mut rows = [[0.0; 12]; 3];
+        for (axis, row) in rows.iter_mut().enumerate() {
             // d(vector)/d(delta) = -[vector]x S.
             let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
             let (up, down) = (vector[c], vector[b]);
-            let mut row = [0.0; 12];
             let sensitivities = node.sensitivity[b].iter().zip(&node.sensitivity[c]);
             for ((value, (s_b, s_c)), slope) in row.iter_mut().zip(sensitivities).zip(&mut self.slopes[axis]) {
                 *value = up * s_b - down * s_c - *slope;
                 *slope += gain * *value;
             }
-            if information > 0.0 {
-                stretch.add(&row, innovation[axis], information);
-            }
         }
-        // A unit vector errs in two directions.
-        stretch.count += if information > 0.0 { 2.0 } else { 0.0 };
+        if information > 0.0 {
+            stretch.add(&rows, innovation, information);
+            // A unit vector errs in two directions.
+            stretch.count += 2.0;
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 use super::robust_loss::{huber, huber_weight};
 use crate::{
-    algebra::{Packed, dot, quantile},
+    algebra::{Packed, add_scaled, dot, quantile},
     identification::Prior,
     optimizer::{Cost, LeastSquaresCost},
 };
@@ -24,13 +24,13 @@ impl Stretch {
         Self { normal: Packed::zero(), slope: [0.0; 12], square: 0.0, count: 0.0 }
     }
 
-    /// Adds an innovation r + row' delta with its information.
-    pub fn add(&mut self, row: &[f32; 12], r: f32, information: f32) {
-        self.normal.add_outer(row, information);
-        for (sum, value) in self.slope.iter_mut().zip(row) {
-            *sum += information * r * value;
+    /// Adds an innovation r + rows delta with its information.
+    pub fn add(&mut self, rows: &[[f32; 12]; 3], r: &Vector3<f32>, information: f32) {
+        self.normal.add_outers(rows, information);
+        for (row, r) in rows.iter().zip(r.iter()) {
+            add_scaled(&mut self.slope, row, information * r);
         }
-        self.square += information * r * r;
+        self.square += information * r.norm_squared();
     }
 
     /// The normal matrix of c alone and its direction of descent at `delta`, P being what it is there.
@@ -46,12 +46,12 @@ impl Stretch {
 
     /// Of its equations, robust.
     fn weight(&self, delta: &[f32; 12]) -> f32 {
-        huber_weight(self.square_at(delta), self.count)
+        huber_weight(self.square_at(delta, &Packed::monomials(delta)), self.count)
     }
 
-    /// Sum of squares at `delta`.
-    fn square_at(&self, delta: &[f32; 12]) -> f32 {
-        let square = self.square + 2.0 * dot(&self.slope, delta) + self.normal.quadratic(delta);
+    /// Sum of squares at `delta`, whose monomials are given.
+    fn square_at(&self, delta: &[f32; 12], monomials: &Packed<12, 78>) -> f32 {
+        let square = self.square + 2.0 * dot(&self.slope, delta) + self.normal.quadratic_of(monomials);
         // Cancellation can leave a small negative number.
         if square > 0.0 { square } else { 0.0 }
     }
@@ -90,7 +90,10 @@ pub(crate) fn add_equations<'a>(
 
 impl Cost<12> for Innovations<'_> {
     fn evaluate(&self, delta: &[f32; 12]) -> f32 {
-        let data: f32 = self.stretches.iter().map(|stretch| huber(stretch.square_at(delta), stretch.count)).sum();
+        // Made once for all stretches.
+        let monomials = Packed::monomials(delta);
+        let of = |stretch: &Stretch| huber(stretch.square_at(delta, &monomials), stretch.count);
+        let data: f32 = self.stretches.iter().map(of).sum();
         data + self.prior.cost(self.theta0, delta)
     }
 }
@@ -144,11 +147,12 @@ mod tests {
     /// Stretches of 24 innovations of three components with a deviation of `sigma`, stated to be 1e-2.
     fn stretches(generator: &mut Xoshiro128PlusPlus, sigma: f32) -> [Stretch; 6] {
         [Stretch::zero(); 6].map(|mut stretch| {
-            for _ in 0..72 {
-                let row = [0.0; 12].map(|_: f32| deviate(generator));
+            for _ in 0..24 {
+                let rows = [[0.0; 12]; 3].map(|row| row.map(|_: f32| deviate(generator)));
                 // Uniform deviates have a third of the variance.
-                stretch.add(&row, 1.732 * sigma * deviate(generator), 1e4);
-                stretch.count += 1.0;
+                let r = Vector3::from([0.0; 3].map(|_: f32| 1.732 * sigma * deviate(generator)));
+                stretch.add(&rows, &r, 1e4);
+                stretch.count += 3.0;
             }
             stretch
         })
@@ -218,10 +222,10 @@ mod tests {
             stretches[4] = Stretch::zero();
             rescale(&mut stretches);
             for number in [0, 1, 3, 5] {
-                let mean = stretches[number].square_at(&[0.0; 12]) / stretches[number].count;
+                let mean = stretches[number].square / stretches[number].count;
                 assert!((mean - 1.0).abs() < 0.5, "{sigma}: {mean}");
             }
-            let mut means = [0, 1, 2, 3, 5].map(|k: usize| stretches[k].square_at(&[0.0; 12]) / stretches[k].count);
+            let mut means = [0, 1, 2, 3, 5].map(|k: usize| stretches[k].square / stretches[k].count);
             assert!((quantile(&mut means, 0.5) - 1.0).abs() < 1e-5);
             assert!(stretches[2].weight(&[0.0; 12]) < 0.05 * stretches[0].weight(&[0.0; 12]));
         }

@@ -7,16 +7,23 @@ fn limit(count: f32) -> f32 {
     count + ONCE_IN_A_THOUSAND * libm::sqrtf(2.0 * count)
 }
 
+/// Whether a stretch is believed. Most are, and that takes no root.
+fn is_believed(square: f32, count: f32) -> bool {
+    square <= count || square <= limit(count)
+}
+
 /// Huber's loss of a stretch's sum of squares: half of it up to the limit, growing with its root beyond.
 pub(crate) fn huber(square: f32, count: f32) -> f32 {
+    if is_believed(square, count) {
+        return 0.5 * square;
+    }
     let limit = limit(count);
-    if square <= limit { 0.5 * square } else { libm::sqrtf(limit * square) - 0.5 * limit }
+    libm::sqrtf(limit * square) - 0.5 * limit
 }
 
 /// Weight of a stretch in the re-weighted normal equations: the loss's derivative in half the sum.
 pub(crate) fn huber_weight(square: f32, count: f32) -> f32 {
-    let limit = limit(count);
-    if square <= limit { 1.0 } else { libm::sqrtf(limit / square) }
+    if is_believed(square, count) { 1.0 } else { libm::sqrtf(limit(count) / square) }
 }
 
 #[cfg(test)]

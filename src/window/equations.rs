@@ -1,5 +1,5 @@
 use super::rows::{GYRO, MAGNETIC, Rows, gyro_part};
-use crate::algebra::{Packed, dot};
+use crate::algebra::{Packed, add_scaled, dot};
 
 /// The equations of one test window.
 #[derive(Clone, Copy, Debug)]
@@ -47,12 +47,18 @@ impl<const D: usize, const T: usize> Sums<D, T> {
         self.normal.add_outers(&three, weight);
         for (row, rhs) in three.iter().zip(&rows.rhs) {
             let y = rhs - dot(&gyro_part(row), theta);
-            for (sum, a) in self.rhs.iter_mut().zip(row) {
-                *sum += weight * y * a;
-            }
+            add_scaled(&mut self.rhs, row, weight * y);
             self.square += weight * y * y;
             self.rows += weight;
         }
+    }
+
+    /// Takes other sums out again.
+    fn subtract(&mut self, other: &Self) {
+        self.normal.add_scaled(&other.normal, -1.0);
+        add_scaled(&mut self.rhs, &other.rhs, -1.0);
+        self.square -= other.square;
+        self.rows -= other.rows;
     }
 
     /// Sum of squared residuals at `x`.
@@ -79,6 +85,12 @@ impl Equations {
     pub fn add(&mut self, test: &TestEquations, theta: &[f32; GYRO], [gravity, field]: [f32; 2]) {
         self.gravity.add(&test.gravity, theta, gravity);
         self.magnetic.add(&test.field, theta, field);
+    }
+
+    /// Takes other equations out again.
+    pub fn subtract(&mut self, other: &Self) {
+        self.gravity.subtract(&other.gravity);
+        self.magnetic.subtract(&other.magnetic);
     }
 
     /// Whether no row counts.
@@ -124,6 +136,10 @@ mod tests {
         for weight in [1.0, 0.3, 0.04] {
             tests[1..].iter().for_each(|test| churned.add(test, &THETA, [weight, 0.5 * weight]));
         }
+        let mut together = Equations::zero();
+        tests[1..].iter().for_each(|test| together.add(test, &THETA, [0.3; 2]));
+        tests[1..].iter().for_each(|test| churned.add(test, &THETA, [0.3; 2]));
+        churned.subtract(&together);
         let most = churned.magnetic.normal.get(0, 0);
         for weight in [1.0, 0.3, 0.04] {
             tests[1..].iter().for_each(|test| churned.add(test, &THETA, [-weight, -0.5 * weight]));

@@ -6,6 +6,7 @@ mod bias_steps;
 mod grid;
 mod increment;
 mod increment_ring;
+mod motion_sum;
 mod node;
 mod node_walk;
 mod rest;

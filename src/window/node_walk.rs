@@ -1,10 +1,11 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::{BodyMeans, Grid, Increment, Node, VectorEffects};
+use super::{BodyMeans, Grid, Increment, Node, VectorEffects, motion_sum::MotionSum};
 use crate::{
     objective::fit_for_use,
-    rotation::{exp_quaternion, matrix, middle_to_middle, renormalised},
+    rotation::{exp_quaternion, matrix, middle_to_middle, renormalised, times},
 };
+use core::hint::black_box;
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
 /// Share of the increments that have to be read for a mean to stand.
@@ -46,49 +47,53 @@ impl NodeWalk {
     }
 
     /// The node of the increments from `from` on, with w = P w_raw - c.
+    #[inline(never)]
     pub fn node(
         &mut self,
         (increments, grid, from): (impl Fn(u32) -> Increment, Grid, u32),
         (p, c): (&Matrix3<f32>, &Vector3<f32>),
         effects: &VectorEffects,
     ) -> Node {
+        // There is one of it in a program, and with its address known each access to a field would compute the field's own from scratch.
+        let walk = black_box(self);
         let mut means = [Mean::zero(); 2];
-        let mut sensitivity = [[0.0; 12]; 3];
+        let mut latest = MotionSum::zero();
+        let mut sensitivity = walk.sensitivity;
         let mut square_rate = 0.0;
         let (mut raw_sum, mut gravity_sum, mut square_gravity) = (Vector3::zeros(), Vector3::zeros(), 0.0);
         let mut suspect = false;
         let length = Node::length(grid);
+        let dt = grid.interval_s();
         for position in 0..length {
+            if position == length / 2 {
+                walk.grow(&latest, dt);
+                latest = MotionSum::zero();
+                sensitivity = walk.sensitivity;
+            }
             let increment = increments(from + position as u32);
-            match self.advance(&increment, grid.interval_s(), (p, c)) {
-                Some((rotation, rate)) => {
-                    square_rate += rate.norm_squared();
-                    raw_sum += increment.rate.unwrap_or_default();
-                    let gravity = increment.gravity.unwrap_or_default();
-                    gravity_sum += gravity;
-                    square_gravity += gravity.norm_squared();
-                    add_vectors(&mut means, &increment, &rotation, &rate, effects);
-                }
-                None => suspect = true,
-            }
-            // The middle of the node is between two increments, or in one.
-            if position == length / 2 || position == (length - 1) / 2 {
-                let share = if length.is_multiple_of(2) { 0.5 } else { 1.0 };
-                for (middle, now) in sensitivity.as_flattened_mut().iter_mut().zip(self.sensitivity.as_flattened()) {
-                    *middle += share * now;
-                }
-            }
+            let (Some(raw), Some((rotation, rate))) = (increment.rate, walk.advance(&increment, dt, (p, c))) else {
+                suspect = true;
+                continue;
+            };
+            latest.add(&rotation, &raw);
+            square_rate += rate.norm_squared();
+            raw_sum += raw;
+            let gravity = increment.gravity.unwrap_or_default();
+            gravity_sum += gravity;
+            square_gravity += gravity.norm_squared();
+            add_vectors(&mut means, &increment, &rotation, &rate, effects);
         }
-        let broken = self.broken;
-        self.broken = suspect;
+        walk.grow(&latest, dt);
+        let broken = walk.broken;
+        walk.broken = suspect;
         let least = LEAST_SHARE * length as f32;
         let [gravity, field] = means;
         let mut vectors = [None; 2];
         if !suspect {
             let field = field.direction(least, LEAST_FIELD_UT);
             // Eq 8 as a flag of the data: a field whose norm jumps by half is none.
-            let before = self.field_norm_ut;
-            self.field_norm_ut = field.map(|(_, norm)| norm);
+            let before = walk.field_norm_ut;
+            walk.field_norm_ut = field.map(|(_, norm)| norm);
             let field = field.filter(|(_, norm)| before.is_none_or(|before| fit_for_use(before, *norm)));
             vectors = [gravity.direction(least, LEAST_GRAVITY_M_S2), field];
         }
@@ -114,13 +119,19 @@ impl NodeWalk {
             self.rates = None;
             return None;
         };
-        let rate = p * raw - c;
+        let rate = times(p, &raw) - c;
         // After a missing rate the rotation is anyone's guess, and the node that comes is marked so.
         let [earlier, before] = self.rates.unwrap_or([rate; 2]);
         let turn = middle_to_middle([&earlier, &before, &rate], dt);
         self.attitude = renormalised(&(self.attitude * exp_quaternion(&turn)));
         self.rates = Some([before, rate]);
-        let rotation = matrix(&self.attitude);
+        Some((matrix(&self.attitude), rate))
+    }
+
+    /// The sensitivity grows by some increments.
+    #[inline(never)]
+    fn grow(&mut self, latest: &MotionSum, dt: f32) {
+        let (rotation, raw) = latest.factors();
         let angles = raw * dt;
         for (i, row) in self.sensitivity.iter_mut().enumerate() {
             for j in 0..3 {
@@ -131,7 +142,6 @@ impl NodeWalk {
                 row[9 + j] -= r * dt;
             }
         }
-        Some((rotation, rate))
     }
 }
 
@@ -167,13 +177,13 @@ fn add_vectors(
     effects: &VectorEffects,
 ) {
     if let Some(gravity) = increment.gravity {
-        gravity_mean.add(rotation * gravity);
+        gravity_mean.add(times(rotation, &gravity));
     }
     if let Some(field) = increment.field {
         // Measured v(t - tau) + iron. The field at t is that of t - tau turned back by the body's rotation since: first order in
         // tau w, 0.5 % of the field at 10 ms and 600 deg/s.
         let clean = field - effects.hard_iron_ut;
-        field_mean.add(rotation * (clean - rate.cross(&clean) * effects.mag_lag_s));
+        field_mean.add(times(rotation, &(clean - rate.cross(&clean) * effects.mag_lag_s)));
     }
 }
 

@@ -28,7 +28,7 @@ impl TestWindows {
 
     /// Begins with increments `from..to` and the nominal model w = P w_raw - c.
     pub fn start(&mut self, stream: &SampleStream, from: u32, to: u32, theta: &[f32; GYRO]) {
-        self.weak_form.start(theta, stream.test_function.hop(), stream.moving_rate_rad_s());
+        self.weak_form.start(theta, stream.moving_rate_rad_s());
         self.noise_gain = stream.test_function.noise_gain();
         (self.count, self.next, self.to) = (0, from, to);
     }

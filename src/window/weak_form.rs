@@ -1,13 +1,15 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
+mod quarter;
 mod test_function;
 mod test_window;
 
-use super::{Increment, TestEquations, rows::GYRO};
-use crate::rotation::{exp_quaternion, matrix, middle_to_middle, renormalised};
+use super::{Increment, TestEquations, motion_sum::MotionSum, rows::GYRO};
+use crate::rotation::{exp_quaternion, matrix, middle_to_middle, renormalised, times};
+use core::hint::black_box;
 use nalgebra::{Matrix3, Quaternion, Vector3};
+use quarter::Quarter;
 pub(crate) use test_function::TestFunction;
-use test_window::{Field, Gravity, TestWindow};
 
 /// Test windows under way at a time: each begins a quarter of its length after the one before it, as sin^2 windows want it
 /// (equations half a length apart lose a third of what the samples hold).
@@ -19,7 +21,8 @@ pub(crate) const UNDER_WAY: usize = 4;
 /// dw being the true minus the nominal rate: dw = dP w_raw - dc. Multiplied by phi(t) = sin^2 over 2 s (zero at both ends) and
 /// integrated by parts, -int phi' u dt = int phi R0 [v]x (dP w_raw - dc) dt: linear in the unknowns for any size of error. A lag
 /// tau of the magnetometer adds tau (w x v) to the measured field and a hard iron a constant, so both are linear as well:
-/// columns -int phi' R0 (w x v) dt and -int phi' R0 dt. A test window begins every half second.
+/// columns -int phi' R0 (w x v) dt and -int phi' R0 dt. A test window begins every half second, and the four that hold a half second share
+/// its sums.
 pub(crate) struct WeakForm {
     /// The nominal model: P row-major, c.
     theta: [f32; GYRO],
@@ -34,7 +37,14 @@ pub(crate) struct WeakForm {
     previous_fields: [Vector3<f32>; 2],
     /// The de-rotated gravity and field of the last increment, where they were read.
     last_vectors: [Option<Vector3<f32>>; 2],
-    windows: [TestWindow; UNDER_WAY],
+    /// Increments whose motion is not in the quarter yet, and the sums of their cosines and sines.
+    latest: MotionSum,
+    latest_angle: [f32; 2],
+    /// Those of the latest test window, in turn.
+    quarters: [Quarter; UNDER_WAY],
+    /// Increments in the one that is under way, and quarters before it.
+    position: usize,
+    ended: usize,
     /// The rate, rms over a test window, under which one holds nothing about P.
     moving_rate_rad_s: f32,
 }
@@ -51,13 +61,17 @@ impl WeakForm {
             rates: [zero; 2],
             previous_fields: [zero; 2],
             last_vectors: [None; 2],
-            windows: [TestWindow::zero(); UNDER_WAY],
+            latest: MotionSum::zero(),
+            latest_angle: [0.0; 2],
+            quarters: [Quarter::zero(); UNDER_WAY],
+            position: 0,
+            ended: 0,
             moving_rate_rad_s: 0.0,
         }
     }
 
-    /// Begins anew with the nominal model w = P w_raw - c, a test window every `hop` increments.
-    pub fn start(&mut self, theta: &[f32; GYRO], hop: usize, moving_rate_rad_s: f32) {
+    /// Begins anew with the nominal model w = P w_raw - c.
+    pub fn start(&mut self, theta: &[f32; GYRO], moving_rate_rad_s: f32) {
         self.moving_rate_rad_s = moving_rate_rad_s;
         self.theta = *theta;
         self.p = Matrix3::from_fn(|i, j| theta[3 * i + j]);
@@ -66,58 +80,65 @@ impl WeakForm {
         self.raw = Vector3::zeros();
         self.rates = [Vector3::zeros(); 2];
         self.last_vectors = [None; 2];
-        self.windows = [TestWindow::zero(); UNDER_WAY];
-        for (number, window) in self.windows.iter_mut().enumerate().skip(1) {
-            // Each begins later than the one before: it waits at a position before its first.
-            window.position = usize::MAX - number * hop + 1;
-        }
+        (self.latest, self.latest_angle) = (MotionSum::zero(), [0.0; 2]);
+        (self.position, self.ended) = (0, 0);
     }
 
     /// Takes one increment; returns the equations of the test window that it completes.
+    #[inline(never)]
     pub fn push(&mut self, increment: &Increment, function: &TestFunction) -> Option<TestEquations> {
-        let mut completed = None;
+        // There is one of it in a program, and with its address known each access to a field would compute the field's own from scratch.
+        black_box(self).take(increment, function)
+    }
+
+    #[inline(always)]
+    fn take(&mut self, increment: &Increment, function: &TestFunction) -> Option<TestEquations> {
         self.raw = increment.rate.unwrap_or(self.raw);
         let raw = self.raw;
-        let rate = self.p * raw - self.c;
+        let rate = times(&self.p, &raw) - self.c;
         let [earlier, before] = self.rates;
         let turn = middle_to_middle([&earlier, &before, &rate], function.interval_s);
         self.attitude = renormalised(&(self.attitude * exp_quaternion(&turn)));
         self.rates = [before, rate];
         let rotation = matrix(&self.attitude);
 
-        // One increment without a reading is bridged: what stands still in the earth is what it was.
-        let [last_gravity, last_field] = self.last_vectors;
-        let bridged =
-            |read: Option<Vector3<f32>>, last: Option<Vector3<f32>>| read.or_else(|| last.map(|u| rotation.tr_mul(&u)));
-        self.last_vectors = [increment.gravity, increment.field].map(|read| read.map(|v| rotation * v));
-        let gravity = bridged(increment.gravity, last_gravity)
-            .map(|v| Gravity { u: rotation * v, gain: rotation * v.cross_matrix() });
-        let field = bridged(increment.field, last_field).map(|v| {
-            let u = rotation * v;
-            let [older, last] = self.previous_fields;
-            self.previous_fields = [last, u];
-            Field {
-                u,
-                gain: rotation * v.cross_matrix(),
-                lag: rotation * rate.cross(&v),
-                roughness: (u - last * 2.0 + older).norm_squared(),
-            }
-        });
-        for window in &mut self.windows {
-            let Some(test) = function.at(window.position) else {
-                // Waiting for its first increment.
-                window.position = window.position.wrapping_add(1);
-                continue;
-            };
-            window.add_rate(increment.rate.as_ref(), &rate);
-            window.add_gravity(gravity.as_ref(), &raw, test);
-            window.add_field(field.as_ref(), &rotation, &raw, test);
-            window.position += 1;
-            if window.position == function.length {
-                completed = Some(window.complete(self.moving_rate_rad_s, &self.theta));
+        let quarter = &mut self.quarters[self.ended % UNDER_WAY];
+        if self.position == 0 {
+            *quarter = Quarter::zero();
+        }
+        quarter.spoilt |= increment.rate.is_none();
+        quarter.square_rate += rate.norm_squared();
+        let angle = function.angle(self.position);
+        self.latest.add(&rotation, &raw);
+        for (sum, x) in self.latest_angle.iter_mut().zip(angle) {
+            *sum += x;
+        }
+        for (sensor, read) in [increment.gravity, increment.field].into_iter().enumerate() {
+            // One increment without a reading is bridged: what stands still in the earth is what it was.
+            let read = read.map(|v| times(&rotation, &v));
+            let u = read.or(self.last_vectors[sensor]);
+            self.last_vectors[sensor] = read;
+            quarter.add_vector(sensor, u.as_ref(), angle);
+            if let (Some(u), 1) = (u, sensor) {
+                let [older, last] = self.previous_fields;
+                quarter.square_roughness += (u - last * 2.0 + older).norm_squared();
+                self.previous_fields = [last, u];
             }
         }
-        completed
+        self.position += 1;
+        let is_complete = self.position >= function.hop();
+        if self.latest.is_full() || is_complete {
+            quarter.add_motion(self.latest.factors(), self.latest.mean(self.latest_angle));
+            (self.latest, self.latest_angle) = (MotionSum::zero(), [0.0; 2]);
+        }
+        if !is_complete {
+            return None;
+        }
+        self.position = 0;
+        self.ended += 1;
+        let quarters = core::array::from_fn(|number| &self.quarters[(self.ended + number) % UNDER_WAY]);
+        (self.ended >= UNDER_WAY)
+            .then(|| test_window::equations(quarters, function, self.moving_rate_rad_s, &self.theta))
     }
 }
 
@@ -137,7 +158,7 @@ mod tests {
         let mut weak = WeakForm::zero();
         let mut function = TestFunction::zero();
         function.configure(grid);
-        weak.start(&IDENTITY, function.hop(), 0.05);
+        weak.start(&IDENTITY, 0.05);
         let mut sum = Equations::zero();
         let fine = 200;
         let mut q = Quaternion::<f64>::identity();

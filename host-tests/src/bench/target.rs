@@ -7,9 +7,10 @@ use super::{
 };
 use crate::{
     configuration::of_trace,
-    emulate::{Feed, fly_emulated},
+    emulate::{Feed, PartCost, count_parts, fly_emulated},
     simulate::simulate,
 };
+use meerkat_mwd::{Config, Sample};
 
 /// Length of the run, seconds: one window, its latency and some more.
 const DURATION_S: f64 = 60.0;
@@ -23,14 +24,45 @@ pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
         format!("{DURATION_S} s of drilling at 100 Hz on the emulated Cortex-M4F (STM32F405, QEMU), instructions"),
         &["", "vertical", "45 deg", "ms at 168 MHz and one instruction a cycle"],
     );
-    let flights = [measure("drilling_vertical")?, measure("drilling_45deg")?];
+    let flown = [drilling("drilling_vertical")?, drilling("drilling_45deg")?];
+    let flights = [measure(&flown[0])?, measure(&flown[1])?];
     for (index, name) in NAMES.iter().enumerate() {
         let counts = [flights[0][index], flights[1][index]];
         let slowest = counts.iter().copied().fold(0.0, f64::max);
         let cells = counts.map(|count| Cell::number(count, 0));
         table.row([Cell::from(*name)].into_iter().chain(cells).chain([Cell::number(1e3 * slowest / CLOCK_HZ, 3)]));
     }
-    Ok(vec![table])
+    let parts = [count_parts(&flown[0].0, &flown[0].1)?, count_parts(&flown[1].0, &flown[1].1)?];
+    Ok(vec![table, identification(&parts)])
+}
+
+/// What the one identification of the run takes, part by part.
+fn identification(flights: &[Vec<PartCost>; 2]) -> Table {
+    let mut table = Table::new(
+        "One identification of a window of 50 s on the same chip: instructions, and cycles estimated from the processor's instruction timings with \
+         memory that never waits",
+        &["", "vertical", "45 deg", "cycles, vertical", "cycles, 45 deg", "ms at 168 MHz"],
+    );
+    let mut row = |name: &str, costs: [PartCost; 2]| {
+        let instructions = costs.map(|cost| Cell::number(cost.instructions as f64, 0));
+        let cycles = costs.map(|cost| cost.cycles as f64);
+        let slowest = cycles.into_iter().fold(0.0, f64::max);
+        let cells = instructions.into_iter().chain(cycles.map(|cycles| Cell::number(cycles, 0)));
+        table.row([Cell::from(name)].into_iter().chain(cells).chain([Cell::number(1e3 * slowest / CLOCK_HZ, 2)]));
+    };
+    let [vertical, inclined] = flights;
+    for (a, b) in vertical.iter().zip(inclined) {
+        row(a.name, [*a, *b]);
+    }
+    let sum = |parts: &Vec<PartCost>| {
+        parts.iter().fold(PartCost { name: "all of it", instructions: 0, cycles: 0 }, |sum, part| PartCost {
+            instructions: sum.instructions + part.instructions,
+            cycles: sum.cycles + part.cycles,
+            ..sum
+        })
+    };
+    row("all of it", flights.each_ref().map(sum));
+    table
 }
 
 /// Rows of the table, in the order of [`measure`].
@@ -41,11 +73,16 @@ const NAMES: [&str; 4] = [
     "longest slice of that work",
 ];
 
-fn measure(name: &str) -> anyhow::Result<[f64; NAMES.len()]> {
+/// A configuration and the samples of a minute.
+fn drilling(name: &str) -> anyhow::Result<(Config, Vec<Sample>)> {
     let mut scenario = scenario(name)?;
     scenario.duration_s = DURATION_S;
     let (trace, _) = simulate(&scenario, 1);
-    let emulated = fly_emulated(&of_trace(&trace), &trace.samples, Feed::Direct)?;
+    Ok((of_trace(&trace), trace.samples))
+}
+
+fn measure((config, samples): &(Config, Vec<Sample>)) -> anyhow::Result<[f64; NAMES.len()]> {
+    let emulated = fly_emulated(config, samples, Feed::Direct)?;
     let identification = emulated.poll_instructions.iter().max().copied().unwrap_or(0);
     let summary = &emulated.summary;
     let counts = [

@@ -69,6 +69,7 @@ impl Identifier {
     }
 
     /// Begins to fit the window of the job.
+    #[inline(never)]
     pub(super) fn start_fit(&mut self) {
         self.work.begin_fit();
         let (job, carried) = (self.job, self.carried);

@@ -63,6 +63,7 @@ impl Identifier {
         }
     }
 
+    #[inline(never)]
     fn learn(&mut self) {
         let until_us = core::mem::take(&mut self.to_learn_us);
         let mut carried = self.carried;

@@ -10,8 +10,9 @@ use crate::{
         least_squares::{self, Freedom, Known, MagnetometerErrors, Model},
         prior::theta_of,
     },
-    window::{TESTS, TestWindows, gyro_part},
+    window::{Equations, TESTS, TestWindows, gyro_part},
 };
+use core::ops::Range;
 
 /// Fewest test windows in a group: 2.5 s, longer than the motion is correlated.
 const TESTS_PER_GROUP: usize = 5;
@@ -42,7 +43,7 @@ const ONCE_IN_A_THOUSAND: f32 = 22.46 / 5.35;
 const MAGNETOMETER_P_VALUE: f32 = 0.01;
 
 impl WeakFit {
-    /// Plays a third of a group of the contest about the magnetometer, the `piece`th of all; `Some(false)` when there is none left.
+    /// Plays half of a group of the contest about the magnetometer, the `piece`th of all; `Some(false)` when there is none left.
     pub fn play_magnetometer(&mut self, tests: &TestWindows, piece: usize) -> Option<bool> {
         self.play(tests, piece, &MAGNETOMETER_MODELS)
     }
@@ -75,7 +76,7 @@ impl WeakFit {
         .map(|freedom| Model { freedom, magnetometer: self.magnetometer });
         if self.is_judged_by_rests(context) {
             let about = (&self.base, &self.theta);
-            return self.rests.play(context, piece, &models, about, &mut self.contest, &mut self.others);
+            return self.rests.play(context, piece, &models, about, &mut self.contest);
         }
         self.play(tests, piece, &models)
     }
@@ -98,39 +99,59 @@ impl WeakFit {
         (!passes).then_some(explained)
     }
 
-    /// First the equations of all but the group are summed, then the models are fitted to them, then the group is predicted.
+    /// First the models are fitted to the equations of all but the group, then the group is predicted.
     fn play(&mut self, tests: &TestWindows, piece: usize, models: &[Model]) -> Option<bool> {
         let filled = || tests.numbered().filter(|(_, test)| !test.is_empty());
         let count = filled().count();
         let groups = (count / TESTS_PER_GROUP).min(MAX_GROUPS);
-        let group = piece / 3;
+        let group = piece / 2;
         if group >= groups {
             return Some(false);
         }
         // Dealt out evenly, contiguous ones to a group.
         let share = |g: usize| (g * count).checked_div(groups).unwrap_or(0);
         let mine = share(group)..share(group + 1);
-        // Not `known()`: the contest is borrowed beside it.
-        let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
-        match piece % 3 {
-            0 => {
-                // Neighbours that share samples with the group do not teach.
-                let from = mine.start.saturating_sub(OVERLAPPING);
-                self.others = self.total;
-                for (number, test) in filled().skip(from).take(mine.end + OVERLAPPING - from) {
-                    self.others.add(test, &self.theta, self.weights.of(number).map(|weight| -weight));
-                }
-            }
-            1 => self.contest.fit(&self.others, models, &known)?,
-            _ => {
-                let mut witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
-                self.contest.play(&mut witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
-                if filled().nth(mine.start).is_some_and(|(number, _)| number < self.taught_tests) {
-                    self.contest.not_fresh();
-                }
+        if piece.is_multiple_of(2) {
+            let others = self.all_but(tests, &mine);
+            // Not `known()`: the contest is borrowed beside it.
+            let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
+            self.contest.fit(&others, models, &known)?;
+        } else {
+            let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
+            let mut witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
+            self.contest.play(&mut witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
+            if filled().nth(mine.start).is_some_and(|(number, _)| number < self.taught_tests) {
+                self.contest.not_fresh();
             }
         }
         Some(true)
+    }
+
+    /// The equations of all test windows but those of a group and their neighbours, which share samples with it and so do not teach. Groups are
+    /// asked for one after the other: the test windows about the border of two are summed once for both.
+    #[inline(never)]
+    fn all_but(&mut self, tests: &TestWindows, mine: &Range<usize>) -> Equations {
+        let mut others = self.total;
+        let (theta, weights) = (&self.theta, &self.weights);
+        let add = |sum: &mut Equations, range: Range<usize>, sign: f32| {
+            let filled = tests.numbered().filter(|(_, test)| !test.is_empty());
+            for (number, test) in filled.skip(range.start).take(range.len()) {
+                sum.add(test, theta, weights.of(number).map(|weight| sign * weight));
+            }
+        };
+        let mut done = 0;
+        if mine.start > 0 {
+            others.subtract(&self.between);
+            done = mine.start + OVERLAPPING;
+        }
+        let border = mine.end.saturating_sub(OVERLAPPING);
+        add(&mut others, done..border, -1.0);
+        self.between = Equations::zero();
+        add(&mut self.between, border..mine.end + OVERLAPPING, 1.0);
+        others.subtract(&self.between);
+        // A small group's borders overlap, and what is in both was taken out twice.
+        add(&mut others, border..done, 1.0);
+        others
     }
 
     /// From how much the bias alone leaves in each test window: what is beyond doubt.

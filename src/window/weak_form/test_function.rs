@@ -5,32 +5,75 @@ use core::f32::consts::PI;
 /// From one test window to the next, seconds: two seconds are the length that measures best (1 s: 1.3 times the rate error).
 const HOP_S: f32 = 0.5;
 
-/// Longest test window in increments; a grid interval is at least 19.98 ms.
-const CAPACITY: usize = 100;
+/// Longest quarter of a test window in increments; a grid interval is at least 19.98 ms.
+const CAPACITY: usize = 25;
 
-/// sin^2 over a test window, and its slope, increment by increment.
+/// cos a (sin a - cos a) over the first quarter in terms of 1, cos a and sin a: least squares, which leave 8 % of it.
+const ODD_PART: [f32; 3] = [-1.754_932, 0.651_642, 1.819_601];
+
+/// Mean square of sin a - cos a over the first quarter, 1 - 2 / pi.
+pub(super) const ODD_SQUARE: f32 = 0.363_380;
+
+/// What a quarter's sums, plain, with the cosine and with the sine, count in a test window, times the interval.
+pub(crate) struct QuarterWeights {
+    /// In sums with the test function.
+    pub weight: [f32; 3],
+    /// In sums with its slope, with the sign turned.
+    pub slope: [f32; 3],
+    /// In sums with the test function times sin a - cos a, which goes from -1 to 1 over a quarter.
+    pub turning: [f32; 3],
+}
+
+/// sin^2 over a test window, and its slope.
+///
+/// sin^2 is (1 - cos a) / 2 and its slope proportional to sin a, the angle a going round once in a test window: by a quarter of a turn
+/// in a quarter of it, so that in all quarters the two are the first one's cosine and sine, exchanged and with other signs.
 pub(crate) struct TestFunction {
     /// Increments of a test window.
     pub length: usize,
     pub interval_s: f32,
-    weight: [f32; CAPACITY],
-    slope: [f32; CAPACITY],
+    /// Cosine and sine of the angle at each increment of the first quarter.
+    angles: [[f32; 2]; CAPACITY],
 }
 
 impl TestFunction {
     pub const fn zero() -> Self {
-        Self { length: 0, interval_s: 0.0, weight: [0.0; CAPACITY], slope: [0.0; CAPACITY] }
+        Self { length: 0, interval_s: 0.0, angles: [[0.0; 2]; CAPACITY] }
     }
 
     pub fn configure(&mut self, grid: Grid) {
         self.length = UNDER_WAY * grid.increments_in(HOP_S);
         self.interval_s = grid.interval_s();
-        let duration = self.length as f32 * self.interval_s;
-        for (k, (weight, slope)) in self.weight.iter_mut().zip(&mut self.slope).enumerate().take(self.length) {
-            let angle = PI * (k as f32 + 0.5) / self.length as f32;
-            let (sine, cosine) = sine_and_cosine(angle);
-            *weight = sine * sine;
-            *slope = 2.0 * sine * cosine * PI / duration;
+        for (k, angle) in self.angles.iter_mut().enumerate() {
+            let (sine, cosine) = sine_and_cosine(2.0 * PI * (k as f32 + 0.5) / self.length as f32);
+            *angle = [cosine, sine];
+        }
+    }
+
+    /// Cosine and sine of the angle at an increment of the first quarter.
+    pub fn angle(&self, position: usize) -> [f32; 2] {
+        self.angles.get(position).copied().unwrap_or_default()
+    }
+
+    /// What the sums of a quarter, the `number`th of a test window, count in it.
+    pub fn of_quarter(&self, number: usize) -> QuarterWeights {
+        let half = 0.5 * self.interval_s;
+        let slope = PI / self.length as f32;
+        // (1 - C) / 2, C being cos a, -sin a, -cos a and sin a; and minus its slope.
+        let (is_cosine, factor, slope) = match number {
+            0 => (true, -half, [0.0, 0.0, -slope]),
+            1 => (false, half, [0.0, -slope, 0.0]),
+            2 => (true, half, [0.0, 0.0, slope]),
+            _ => (false, -half, [0.0, slope, 0.0]),
+        };
+        let [plain, same, other] = ODD_PART;
+        if is_cosine {
+            let turning = [factor * plain, factor * same - half, factor * other + half];
+            QuarterWeights { weight: [half, factor, 0.0], slope, turning }
+        } else {
+            // Seen from the quarter's end sine is cosine, and what is odd has the other sign.
+            let turning = [-factor * plain, -factor * other - half, -factor * same + half];
+            QuarterWeights { weight: [half, 0.0, factor], slope, turning }
         }
     }
 
@@ -39,14 +82,17 @@ impl TestFunction {
         if position >= self.length {
             return None;
         }
-        let (weight, slope) = (self.weight.get(position)?, self.slope.get(position)?);
-        Some((weight * self.interval_s, -slope * self.interval_s))
+        let hop = self.hop();
+        let [cosine, sine] = self.angle(position.checked_rem(hop)?);
+        let QuarterWeights { weight, slope, .. } = self.of_quarter(position.checked_div(hop)?);
+        let at = |[plain, c, s]: [f32; 3]| plain + c * cosine + s * sine;
+        Some((at(weight), at(slope)))
     }
 
-    /// Variance of an equation whose vector has a white noise of variance 1 in each increment.
+    /// Variance of an equation whose vector has a white noise of variance 1 in each increment: the sum of the squared slopes, (pi / length)^2 times
+    /// half the length.
     pub fn noise_gain(&self) -> f32 {
-        let slopes = self.slope.get(..self.length).unwrap_or_default();
-        slopes.iter().fold(0.0, |sum, slope| sum + slope * slope) * self.interval_s * self.interval_s
+        0.5 * PI * PI / self.length as f32
     }
 
     /// Increments from one test window to the next.
@@ -64,7 +110,27 @@ mod tests {
         for period in 100..=20_000 {
             let mut function = TestFunction::zero();
             function.configure(Grid::new(period));
-            assert!((2..=CAPACITY).contains(&function.length), "{period}: {}", function.length);
+            assert!((1..=CAPACITY).contains(&function.hop()), "{period}: {}", function.length);
+        }
+    }
+
+    #[test]
+    fn the_quarters_make_a_squared_sine_and_its_slope() {
+        for period in [3_500, 5_000, 7_000, 33_333] {
+            let mut function = TestFunction::zero();
+            function.configure(Grid::new(period));
+            let mut squares = 0.0;
+            for k in 0..function.length {
+                let phase = core::f64::consts::PI * (k as f64 + 0.5) / function.length as f64;
+                let (weight, slope) = function.at(k).unwrap();
+                let dt = f64::from(function.interval_s);
+                assert!((f64::from(weight) / dt - phase.sin().powi(2)).abs() < 1e-6, "{period} {k}");
+                let expected = -(2.0 * phase).sin() * core::f64::consts::PI / function.length as f64;
+                assert!((f64::from(slope) - expected).abs() < 1e-6, "{period} {k}");
+                squares += slope * slope;
+            }
+            assert!(function.at(function.length).is_none());
+            assert!((squares / function.noise_gain() - 1.0).abs() < 1e-5);
         }
     }
 }
