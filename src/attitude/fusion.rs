@@ -23,11 +23,13 @@ mod output;
 mod sensors;
 mod shaking;
 mod sustained;
+mod turned_field;
 mod uncertainty;
 
 use contradiction::Agreement;
 use shaking::Shaking;
 use sustained::SustainedRotation;
+use turned_field::TurnedField;
 
 /// Earth's rotation, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
@@ -68,6 +70,7 @@ pub struct AttitudeFilter {
     sustained: SustainedRotation,
     shaking: Shaking,
     agreement: Agreement,
+    turned_field: TurnedField,
     block: Block,
     bias_rad_s: Vector3<f32>,
     /// Of what is left of the gyro's scale factors and couplings.
@@ -128,6 +131,7 @@ impl AttitudeFilter {
             sustained: SustainedRotation::new(),
             shaking: Shaking::new(),
             agreement: Agreement::new(),
+            turned_field: TurnedField::new(),
             block: Block::new(),
             bias_rad_s: ZERO,
             scale_sigma: 0.0,
@@ -172,6 +176,7 @@ impl AttitudeFilter {
         }
         self.scale_sigma = config.gyro_scale_sigma;
         self.mean_square_force = 1.0;
+        self.turned_field.start();
         self.mag_delay_known(None);
         self.gyro_delay_known(true);
         self.open_all();
@@ -242,7 +247,9 @@ impl AttitudeFilter {
             self.block.force(&(self.rotation * force));
         }
         if let Some(field) = mag {
-            self.block.field(&(self.rotation * field));
+            let field = self.rotation * field;
+            self.block.field(&field);
+            self.sigmas_stale |= self.turned_field.observe(&field, self.step_s);
         }
         if self.block.time_s + 0.5 * self.step_s >= BLOCK_S {
             let (config, earth) = (self.config, self.earth);

@@ -121,29 +121,31 @@ impl Contest {
     }
 
     fn outcome(&self, winner: usize, loser: usize, from: usize) -> Outcome {
-        let of = |index: usize| self.losses.get(index).copied().unwrap_or([f32::NAN; MAX_GROUPS]);
+        let (Some(of_winner), Some(of_loser)) = (self.losses.get(winner), self.losses.get(loser)) else {
+            return Outcome { p_value: f32::NAN, explained: f32::NAN };
+        };
+        // A group that does not count has no gain, which has as many patterns of either sign.
         let mut gains = [0.0; MAX_GROUPS];
-        let mut count = 0;
         let (mut won, mut lost) = (0.0, 0.0);
-        for ((w, l), gain) in of(winner).iter().zip(&of(loser)).take(self.groups).skip(from).zip(&mut gains) {
+        for ((w, l), gain) in of_winner.iter().zip(of_loser).zip(&mut gains).take(self.groups).skip(from) {
             *gain = l - w;
             won += w;
             lost += l;
-            count += 1;
         }
         let explained = if lost > 0.0 { 1.0 - won / lost } else { 0.0 };
-        Outcome { p_value: sign_flip_p_value(gains.get(..count).unwrap_or_default()), explained }
+        Outcome { p_value: sign_flip_p_value(&gains), explained }
     }
 
     /// Covariance of the richest model's fit by the delete-a-group jackknife: (G - 1) / G times the scatter about the mean. It holds what
-    /// the residuals' correlation and the missing effects do to the fit, which the normal matrix does not know.
-    pub fn covariance(&self) -> Packed<12, 78> {
+    /// the residuals' correlation and the missing effects do to the fit, which the normal matrix does not know. Of a fit that takes up a
+    /// share `taken` of its equations it is too large by one over what is left (MacKinnon and White, Journal of Econometrics 29, 1985).
+    pub fn covariance(&self, taken: f32) -> Packed<12, 78> {
         let groups = self.groups as f32;
         let mut covariance = Packed::zero();
         if self.groups < 2 {
             return covariance;
         }
-        let scale = (groups - 1.0) / groups;
+        let scale = (1.0 - taken) * (groups - 1.0) / groups;
         covariance.add_scaled(&self.scatter, scale);
         covariance.add_outer(&self.shift, -scale / groups);
         covariance
@@ -152,24 +154,31 @@ impl Contest {
 
 /// Share of the 2^n sign patterns of the gains whose sum is at least the observed one (n at most [`MAX_GROUPS`]). Counted in
 /// Gray's order: each pattern differs from the one before in one sign.
+#[inline(never)]
 fn sign_flip_p_value(gains: &[f32]) -> f32 {
     // A pattern and its opposite have opposite sums: half of them are gone through, the last gain's sign kept.
     let halves = (1_u32 << gains.len()) / 2;
-    let observed: f32 = gains.iter().sum();
     // A thousand additions round; the observed pattern must count itself.
-    let tolerance = 1e-4 * gains.iter().fold(0.0, |sum, g| sum + libm::fabsf(*g));
+    let (observed, size) = gains.iter().fold((0.0, 0.0), |(sum, size), g| (sum + g, size + libm::fabsf(*g)));
+    let tolerance = 1e-4 * size;
     let mut sum = observed;
     let opposite = |sum: f32| u32::from(-sum >= observed - tolerance);
     let mut as_large = 1 + opposite(sum);
     for pattern in 1..halves {
-        let flipped = pattern.trailing_zeros();
-        let gain = gains.get(flipped as usize).copied().unwrap_or(0.0);
-        // The sign that flips was negative when Gray's code had its bit set before.
-        let was_negative = (pattern - 1) ^ (pattern - 1) >> 1;
-        sum += if was_negative >> flipped & 1 == 1 { 2.0 * gain } else { -2.0 * gain };
+        sum += change(gains, pattern);
         as_large += u32::from(sum >= observed - tolerance) + opposite(sum);
     }
     as_large as f32 / (2 * halves) as f32
+}
+
+/// By how much the sum changes from the pattern before. Out of line: otherwise the loop is unrolled, to half a kilobyte of flash.
+#[inline(never)]
+fn change(gains: &[f32], pattern: u32) -> f32 {
+    let flipped = pattern.trailing_zeros();
+    let gain = gains.get(flipped as usize).copied().unwrap_or(0.0);
+    // The sign that flips was negative when Gray's code had its bit set before.
+    let was_negative = (pattern - 1) ^ (pattern - 1) >> 1;
+    if was_negative >> flipped & 1 == 1 { 2.0 * gain } else { -2.0 * gain }
 }
 
 #[cfg(test)]

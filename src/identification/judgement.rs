@@ -123,7 +123,7 @@ impl WindowFit {
 
         let posterior = refinement.posterior.as_ref().ok_or(Refusal::Degenerate)?;
         let observability = refinement.observability.as_ref().ok_or(Refusal::Degenerate)?;
-        let jackknife = self.weak.contest.covariance();
+        let jackknife = self.weak.jackknife();
 
         let (base, mut bias_only) = with_rest_bias(context, &self.job);
         let base_theta = theta_of(&base);
@@ -131,7 +131,7 @@ impl WindowFit {
         let candidate = model_of(&plus(&base_theta, &change));
 
         let contest = &self.weak.contest;
-        let outcome = contest.between(FULL, FLOWN_P);
+        let outcome = self.weak.outcome(context, &theta);
         let verdict = self.fit_to_judge(context).and_then(|()| {
             acceptance::consistent(refinement.contradiction)?;
             acceptance::agreed(innovations.motion.disagreement())?;
@@ -139,9 +139,6 @@ impl WindowFit {
                 .ok_or_else(|| self.too_little(observability.rank()))?;
             if contest.groups() < MIN_GROUPS {
                 return Err(self.too_few(contest.groups(), observability.rank()));
-            }
-            if let Some(explained) = self.weak.too_little_explained(context, &theta) {
-                return Err(Refusal::MisfitNotExplained { explained });
             }
             let news = acceptance::judge(&Evidence { outcome, promise });
             if news.is_ok() || context.flown.p == context.config.gyro.p {

@@ -68,6 +68,12 @@ impl Prior {
         both
     }
 
+    /// Adds equations with this normal matrix; their most probable theta, beside what was known before, is the mean.
+    pub fn learn(&mut self, normal: &Packed<12, 78>, weight: f32, mean: [f32; 12]) {
+        self.information.add_scaled(normal, weight);
+        self.mean = mean;
+    }
+
     /// Half the squared distance of theta0 + delta from the mean, in the prior's metric.
     pub fn cost(&self, theta0: &[f32; 12], delta: &[f32; 12]) -> f32 {
         0.5 * self.information.quadratic(&self.offset(theta0, delta))

@@ -45,7 +45,7 @@ pub(crate) struct WeakFit {
     pub contest: Contest,
     /// The pairs of rests that judge in the place of test windows.
     pub(super) rests: RestEvidence,
-    /// Those of the test windows at the end of the group played last and at the beginning of the next.
+    /// Those of the test windows at the end of the group played last and at the beginning of the next; in the end those of the pairs of rests.
     between: Equations,
 }
 

@@ -190,6 +190,7 @@ impl WindowFit {
             }
             Phase::Gyro(piece) if weak.play_gyro(context, tests, piece)? => Phase::Gyro(piece + 1),
             _ => {
+                weak.learn_from_rests(context)?;
                 self.material.begin_refinement();
                 Phase::Nodes(0)
             }

@@ -189,6 +189,7 @@ impl RestPairs {
     }
 
     /// Forgets the turn in progress.
+    #[inline(never)]
     pub fn interrupt(&mut self) {
         (self.moving_s, self.from, self.to, self.arrived) = (None, RestMean::NONE, RestMean::NONE, None);
     }

@@ -18,8 +18,7 @@ pub fn prior() -> Parameters {
     Parameters::from_column_slice(&[scale, scale, scale, cross, cross, cross, offset_m_s2, offset_m_s2, offset_m_s2])
 }
 
-/// Fits the nine parameters to the rests, each with the gravity of its place in m/s^2; `None` without any. Every second rest is the
-/// other half.
+/// Fits the nine parameters to the rests, each with the gravity of its place in m/s^2; `None` without any.
 #[must_use]
 pub fn calibrate(rests: &[(Rest, f64)], record: VectorModel) -> Option<SensorCalibration> {
     let observation = |&(rest, gravity_m_s2): &(Rest, f64)| {
@@ -29,5 +28,5 @@ pub fn calibrate(rests: &[(Rest, f64)], record: VectorModel) -> Option<SensorCal
     let norm = observations.first()?.norm;
     let problem =
         Problem { observations: &observations, record: Model::from(record), prior: prior(), correlated: false };
-    Some(SensorCalibration::of(&problem, norm, record != VectorModel::IDENTITY, Standard::ToJudgeBy, 2, |at| at % 2))
+    Some(SensorCalibration::of(&problem, norm, record != VectorModel::IDENTITY, Standard::ToJudgeBy))
 }

@@ -3,7 +3,6 @@
 use super::{
     model::{Model, PARAMETERS},
     norm_fit::{Fit, Observation, Problem},
-    verdict::{Bounds, LARGEST_HARMLESS_RAD},
 };
 
 /// Root mean square of the error of the norm on readings held out, in the sensor's unit.
@@ -23,27 +22,25 @@ pub struct HeldOut {
     pub largest: f64,
 }
 
-/// Fewer readings than this may be left out one at a time; leaving one out of thousands, next to others just like it, checks nothing.
-const FEW: usize = 100;
+/// Stretches into which readings are cut of which neighbours are alike: one that is left out by itself would be checked by another like it.
+const STRETCHES: usize = 10;
 
-/// Leaves out one of `parts` at a time, fits to the others and checks on it; where few readings are not enough by themselves, leaves one
-/// reading out at a time. `part` tells to which part a reading belongs. Readings that the whole fit leaves out do not count.
+/// Leaves out one part at a time, fits to the others and checks on it. Rests, which have nothing in common, are left out one by one: half of
+/// two dozen would hardly be more than there are parameters, and tell of a worse fit than is made. Readings that the whole fit leaves out do
+/// not count.
 #[must_use]
-pub fn held_out(problem: &Problem, fit: &Fit, parts: usize, part: impl Fn(usize) -> usize) -> Option<HeldOut> {
+pub fn held_out(problem: &Problem, fit: &Fit) -> Option<HeldOut> {
     let used: Vec<usize> = (0..fit.used.len()).filter(|&at| fit.used[at]).collect();
-    let few = used.len() <= FEW;
-    let in_parts = || {
-        let errors = (0..parts).map(|out| fitted_without(problem, &used, few, |at| part(at) == out));
-        Some(errors.collect::<Option<Vec<_>>>()?.concat())
+    let (parts, how) = if problem.correlated {
+        (STRETCHES.min(used.len()), "fitted to the other stretches")
+    } else {
+        (used.len(), "fitted to all others")
     };
-    let each = || {
-        let one = |&out: &usize| fitted_without(problem, &used, false, |at| at == out);
-        let errors = used.iter().filter(|_| few).map(one).collect::<Option<Vec<_>>>()?;
-        Some(errors.concat())
-    };
-    let how = if parts == 2 { "fitted to the other half" } else { "fitted to the other stretches" };
-    let (how, errors) =
-        in_parts().map(|errors| (how, errors)).or_else(|| each().map(|errors| ("fitted to all others", errors)))?;
+    let errors = (0..parts).map(|part| {
+        let [from, to] = [part, part + 1].map(|part| part * used.len() / parts);
+        fitted_without(problem, &used[from..to], &[&used[..from], &used[to..]].concat())
+    });
+    let errors = errors.collect::<Option<Vec<_>>>()?.concat();
     Some(HeldOut {
         how,
         count: used.len(),
@@ -54,17 +51,12 @@ pub fn held_out(problem: &Problem, fit: &Fit, parts: usize, part: impl Fn(usize)
     })
 }
 
-/// Errors of the norm at the readings `out`, with parameters fitted to the others; `None` if these do not determine all, or, asked to be
-/// `harmless`, not every direction well enough.
-fn fitted_without(problem: &Problem, used: &[usize], harmless: bool, out: impl Fn(usize) -> bool) -> Option<Vec<f64>> {
-    let kept: Vec<Observation> = used.iter().filter(|at| !out(**at)).map(|&at| problem.observations[at]).collect();
-    let norm = kept.first()?.norm;
+/// Errors of the norm at the readings `out`, with parameters fitted to `others`; `None` if these do not determine all.
+fn fitted_without(problem: &Problem, out: &[usize], others: &[usize]) -> Option<Vec<f64>> {
+    let kept: Vec<Observation> = others.iter().map(|&at| problem.observations[at]).collect();
     let fit = Problem { observations: &kept, ..*problem }.solve();
-    let enough = fit.rank == PARAMETERS
-        && fit.freedom >= 1.0
-        && (!harmless || Bounds::of(&fit, &problem.record, norm).direction_rad < LARGEST_HARMLESS_RAD);
-    let checked = used.iter().filter(|at| out(**at)).map(|&at| norm_error(&fit.model, &problem.observations[at]));
-    enough.then(|| checked.collect())
+    let enough = fit.rank == PARAMETERS && fit.freedom >= 1.0;
+    enough.then(|| out.iter().map(|&at| norm_error(&fit.model, &problem.observations[at])).collect())
 }
 
 /// Norm of the calibrated reading minus what it has to be.

@@ -18,8 +18,6 @@ use super::{
 /// Readings that are nearer to each other than this share of the field's strength (2 deg) make one observation; the chord of their arc
 /// is then too short by 5e-5 of the strength at most.
 const TOGETHER: f64 = 0.035;
-/// Stretches into which the observations are cut to check one by the others: readings next to each other are too alike to check each other.
-const STRETCHES: usize = 10;
 
 /// Mean readings of a turn, one for each two degrees or so, in order; a rest makes one. Readings at full scale are left out.
 #[must_use]
@@ -68,15 +66,7 @@ pub fn calibrate(turns: &[Vector3<f64>], record: VectorModel, field_ut: Option<f
     let observations: Vec<Observation> =
         turns.iter().map(|&raw| Observation { raw, norm, sigma: 1e-3 * norm }).collect();
     let problem = Problem { observations: &observations, record: old, prior: prior(), correlated: true };
-    let stretch = turns.len().div_ceil(STRETCHES).max(1);
-    let found = SensorCalibration::of(
-        &problem,
-        norm,
-        record != VectorModel::IDENTITY,
-        Standard::ClearlyBetter,
-        STRETCHES,
-        |at| at / stretch,
-    );
+    let found = SensorCalibration::of(&problem, norm, record != VectorModel::IDENTITY, Standard::ClearlyBetter);
     Some(if field_ut.is_some() { found } else { at_mean_scale(found) })
 }
 

@@ -33,20 +33,12 @@ pub struct SensorCalibration {
 }
 
 impl SensorCalibration {
-    /// Fits, checks and judges. `part` tells to which of `parts` a reading belongs when one checks and the others are
-    /// fitted.
+    /// Fits, checks and judges.
     #[must_use]
-    pub fn of(
-        problem: &Problem,
-        norm: f64,
-        on_record: bool,
-        standard: Standard,
-        parts: usize,
-        part: impl Fn(usize) -> usize,
-    ) -> Self {
+    pub fn of(problem: &Problem, norm: f64, on_record: bool, standard: Standard) -> Self {
         let fit = problem.solve();
         let bounds = Bounds::of(&fit, &problem.record, norm);
-        let held_out = held_out(problem, &fit, parts, part);
+        let held_out = held_out(problem, &fit);
         let verdict = judge(problem, &fit, &bounds, held_out.as_ref(), on_record, standard);
         Self {
             observations: problem.observations.to_vec(),

@@ -75,7 +75,8 @@ impl AttitudeFilter {
     ///
     /// The angle between the two does not depend on the attitude. If it is the reference's, and both are as long as they have to be, then
     /// neither an acceleration nor a magnet is the cause, unless both at once feign a turn. The attitude is off by as much as they are,
-    /// and the gyro was wrong by as much as that took. Of a gyro that has been wrong the force alone says it too.
+    /// and the gyro was wrong by as much as that took. Of a gyro that has been wrong the force alone says it too;
+    /// of an attitude that is in doubt only by how much it may be off, since it may be the hand.
     pub(super) fn contradict(&mut self, field: Option<&Vector3<f32>>, config: &AttitudeConfig, earth: &Earth) {
         let gate = |variance: f32| if GATE * GATE * variance < MOST { GATE * GATE * variance } else { MOST };
         let force = &self.agreement.force_m_s2;
@@ -96,7 +97,10 @@ impl AttitudeFilter {
                 }
             }
             None if self.agreement.mistrust_rad_s > LEAST_MISTRUST_RAD_S => 0.0,
-            None => return,
+            None => {
+                self.turned_field.doubt_at_least(tilted);
+                return;
+            }
         };
         let off = if tilted > turned { tilted } else { turned };
         for state in 0..BIAS {

@@ -37,6 +37,9 @@ impl AttitudeFilter {
         let field = block.mean_field();
         if let Some(field) = &field {
             self.mag_used = self.observe_field(field, &block, config, earth);
+            if self.mag_used {
+                self.turned_field.agree(field);
+            }
         }
         let agreed = self.mag_used && field.is_some();
         if let Some(force) = read {

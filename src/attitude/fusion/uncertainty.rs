@@ -7,13 +7,13 @@ use nalgebra::Vector2;
 impl AttitudeFilter {
     #[inline(never)]
     pub(super) fn find_sigmas(&mut self) {
-        let tilt = self.config.accel_sigma_m_s2 / self.earth.gravity_m_s2;
+        let (tilt, turned) = (self.config.accel_sigma_m_s2 / self.earth.gravity_m_s2, self.turned_field.doubt());
         let doubt = self.tilt_doubt_rad.component_mul(&self.tilt_doubt_rad);
-        let (north, east) = (tilt * tilt + doubt.x, tilt * tilt + doubt.y);
+        let (north, east) = (tilt * tilt + turned + doubt.x, tilt * tilt + turned + doubt.y);
         let mut covariance = self.errors.attitude_covariance();
         covariance.m11 += north;
         covariance.m22 += east;
-        covariance.m33 += self.heading_floor + self.heading_doubt;
+        covariance.m33 += self.heading_floor + self.heading_doubt + turned;
         if self.gyro_timing_variance > 0.0 {
             let turn = self.rotation * (self.rate_rad_s * self.step_s);
             covariance += turn * turn.transpose() * self.gyro_timing_variance;

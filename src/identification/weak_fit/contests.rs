@@ -2,9 +2,8 @@
 
 use super::WeakFit;
 use crate::{
-    algebra::{minus, quantile},
+    algebra::{Packed, minus, quantile},
     identification::{
-        LEAST_EXPLAINED,
         contest::{MAX_GROUPS, MIN_GROUPS, Outcome},
         job::Context,
         least_squares::{self, Freedom, Known, MagnetometerErrors, Model},
@@ -87,16 +86,29 @@ impl WeakFit {
         field == 0 && self.rests.suffices(context)
     }
 
-    /// The share of the misfit of pairs of rests that `theta` itself explains, where they judge and it is too little.
-    pub fn too_little_explained(&self, context: &Context, theta: &[f32; 12]) -> Option<f32> {
-        if !self.is_judged_by_rests(context) {
-            return None;
+    /// Takes in what pairs of rests teach, where they judge. It is not carried on: the next window has most of the pairs too.
+    pub fn learn_from_rests(&mut self, context: &Context) -> Option<()> {
+        if self.is_judged_by_rests(context) {
+            self.rests.teach(context, (&self.base, &self.theta), &mut self.prior, &mut self.between)?;
+            self.solution = self.fit(&Model::full(self.magnetometer))?;
         }
-        let change = minus(theta, &self.theta);
-        let explained = self.rests.explained(context, (&self.base, &self.theta), &change);
-        // Asked for what passes, so that a NaN does not.
-        let passes = explained >= LEAST_EXPLAINED;
-        (!passes).then_some(explained)
+        Some(())
+    }
+
+    /// Covariance of the fit by the jackknife of the contest.
+    pub fn jackknife(&self) -> Packed<12, 78> {
+        self.contest.covariance(self.rests.taken)
+    }
+
+    /// What the contest says of P and bias against the bias with the flown P; where pairs of rests judge, with the share that `theta`, which
+    /// they taught, explains.
+    pub fn outcome(&self, context: &Context, theta: &[f32; 12]) -> Outcome {
+        let mut outcome = self.contest.between(FULL, FLOWN_P);
+        if self.is_judged_by_rests(context) {
+            let change = minus(theta, &self.theta);
+            outcome.explained = self.rests.explained(&self.between, &change);
+        }
+        outcome
     }
 
     /// First the models are fitted to the equations of all but the group, then the group is predicted.
