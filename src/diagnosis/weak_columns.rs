@@ -2,7 +2,7 @@
 
 use super::{report::MAX_CANDIDATES, walk::Instant};
 use crate::{
-    compensation::{Effect, Sensor},
+    compensation::{Effect, Moment, Sensor},
     config::IdentificationConfig,
     window::{TestFunction, UNDER_WAY},
 };
@@ -64,6 +64,21 @@ impl Layout {
         if first + count > COLUMNS { first..first } else { first..first + count }
     }
 
+    /// Hands out what every parameter of every candidate, of its usual size, adds to its sensor's reading, and the column that it has.
+    #[inline(never)]
+    pub fn each_term(
+        &self,
+        library: &[&dyn Effect],
+        moment: &Moment,
+        take: &mut dyn FnMut(Sensor, usize, &Vector3<f32>),
+    ) {
+        for (index, effect) in library.iter().enumerate() {
+            for ((k, parameter), at) in effect.parameters().iter().enumerate().zip(self.columns_of(library, index)) {
+                take(effect.sensor(), at, &(effect.term(k, moment) * parameter.usual));
+            }
+        }
+    }
+
     /// The columns of gravity's or the field's rows that vectors' effects fill.
     fn of_vector(&self, vector: usize) -> Range<usize> {
         let [_, force, field] = self.ends;
@@ -98,13 +113,13 @@ impl GyroScales {
 }
 
 /// None.
-const NO_ROWS: Rows = [[0.0; COLUMNS]; 3];
+pub(super) const NO_ROWS: Rows = [[0.0; COLUMNS]; 3];
 
 /// Rows of one vector over one test window.
 pub(super) type Rows = [[f32; COLUMNS]; 3];
 
 /// Writes a column of the three rows.
-fn put(rows: &mut Rows, at: usize, column: &Vector3<f32>) {
+pub(super) fn put(rows: &mut Rows, at: usize, column: &Vector3<f32>) {
     for (row, value) in rows.iter_mut().zip(column.iter()) {
         if let Some(element) = row.get_mut(at) {
             *element = *value;
@@ -227,22 +242,17 @@ impl WeakColumns {
                 put(column, 9 + i, &(gain.column(i) * -scales.c_rad_s));
             }
         }
-        for (index, effect) in library.iter().enumerate() {
-            let sensor = effect.sensor();
-            for (k, at) in layout.columns_of(library, index).enumerate() {
-                let Some(parameter) = effect.parameters().get(k) else { break };
-                let term = effect.term(k, moment) * parameter.usual;
-                let [of_force, of_field] = &mut columns;
-                match sensor {
-                    Sensor::Gyro => {
-                        put(of_force, at, &(gains[0] * -term));
-                        put(of_field, at, &(gains[1] * -term));
-                    }
-                    Sensor::Accelerometer => put(of_force, at, &(rotation * term)),
-                    Sensor::Magnetometer => put(of_field, at, &(rotation * term)),
+        layout.each_term(library, moment, &mut |sensor, at, term| {
+            let [of_force, of_field] = &mut columns;
+            match sensor {
+                Sensor::Gyro => {
+                    put(of_force, at, &(gains[0] * -term));
+                    put(of_field, at, &(gains[1] * -term));
                 }
+                Sensor::Accelerometer => put(of_force, at, &(rotation * term)),
+                Sensor::Magnetometer => put(of_field, at, &(rotation * term)),
             }
-        }
+        });
         let roughness = {
             let [older, last] = self.previous_fields;
             self.previous_fields = [last, turned[1]];
