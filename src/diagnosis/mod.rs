@@ -24,6 +24,7 @@ mod whitening;
 pub(crate) use history::History;
 pub(crate) use magnet::{FieldUse, HardIronWatch};
 pub use magnet::{HardIronCounts, HardIronInterval};
-pub(crate) use passes::{Diagnosis, DiagnosisJob, Subject, candidates};
+pub(crate) use passes::{Diagnosis, DiagnosisJob, Subject};
 pub use remainder::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
 pub use report::{BiasStepReport, DiagnosisReport, EffectReport, Tried, Verdict};
+pub(crate) use turned_axes::candidates;

@@ -7,7 +7,6 @@ use super::{
     remainder::Remainder,
     report::{BiasStepReport, DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
     sign_flip::GROUPS,
-    turned_axes::TurnedAxes,
     walk::Walk,
     weak_columns::{COLUMNS, GYRO, GyroScales, Layout, NO_ROWS, TestFacts, WeakColumns, put},
     whitening::Whitening,
@@ -65,21 +64,6 @@ pub(crate) struct Subject<'a> {
     pub stream: &'a SampleStream,
     pub config: &'a Config,
     pub library: &'a [&'static dyn Effect],
-}
-
-/// The library, and what turns the magnetometer's axes if it has nothing of the kind.
-#[inline(never)]
-pub(crate) fn candidates(library: &[&'static dyn Effect]) -> heapless::Vec<&'static dyn Effect, MAX_CANDIDATES> {
-    let mut candidates = heapless::Vec::new();
-    for &effect in library {
-        // What there is no room for is not tried.
-        let _ = candidates.push(effect);
-    }
-    let turns_axes = |effect: &&dyn Effect| effect.parameters().iter().any(|parameter| parameter.turns_axes);
-    if !library.iter().any(turns_axes) {
-        let _ = candidates.push(&TurnedAxes);
-    }
-    candidates
 }
 
 /// One diagnosis, resumable: each step is a bounded piece of it.

@@ -276,11 +276,6 @@ impl Diagnosis {
         parameters.iter().zip(&estimate).all(|(parameter, x)| parameter.signed || *x >= 0.0)
     }
 
-    /// Whether a candidate is none of the library.
-    pub(super) fn is_outside(subject: &Subject, index: usize) -> bool {
-        index >= subject.stream.library().len()
-    }
-
     /// Keeps a candidate as the best so far.
     fn keep(&mut self, found: Chosen, worth: f32) {
         self.best.clear();

@@ -103,6 +103,11 @@ impl Diagnosis {
         chosen.stays || is_whole || chosen.stands_out(noise, others)
     }
 
+    /// Whether a candidate is none of the library.
+    pub(super) fn is_outside(subject: &Subject, index: usize) -> bool {
+        index >= subject.stream.library().len()
+    }
+
     /// Whether an effect that was found is named. Beside an unexplained field one of the accelerometer, or a part of one of the gyro, is
     /// suspected only: it may be the unknown effect's.
     fn is_named(&self, subject: &Subject, chosen: &Chosen) -> bool {
