@@ -1,17 +1,17 @@
 //! The loop: what is named, on recordings and on runs whose effects nobody declared, and what is said where nothing can be.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use std::{path::Path, process::Command};
+use std::{path::Path, process::Command, sync::LazyLock};
 
 use meerkat_mwd::{
     Sample, SampleFlags,
-    compensation::{ActiveEffects, FoundEffect, Moment, Sensor, effects::LIBRARY},
+    compensation::{ActiveEffects, Effect, FoundEffect, Moment, Sensor, effects::LIBRARY},
     diagnosis::{DiagnosisReport, Verdict},
 };
 use mwd::{
     configuration::of_trace,
     diagnose::diagnosed,
-    flight::fly,
+    flight::{fly, fly_with},
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };
@@ -125,6 +125,39 @@ fn nothing_is_named_where_nothing_is_and_what_is_outside_the_library_stays_unexp
             ..Effects::default()
         };
         assert_eq!(last_diagnosis(&run(outside, 45.0, seed)).verdict, Verdict::UnexplainedResidual, "{seed}");
+    }
+}
+
+/// What is constant in the earth's frame of a g-sensitivity drifts; a part of it about the field shares itself with the bias at will, but for the
+/// rest before.
+#[test]
+fn a_g_sensitivity_is_taken_out_whole() {
+    let g = [[0.2, -0.2, 0.1], [0.25, 0.2, -0.2], [-0.15, 0.2, 0.2]];
+    for seed in 0..3 {
+        // The first that finds it holds P as it flies, bent by it: those that follow see it as it is.
+        let effects = Effects { g_sensitivity_deg_s_g: g, ..Effects::default() };
+        let report = last_diagnosis(&simulate(&Scenario { duration_s: 200.0, effects, ..Scenario::default() }, seed).0);
+        assert_eq!(names(&report), ["g_sensitivity"], "{seed}");
+        let found = report.found().next().unwrap();
+        let in_deg_s_g = f64::from(LIBRARY[usize::from(found.found.index)].parameters()[0].in_unit);
+        let [xx, xy, _, yx, yy, ..] = found.found.parameters.map(|x| f64::from(x) * in_deg_s_g);
+        assert!(found.believed, "{seed}");
+        assert!((xx + yy - 0.4).abs() < 0.15 && (yx - xy - 0.45).abs() < 0.15, "{seed}: {xx} {yy} {yx} {xy}");
+    }
+}
+
+/// P takes turned axes of the magnetometer, so that no residual is left, and gravity shows an error of the accelerometer that is not there.
+#[test]
+fn turned_axes_that_the_library_does_not_have_stay_unexplained() {
+    static WITHOUT: LazyLock<Vec<&dyn Effect>> =
+        LazyLock::new(|| LIBRARY.into_iter().filter(|effect| effect.name() != "soft_iron").collect());
+    for (seed, inclination_deg) in [(0, 45.0), (1, 0.0), (2, 45.0), (3, 0.0)] {
+        let mag_matrix = [[0.0, 0.01, -0.01], [-0.01, 0.0, 0.012], [0.01, -0.012, 0.0]];
+        let trace = run(Effects { mag_matrix, ..Effects::default() }, inclination_deg, seed);
+        let flight = fly_with(&WITHOUT, &of_trace(&trace), &trace.samples, |_| {}).unwrap();
+        let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive()).unwrap();
+        assert_eq!(last.verdict, Verdict::UnexplainedResidual, "{seed}");
+        assert!(last.found().all(|effect| WITHOUT[usize::from(effect.found.index)].sensor() == Sensor::Magnetometer));
     }
 }
 

@@ -8,14 +8,14 @@ use super::{
     report::{BiasStepReport, DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
     sign_flip::GROUPS,
     walk::Walk,
-    weak_columns::{COLUMNS, GYRO, GyroScales, Layout, TestFacts, WeakColumns},
+    weak_columns::{COLUMNS, GYRO, GyroScales, Layout, NO_ROWS, TestFacts, WeakColumns, put},
     whitening::Whitening,
 };
 use crate::{
     algebra::quantile,
     compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE, Moment, Sensor, effect::MAX_PARAMETERS},
     config::Config,
-    window::{SampleStream, UNDER_WAY, halved, whole},
+    window::{RestBias, SampleStream, UNDER_WAY, halved, whole},
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -55,6 +55,8 @@ pub(crate) struct DiagnosisJob {
     pub to: u32,
     /// The model that flew at the end: what is found does not depend on when the work is done.
     pub flown: GyroModel,
+    /// The bias from rests before the end, with what the effects add to it.
+    pub rest: RestBias,
 }
 
 /// What the diagnosis looks at and with.
@@ -75,6 +77,8 @@ pub(crate) struct Diagnosis {
     was_stable: bool,
     /// Passes since the model was changed.
     since_change: u8,
+    /// Mean square of what turns the magnetometer's axes and is none of the library's, rad^2; 0: nothing.
+    outside: f32,
     /// NIS and residual of the field when nothing more could be added.
     left: (f32, f32),
     /// Whether nothing is added any more.
@@ -140,12 +144,20 @@ impl Diagnosis {
     pub const fn zero() -> Self {
         Self {
             running: false,
-            job: DiagnosisJob { t_start_us: 0, t_end_us: 0, from: 0, to: 0, flown: GyroModel::UNSET },
+            job: DiagnosisJob {
+                t_start_us: 0,
+                t_end_us: 0,
+                from: 0,
+                to: 0,
+                flown: GyroModel::UNSET,
+                rest: RestBias::ZERO,
+            },
             p: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             c: Vector3::new(0.0, 0.0, 0.0),
             pass: 0,
             was_stable: false,
             since_change: 0,
+            outside: 0.0,
             left: (0.0, 0.0),
             is_final: false,
             p_is_held: false,
@@ -197,6 +209,7 @@ impl Diagnosis {
         self.pass = 0;
         self.was_stable = false;
         self.since_change = 0;
+        self.outside = 0.0;
         self.is_final = false;
         self.p_is_held = false;
         self.tested = false;
@@ -262,6 +275,12 @@ impl Diagnosis {
 /// An element; 0 beyond the end.
 fn at(values: &[f32], index: usize) -> f32 {
     values.get(index).copied().unwrap_or(0.0)
+}
+
+/// Weight of a vector residual of that square in its deviations (Huber): beyond three of them it pulls no harder.
+fn huber(z: f32) -> f32 {
+    let limit = HUBER * HUBER * 3.0;
+    if z > limit { libm::sqrtf(limit / z) } else { 1.0 }
 }
 
 fn square(x: f32) -> f32 {

@@ -1,3 +1,4 @@
+use super::whitening::total;
 use crate::compensation::effect::MAX_PARAMETERS;
 
 /// Groups of contiguous test windows; 2^11 patterns of signs, as the sign of all together does not count.
@@ -41,10 +42,7 @@ impl SignFlip {
     pub fn start(&mut self, scores: &Scores, dimension: usize) {
         self.scores = *scores;
         self.dimension = dimension;
-        self.sum = [0.0; MAX_PARAMETERS];
-        for score in scores {
-            self.sum.iter_mut().zip(score).for_each(|(s, z)| *s += z);
-        }
+        self.sum = total(scores);
         self.signs = [1.0; GROUPS];
         self.pattern = 1;
         self.as_large = 1;

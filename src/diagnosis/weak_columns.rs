@@ -1,75 +1,22 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::{report::MAX_CANDIDATES, walk::Instant};
+use super::walk::Instant;
 use crate::{
     compensation::{Effect, Sensor},
     config::IdentificationConfig,
     window::{TestFunction, UNDER_WAY},
 };
-use core::ops::Range;
 use nalgebra::Vector3;
+
+mod layout;
+
+pub(super) use layout::Layout;
 
 /// Unknowns of the gyro: P (row-major, 9) and c (3).
 pub(super) const GYRO: usize = 12;
 
 /// Columns that there is room for: the gyro's and those of the candidates.
 pub(super) const COLUMNS: usize = 56;
-
-/// Where the columns of the candidates stand: the gyro's effects first, then the accelerometer's, then the magnetometer's, so that each
-/// row has its columns in two runs.
-#[derive(Clone, Copy)]
-pub(super) struct Layout {
-    /// First column of each candidate; equal to [`COLUMNS`] where there is no room.
-    first: [u8; MAX_CANDIDATES],
-    /// Ends of the gyro's, the accelerometer's and the magnetometer's columns.
-    ends: [usize; 3],
-}
-
-impl Layout {
-    #[inline(always)]
-    pub const fn zero() -> Self {
-        Self { first: [0; MAX_CANDIDATES], ends: [0; 3] }
-    }
-
-    pub fn new(library: &[&dyn Effect]) -> Self {
-        let mut layout = Self { first: [COLUMNS as u8; MAX_CANDIDATES], ends: [GYRO; 3] };
-        let mut next = GYRO;
-        for (end, sensor) in [Sensor::Gyro, Sensor::Accelerometer, Sensor::Magnetometer].into_iter().enumerate().take(3)
-        {
-            for (first, effect) in layout.first.iter_mut().zip(library) {
-                let count = effect.parameters().len();
-                if effect.is_bias_step() {
-                    // It has none: its windows' part of c's.
-                    continue;
-                }
-                if effect.sensor() == sensor && next + count <= COLUMNS {
-                    *first = next as u8;
-                    next += count;
-                }
-            }
-            layout.ends[end] = next;
-        }
-        layout
-    }
-
-    /// All columns in use.
-    pub const fn width(&self) -> usize {
-        self.ends[2]
-    }
-
-    /// The columns of a candidate; empty where there is no room for it.
-    pub fn columns_of(&self, library: &[&dyn Effect], index: usize) -> Range<usize> {
-        let first = self.first.get(index).map_or(COLUMNS, |first| usize::from(*first));
-        let count = library.get(index).map_or(0, |effect| effect.parameters().len());
-        if first + count > COLUMNS { first..first } else { first..first + count }
-    }
-
-    /// The columns of gravity's or the field's rows that vectors' effects fill.
-    fn of_vector(&self, vector: usize) -> Range<usize> {
-        let [_, force, field] = self.ends;
-        if vector == 0 { self.ends[0]..force } else { force..field }
-    }
-}
 
 /// Usual sizes of P's and c's errors: the columns are multiplied by them, so that the prior of every unknown has deviation 1.
 #[derive(Clone, Copy)]
@@ -98,13 +45,13 @@ impl GyroScales {
 }
 
 /// None.
-const NO_ROWS: Rows = [[0.0; COLUMNS]; 3];
+pub(super) const NO_ROWS: Rows = [[0.0; COLUMNS]; 3];
 
 /// Rows of one vector over one test window.
 pub(super) type Rows = [[f32; COLUMNS]; 3];
 
 /// Writes a column of the three rows.
-fn put(rows: &mut Rows, at: usize, column: &Vector3<f32>) {
+pub(super) fn put(rows: &mut Rows, at: usize, column: &Vector3<f32>) {
     for (row, value) in rows.iter_mut().zip(column.iter()) {
         if let Some(element) = row.get_mut(at) {
             *element = *value;
@@ -227,22 +174,17 @@ impl WeakColumns {
                 put(column, 9 + i, &(gain.column(i) * -scales.c_rad_s));
             }
         }
-        for (index, effect) in library.iter().enumerate() {
-            let sensor = effect.sensor();
-            for (k, at) in layout.columns_of(library, index).enumerate() {
-                let Some(parameter) = effect.parameters().get(k) else { break };
-                let term = effect.term(k, moment) * parameter.usual;
-                let [of_force, of_field] = &mut columns;
-                match sensor {
-                    Sensor::Gyro => {
-                        put(of_force, at, &(gains[0] * -term));
-                        put(of_field, at, &(gains[1] * -term));
-                    }
-                    Sensor::Accelerometer => put(of_force, at, &(rotation * term)),
-                    Sensor::Magnetometer => put(of_field, at, &(rotation * term)),
+        layout.each_term(library, moment, &mut |sensor, at, term| {
+            let [of_force, of_field] = &mut columns;
+            match sensor {
+                Sensor::Gyro => {
+                    put(of_force, at, &(gains[0] * -term));
+                    put(of_field, at, &(gains[1] * -term));
                 }
+                Sensor::Accelerometer => put(of_force, at, &(rotation * term)),
+                Sensor::Magnetometer => put(of_field, at, &(rotation * term)),
             }
-        }
+        });
         let roughness = {
             let [older, last] = self.previous_fields;
             self.previous_fields = [last, turned[1]];

@@ -59,10 +59,10 @@ impl Whitening {
 
     /// Twice the gain in log-likelihood of parameters x that were not estimated from these scores: 2 x s - x S x. Negative where 0 is likelier.
     pub fn twice_the_gain(&self, whitened: &Scores, x: &Vector) -> f32 {
+        let score = total(whitened);
         (0..MAX_PARAMETERS).filter(|i| self.seen[*i]).fold(0.0, |gain, i| {
             let turned = (i..MAX_PARAMETERS).fold(0.0, |sum, k| sum + self.lower[k][i] * x[k]);
-            let score = whitened.iter().fold(0.0, |sum, z| sum + z[i]);
-            gain + turned * (2.0 * score - turned)
+            gain + turned * (2.0 * score[i] - turned)
         })
     }
 
@@ -77,14 +77,14 @@ impl Whitening {
 
     /// What the whitened scores of all groups say that the parameters are.
     pub fn estimate(&self, whitened: &Scores) -> Vector {
-        self.back(core::array::from_fn(|i| whitened.iter().fold(0.0, |sum, z| sum + z[i])))
+        self.back(total(whitened))
     }
 
     /// Deviations of that estimate by the scatter of the groups (sandwich), so that they hold whatever the noise is; 1, the usual size, of
     /// what is not seen.
     pub fn sandwich(&self, whitened: &Scores) -> Vector {
         let groups = GROUPS as f32;
-        let mean: Vector = core::array::from_fn(|i| whitened.iter().fold(0.0, |sum, z| sum + z[i]) / groups);
+        let mean = total(whitened).map(|sum| sum / groups);
         let mut squares = [0.0; MAX_PARAMETERS];
         for z in whitened {
             let part = self.back(core::array::from_fn(|i| z[i] - mean[i]));
@@ -93,6 +93,16 @@ impl Whitening {
         let unbiased = groups / (groups - 1.0);
         core::array::from_fn(|i| if self.seen[i] { libm::sqrtf(squares[i] * unbiased) } else { 1.0 })
     }
+}
+
+/// The scores of all groups together.
+#[inline(never)]
+pub(super) fn total(whitened: &Scores) -> Vector {
+    let mut total = [0.0; MAX_PARAMETERS];
+    for score in whitened {
+        total.iter_mut().zip(score).for_each(|(sum, z)| *sum += z);
+    }
+    total
 }
 
 #[cfg(test)]

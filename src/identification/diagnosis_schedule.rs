@@ -3,7 +3,7 @@ use crate::{
     compensation::GyroModel,
     config::Config,
     diagnosis::{BiasStepReport, DiagnosisJob, DiagnosisReport, History, Subject},
-    window::SampleStream,
+    window::{RestBias, SampleStream},
 };
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -119,6 +119,7 @@ impl DiagnosisSchedule {
             from,
             to: count,
             flown: *flown,
+            rest: stream.rest_as_read(t_us).unwrap_or(RestBias::UNKNOWN),
         });
         self.effect_us = t_us.saturating_add(latency_us);
         self.schedule(due_us, config);
@@ -166,7 +167,8 @@ impl DiagnosisSchedule {
             work.begin_diagnosis();
         }
         let Work::Diagnosis(diagnosis) = work else { return 0 };
-        let subject = Subject { stream, config, library: stream.library() };
+        let library = crate::diagnosis::candidates(stream.library());
+        let subject = Subject { stream, config, library: &library };
         if let Some(job) = begun {
             diagnosis.start(&subject, job);
         }

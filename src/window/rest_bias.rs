@@ -19,6 +19,16 @@ impl RestBias {
     /// consumer MEMS gyros show in their Allan plots.
     const INSTABILITY_RAD_S: f32 = 1.75e-4;
 
+    pub const ZERO: Self = Self {
+        rate: Vector3::new(0.0, 0.0, 0.0),
+        variance: 0.0,
+        force_m_s2: Vector3::new(0.0, 0.0, 0.0),
+        warming_k: 0.0,
+    };
+
+    /// Without a rest.
+    pub const UNKNOWN: Self = Self { variance: f32::INFINITY, ..Self::ZERO };
+
     pub fn from_rest(rest: &Rest, warming_k: f32) -> Self {
         let force_m_s2 = rest.force_m_s2.unwrap_or_default();
         Self { rate: rest.rate, variance: measurement_variance(rest), force_m_s2, warming_k }

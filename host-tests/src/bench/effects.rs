@@ -41,7 +41,8 @@ pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
             format!(
                 "Effects, one at a time and together, drilling at {hole}, {DATA_S} s, 100 Hz, {seeds} seeds, sizes and gyro errors drawn at random: \
                  share of runs in which all of them are named, each by its own name or by one that cannot be told from it; in which another effect \
-                 is named; and verdicts. Of observable: runs with a residual that is unexplained, of those in which what was drawn can be seen"
+                 is named; and verdicts. Of observable: runs in which it is named, or unexplained where the library does not have it, of those in \
+                 which what was drawn can be seen and matters"
             ),
             &["effect", "named %", "other names %", "unexplained %", "of observable", "sufficient %", "other names"],
         );
@@ -91,18 +92,18 @@ fn name_cells(case: &Case, trials: &[Trial]) -> Vec<Cell> {
         if case.names.is_empty() { Cell::from("-") } else { share(&|outcome| case.is_named_by(&outcome.names)) },
         share(&|outcome| outcome.names.iter().any(|name| !case.allows(name))),
         share(&|outcome| outcome.verdict == Some(Verdict::UnexplainedResidual)),
-        unexplained_of_observable(trials),
+        met_of_observable(case, trials),
         share(&|outcome| outcome.verdict == Some(Verdict::ModelSufficient)),
         others.join(" ").into(),
     ]
 }
 
-/// In how many of the runs in which it can be seen the residual is unexplained; for cases of which some draws cannot be.
-fn unexplained_of_observable(trials: &[Trial]) -> Cell {
+/// In how many of the runs in which it can be seen and matters it is what it should be; for cases of which some draws do not.
+fn met_of_observable(case: &Case, trials: &[Trial]) -> Cell {
     let observable: Vec<&Trial> = trials.iter().filter(|trial| trial.observable == Some(true)).collect();
-    let unexplained = observable.iter().filter(|trial| trial.outcome.verdict == Some(Verdict::UnexplainedResidual));
+    let met = observable.iter().filter(|trial| case.is_met(&trial.outcome));
     match trials.iter().any(|trial| trial.observable.is_some()) {
-        true => format!("{} of {}", unexplained.count(), observable.len()).into(),
+        true => format!("{} of {}", met.count(), observable.len()).into(),
         false => "".into(),
     }
 }

@@ -51,12 +51,13 @@ impl Chosen {
         (libm::sqrtf(sum / count), libm::sqrtf(by_chance / count))
     }
 
-    /// Whether what is seen of it stands out from the deviation of all its parts, the others included, in noise of so many times the variance.
-    pub fn stands_out(&self, noise: f32) -> bool {
+    /// Whether what is seen of it stands out from the deviation of all its parts, the others included, in noise of so many times the variance, and from
+    /// what else turns the vector by that mean square.
+    pub fn stands_out(&self, noise: f32, else_turned: f32) -> bool {
         let [sum, count] = self.turned;
         let by_chance =
             self.turned_by.iter().zip(&self.sigma).fold(0.0, |by_chance, (sum, sigma)| by_chance + sum * sigma * sigma);
-        count > 0.0 && sum > SIGNIFICANT * SIGNIFICANT * noise * by_chance
+        count > 0.0 && sum > SIGNIFICANT * SIGNIFICANT * (noise * by_chance + else_turned * count)
     }
 
     /// Whether scaled parameter `k` of value `x` is seen to be there: in a vertical hole the offset along the axis is not.

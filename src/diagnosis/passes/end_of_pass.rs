@@ -97,10 +97,10 @@ impl Diagnosis {
                 }
                 None => self.finish(subject, p_is_wrong),
             },
-            Ending::Solve => match self.solve(&self.model(subject, None)) {
-                Some(()) => Next::Pass,
-                None => Next::Done,
-            },
+            Ending::Solve => {
+                self.add_rest(subject);
+                if self.solve(&self.model(subject, None)).is_some() { Next::Pass } else { Next::Done }
+            }
         }
     }
 
@@ -173,11 +173,23 @@ impl Diagnosis {
         self.is_final = true;
         let [_, of_field] = self.residual;
         self.left = (self.nis, of_field);
+        self.set_outside_aside(subject);
         Next::Step(Ending::P)
+    }
+
+    /// What is none of the library's is kept in mind, and is not taken out.
+    fn set_outside_aside(&mut self, subject: &Subject) {
+        let outside = |chosen: &&mut Chosen| !chosen.too_small && Self::is_outside(subject, usize::from(chosen.index));
+        if let Some(chosen) = self.chosen.iter_mut().find(outside) {
+            let [sum, count] = chosen.turned;
+            (self.outside, chosen.too_small) = (sum / count, true);
+        }
     }
 
     /// More passes, to see what is left with P as it flies, what was added and what is not seen left out.
     fn finish(&mut self, subject: &Subject, p_is_wrong: bool) -> Next {
+        // The equations so far are about another P: it has to settle anew.
+        self.was_stable = false;
         self.leave_out_unseen(subject);
         let added = self.add_by_history(subject);
         if !p_is_wrong {

@@ -5,14 +5,21 @@
 use super::*;
 
 impl Diagnosis {
-    /// The scaled parameters of a chosen effect, those that are not seen to be there 0.
+    /// Whether a candidate changes the gyro's reading.
+    pub(super) fn is_of_gyro(subject: &Subject, index: usize) -> bool {
+        subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro)
+    }
+
+    /// The scaled parameters of a chosen effect. Of the gyro's all of them, as what is seen is what they and the bias add up to; of the others', those
+    /// that are not seen to be there are 0.
     pub(super) fn seen_parts(&self, subject: &Subject, slot: usize) -> [f32; MAX_PARAMETERS] {
         let mut parts = [0.0; MAX_PARAMETERS];
         let Some(chosen) = self.chosen.get(slot) else { return parts };
-        let columns = self.columns_of(subject, usize::from(chosen.index));
-        for (k, (part, column)) in parts.iter_mut().zip(columns).enumerate() {
+        let index = usize::from(chosen.index);
+        let is_of_gyro = Self::is_of_gyro(subject, index);
+        for (k, (part, column)) in parts.iter_mut().zip(self.columns_of(subject, index)).enumerate() {
             let x = self.x_of(column);
-            *part = if chosen.is_seen(k, x) { x } else { 0.0 };
+            *part = if is_of_gyro || chosen.is_seen(k, x) { x } else { 0.0 };
         }
         parts
     }
@@ -74,10 +81,7 @@ impl Diagnosis {
             let norm = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
             let z = norm / (thought[v] * self.scales[v]);
             self.squares[number][v] = halved(norm / thought[v]);
-            // Huber: beyond three deviations a residual pulls no harder.
-            let limit = HUBER * HUBER * 3.0;
-            let huber = if z > limit { libm::sqrtf(limit / z) } else { 1.0 };
-            let weight = huber / (thought[v] * self.scales[v]);
+            let weight = huber(z) / (thought[v] * self.scales[v]);
             if !self.is_final {
                 self.remainder.add(v, rows, &r, weight);
             }
@@ -120,7 +124,7 @@ impl Diagnosis {
     pub(super) fn measure_drifts(&mut self, subject: &Subject, test: &TestFacts, under_way: usize) {
         for slot in 0..self.chosen.len() {
             let Some(index) = self.chosen.get(slot).map(|chosen| usize::from(chosen.index)) else { return };
-            if subject.library.get(index).is_none_or(|effect| effect.sensor() != Sensor::Gyro) {
+            if !Self::is_of_gyro(subject, index) {
                 continue;
             }
             let columns = self.columns_of(subject, index);

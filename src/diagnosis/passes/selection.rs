@@ -161,7 +161,7 @@ impl Diagnosis {
             (tried.evidence, tried.p_value) = (evidence, p_value);
         }
         let worth = self.worth(subject, index, evidence);
-        if self.leads(subject, p_value, worth) {
+        if self.leads(subject, index, p_value, worth) {
             let Trial { whitening, whitened, .. } = &self.trial;
             let sigma = whitening.sandwich(whitened).map(|x| x / windows);
             self.estimate = whitening.estimate(whitened).map(|x| x / windows);
@@ -210,8 +210,7 @@ impl Diagnosis {
                 }
                 by_history || p_value <= FALSE_ALARMS
             });
-        let is_gyro = subject.library.get(index).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
-        let least_rad = if is_gyro { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
+        let least_rad = if Self::is_of_gyro(subject, index) { LEAST_DRIFT_RAD } else { LEAST_TURN_RAD };
         let (size_rad, sigma_rad) = self.size_rad(subject, slot);
         // What flies already may turn little for once.
         let flies = subject.stream.effects().iter().any(|flown| usize::from(flown.index) == index);
@@ -264,7 +263,7 @@ impl Diagnosis {
         }
         let together = history.chance_together(index, p_value);
         let worth = self.worth(subject, index, evidence) + history.worth(index);
-        if self.leads(subject, if together < p_value { together } else { p_value }, worth) {
+        if self.leads(subject, index, if together < p_value { together } else { p_value }, worth) {
             self.keep(Chosen { index: index as u8, evidence, p_value, ..Chosen::NONE }, worth);
         }
         Tested::Done
@@ -285,8 +284,10 @@ impl Diagnosis {
     }
 
     /// Whether a candidate shows beyond chance, and more than the best so far.
-    fn leads(&self, subject: &Subject, chance: f32, worth: f32) -> bool {
-        let least = self.best.first().map_or(LEAST_WORTH, |(_, most)| most + LEAST_LEAD);
+    fn leads(&self, subject: &Subject, index: usize, chance: f32, worth: f32) -> bool {
+        // A name has to be clearly the likelier.
+        let lead = if Self::is_outside(subject, index) { -LEAST_LEAD } else { LEAST_LEAD };
+        let least = self.best.first().map_or(LEAST_WORTH, |(_, most)| most + lead);
         chance <= FALSE_ALARMS / subject.library.len().min(MAX_CANDIDATES) as f32 && worth > least
     }
 

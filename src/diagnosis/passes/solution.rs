@@ -24,10 +24,14 @@ impl Diagnosis {
         self.scores.as_chunks().0
     }
 
-    /// The model so far, or all of it but one effect. What history added is not this window's to solve for.
+    /// The model so far, or all of it but one effect. What history added is not this window's to solve for, unless the bias has to move with
+    /// it.
     pub(super) fn model(&self, subject: &Subject, without: Option<usize>) -> Model {
         let mut model = Model::new();
-        let chosen = self.chosen.iter().filter(|chosen| !chosen.by_history);
+        let is_solved = |chosen: &&Chosen| {
+            !chosen.by_history || !chosen.stays && Self::is_of_gyro(subject, usize::from(chosen.index))
+        };
+        let chosen = self.chosen.iter().filter(is_solved);
         let effects = chosen.map(|chosen| usize::from(chosen.index)).filter(|index| Some(*index) != without);
         let gyro = if self.p_is_held { P..GYRO } else { 0..GYRO };
         let columns = gyro.chain(effects.flat_map(|index| self.columns_of(subject, index)));
@@ -75,6 +79,42 @@ impl Diagnosis {
     /// The solution so far of a column.
     pub(super) fn x_of(&self, column: usize) -> f32 {
         at(&self.x, column)
+    }
+
+    /// The bias from rests, if it is known to less than matters, and has not stepped since.
+    #[inline(never)]
+    pub(super) fn rest(&self) -> Option<&RestBias> {
+        let rest = &self.job.rest;
+        (self.step.until == 0 && rest.sigma_rad_s() < LEAST_DRIFT_RAD).then_some(rest)
+    }
+
+    /// Adds what rests say to the equations, once the model is final. A rate that is constant about the field only gravity shows, and over a test
+    /// window hardly: an effect of the gyro and the bias would share it at will. Candidates are tested without it, as what the bias has done
+    /// since is no effect. At rest P hardly matters.
+    #[inline(never)]
+    pub(super) fn add_rest(&mut self, subject: &Subject) {
+        let Some(rest) = self.rest().filter(|_| self.is_final) else { return };
+        let variance = square(rest.sigma_rad_s());
+        let mut moment = rest.moment();
+        moment.rate_rad_s = self.p * rest.rate - self.c;
+        self.taken_out.correct_rate(subject.library, &mut moment);
+        let left = -moment.rate_rad_s;
+        let mut rows = NO_ROWS;
+        let unit_rad_s = GyroScales::new(&subject.config.identification).c_rad_s;
+        for (i, row) in rows.iter_mut().enumerate() {
+            row[P + i] = -unit_rad_s;
+        }
+        self.layout.each_term(subject.library, &moment, &mut |sensor, at, term| {
+            if sensor == Sensor::Gyro {
+                put(&mut rows, at, &-term);
+            }
+        });
+        let weight = huber(left.norm_squared() / variance) / variance;
+        self.normal.add(&rows, self.layout.width(), weight);
+        for (row, r) in rows.iter().zip(left.iter()) {
+            // Which group it is in does not matter to their sum.
+            self.scores.iter_mut().zip(row).for_each(|(sum, a)| *sum += weight * a * r);
+        }
     }
 
     /// Moves the solution to the optimum of the model.

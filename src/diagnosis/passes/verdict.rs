@@ -33,7 +33,7 @@ impl Diagnosis {
             let both = sigma.iter_mut().zip(&mut parameters);
             for (k, (((sigma, x), scaled), parameter)) in both.zip(&chosen.sigma).zip(effect.parameters()).enumerate() {
                 *sigma = scaled * parameter.usual;
-                if !chosen.is_seen(k, *x / parameter.usual) {
+                if effect.sensor() != Sensor::Gyro && !chosen.is_seen(k, *x / parameter.usual) {
                     *x = 0.0;
                 }
             }
@@ -71,7 +71,7 @@ impl Diagnosis {
             bias_step: if enough { self.step_report(subject) } else { None },
             count: if enough { count } else { 0 },
             tried,
-            candidates: subject.library.len().min(MAX_CANDIDATES) as u8,
+            candidates: subject.stream.library().len().min(MAX_CANDIDATES) as u8,
             bias_change_rad_s: self.bias_change(subject).into(),
             residual_before_rad: self.residual_before_rad.unwrap_or(self.residual),
             residual_after_rad: self.residual,
@@ -94,12 +94,18 @@ impl Diagnosis {
         if Self::is_bias_step(subject, index) {
             return is_explained;
         }
-        chosen.stays
-            || match subject.library.get(index).map(|effect| effect.sensor()) {
-                Some(Sensor::Gyro) => chosen.stands_out(1.0),
-                Some(Sensor::Accelerometer) => is_explained,
-                _ => is_explained || chosen.stands_out(self.left().0),
-            }
+        // Whether it is anyway, and from what it has to stand out if it is not.
+        let (is_whole, noise, others) = match subject.library.get(index).map(|effect| effect.sensor()) {
+            Some(Sensor::Gyro) => (is_explained && self.rest().is_some(), 1.0, 0.0),
+            Some(Sensor::Accelerometer) => (is_explained, f32::INFINITY, 0.0),
+            _ => (is_explained, self.left().0, self.outside),
+        };
+        chosen.stays || is_whole || chosen.stands_out(noise, others)
+    }
+
+    /// Whether a candidate is none of the library.
+    pub(super) fn is_outside(subject: &Subject, index: usize) -> bool {
+        index >= subject.stream.library().len()
     }
 
     /// Whether an effect that was found is named. Beside an unexplained field one of the accelerometer, or a part of one of the gyro, is
@@ -128,7 +134,7 @@ impl Diagnosis {
         let freedom = 0.75 * self.usable as f32;
         let band = 1.0 + 1.96 * libm::sqrtf(2.0 / freedom);
         let (nis, residual_rad) = self.left();
-        nis > band && residual_rad > LEAST_LEFT_RAD
+        self.outside > 0.0 || nis > band && residual_rad > LEAST_LEFT_RAD
     }
 
     /// NIS and residual of the field with all effects in and P free.
