@@ -9,9 +9,11 @@ mod cholesky;
 mod eigen;
 mod packed;
 mod quantile;
+mod vectors;
 
 pub(crate) use cholesky::{factorise, solve_lower, solve_upper};
 pub(crate) use eigen::Jacobi;
+pub(crate) use packed::Cholesky;
 pub use packed::Packed;
-pub(crate) use packed::{Cholesky, add_scaled, dot, minus, plus};
 pub(crate) use quantile::quantile;
+pub(crate) use vectors::{add_scaled, dot, minus, plus};

@@ -1,6 +1,9 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::cholesky::{factorise, solve_lower, solve_upper};
+use super::{
+    cholesky::{factorise, solve_lower, solve_upper},
+    vectors::{add_scaled, dot},
+};
 
 /// A symmetric D x D matrix, lower triangle row by row: element (i, j <= i) at i (i + 1) / 2 + j. `T` must be D (D + 1) / 2.
 #[derive(Clone, Copy, Debug)]
@@ -208,36 +211,6 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
         }
         y
     }
-}
-
-/// Adds `weight * values` to the first of the sums.
-#[inline(never)]
-pub(crate) fn add_scaled(sums: &mut [f32], values: &[f32], weight: f32) {
-    for (sum, value) in sums.iter_mut().zip(values) {
-        *sum += weight * value;
-    }
-}
-
-/// a + b.
-pub(crate) fn plus<const D: usize>(a: &[f32; D], b: &[f32; D]) -> [f32; D] {
-    let mut sum = *a;
-    for (x, y) in sum.iter_mut().zip(b) {
-        *x += y;
-    }
-    sum
-}
-
-/// a - b.
-pub(crate) fn minus<const D: usize>(a: &[f32; D], b: &[f32; D]) -> [f32; D] {
-    let mut difference = *a;
-    for (x, y) in difference.iter_mut().zip(b) {
-        *x -= y;
-    }
-    difference
-}
-
-pub(crate) fn dot<const D: usize>(a: &[f32; D], b: &[f32; D]) -> f32 {
-    a.iter().zip(b).fold(0.0, |sum, (x, y)| sum + x * y)
 }
 
 #[cfg(test)]

@@ -6,4 +6,5 @@ mod beside_vqf;
 mod faults;
 mod recordings;
 mod simulation;
+mod troubled;
 mod troubles;

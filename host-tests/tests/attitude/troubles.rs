@@ -1,137 +1,15 @@
 //! Sensors that fail while a whole probe drills: the attitude says so, its sigmas grow with its errors, and it comes back.
 
-use std::f64::consts::TAU;
+use meerkat_mwd::{Sample, SampleFlags};
+use mwd::simulate::{Hole, Rotation, Scenario};
 
-use meerkat_mwd::{
-    Sample, SampleFlags,
-    attitude::{Attitude, AttitudeFlags},
-    config::Latency,
-    probe::Output,
+use crate::{
+    simulation::Noise,
+    troubled::{flown, flown_in},
 };
-use mwd::{
-    configuration::of_trace,
-    flight::fly,
-    simulate::{Hole, Rotation, Scenario, simulate},
-    trace::Trace,
-};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-
-use crate::simulation::{Noise, sound};
-
-/// A flight of a probe whose gyro is calibrated and whose delays are known, at 45 deg and 30 rpm after 20 s of rest.
-struct Flown {
-    trace: Trace,
-    outputs: Vec<Output>,
-}
-
-fn flown(duration_s: f64, seed: u64, change: impl FnMut(f64, &mut Sample)) -> Flown {
-    let rotation = Rotation { mean_rpm: 30.0, stick_slip: 0.5, ..Rotation::default() };
-    let hole = Hole { inclination_deg: 45.0, azimuth_deg: 60.0, ..Hole::default() };
-    flown_in(Scenario { duration_s, rest_s: 20.0, rotation, hole, ..Scenario::default() }, seed, None, change)
-}
-
-fn flown_in(
-    scenario: Scenario,
-    seed: u64,
-    gyro_full_scale_rad_s: Option<f32>,
-    mut change: impl FnMut(f64, &mut Sample),
-) -> Flown {
-    let (trace, truth) = simulate(&scenario, seed);
-    let mut config = of_trace(&trace);
-    config.gyro = truth.gyro;
-    config.latency = Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) };
-    config.full_scale.gyro_rad_s = gyro_full_scale_rad_s;
-    let mut samples = trace.samples.clone();
-    for sample in &mut samples {
-        change(sample.t_us as f64 * 1e-6, sample);
-    }
-    let outputs = fly(&config, &samples, |_| {}).unwrap().outputs;
-    assert!(outputs.iter().filter_map(|o| o.attitude.as_ref()).all(sound), "no number that is none");
-    Flown { trace, outputs }
-}
-
-/// What an interval of a flight was like.
-#[derive(Debug, Default)]
-struct Seen {
-    /// Largest errors, degrees: of the vertical, of the azimuth.
-    tilt_deg: f64,
-    azimuth_deg: f64,
-    /// The largest in stated sigmas.
-    tilt_sigmas: f64,
-    azimuth_sigmas: f64,
-    /// The largest change of the error from one sample to the next, degrees, and in the sigmas that were stated before it.
-    jump_deg: f64,
-    jump_sigmas: f64,
-    /// Share of samples with a flag that something is wrong.
-    flagged: f64,
-    /// Share of samples with an error of more than 4 stated sigmas.
-    beyond: f64,
-    /// Share of samples of which the inclination, the azimuth or the toolface is more than 4 of its sigmas off.
-    untold: f64,
-}
-
-impl Flown {
-    fn seen(&self, from_s: f64, to_s: f64) -> Seen {
-        let (mut seen, mut count, mut flagged, mut beyond, mut untold) = (Seen::default(), 0.0, 0.0, 0.0, 0.0);
-        let mut before: Option<(UnitQuaternion<f64>, f64)> = None;
-        for output in self.outputs.iter().filter(|o| (from_s..to_s).contains(&(o.t_us as f64 * 1e-6))) {
-            let a = output.attitude.unwrap();
-            let truth = self.truth(output.t_us);
-            let estimate = rotation(a.q.map(f64::from));
-            let tilt = (estimate.inverse() * Vector3::z()).angle(&(truth.inverse() * Vector3::z()));
-            let c = truth.to_rotation_matrix();
-            let azimuth = libm::remainder(f64::from(a.azimuth_rad) - c[(1, 2)].atan2(c[(0, 2)]), TAU).abs();
-            let error = estimate * truth.inverse();
-            let sigmas = (tilt / f64::from(a.sigma_inclination_rad)).max(azimuth / f64::from(a.sigma_azimuth_rad));
-            beyond += f64::from(u8::from(sigmas > 4.0));
-            let inclination = f64::from(a.inclination_rad) - c[(2, 2)].acos();
-            let toolface = libm::remainder(f64::from(a.gravity_toolface_rad) - c[(2, 1)].atan2(-c[(2, 0)]), TAU);
-            let told = [
-                inclination.abs() < 4.0 * f64::from(a.sigma_inclination_rad),
-                toolface.abs() < 4.0 * f64::from(a.sigma_toolface_rad),
-                azimuth < 4.0 * f64::from(a.sigma_azimuth_rad),
-            ];
-            untold += f64::from(u8::from(told != [true; 3]));
-            seen.tilt_deg = seen.tilt_deg.max(tilt.to_degrees());
-            seen.azimuth_deg = seen.azimuth_deg.max(azimuth.to_degrees());
-            seen.tilt_sigmas = seen.tilt_sigmas.max(tilt / f64::from(a.sigma_inclination_rad));
-            seen.azimuth_sigmas = seen.azimuth_sigmas.max(azimuth / f64::from(a.sigma_azimuth_rad));
-            if let Some((before, sigma)) = before {
-                let jump = error.angle_to(&before);
-                seen.jump_deg = seen.jump_deg.max(jump.to_degrees());
-                seen.jump_sigmas = seen.jump_sigmas.max(jump / sigma);
-            }
-            before = Some((error, f64::from(a.sigma_inclination_rad).hypot(f64::from(a.sigma_azimuth_rad))));
-            count += 1.0;
-            flagged += f64::from(u8::from(troubled(&a)));
-        }
-        (seen.flagged, seen.beyond, seen.untold) = (flagged / count, beyond / count, untold / count);
-        seen
-    }
-
-    fn truth(&self, t_us: u64) -> UnitQuaternion<f64> {
-        let index = self.trace.samples.partition_point(|s| s.t_us < t_us);
-        rotation(self.trace.reference[index].unwrap())
-    }
-}
 
 fn clipped(x: f32, limit: f32) -> f32 {
     if x.abs() < limit { x } else { limit.copysign(x) }
-}
-
-fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
-}
-
-fn troubled(a: &Attitude) -> bool {
-    a.flags.intersects(
-        AttitudeFlags::GYRO_HELD
-            | AttitudeFlags::GYRO_CLIPPED
-            | AttitudeFlags::ACCEL_UNUSED
-            | AttitudeFlags::MAG_UNUSED
-            | AttitudeFlags::FROZEN_SENSOR
-            | AttitudeFlags::FAULT,
-    )
 }
 
 /// Trouble from 60 s on.
