@@ -1,6 +1,16 @@
 //! Why P was refused, in words.
 
-use meerkat_mwd::identification::Refusal;
+use meerkat_mwd::identification::{Decision, Refusal};
+
+/// A window's outcome.
+#[must_use]
+pub fn decision_text(decision: &Decision) -> String {
+    match decision {
+        Decision::Accepted => "accepted".to_owned(),
+        Decision::Refused(refusal) => format!("refused: {}", refusal_text(refusal)),
+        other => format!("{other:?}"),
+    }
+}
 
 /// The reason as a reader of the report wants it, with its figures and units.
 #[must_use]

@@ -11,7 +11,7 @@ use meerkat_mwd::{
 use crate::{
     diagnose::{Diagnosed, sentences, verdict_name},
     flight::Flight,
-    refusal_text::refusal_text,
+    refusal_text::decision_text,
     result_json::Parameters,
     score::{PerModel, Reference},
     trace::{Trace, clipping_is_known, seconds},
@@ -95,11 +95,7 @@ fn print_windows(out: &mut impl Write, trace: &Trace, config: &Config, flight: &
 }
 
 fn print_window(out: &mut impl Write, config: &Config, report: &WindowReport) -> io::Result<()> {
-    let verdict = match &report.decision {
-        Decision::Accepted => "accepted".to_owned(),
-        Decision::Refused(refusal) => format!("refused: {}", refusal_text(refusal)),
-        other => format!("{other:?}"),
-    };
+    let verdict = decision_text(&report.decision);
     let (start, end) = (report.t_start_us as f64 * 1e-6, report.t_end_us as f64 * 1e-6);
     writeln!(out, "         {start:8.2} to {end:8.2} s  {verdict}")?;
     if let (Some(before), Some(after)) = (report.cost_before, report.cost_after) {

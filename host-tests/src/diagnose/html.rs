@@ -4,7 +4,7 @@ mod plots;
 mod tables;
 
 pub(crate) use plots::{effect_estimates, magnets_shaded_s};
-pub(crate) use tables::{effects, magnets};
+pub(crate) use tables::{effects, magnets, per_model, reference};
 
 use meerkat_mwd::{Config, diagnosis::Verdict};
 

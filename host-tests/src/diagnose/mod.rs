@@ -12,7 +12,7 @@ use std::io;
 
 pub use account::{print_account, sentences, verdict_name};
 pub use html::page;
-pub(crate) use html::{effect_estimates, effects, magnets, magnets_shaded_s};
+pub(crate) use html::{effect_estimates, effects, magnets, magnets_shaded_s, per_model, reference as reference_scores};
 pub use outcome::{Diagnosed, Found, diagnosed};
 pub use remainder_text::remainder_text;
 pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual};

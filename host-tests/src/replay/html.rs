@@ -6,7 +6,7 @@ mod tables;
 use meerkat_mwd::{Config, SampleFlags, identification::Decision};
 
 use crate::{
-    diagnose::{Diagnosed, effect_estimates, effects, magnets, verdict_name},
+    diagnose::{Diagnosed, effect_estimates, effects, magnets, reference_scores, verdict_name},
     flight::Flight,
     page::{document, escape, sentence},
     refusal_text::refusal_text,
@@ -43,6 +43,7 @@ pub fn page(
     out += "<h2>Attitude</h2>\n";
     out += &plots::attitude(trace, config, flight, diagnosed);
     if let Some(reference) = reference {
+        out += &reference_scores(reference);
         out += &tables::scores(reference);
     }
     out += "<h2>Windows</h2>\n<p>Each identifies the gyro's errors: rate = P (raw rate - b). Points: fits, accepted or not, with their deviations.</p>\n";

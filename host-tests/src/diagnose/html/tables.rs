@@ -8,7 +8,7 @@ use meerkat_mwd::{
 use crate::{
     diagnose::{BeforeAfter, Diagnosed, Found, remainder_text, verdict_name},
     page::{escape, figure, sentence, table},
-    score::Reference,
+    score::{PerModel, Reference},
 };
 
 /// Residuals before and after.
@@ -26,17 +26,21 @@ pub(super) fn residual(diagnosed: &Diagnosed) -> String {
 }
 
 /// Scores against the reference.
-pub(super) fn reference(reference: &Reference) -> String {
+pub(crate) fn reference(reference: &Reference) -> String {
     let rows = [
         ("as it is", &reference.orientation_2s_rms_deg),
         ("one delay taken out", &reference.orientation_2s_rms_time_aligned_deg),
     ];
-    let rows = rows.map(|(name, scores)| {
+    format!("<h3>Against the reference</h3>\n{}", per_model("rotation over 2 s, deg rms", &rows))
+}
+
+/// A score of each way to read the gyro.
+pub(crate) fn per_model(what: &str, rows: &[(&str, &PerModel)]) -> String {
+    let rows = rows.iter().map(|(name, scores)| {
         let scores = [scores.uncompensated, scores.bias_only, scores.twelve_parameters, scores.with_effects];
-        (false, [name.to_owned()].into_iter().chain(scores.map(figure)).collect())
+        (false, [(*name).to_owned()].into_iter().chain(scores.map(figure)).collect())
     });
-    let head = ["rotation over 2 s, deg rms", "uncompensated", "bias only", "12 parameters", "with effects"];
-    format!("<h3>Against the reference</h3>\n{}", table(&head, rows))
+    table(&[what, "uncompensated", "bias only", "12 parameters", "with effects"], rows)
 }
 
 /// The effects that the last diagnosis holds.

@@ -6,27 +6,21 @@ use meerkat_mwd::{
 };
 
 use crate::{
+    diagnose::per_model,
     flight::Flight,
     page::{figure, table},
-    refusal_text::refusal_text,
+    refusal_text::decision_text,
     result_json::Parameters,
     score::{PerModel, Reference},
     window_note::window_note,
 };
 
-/// Scores against the reference.
+/// Scores against the reference that a diagnosis does not have.
 pub(super) fn scores(reference: &Reference) -> String {
-    let rows = [
-        ("rotation over 2 s, deg rms", &reference.orientation_2s_rms_deg),
-        ("the same, one delay taken out", &reference.orientation_2s_rms_time_aligned_deg),
-        ("gravity from rest to rest, deg rms", &reference.rest_gravity_deg),
-    ];
-    let rows = rows.into_iter().filter(|(_, scores)| **scores != PerModel::default()).map(|(name, scores)| {
-        let scores = [scores.uncompensated, scores.bias_only, scores.twelve_parameters, scores.with_effects];
-        (false, [name.to_owned()].into_iter().chain(scores.map(figure)).collect())
-    });
-    let mut out = "<h3>Against the reference</h3>\n".to_owned();
-    out += &table(&["", "uncompensated", "bias only", "12 parameters", "flown"], rows);
+    let mut out = String::new();
+    if reference.rest_gravity_deg != PerModel::default() {
+        out += &per_model("gravity from rest to rest, deg rms", &[("", &reference.rest_gravity_deg)]);
+    }
     let attitude = &reference.attitude_rms_deg;
     let parts = [attitude.total, attitude.heading, attitude.inclination].map(figure);
     out + &table(&["attitude, deg rms: total", "heading", "inclination"], [(false, parts.to_vec())])
@@ -35,16 +29,11 @@ pub(super) fn scores(reference: &Reference) -> String {
 /// One row for each window.
 pub(super) fn windows(config: &Config, flight: &Flight) -> String {
     let row = |report: &WindowReport| {
-        let decision = match &report.decision {
-            Decision::Accepted => "accepted".to_owned(),
-            Decision::Refused(refusal) => format!("refused: {}", refusal_text(refusal)),
-            other => format!("{other:?}"),
-        };
         let note = window_note(report, config).map_or_else(String::new, |note| format!("; {note}"));
         let number = |x: Option<f32>, digits: usize| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"));
         let cells = vec![
             format!("{:.1} to {:.1}", report.t_start_us as f64 * 1e-6, report.t_end_us as f64 * 1e-6),
-            decision + &note,
+            decision_text(&report.decision) + &note,
             report.rank.to_string(),
             format!("{:.1}", report.rest_s),
             number(report.explained.map(|share| 100.0 * share), 0),
