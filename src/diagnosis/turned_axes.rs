@@ -45,3 +45,24 @@ pub(crate) fn candidates(library: &[&'static dyn Effect]) -> heapless::Vec<&'sta
     }
     candidates
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compensation::effects::LIBRARY;
+    extern crate std;
+    use std::vec::Vec;
+
+    #[test]
+    fn it_is_those_parts_of_soft_iron_that_turn_axes_and_is_tried_only_where_nothing_else_has_them() {
+        let turning =
+            SoftIron.parameters().iter().filter(|parameter| parameter.turns_axes).map(|parameter| parameter.name);
+        assert!(turning.eq(TurnedAxes.parameters().iter().map(|parameter| parameter.name)));
+        assert_eq!(TurnedAxes.parameters().len(), 3);
+        assert_eq!(candidates(&LIBRARY).len(), LIBRARY.len());
+        let without: Vec<_> = LIBRARY.into_iter().filter(|effect| effect.name() != "soft_iron").collect();
+        let tried = candidates(&without);
+        assert_eq!(tried.len(), without.len() + 1);
+        assert_eq!(tried.last().map(|effect| effect.name()), Some("turned_axes"));
+    }
+}
