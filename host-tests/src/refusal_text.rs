@@ -56,7 +56,7 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         ),
         Refusal::Degenerate => "the fit is degenerate, not finite or not plausible".to_owned(),
         Refusal::RotationDisagrees { sigmas } => format!(
-            "with the fit, gyro and accelerometer disagree more often on how far the tool turned, by {sigmas:.1} sigma"
+            "with the fit, gyro and accelerometer disagree more on how far the tool turned, by {sigmas:.1} sigma"
         ),
         Refusal::RolledBack { p_value } => format!(
             "the P that flew no longer beats the factory's on unseen blocks (p of the factory's win = {p_value:.3}), and is rolled back"
@@ -64,6 +64,9 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         Refusal::Contradiction { square } => format!(
             "the window contradicts what earlier ones taught, which is forgotten: squared distance {square:.0} of 12 parameters"
         ),
+        Refusal::FieldDoubtful => {
+            "the magnetometer's axes are turned or a magnet came or left, and P changes by no more than that may look like".to_owned()
+        }
         Refusal::GyroUnusable { share } => format!(
             "the gyro gives too few usable readings: {:.0} % of the seconds have missing, clipped or frozen ones",
             100.0 * share

@@ -11,10 +11,23 @@ const MAX_P_VALUE: f32 = 0.01;
 /// of the misfit. With percent-level errors of P it is the other way round.
 pub(crate) const LEAST_EXPLAINED: f32 = 0.75;
 
-/// Least change of the rotation over a second that is worth a swap, rad: 0.3 deg.
+/// Most of the field's misfit that a fit may leave, over what the magnetometer's own noise makes of it, for nothing but P to be missing: what
+/// is no noise is no more than the noise. Then a small P, of which vibration hides the most part from gravity, is seen as well.
+const MOST_OVER_NOISE: f32 = 2.0;
+
+/// Most by which a fit may raise gravity's misfit. One that is right changes it by -d^2 + 2 d z, d being how far it goes in gravity's
+/// deviations and z a standard normal: by more than 4 only where z > (4 + d^2) / 2d, at least 2, in 2.3 % of windows at most.
+const MOST_OBJECTION: f32 = 4.0;
+
+/// Least change of the rotation over a second that is worth a swap, rad: 0.3 deg. It is also what the loop lets be of axes that are turned, so
+/// that the field's may be off by as much, which looks like a P that is.
 const LEAST_CHANGE_RAD: f32 = 5.2e-3;
 
-/// By how many of its own (jackknife) deviations that change has to stand out.
+/// The same where nothing but P is missing: what a MEMS gyro's noise makes of it, 0.01 deg/s/rtHz on three axes.
+const LEAST_SEEN_RAD: f32 = 3e-4;
+
+/// By how many of its own (jackknife) deviations the change has to stand out, and by how many of all that P's part of it may have from
+/// elsewhere it is P's beyond doubt.
 const LEAST_CHANGE_SIGMAS: f32 = 3.0;
 
 /// Largest error of the norm of specific force at rest, m/s^2: 20 mg, the zero-g offset of data sheets (LSM6DSO, ICM-42688-P:
@@ -33,6 +46,9 @@ const WORSE_P_VALUE: f32 = 0.05;
 pub(crate) struct Evidence {
     pub outcome: Outcome,
     pub promise: Promise,
+    /// Whether axes of the magnetometer were found to be turned and are turned back, by as much as P may be, which looks the same; or a magnet
+    /// came or left, and what is taken out of the field for it has an error.
+    pub field_is_doubtful: bool,
 }
 
 /// Root mean squares over the moving seconds, rad.
@@ -40,6 +56,10 @@ pub(crate) struct Evidence {
 pub(crate) struct Promise {
     /// Of the change of rotation that a swap makes.
     pub change_rad: f32,
+    /// Of P's part of it.
+    pub by_p_rad: f32,
+    /// Of all the rotation.
+    pub whole_rad: f32,
     /// Of its uncertainty, by the jackknife.
     pub jackknife_rad: f32,
     /// Of the new model's uncertainty, by the posterior.
@@ -93,10 +113,35 @@ pub(crate) fn agreed(disagreement: f32) -> Result<(), Refusal> {
 
 /// Whether a fit of P may fly.
 pub(crate) fn judge(evidence: &Evidence) -> Result<(), Refusal> {
-    let Evidence { outcome, promise: Promise { change_rad, jackknife_rad, .. } } = *evidence;
-    clear_win(&outcome)?;
-    let worth_it = change_rad > LEAST_CHANGE_RAD && change_rad > LEAST_CHANGE_SIGMAS * jackknife_rad;
+    let Evidence { outcome, promise, field_is_doubtful } = *evidence;
+    let Promise { change_rad, jackknife_rad, .. } = promise;
+    match clear_win(&outcome) {
+        // Gravity's misfit is of the body's own accelerations, too.
+        Err(Refusal::RotationDisagrees { .. }) if promise.is_beyond_doubt() => {}
+        Ok(()) if field_is_doubtful && !promise.is_beyond_doubt() => return Err(Refusal::FieldDoubtful),
+        verdict => verdict?,
+    }
+    let least_rad = if outcome.is_noise() { LEAST_SEEN_RAD } else { LEAST_CHANGE_RAD };
+    let worth_it = change_rad > least_rad && change_rad > LEAST_CHANGE_SIGMAS * jackknife_rad;
     if worth_it { Ok(()) } else { Err(Refusal::ChangeTooSmall { change_rad, sigma_rad: jackknife_rad }) }
+}
+
+impl Outcome {
+    /// Whether the winner leaves little but the sensor's own noise.
+    fn is_noise(&self) -> bool {
+        self.over_noise <= MOST_OVER_NOISE
+    }
+}
+
+impl Promise {
+    /// Whether P's part is larger than the fit's uncertainty and turned axes can make it.
+    fn is_beyond_doubt(&self) -> bool {
+        let Self { by_p_rad, jackknife_rad, posterior_rad, whole_rad, .. } = *self;
+        let turned_rad = LEAST_CHANGE_RAD * whole_rad;
+        let variance = jackknife_rad * jackknife_rad + posterior_rad * posterior_rad + turned_rad * turned_rad;
+        // Asked for what passes, so that a NaN refuses.
+        by_p_rad * by_p_rad > LEAST_CHANGE_SIGMAS * LEAST_CHANGE_SIGMAS * variance
+    }
 }
 
 /// Whether a fit may take the place of a P that was accepted before, without being news: this window too would have it rather
@@ -134,14 +179,16 @@ pub(crate) fn wins_again(outcome: &Outcome, groups: usize) -> bool {
 }
 
 /// The part of the gate that a fitted bias has to pass as well.
+#[inline(never)]
 pub(crate) fn clear_win(outcome: &Outcome) -> Result<(), Refusal> {
-    let Outcome { p_value, explained } = *outcome;
-    // Both are asked for what passes, so that a NaN refuses.
-    let (clear, main) = (p_value <= MAX_P_VALUE, explained >= LEAST_EXPLAINED);
-    match (clear, main) {
-        (true, true) => Ok(()),
-        (true, false) => Err(Refusal::MisfitNotExplained { explained }),
-        (false, _) => Err(Refusal::NoClearWin { p_value }),
+    let Outcome { p_value, explained, objection, .. } = *outcome;
+    // All are asked for what passes, so that a NaN refuses.
+    let main = explained >= LEAST_EXPLAINED || outcome.is_noise();
+    match (p_value <= MAX_P_VALUE, main, objection <= MOST_OBJECTION) {
+        (true, true, true) => Ok(()),
+        (true, true, false) => Err(Refusal::RotationDisagrees { sigmas: libm::sqrtf(objection) }),
+        (true, false, _) => Err(Refusal::MisfitNotExplained { explained }),
+        (false, ..) => Err(Refusal::NoClearWin { p_value }),
     }
 }
 
@@ -149,8 +196,10 @@ pub(crate) fn clear_win(outcome: &Outcome) -> Result<(), Refusal> {
 mod tests {
     use super::*;
 
-    const GOOD: Evidence = Evidence { outcome: Outcome { p_value: 0.001, explained: 0.9 }, promise: PROMISE };
-    const PROMISE: Promise = Promise { change_rad: 0.1, jackknife_rad: 0.01, posterior_rad: 0.01 };
+    const WON: Outcome = Outcome { p_value: 0.001, explained: 0.9, over_noise: 30.0, objection: 0.0 };
+    const GOOD: Evidence = Evidence { outcome: WON, promise: PROMISE, field_is_doubtful: false };
+    const PROMISE: Promise =
+        Promise { change_rad: 0.1, by_p_rad: 0.08, whole_rad: 3.0, jackknife_rad: 0.01, posterior_rad: 0.01 };
 
     #[test]
     fn each_rule_refuses_by_itself_and_nan_never_passes() {
@@ -170,9 +219,39 @@ mod tests {
     }
 
     #[test]
+    fn where_nothing_but_noise_is_left_little_has_to_be_explained_and_little_to_change() {
+        let of = |over_noise, change_rad| {
+            let promise = Promise { change_rad, jackknife_rad: 1e-5, ..PROMISE };
+            judge(&Evidence { outcome: Outcome { explained: 0.3, over_noise, ..WON }, promise, ..GOOD })
+        };
+        assert_eq!(of(1.9, 4e-4), Ok(()));
+        assert!(matches!(of(1.9, 2e-4), Err(Refusal::ChangeTooSmall { .. })));
+        for over_noise in [2.1, f32::NAN, f32::INFINITY] {
+            assert!(matches!(of(over_noise, 0.1), Err(Refusal::MisfitNotExplained { .. })));
+        }
+    }
+
+    #[test]
+    fn where_the_field_is_doubtful_p_has_to_be_more_than_turned_axes_can_make() {
+        let of = |outcome: Outcome, by_p_rad: f32, field_is_doubtful: bool| {
+            judge(&Evidence { outcome, promise: Promise { by_p_rad, ..PROMISE }, field_is_doubtful })
+        };
+        // Three deviations of 0.01, 0.01 and 0.0052 of 3 rad are 0.0632.
+        assert_eq!(of(WON, 0.063, true), Err(Refusal::FieldDoubtful));
+        assert_eq!(of(WON, 0.0635, true), Ok(()));
+        assert_eq!(of(WON, 0.063, false), Ok(()));
+        assert_eq!(of(WON, f32::NAN, true), Err(Refusal::FieldDoubtful));
+        for objection in [4.1, f32::NAN] {
+            let objected = Outcome { objection, ..WON };
+            assert!(matches!(of(objected, 0.063, false), Err(Refusal::RotationDisagrees { .. })));
+            assert_eq!(of(objected, 0.0635, false), Ok(()), "the body's own accelerations");
+        }
+    }
+
+    #[test]
     fn a_refinement_has_to_be_justified_no_worse_and_beyond_its_own_uncertainty() {
         let justified = GOOD.outcome;
-        let even = Outcome { p_value: 0.5, explained: 0.0 };
+        let even = Outcome { p_value: 0.5, explained: 0.0, ..WON };
         assert_eq!(judge_refinement(&justified, [even; 2], &PROMISE), Ok(()));
         assert!(judge_refinement(&even, [even; 2], &PROMISE).is_err());
         for worse in [Outcome { p_value: 0.01, ..even }, Outcome { explained: f32::NAN, ..even }] {
@@ -185,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_p_that_is_contradicted_wins_again_on_every_one_of_few_new_groups_or_clearly_on_many() {
-        let outcome = |p_value, explained| Outcome { p_value, explained };
+        let outcome = |p_value, explained| Outcome { p_value, explained, ..WON };
         assert!(wins_again(&outcome(1.0 / 16.0, 0.99), 4), "four of four");
         assert!(!wins_again(&outcome(2.0 / 16.0, 0.99), 4), "one of four was lost");
         assert!(!wins_again(&outcome(1.0 / 16.0, 0.7), 4), "too little of the misfit");

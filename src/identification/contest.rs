@@ -19,6 +19,10 @@ const MODELS: usize = 4;
 pub(crate) struct Contest {
     /// Whitened misfit of each model on each unseen group.
     losses: [[f32; MAX_GROUPS]; MODELS],
+    /// Gravity's part of it on all groups, where a field was read beside it.
+    of_gravity: [f32; MODELS],
+    /// What the sensor's own noise makes of the rest.
+    noise: f32,
     groups: usize,
     /// The first group of which no sample taught the P that flies.
     fresh_from: usize,
@@ -36,12 +40,18 @@ pub(crate) struct Outcome {
     pub p_value: f32,
     /// Share of the loser's misfit on unseen groups that the winner explains.
     pub explained: f32,
+    /// What the winner leaves of the field's misfit over what the sensor's own noise makes of it.
+    pub over_noise: f32,
+    /// By how much the winner's misfit to gravity is larger than the loser's, where a field was read.
+    pub objection: f32,
 }
 
 impl Contest {
     pub const fn zero() -> Self {
         Self {
             losses: [[0.0; MAX_GROUPS]; MODELS],
+            of_gravity: [0.0; MODELS],
+            noise: 0.0,
             groups: 0,
             fresh_from: 0,
             fits: [[0.0; MAGNETIC]; MODELS],
@@ -64,11 +74,12 @@ impl Contest {
     }
 
     /// Plays that group, with the fits of `models` models: `witnesses`, the group's test windows, without those that are beyond `disturbed`
-    /// with both of the first two; `everything`, the richest model's fit to all.
+    /// with both of the first two; `noise`, what the sensor's own makes of the misfit of one to gravity, where no field was read, and to the
+    /// field, 0 where that is not known; `everything`, the richest model's fit to all.
     pub fn play(
         &mut self,
         witnesses: &mut dyn Iterator<Item = &TestEquations>,
-        disturbed: f32,
+        (disturbed, noise): (f32, [f32; 2]),
         models: usize,
         known: &Known,
         everything: &[f32; 12],
@@ -77,13 +88,19 @@ impl Contest {
         fits.iter_mut().skip(models).for_each(|none| *none = [0.0; MAGNETIC]);
         let mut sums = [0.0; MODELS];
         for test in witnesses {
-            let found = test_misfits(test, known, &fits);
-            let [richest, second, ..] = found;
-            if richest > disturbed && second > disturbed {
+            let [gravity, field] = test_misfits(test, known, &fits);
+            let ([g_richest, g_second, ..], [f_richest, f_second, ..]) = (gravity, field);
+            if g_richest + f_richest > disturbed && g_second + f_second > disturbed {
                 continue;
             }
-            for (sum, misfit) in sums.iter_mut().zip(&found) {
-                *sum += misfit;
+            add(&mut sums, &gravity);
+            add(&mut sums, &field);
+            let [of_gravity, of_field] = noise;
+            if test.field.is_some() {
+                add(&mut self.of_gravity, &gravity);
+                self.noise += of_field;
+            } else {
+                self.noise += of_gravity;
             }
         }
         for (losses, sum) in self.losses.iter_mut().zip(sums) {
@@ -122,7 +139,7 @@ impl Contest {
 
     fn outcome(&self, winner: usize, loser: usize, from: usize) -> Outcome {
         let (Some(of_winner), Some(of_loser)) = (self.losses.get(winner), self.losses.get(loser)) else {
-            return Outcome { p_value: f32::NAN, explained: f32::NAN };
+            return Outcome { p_value: f32::NAN, explained: f32::NAN, over_noise: f32::NAN, objection: f32::NAN };
         };
         // A group that does not count has no gain, which has as many patterns of either sign.
         let mut gains = [0.0; MAX_GROUPS];
@@ -133,7 +150,13 @@ impl Contest {
             lost += l;
         }
         let explained = if lost > 0.0 { 1.0 - won / lost } else { 0.0 };
-        Outcome { p_value: sign_flip_p_value(&gains), explained }
+        let gravity = |index: usize| self.of_gravity.get(index).copied().unwrap_or(f32::NAN);
+        Outcome {
+            p_value: sign_flip_p_value(&gains),
+            explained,
+            over_noise: (won - gravity(winner)) / self.noise,
+            objection: gravity(winner) - gravity(loser),
+        }
     }
 
     /// Covariance of the richest model's fit by the delete-a-group jackknife: (G - 1) / G times the scatter about the mean. It holds what
@@ -149,6 +172,13 @@ impl Contest {
         covariance.add_scaled(&self.scatter, scale);
         covariance.add_outer(&self.shift, -scale / groups);
         covariance
+    }
+}
+
+#[inline(never)]
+fn add(sums: &mut [f32; MODELS], misfits: &[f32; MODELS]) {
+    for (sum, misfit) in sums.iter_mut().zip(misfits) {
+        *sum += misfit;
     }
 }
 
@@ -186,6 +216,10 @@ mod tests {
     use super::*;
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
+
+    fn sign_flip_p_value(gains: &[f32]) -> f32 {
+        super::sign_flip_p_value(gains, gains.iter().sum(), gains.iter().map(|gain| gain.abs()).sum())
+    }
 
     #[test]
     fn p_value_of_all_gains_equal_is_one_pattern_and_of_none_is_all() {

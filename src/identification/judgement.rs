@@ -52,7 +52,8 @@ pub(crate) fn unidentified(context: &Context, job: &Job, refusal: Refusal) -> Wi
 
 /// The flown and the factory's P, both with the bias from rest where there is one; the flown model keeps a bias that was learnt
 /// since. The factory's is what would fly without the effects, so its bias holds their part.
-fn with_rest_bias(context: &Context, job: &Job) -> (GyroModel, GyroModel) {
+#[inline(never)]
+pub(super) fn with_rest_bias(context: &Context, job: &Job) -> (GyroModel, GyroModel) {
     let kept = context.flown.b_rad_s;
     let flown = job.rest.filter(|_| job.rest_is_news).map_or(kept, |rest| rest.rate.into());
     let b_rad_s = job.rest_as_read.map_or(kept, |rest| rest.rate.into());
@@ -135,12 +136,13 @@ impl WindowFit {
         let verdict = self.fit_to_judge(context).and_then(|()| {
             acceptance::consistent(refinement.contradiction)?;
             acceptance::agreed(innovations.motion.disagreement())?;
-            let promise = promised(&innovations.motion, &change, &jackknife, posterior)
+            let promise = promised(&innovations.motion, &change, &theta, &jackknife, posterior)
                 .ok_or_else(|| self.too_little(observability.rank()))?;
             if contest.groups() < MIN_GROUPS {
                 return Err(self.too_few(contest.groups(), observability.rank()));
             }
-            let news = acceptance::judge(&Evidence { outcome, promise });
+            let field_is_doubtful = context.stream.turns_axes() || context.stream.magnet_moved_us > self.job.t_start_us;
+            let news = acceptance::judge(&Evidence { outcome, promise, field_is_doubtful });
             if news.is_ok() || context.flown.p == context.config.gyro.p {
                 return news;
             }
@@ -159,9 +161,7 @@ impl WindowFit {
             (Ok(()), _) => Decision::Refused(Refusal::Degenerate),
             (Err(refusal), _) => Decision::Refused(refusal),
         };
-        if self.job.rest.is_none() {
-            self.fitted_bias(context, &mut bias_only, decision, &mut flown);
-        }
+        self.fitted_bias(context, &mut bias_only, decision, &mut flown);
         if let Some(p_value) = self.is_rolled_back(context, decision) {
             flown = GyroModel { b_rad_s: flown.b_rad_s, ..context.config.gyro };
             decision = Decision::Refused(Refusal::RolledBack { p_value });
@@ -205,8 +205,8 @@ impl WindowFit {
         is_rolled_back.then_some(factory_wins.p_value)
     }
 
-    /// Without a rest the bias comes from the window, when it wins clearly: with the factory's P in `bias_only`, with the flown P
-    /// in `flown` unless a new P was accepted.
+    /// The bias comes from the window, a rest being what was known before, when that wins clearly: with the factory's P in `bias_only`,
+    /// with the flown P in `flown` unless a new P was accepted.
     fn fitted_bias(&self, context: &Context, bias_only: &mut GyroModel, decision: Decision, flown: &mut GyroModel) {
         let outcome = self.weak.contest.between(FLOWN_P, NOTHING);
         if self.weak.contest.groups() < MIN_GROUPS || acceptance::clear_win(&outcome).is_err() {
@@ -230,11 +230,16 @@ impl WindowFit {
 fn promised(
     motion: &Motion,
     change: &[f32; 12],
+    theta: &[f32; 12],
     jackknife: &Packed<12, 78>,
     posterior: &Cholesky<12, 78>,
 ) -> Option<Promise> {
+    let mut of_p = *change;
+    of_p[9..].fill(0.0);
     Some(Promise {
         change_rad: motion.turned_by(change)?,
+        by_p_rad: motion.turned_by(&of_p)?,
+        whole_rad: motion.turned_by(theta)?,
         jackknife_rad: motion.deviation(jackknife),
         posterior_rad: motion.deviation_of(posterior),
     })

@@ -27,8 +27,8 @@ pub(crate) enum Freedom {
     Full,
     /// c; P changes by the given amount from the nominal model's (row-major).
     Bias([f32; 9]),
-    /// Nothing of the gyro.
-    Nothing,
+    /// Nothing: P and c change by the given amount.
+    Held([f32; 12]),
 }
 
 /// Which errors of the magnetometer a fit may move; the others are zero.
@@ -104,9 +104,10 @@ impl NormalEquations {
         for (i, x) in x.iter_mut().enumerate() {
             *x = match (i, freedom, magnetometer) {
                 (0..9, Freedom::Bias(change), _) => change[i],
-                (0..12, Freedom::Nothing, _)
-                | (12, _, MagnetometerErrors::None)
-                | (13.., _, MagnetometerErrors::None | MagnetometerErrors::Lag) => 0.0,
+                (0..12, Freedom::Held(change), _) => change[i],
+                (12, _, MagnetometerErrors::None) | (13.., _, MagnetometerErrors::None | MagnetometerErrors::Lag) => {
+                    0.0
+                }
                 _ => {
                     // There is room for all.
                     let _ = free.push(i);
@@ -163,19 +164,20 @@ pub(crate) fn solve_with_variances(
     Some((NormalEquations::new(sum, &variances).solve(&known, &Model::full(magnetometer))?, variances))
 }
 
-/// Squared residuals of a test window over their variances, unweighted, at each of some solutions.
-pub(crate) fn test_misfits<const M: usize>(test: &TestEquations, known: &Known, xs: &[[f32; MAGNETIC]; M]) -> [f32; M] {
+/// Squared residuals of a test window over their variances, unweighted, at each of some solutions: gravity's and the field's.
+pub(crate) fn test_misfits<const M: usize>(
+    test: &TestEquations,
+    known: &Known,
+    xs: &[[f32; MAGNETIC]; M],
+) -> [[f32; M]; 2] {
     let Known { variances, theta, .. } = known;
-    let mut misfits = [0.0; M];
+    let mut misfits = [[0.0; M]; 2];
+    let [gravity, field] = &mut misfits;
     if test.gravity.is_some() {
-        for (misfit, square) in misfits.iter_mut().zip(test.gravity.misfits(theta, &xs.each_ref().map(gyro_part))) {
-            *misfit += square / variances.gravity;
-        }
+        *gravity = test.gravity.misfits(theta, &xs.each_ref().map(gyro_part)).map(|square| square / variances.gravity);
     }
     if test.field.is_some() {
-        for (misfit, square) in misfits.iter_mut().zip(test.field.misfits(theta, xs)) {
-            *misfit += square / variances.field;
-        }
+        *field = test.field.misfits(theta, xs).map(|square| square / variances.field);
     }
     misfits
 }

@@ -81,6 +81,7 @@ impl Motion {
     }
 
     /// Root mean square over the moving seconds of the rotation that a change of theta makes, rad. `None` when nothing moved.
+    #[inline(never)]
     pub fn turned_by(&self, change: &[f32; 12]) -> Option<f32> {
         (self.seconds > 0.0).then(|| libm::sqrtf(self.sum.quadratic(change) / self.seconds))
     }

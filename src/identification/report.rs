@@ -114,9 +114,9 @@ pub enum Refusal {
     },
     /// The normal matrix could not be factorised, or the fit is not finite or not plausible.
     Degenerate,
-    /// With the fit, gyro and accelerometer disagree more often than before on how far the body turned.
+    /// With the fit, gyro and accelerometer disagree more than before on how far the body turned, or which way.
     RotationDisagrees {
-        /// By how many standard deviations of chance more often.
+        /// By how many standard deviations of chance more.
         sigmas: f32,
     },
     /// The window contradicts what earlier ones taught, which is forgotten; the next one stands by itself.
@@ -134,4 +134,6 @@ pub enum Refusal {
         /// Share of the window's one-second tests that lack a rate.
         share: f32,
     },
+    /// The magnetometer's axes were found to be turned, or a magnet came or left, and P changes by no more than that may look like.
+    FieldDoubtful,
 }

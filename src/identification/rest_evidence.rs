@@ -16,6 +16,9 @@ use core::ops::Range;
 /// The equations of a pair are over their deviation already.
 const UNIT: RowVariances = RowVariances { gravity: 1.0, field: 1.0 };
 
+/// A direction has two components.
+const COMPONENTS: f32 = 2.0;
+
 /// Unknowns of a fit of P and bias.
 const UNKNOWNS: f32 = 12.0;
 /// Of one of the bias alone.
@@ -82,7 +85,7 @@ impl RestEvidence {
             for (test, pair) in tests.iter_mut().zip(mine.clone()) {
                 *test = equations(pair);
             }
-            contest.play(&mut tests.iter(), f32::INFINITY, models.len(), &known, &[0.0; 12])?;
+            contest.play(&mut tests.iter(), (f32::INFINITY, [COMPONENTS, 0.0]), models.len(), &known, &[0.0; 12])?;
             if mine.clone().any(|pair| pair.t_us <= self.p_known_us) {
                 contest.not_fresh();
             }

@@ -2,7 +2,7 @@ mod clean_variances;
 
 use super::graduation::Graduation;
 use crate::window::{Equations, MAGNETIC, TESTS, TestEquations, TestWindows, gyro_part};
-use clean_variances::clean_variances;
+use clean_variances::{NOISE_MARGIN, clean_variances};
 
 /// Fewer test windows in agreement than P, c and the lag have unknowns agree because they are fitted: each holds two independent equations of the
 /// field, half of them its neighbours' too.
@@ -46,6 +46,12 @@ impl RobustWeights {
     fn begin(&mut self, largest: f32) {
         let [_, variance] = self.variances;
         self.graduation = Graduation::from(if variance > 0.0 { largest / variance } else { 0.0 });
+    }
+
+    /// Variance of one equation of the field by the sensor's own noise alone.
+    pub fn sensor_noise(&self) -> f32 {
+        let [_, field] = self.variances;
+        field / NOISE_MARGIN
     }
 
     /// Sum of the field's weights.

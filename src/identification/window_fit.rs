@@ -188,7 +188,7 @@ impl WindowFit {
                 weak.solve_alone(round)?;
                 Phase::Solve(round + 1)
             }
-            Phase::Gyro(piece) if weak.play_gyro(context, tests, piece)? => Phase::Gyro(piece + 1),
+            Phase::Gyro(piece) if weak.play_gyro(context, job, tests, piece)? => Phase::Gyro(piece + 1),
             _ => {
                 weak.learn_from_rests(context)?;
                 self.material.begin_refinement();

@@ -152,6 +152,12 @@ impl SampleStream {
         &self.effects
     }
 
+    /// Whether an effect that is taken out turns a sensor's axes.
+    pub fn turns_axes(&self) -> bool {
+        let mut found = self.effects.iter().filter_map(|found| self.library().get(usize::from(found.index)));
+        found.any(|effect| effect.parameters().iter().any(|parameter| parameter.turns_axes))
+    }
+
     /// From here on these effects are taken out of the increments, those that are kept already included.
     pub fn set_effects(&mut self, effects: &ActiveEffects) {
         self.effects = *effects;

@@ -138,6 +138,8 @@ impl Trial {
             Refusal::MisfitNotExplained { .. } => "misfit not explained",
             Refusal::ChangeTooSmall { .. } => "change too small",
             Refusal::Degenerate => "degenerate",
+            Refusal::RotationDisagrees { .. } => "gravity disagrees",
+            Refusal::FieldDoubtful => "field doubtful",
             Refusal::GyroUnusable { .. } => "gyro unusable",
             _ => "other",
         })

@@ -10,7 +10,7 @@ const QUARTER: f32 = 1.212_5;
 
 /// Margin on the field's noise: a scale that is too small costs more than one that is too large (half: 10 points of success under
 /// contamination, double: 1).
-const NOISE_MARGIN: f32 = 1.44;
+pub(super) const NOISE_MARGIN: f32 = 1.44;
 
 /// Variances of one equation of a clean window, gravity and field, from the residuals of the unweighted solution; and the largest of the
 /// field's squared residuals.

@@ -5,7 +5,8 @@ use crate::{
     algebra::{Packed, minus, quantile},
     identification::{
         contest::{MAX_GROUPS, MIN_GROUPS, Outcome},
-        job::Context,
+        job::{Context, Job},
+        judgement::with_rest_bias,
         least_squares::{self, Freedom, Known, MagnetometerErrors, Model},
         prior::theta_of,
     },
@@ -26,8 +27,8 @@ const MAGNETOMETER_MODELS: [Model; 3] = [
     Model::full(MagnetometerErrors::None),
 ];
 
-/// The gyro's models, as the contest about it counts them: P and bias; the bias with the flown P; nothing; the bias with the factory's
-/// P.
+/// The gyro's models, as the contest about it counts them: P and bias; the bias with the flown P; nothing, but for the bias of a new
+/// rest; the bias with the factory's P.
 pub(crate) const FULL: usize = 0;
 pub(crate) const FLOWN_P: usize = 1;
 pub(crate) const NOTHING: usize = 2;
@@ -64,12 +65,13 @@ impl WeakFit {
     }
 
     /// The same of the contest about the gyro.
-    pub fn play_gyro(&mut self, context: &Context, tests: &TestWindows, piece: usize) -> Option<bool> {
+    pub fn play_gyro(&mut self, context: &Context, job: &Job, tests: &TestWindows, piece: usize) -> Option<bool> {
         let factory = theta_of(&context.config.gyro);
+        let (rested, _) = with_rest_bias(context, job);
         let models = [
             Freedom::Full,
             Freedom::Bias([0.0; 9]),
-            Freedom::Nothing,
+            Freedom::Held(minus(&theta_of(&rested), &self.theta)),
             Freedom::Bias(p_part(&minus(&factory, &self.theta))),
         ]
         .map(|freedom| Model { freedom, magnetometer: self.magnetometer });
@@ -131,7 +133,10 @@ impl WeakFit {
         } else {
             let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
             let mut witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
-            self.contest.play(&mut witnesses, self.disturbed, models.len(), &known, &gyro_part(&self.solution))?;
+            // Three equations.
+            let noise = 3.0 * self.weights.sensor_noise() / self.variances.field;
+            let limits = (self.disturbed, [0.0, noise]);
+            self.contest.play(&mut witnesses, limits, models.len(), &known, &gyro_part(&self.solution))?;
             if filled().nth(mine.start).is_some_and(|(number, _)| number < self.taught_tests) {
                 self.contest.not_fresh();
             }
@@ -173,7 +178,8 @@ impl WeakFit {
         let mut count = 0;
         for test in tests.all().filter(|test| !test.is_empty()) {
             if let Some(slot) = misfits.get_mut(count) {
-                [*slot] = least_squares::test_misfits(test, &self.known(), &[x]);
+                let [[gravity], [field]] = least_squares::test_misfits(test, &self.known(), &[x]);
+                *slot = gravity + field;
                 count += 1;
             }
         }
