@@ -178,7 +178,8 @@ pub(crate) fn wins_again(outcome: &Outcome, groups: usize) -> bool {
     groups == 0 || rare && outcome.explained >= LEAST_EXPLAINED
 }
 
-/// The part of the gate that a fitted bias has to pass as well.
+/// The part of the gate that a fitted bias has to pass as well: it wins beyond chance, what was missing is mainly what it has, and gravity does
+/// not object.
 #[inline(never)]
 pub(crate) fn clear_win(outcome: &Outcome) -> Result<(), Refusal> {
     let Outcome { p_value, explained, objection, .. } = *outcome;

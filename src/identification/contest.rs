@@ -217,10 +217,6 @@ mod tests {
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
 
-    fn sign_flip_p_value(gains: &[f32]) -> f32 {
-        super::sign_flip_p_value(gains, gains.iter().sum(), gains.iter().map(|gain| gain.abs()).sum())
-    }
-
     #[test]
     fn p_value_of_all_gains_equal_is_one_pattern_and_of_none_is_all() {
         assert_eq!(sign_flip_p_value(&[1.0; 10]), 1.0 / 1024.0);

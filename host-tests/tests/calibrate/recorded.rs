@@ -43,8 +43,8 @@ fn half_of_the_orientations_are_refused() {
     }
 }
 
-/// Gravity carried to held-out rests, degrees rms with the bias only, with what was fitted and with what flies, and the last decision.
-fn carried_deg(name: &str, with_record: bool) -> ([f64; 3], Decision) {
+/// Gravity carried to held-out rests, degrees rms with the bias only, with what was fitted last and with what flies; and whether a P was accepted.
+fn carried_deg(name: &str, with_record: bool) -> ([f64; 3], bool) {
     let trace = trace(name);
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("factory.toml");
@@ -54,20 +54,19 @@ fn carried_deg(name: &str, with_record: bool) -> ([f64; 3], Decision) {
     let flight = fly(&config, &trace.samples, |_| {}).unwrap();
     let errors = score::score(&trace, &flight, &settings(&trace, &config)).unwrap().rest_gravity_deg;
     let found = [errors.bias_only, errors.twelve_parameters, errors.with_effects].map(Option::unwrap);
-    (found, flight.reports.last().unwrap().decision)
+    (found, flight.reports.iter().any(|report| report.decision == Decision::Accepted))
 }
 
 #[test]
 fn gravity_carried_to_held_out_rests_is_nearer_with_the_record_and_with_a_p_that_pairs_of_rests_bear_out() {
-    for (name, accepted) in [("multipos_mpu9150_imu0.csv.gz", true), ("multipos_mpu9150_imu1.csv.gz", false)] {
+    for name in ["multipos_mpu9150_imu0.csv.gz", "multipos_mpu9150_imu1.csv.gz"] {
         let ([before, ..], _) = carried_deg(name, false);
-        let ([bias_only, fitted, flown], found) = carried_deg(name, true);
+        let ([bias_only, fitted, flown], accepted) = carried_deg(name, true);
         println!(
-            "{name}: bias only {before:.2} deg before, {bias_only:.2} after, fitted {fitted:.2}, flown {flown:.2}, {found:?}"
+            "{name}: bias only {before:.2} deg before, {bias_only:.2} after, fitted {fitted:.2}, flown {flown:.2}"
         );
         assert!(bias_only < before / 2.0, "{name}: {before} deg before, {bias_only} deg after");
-        assert_eq!(found == Decision::Accepted, accepted, "{name}");
-        let nearer = if accepted { flown < 0.25 && flown < 0.6 * bias_only } else { (flown - bias_only).abs() < 1e-3 };
-        assert!(nearer, "{name}: {flown} deg against {bias_only}");
+        assert!(accepted, "{name}: no window's P was accepted");
+        assert!(flown < 0.25 && flown < 0.75 * bias_only, "{name}: {flown} deg against {bias_only}");
     }
 }
