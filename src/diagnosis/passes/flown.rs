@@ -96,7 +96,7 @@ mod tests {
             diagnosis.sharpen(3, 20..24, [x, sigma]);
             let prior = diagnosis.priors[20];
             assert!((prior.information - information / AGEING).abs() < 1e-2 && prior.mean == 1.2);
-            let sigma = 1.0 / (information / AGEING + 100.0_f32).sqrt();
+            let sigma = 1.0 / libm::sqrtf(information / AGEING + 100.0);
             assert!((diagnosis.chosen[0].sigma[0] - sigma).abs() < 1e-5);
             for prior in &diagnosis.priors[21..] {
                 assert_eq!((prior.information, prior.mean), (1.0, 0.0));

@@ -35,6 +35,10 @@ impl Case {
     pub(super) fn library(&self) -> Library {
         if self.is_outside() { &WITHOUT_SOFT_IRON } else { &LIBRARY }
     }
+    /// Whether it is one effect, which the library has.
+    pub(super) fn is_alone(&self) -> bool {
+        self.names.len() == 1 && !self.is_outside()
+    }
     /// Whether it is a soft iron that the library does not have.
     fn is_outside(&self) -> bool {
         [SOFT_IRON_OUTSIDE, SYMMETRIC_OUTSIDE].contains(&self.name)
@@ -52,8 +56,7 @@ impl Case {
             let turned_rad = (xx - yy).hypot(xy + yx) / 2.0 * share_across(scenario);
             return Some(turned_rad > LEAST_LEFT_DEG.to_radians());
         }
-        let [_] = self.names else { return None };
-        let effect = LIBRARY.iter().find(|effect| Some(effect.name()) == self.own_name())?;
+        let effect = LIBRARY.iter().find(|effect| self.is_alone() && Some(effect.name()) == self.own_name())?;
         Some(Observability::of(scenario, seed).is_expected(effect.parameters().len()))
     }
     /// Whether it is what it should be: named, or unexplained where the library does not have it.
