@@ -194,6 +194,27 @@ fn a_drift_that_shows_in_two_windows_is_named() {
     }
 }
 
+/// What is known of a lag is that of all windows: the fourth diagnosis is nearer than the first, and says so.
+#[test]
+fn what_flies_sharpens_from_window_to_window() {
+    let mut errors_ms = [0.0_f64; 2];
+    for seed in 0..8 {
+        let lag_ms = 4.0 + 1.5 * seed as f64;
+        let effects = Effects { mag_lag_ms: lag_ms, ..Effects::default() };
+        let scenario = Scenario { duration_s: 170.0, effects, ..Scenario::default() };
+        let trace = simulate(&scenario, seed).0;
+        let flight = fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap();
+        let found: Vec<_> = flight.diagnoses.iter().filter_map(|report| report.found().next()).collect();
+        let [first, fourth] = [0, 3].map(|number: usize| found[number].found);
+        assert!(fourth.sigma[0] < 0.8 * first.sigma[0], "{seed}: {first:?} {fourth:?}");
+        for (sum, found) in errors_ms.iter_mut().zip([first, fourth]) {
+            *sum += (1e3 * f64::from(found.parameters[0]) - lag_ms).powi(2);
+        }
+    }
+    // A half of it in simulation with truth drawn at random.
+    assert!(errors_ms[1].sqrt() < 0.75 * errors_ms[0].sqrt(), "{errors_ms:?}");
+}
+
 /// In a vertical hole g-sensitivity is a bias, and is not claimed.
 #[test]
 fn what_cannot_be_seen_is_not_claimed() {

@@ -43,7 +43,19 @@ impl Normal {
 /// The columns of a model, by number.
 pub(super) type Model = heapless::Vec<u8, MAX_COLUMNS>;
 
-/// Cholesky factor of a model's part of the normal matrix, with the unit prior of every column added.
+/// What is known of a column before a window: the information, and the value.
+#[derive(Clone, Copy)]
+pub(super) struct Prior {
+    pub information: f32,
+    pub mean: f32,
+}
+
+impl Prior {
+    /// Of deviation 1 about zero.
+    pub const UNIT: Self = Self { information: 1.0, mean: 0.0 };
+}
+
+/// Cholesky factor of a model's part of the normal matrix, with the prior of every column added.
 pub(super) struct Factor {
     elements: [f32; TRIANGLE],
     size: usize,
@@ -61,12 +73,13 @@ impl Factor {
     }
 
     /// Factorises; `None` when it is not positive definite, or not finite.
-    pub fn of(&mut self, normal: &Normal, model: &Model) -> Option<()> {
+    pub fn of(&mut self, normal: &Normal, priors: &[Prior; COLUMNS], model: &Model) -> Option<()> {
         self.size = model.len();
         let mut elements = self.elements.iter_mut();
         for (i, &row) in model.iter().enumerate() {
             for (j, &column) in model.iter().enumerate().take(i + 1) {
-                *elements.next()? = normal.get(usize::from(row), usize::from(column)) + if i == j { 1.0 } else { 0.0 };
+                let prior = if i == j { priors.get(usize::from(row))?.information } else { 0.0 };
+                *elements.next()? = normal.get(usize::from(row), usize::from(column)) + prior;
             }
         }
         factorise(self.elements.get_mut(..self.size * (self.size + 1) / 2)?)

@@ -3,13 +3,13 @@
 use super::{
     bias_step::{BiasStep, RateErrors, Scan, Shocks, Timing},
     history::History,
-    normal::{Factor, MAX_COLUMNS, Model, Normal},
+    normal::{Factor, MAX_COLUMNS, Model, Normal, Prior},
     remainder::Remainder,
     report::{BiasStepReport, DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
     sign_flip::GROUPS,
     walk::Walk,
     weak_columns::{COLUMNS, GYRO, GyroScales, Layout, NO_ROWS, TestFacts, WeakColumns, put},
-    whitening::Whitening,
+    whitening::{Whitening, each_parameter},
 };
 use crate::{
     algebra::quantile,
@@ -55,6 +55,8 @@ pub(crate) struct DiagnosisJob {
     pub to: u32,
     /// The model that flew at the end: what is found does not depend on when the work is done.
     pub flown: GyroModel,
+    /// Share of them that no diagnosis has looked at.
+    pub unseen: f32,
     /// The bias from rests before the end, with what the effects add to it.
     pub rest: RestBias,
 }
@@ -103,6 +105,8 @@ pub(crate) struct Diagnosis {
     squares: [[u16; 2]; MAX_TESTS],
     /// Variance of the rows, over what they were thought to have.
     scales: [f32; 2],
+    /// What is known of it before.
+    priors: [Prior; COLUMNS],
     /// Solution so far, in units of the usual sizes.
     x: [f32; COLUMNS],
     /// The part of it that is taken out of the readings before the equations are made, so that they are about the solution: a lag
@@ -150,6 +154,7 @@ impl Diagnosis {
                 from: 0,
                 to: 0,
                 flown: GyroModel::UNSET,
+                unseen: 0.0,
                 rest: RestBias::ZERO,
             },
             p: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
@@ -174,6 +179,7 @@ impl Diagnosis {
             factor: Factor::zero(),
             squares: [[0; 2]; MAX_TESTS],
             scales: [0.0; 2],
+            priors: [Prior { information: 0.0, mean: 0.0 }; COLUMNS],
             x: [0.0; COLUMNS],
             taken_out: ActiveEffects::none(),
             step: BiasStep::zero(),
@@ -216,6 +222,7 @@ impl Diagnosis {
         self.usable = 0;
         self.scales = [1.0; 2];
         self.squares = [[0; 2]; MAX_TESTS];
+        self.priors = [Prior::UNIT; COLUMNS];
         self.x = [0.0; COLUMNS];
         self.step = BiasStep::NONE;
         self.shown_step = BiasStep::NONE;

@@ -117,7 +117,8 @@ pub struct EffectReport {
     pub size_sigma_rad: f32,
     /// Residual of the vector that shows it most, radians rms, before it was chosen and after.
     pub residual_rad: [f32; 2],
-    /// Whether its parameters are in the range that is believed, and enough of it is seen: else it is named, and not taken out.
+    /// Whether its parameters are in the range that is believed, enough of it is seen, and P does not have it in: else it is named, and not taken
+    /// out.
     pub believed: bool,
 }
 

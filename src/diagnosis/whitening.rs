@@ -2,8 +2,15 @@
 
 use super::sign_flip::{GROUPS, Scores};
 use crate::compensation::effect::MAX_PARAMETERS;
+use core::hint::black_box;
 
 type Vector = [f32; MAX_PARAMETERS];
+
+/// The numbers of the parameters, in a loop that the compiler leaves a loop: unrolled, such ones took kilobytes. What it cannot see through it is
+/// told, so that an index needs no check.
+pub(super) fn each_parameter() -> impl Iterator<Item = usize> {
+    (0..MAX_PARAMETERS).map(black_box).take_while(|k| *k < MAX_PARAMETERS)
+}
 
 /// The information S = L L^T that a candidate has beside the model, by its Cholesky factor; parameters that are not seen are left out.
 pub(super) struct Whitening {
@@ -46,6 +53,7 @@ impl Whitening {
     }
 
     /// L^-1 h of each group.
+    #[inline(never)]
     pub fn whitened(&self, scores: &Scores) -> Scores {
         let mut whitened = *scores;
         for score in &mut whitened {
@@ -58,6 +66,7 @@ impl Whitening {
     }
 
     /// Twice the gain in log-likelihood of parameters x that were not estimated from these scores: 2 x s - x S x. Negative where 0 is likelier.
+    #[inline(never)]
     pub fn twice_the_gain(&self, whitened: &Scores, x: &Vector) -> f32 {
         let score = total(whitened);
         (0..MAX_PARAMETERS).filter(|i| self.seen[*i]).fold(0.0, |gain, i| {
@@ -88,7 +97,9 @@ impl Whitening {
         let mut squares = [0.0; MAX_PARAMETERS];
         for z in whitened {
             let part = self.back(core::array::from_fn(|i| z[i] - mean[i]));
-            squares.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part * part);
+            for k in each_parameter() {
+                squares[k] += part[k] * part[k];
+            }
         }
         let unbiased = groups / (groups - 1.0);
         core::array::from_fn(|i| if self.seen[i] { libm::sqrtf(squares[i] * unbiased) } else { 1.0 })
@@ -99,8 +110,8 @@ impl Whitening {
 #[inline(never)]
 pub(super) fn total(whitened: &Scores) -> Vector {
     let mut total = [0.0; MAX_PARAMETERS];
-    for score in whitened {
-        total.iter_mut().zip(score).for_each(|(sum, z)| *sum += z);
+    for k in each_parameter() {
+        total[k] = whitened.iter().fold(0.0, |sum, z| sum + z[k]);
     }
     total
 }

@@ -119,6 +119,7 @@ impl DiagnosisSchedule {
             from,
             to: count,
             flown: *flown,
+            unseen: if unseen < count - from { unseen as f32 / (count - from) as f32 } else { 1.0 },
             rest: stream.rest_as_read(t_us).unwrap_or(RestBias::UNKNOWN),
         });
         self.effect_us = t_us.saturating_add(latency_us);

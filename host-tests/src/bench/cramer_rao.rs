@@ -78,7 +78,7 @@ impl Bound {
                 filter.add_noise(0, &(p * p.transpose() * (noise.gyro_rad_s * period_s).powi(2)));
             }
             if still {
-                filter.observe_rest(&inverse, &bias, noise.gyro_rad_s);
+                filter.observe_rest(&inverse, &bias, &Vector3::zeros(), noise.gyro_rad_s);
             }
             let drilling = scenario.drilling_at(t_s).0;
             let (shaken, accel_m_s2) = match known {
@@ -155,7 +155,7 @@ impl Bound {
 }
 
 /// What the library is told of theta before a window.
-fn prior_sigmas(prior: &IdentificationConfig) -> [f64; 12] {
+pub(super) fn prior_sigmas(prior: &IdentificationConfig) -> [f64; 12] {
     std::array::from_fn(|i| {
         f64::from(match i {
             0 | 4 | 8 => prior.prior_sigma_diagonal,

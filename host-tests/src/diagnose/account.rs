@@ -80,7 +80,7 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
         let remark = if effect.believed {
             ""
         } else {
-            ": too little of it is seen, or more than it can be, so named and not taken out"
+            ": too little of it is seen, more than it can be, or P has it in, so named and not taken out"
         };
         writeln!(
             out,

@@ -77,7 +77,7 @@ impl Diagnosis {
     /// How much the step turns the body in a second, and the deviation of that, rad.
     pub(super) fn step_size_rad(&self) -> (f32, f32) {
         let [seen, sigma] = self.step_parameters();
-        let norm = |x: &[f32; MAX_PARAMETERS]| libm::sqrtf(x.iter().fold(0.0, |sum, x| sum + x * x));
+        let norm = |x: &[f32; MAX_PARAMETERS]| libm::sqrtf(each_parameter().fold(0.0, |sum, k| sum + square(x[k])));
         (norm(&seen), norm(&core::array::from_fn(|k| if seen[k] == 0.0 { 0.0 } else { sigma[k] })))
     }
 

@@ -1,4 +1,4 @@
-use super::{at, limits::SIGNIFICANT};
+use super::{at, each_parameter, limits::SIGNIFICANT, square};
 use crate::compensation::effect::MAX_PARAMETERS;
 
 /// An effect in the model.
@@ -19,6 +19,11 @@ pub(super) struct Chosen {
     pub by_history: bool,
     /// Whether it stays as it flies, since this window is explained better with it than without.
     pub stays: bool,
+    /// Its scaled parameters while P was free, and how much it turned then and the deviation of that.
+    pub free: [f32; MAX_PARAMETERS],
+    pub free_size_rad: (f32, f32),
+    /// Whether P as it flies, which was identified beside it, has it in: what is left of it does not show or not matter, and it is not taken out.
+    pub in_p: bool,
     /// Whether it shows, but turns too little to matter: then it stays in the solution, so that nothing like it is found in its place, and
     /// is not taken out.
     pub too_small: bool,
@@ -36,6 +41,9 @@ impl Chosen {
         sigma: [0.0; MAX_PARAMETERS],
         by_history: false,
         stays: false,
+        free: [0.0; MAX_PARAMETERS],
+        free_size_rad: (0.0, 0.0),
+        in_p: false,
         too_small: false,
     };
 
@@ -45,9 +53,8 @@ impl Chosen {
         if count <= 0.0 {
             return (0.0, 0.0);
         }
-        let seen =
-            self.turned_by.iter().zip(&self.sigma).zip(x).enumerate().filter(|(k, (_, x))| self.is_seen(*k, **x));
-        let by_chance = seen.fold(0.0, |by_chance, (_, ((sum, sigma), _))| by_chance + sum * sigma * sigma);
+        let seen = each_parameter().filter(|k| self.is_seen(*k, at(x, *k)));
+        let by_chance = seen.fold(0.0, |by_chance, k| by_chance + self.by_chance(k));
         (libm::sqrtf(sum / count), libm::sqrtf(by_chance / count))
     }
 
@@ -55,9 +62,13 @@ impl Chosen {
     /// what else turns the vector by that mean square.
     pub fn stands_out(&self, noise: f32, else_turned: f32) -> bool {
         let [sum, count] = self.turned;
-        let by_chance =
-            self.turned_by.iter().zip(&self.sigma).fold(0.0, |by_chance, (sum, sigma)| by_chance + sum * sigma * sigma);
+        let by_chance = each_parameter().fold(0.0, |by_chance, k| by_chance + self.by_chance(k));
         count > 0.0 && sum > SIGNIFICANT * SIGNIFICANT * (noise * by_chance + else_turned * count)
+    }
+
+    /// Square of what the deviation of parameter `k` turns, summed as `turned_by` is.
+    fn by_chance(&self, k: usize) -> f32 {
+        at(&self.turned_by, k) * square(at(&self.sigma, k))
     }
 
     /// Whether scaled parameter `k` of value `x` is seen to be there: in a vertical hole the offset along the axis is not.

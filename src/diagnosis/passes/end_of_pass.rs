@@ -194,6 +194,7 @@ impl Diagnosis {
         let added = self.add_by_history(subject);
         if !p_is_wrong {
             self.p_is_held = true;
+            self.note_free(subject);
             self.x.iter_mut().take(P).for_each(|x| *x = 0.0);
         }
         if added || !p_is_wrong || !self.chosen.is_empty() { self.again() } else { Next::Done }

@@ -46,6 +46,9 @@ pub(super) const OBSERVED: f32 = 4.0;
 /// Deviations that a parameter of an effect has to be from zero to be taken out.
 pub(super) const SIGNIFICANT: f32 = 3.0;
 
+/// Variance of what flies from one window to the next: what is known of an effect is that of 25 windows at most, a quarter of an hour.
+pub(super) const AGEING: f32 = 1.04;
+
 /// Columns of P.
 pub(super) const P: usize = 9;
 

@@ -17,11 +17,20 @@ impl Diagnosis {
         let Some(chosen) = self.chosen.get(slot) else { return parts };
         let index = usize::from(chosen.index);
         let is_of_gyro = Self::is_of_gyro(subject, index);
-        for (k, (part, column)) in parts.iter_mut().zip(self.columns_of(subject, index)).enumerate() {
+        for (k, column) in each_parameter().zip(self.columns_of(subject, index)) {
             let x = self.x_of(column);
-            *part = if is_of_gyro || chosen.is_seen(k, x) { x } else { 0.0 };
+            parts[k] = if is_of_gyro || chosen.is_seen(k, x) { x } else { 0.0 };
         }
         parts
+    }
+
+    /// How much that of a chosen effect turns which is seen to be there, and the deviation of that, rad.
+    pub(super) fn size_rad(&self, subject: &Subject, slot: usize) -> (f32, f32) {
+        match self.chosen.get(slot) {
+            Some(chosen) if Self::is_bias_step(subject, usize::from(chosen.index)) => self.step_size_rad(),
+            Some(chosen) => chosen.size_rad(&self.seen_parts(subject, slot)),
+            None => (0.0, 0.0),
+        }
     }
 
     /// How much the chosen vector effects turn their vectors.

@@ -33,7 +33,7 @@ impl Diagnosis {
         if dimension == 0 || model.len() + dimension > MAX_COLUMNS {
             return None;
         }
-        self.factor.of(&self.normal, model)?;
+        self.factor.of(&self.normal, &self.priors, model)?;
         // B = N00^-1 N0c, column by column.
         let mut gains = [[0.0_f32; MAX_COLUMNS]; MAX_PARAMETERS];
         for (gain, column) in gains.iter_mut().zip(columns.clone()) {
@@ -191,7 +191,8 @@ impl Diagnosis {
     /// longer shows; notes if it is too small to matter. `None`: there is more to do.
     #[inline(never)]
     pub(super) fn drops(&mut self, subject: &Subject, slot: usize) -> Option<bool> {
-        let Some(&Chosen { index, by_history, .. }) = self.chosen.get(slot) else { return Some(false) };
+        let chosen = self.chosen.get(slot).filter(|chosen| !chosen.in_p);
+        let Some(&Chosen { index, by_history, free_size_rad, .. }) = chosen else { return Some(false) };
         let index = usize::from(index);
         let model = self.model(subject, Some(index));
         let tested = self.test_columns(self.columns_of(subject, index), &model);
@@ -199,13 +200,15 @@ impl Diagnosis {
             return None;
         }
         let is_step = Self::is_bias_step(subject, index);
+        // With P free: held, its own errors would not count. What flies is in the deviations of vectors' effects by the end.
+        let shown_by_itself = !by_history && !self.p_is_held;
+        let deviates = shown_by_itself && (!self.is_final || Self::is_of_gyro(subject, index));
         let shows = is_step && self.shown_step.p_value <= FALSE_ALARMS
             || tested.ok().flatten().is_some_and(|(_, p_value)| {
-                // With P free: held, its own errors would not count.
-                if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| !by_history && !self.p_is_held) {
+                if let Some(chosen) = self.chosen.get_mut(slot).filter(|_| deviates) {
                     chosen.sigma = self.trial.whitening.sandwich(&self.trial.whitened);
                 }
-                if let Some(tried) = self.tried.get_mut(index).filter(|_| !by_history && !self.p_is_held) {
+                if let Some(tried) = self.tried.get_mut(index).filter(|_| shown_by_itself) {
                     tried.p_value = p_value;
                 }
                 by_history || p_value <= FALSE_ALARMS
@@ -215,11 +218,17 @@ impl Diagnosis {
         // What flies already may turn little for once.
         let flies = subject.stream.effects().iter().any(|flown| usize::from(flown.index) == index);
         let too_small = size_rad < least_rad && !flies;
-        if let (Some(chosen), Some(tried)) = (self.chosen.get_mut(slot), self.tried.get_mut(index)) {
-            chosen.too_small = too_small;
-            tried.too_small = too_small;
-        }
         let drops = !shows || size_rad < SIGNIFICANT * sigma_rad;
+        let in_p = free_size_rad.0 > 0.0 && (drops || too_small);
+        if let (Some(chosen), Some(tried)) = (self.chosen.get_mut(slot), self.tried.get_mut(index)) {
+            chosen.in_p = in_p;
+            chosen.too_small = too_small && !in_p;
+            tried.too_small = chosen.too_small;
+        }
+        if in_p {
+            self.leave_out_unseen(subject);
+            return Some(true);
+        }
         if drops {
             self.banned |= 1_u32.checked_shl(index as u32).unwrap_or(0);
             let columns = self.columns_of(subject, index);
@@ -230,15 +239,6 @@ impl Diagnosis {
             }
         }
         Some(drops)
-    }
-
-    /// How much that of a chosen effect turns which is seen to be there, and the deviation of that, rad.
-    pub(super) fn size_rad(&self, subject: &Subject, slot: usize) -> (f32, f32) {
-        match self.chosen.get(slot) {
-            Some(chosen) if Self::is_bias_step(subject, usize::from(chosen.index)) => self.step_size_rad(),
-            Some(chosen) => chosen.size_rad(&self.seen_parts(subject, slot)),
-            None => (0.0, 0.0),
-        }
     }
 
     /// Tests a candidate, and keeps it if it shows most so far, of those that show beyond chance.

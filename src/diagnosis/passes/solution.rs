@@ -13,8 +13,8 @@ impl Diagnosis {
         let mut parameters = [0.0; MAX_PARAMETERS];
         let Some(effect) = subject.library.get(index) else { return parameters };
         let columns = self.columns_of(subject, index);
-        for ((value, column), parameter) in parameters.iter_mut().zip(columns).zip(effect.parameters()) {
-            *value = self.x_of(column) * parameter.usual;
+        for ((k, column), parameter) in each_parameter().zip(columns).zip(effect.parameters()) {
+            parameters[k] = self.x_of(column) * parameter.usual;
         }
         parameters
     }
@@ -59,8 +59,8 @@ impl Diagnosis {
     pub(super) fn leave_out_unseen(&mut self, subject: &Subject) {
         for slot in 0..self.chosen.len() {
             let Some(index) = self.chosen.get(slot).map(|chosen| usize::from(chosen.index)) else { return };
-            let too_small = self.chosen.get(slot).is_some_and(|chosen| chosen.too_small);
-            let seen = if too_small { [0.0; MAX_PARAMETERS] } else { self.seen_parts(subject, slot) };
+            let is_out = self.chosen.get(slot).is_some_and(|chosen| chosen.too_small || chosen.in_p);
+            let seen = if is_out { [0.0; MAX_PARAMETERS] } else { self.seen_parts(subject, slot) };
             for (column, x) in self.columns_of(subject, index).zip(seen) {
                 if x == 0.0 {
                     self.left_out |= 1_u64.checked_shl(column as u32).unwrap_or(0);
@@ -68,6 +68,23 @@ impl Diagnosis {
                         *x = 0.0;
                     }
                 }
+            }
+        }
+    }
+
+    /// Notes what the gyro's effects are while P is free: held, it may have them in.
+    #[inline(never)]
+    pub(super) fn note_free(&mut self, subject: &Subject) {
+        for slot in 0..self.chosen.len() {
+            let (free, free_size_rad) = (self.seen_parts(subject, slot), self.size_rad(subject, slot));
+            let Some(chosen) = self.chosen.get_mut(slot) else { return };
+            let index = usize::from(chosen.index);
+            if Self::is_of_gyro(subject, index)
+                && !Self::is_bias_step(subject, index)
+                && !chosen.too_small
+                && !chosen.by_history
+            {
+                (chosen.free, chosen.free_size_rad) = (free, free_size_rad);
             }
         }
     }
@@ -119,12 +136,13 @@ impl Diagnosis {
 
     /// Moves the solution to the optimum of the model.
     pub(super) fn solve(&mut self, model: &Model) -> Option<()> {
-        self.factor.of(&self.normal, model)?;
+        self.factor.of(&self.normal, &self.priors, model)?;
         let mut rhs = [0.0; MAX_COLUMNS];
         for (sum, &column) in rhs.iter_mut().zip(model) {
             let column = usize::from(column);
-            // The prior of deviation 1 about zero pulls with the value itself.
-            let pull = -self.x_of(column);
+            // The prior pulls by how far it is off.
+            let pull =
+                self.priors.get(column).map_or(0.0, |prior| prior.information * (prior.mean - self.x_of(column)));
             *sum = self.groups().iter().fold(pull, |sum, scores| sum + at(scores, column));
         }
         self.factor.solve(&mut rhs);

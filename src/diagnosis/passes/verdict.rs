@@ -30,17 +30,19 @@ impl Diagnosis {
             let Some(effect) = subject.library.get(index) else { continue };
             let mut parameters = self.parameters(subject, index);
             let mut sigma = [0.0; MAX_PARAMETERS];
-            let both = sigma.iter_mut().zip(&mut parameters);
-            for (k, (((sigma, x), scaled), parameter)) in both.zip(&chosen.sigma).zip(effect.parameters()).enumerate() {
-                *sigma = scaled * parameter.usual;
-                if effect.sensor() != Sensor::Gyro && !chosen.is_seen(k, *x / parameter.usual) {
-                    *x = 0.0;
+            for (k, parameter) in each_parameter().zip(effect.parameters()) {
+                sigma[k] = chosen.sigma[k] * parameter.usual;
+                if chosen.in_p {
+                    parameters[k] = chosen.free[k] * parameter.usual;
+                } else if effect.sensor() != Sensor::Gyro && !chosen.is_seen(k, parameters[k] / parameter.usual) {
+                    parameters[k] = 0.0;
                 }
             }
             if Self::is_bias_step(subject, index) {
                 [parameters, sigma] = self.step_parameters();
             }
-            let (size_rad, size_sigma_rad) = self.size_rad(subject, slot);
+            let (size_rad, size_sigma_rad) =
+                if chosen.in_p { chosen.free_size_rad } else { self.size_rad(subject, slot) };
             count += 1;
             *report = EffectReport {
                 found: FoundEffect { index: chosen.index, parameters, sigma },
@@ -50,7 +52,8 @@ impl Diagnosis {
                 size_sigma_rad,
                 residual_rad: [chosen.residual_before_rad, chosen.residual_after_rad],
                 believed: effect.parameters().iter().zip(&parameters).all(|(parameter, x)| parameter.believes(*x))
-                    && self.is_whole(subject, chosen),
+                    && self.is_whole(subject, chosen)
+                    && !chosen.in_p,
             };
         }
         let verdict = if !enough {

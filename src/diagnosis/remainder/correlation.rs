@@ -1,6 +1,7 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::correlate::{Correlate, GoesWith};
+use core::hint::black_box;
 use nalgebra::Vector3;
 
 /// Regressors of a test window.
@@ -115,13 +116,14 @@ impl Moments {
 
     /// Takes a test window's regressors and its residual, in the body's frame and in the earth's.
     #[inline(never)]
+    // Once a test window: the boxes keep its loops from being unrolled, to twice as much code.
     pub fn add(&mut self, regressors: &[f32; REGRESSORS], residuals: &[Vector3<f32>; 2]) {
         self.count += 1.0;
         let share = 1.0 / self.count;
         let central = 1.0 - share;
         let mut x = [0.0; REGRESSORS];
         for ((x, mean), new) in x.iter_mut().zip(&mut self.regressors).zip(regressors) {
-            *x = new - *mean;
+            *x = black_box(new) - *mean;
             *mean += *x * share;
         }
         let mut weighted = [Vector3::zeros(); 2];
@@ -137,10 +139,10 @@ impl Moments {
         for width in GROUPS {
             let Some((group, next)) = rest.split_at_checked(width) else { break };
             for (i, a) in group.iter().enumerate() {
-                let scaled = a * central;
+                let scaled = black_box(a) * central;
                 // The group first: zip takes from its left before it sees that the right has ended.
                 for (b, sum) in group.iter().take(i + 1).zip(&mut squares) {
-                    *sum += scaled * b;
+                    *sum += scaled * black_box(b);
                 }
             }
             rest = next;
@@ -150,7 +152,7 @@ impl Moments {
             let first: usize = GROUPS.iter().take(group).sum();
             let residual = view.of(&weighted);
             for (x, sum) in x.iter().skip(first).take(width_of(group)).zip(&mut cross) {
-                *sum += residual * *x;
+                *sum += residual * *black_box(x);
             }
         }
     }

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Matrix3x6, Rotation3, SMatrix, SVector, Vector3};
 const STATES: usize = 21;
 const THETA: usize = 3;
 /// Where c begins.
-pub(super) const C: usize = 12;
+pub(in crate::bench) const C: usize = 12;
 const LOW: usize = 15;
 const WHITE: usize = 18;
 
@@ -14,19 +14,25 @@ const WHITE: usize = 18;
 const FREE_RAD: f64 = 10.0;
 
 /// Covariance of the error state. Attitude: true tool-to-earth rotation = estimated one times exp(error), tool axes.
-pub(in crate::bench) struct ErrorState {
-    /// What is estimated of the error; stays zero while every innovation is.
-    estimate: SVector<f64, STATES>,
+pub(in crate::bench) struct ErrorState<const N: usize = 1> {
+    /// What is estimated of the error from each of N sets of readings; stays zero while every innovation is.
+    estimate: SMatrix<f64, STATES, N>,
+    /// Sums of the products of their innovations, whitened.
+    innovations: SMatrix<f64, N, N>,
     covariance: SMatrix<f64, STATES, STATES>,
 }
 
-impl ErrorState {
+impl<const N: usize> ErrorState<N> {
     pub fn new(theta_sigmas: &[f64; 12]) -> Self {
         let mut sigmas = SVector::<f64, STATES>::zeros();
         sigmas.fixed_rows_mut::<3>(0).fill(FREE_RAD);
         sigmas.fixed_rows_mut::<12>(THETA).copy_from_slice(theta_sigmas);
         sigmas.fixed_rows_mut::<3>(WHITE).fill(1.0);
-        Self { estimate: SVector::zeros(), covariance: SMatrix::from_diagonal(&sigmas.map(|s| s * s)) }
+        Self {
+            estimate: SMatrix::zeros(),
+            innovations: SMatrix::zeros(),
+            covariance: SMatrix::from_diagonal(&sigmas.map(|s| s * s)),
+        }
     }
 
     /// Of theta = (P row-major, c).
@@ -34,14 +40,19 @@ impl ErrorState {
         self.covariance.fixed_view::<12, 12>(THETA, THETA).into_owned()
     }
 
-    /// The estimate of it.
+    /// Squared, what of one set of readings nothing in the state explains; of two of them, what they have in common of it.
+    pub fn unexplained(&self) -> &SMatrix<f64, N, N> {
+        &self.innovations
+    }
+
+    /// The estimate of it from the first set of readings.
     pub fn theta_estimate(&self) -> SVector<f64, 12> {
-        self.estimate.fixed_rows::<12>(THETA).into_owned()
+        self.estimate.fixed_view::<12, 1>(THETA, 0).into_owned()
     }
 
     /// Where it starts.
     pub fn set_theta_estimate(&mut self, theta: &SVector<f64, 12>) {
-        self.estimate.fixed_rows_mut::<12>(THETA).copy_from(theta);
+        self.estimate.fixed_view_mut::<12, 1>(THETA, 0).copy_from(theta);
     }
 
     /// How the body turned is not known.
@@ -55,7 +66,7 @@ impl ErrorState {
         &mut self,
         rate_rad_s: &Vector3<f64>,
         raw_rad_s: &Vector3<f64>,
-        surprise_rad_s: &Vector3<f64>,
+        surprise_rad_s: &SMatrix<f64, 3, N>,
         step_s: f64,
     ) {
         let whole = Rotation3::new(-rate_rad_s * step_s).into_inner();
@@ -87,8 +98,15 @@ impl ErrorState {
         block += covariance;
     }
 
-    /// The tool stands still: the reading is the bias, P^-1 (P raw - c) = noise.
-    pub fn observe_rest(&mut self, inverse: &Matrix3<f64>, bias_rad_s: &Vector3<f64>, sigma_rad_s: f64) {
+    /// The tool stands still: the reading is the bias, P^-1 (P raw - c) = noise. `surprise`: the rate that the true model makes of what was read.
+    pub fn observe_rest(
+        &mut self,
+        inverse: &Matrix3<f64>,
+        bias_rad_s: &Vector3<f64>,
+        surprise_rad_s: &SMatrix<f64, 3, N>,
+        sigma_rad_s: f64,
+    ) {
+        let surprise = -(inverse * surprise_rad_s);
         for axis in 0..3 {
             let mut row = SVector::<f64, STATES>::zeros();
             for i in 0..3 {
@@ -97,7 +115,7 @@ impl ErrorState {
                 }
                 row[C + i] = -inverse[(axis, i)];
             }
-            self.observe(&row, sigma_rad_s, 0.0);
+            self.observe(&row, sigma_rad_s, &surprise.row(axis).into_owned());
         }
     }
 
@@ -106,7 +124,7 @@ impl ErrorState {
     pub fn observe_vector(
         &mut self,
         vector: &Vector3<f64>,
-        surprise: &Vector3<f64>,
+        surprise: &SMatrix<f64, 3, N>,
         shaken: &Vector3<f64>,
         sigmas: &Vector3<f64>,
     ) {
@@ -121,14 +139,15 @@ impl ErrorState {
             let mut row = SVector::<f64, STATES>::zeros();
             row.fixed_rows_mut::<3>(0).copy_from(&cross.row(axis).transpose());
             row.fixed_rows_mut::<6>(LOW).copy_from(&both.row(axis).transpose());
-            self.observe(&row, sigmas[axis], surprise[axis]);
+            self.observe(&row, sigmas[axis], &surprise.row(axis).into_owned());
         }
     }
 
-    fn observe(&mut self, row: &SVector<f64, STATES>, sigma: f64, surprise: f64) {
+    fn observe(&mut self, row: &SVector<f64, STATES>, sigma: f64, surprise: &SMatrix<f64, 1, N>) {
         let cross = self.covariance * row;
         let variance = cross.dot(row) + sigma * sigma;
-        let innovation = surprise - row.dot(&self.estimate);
+        let innovation = surprise - row.transpose() * self.estimate;
+        self.innovations += innovation.transpose() * innovation / variance;
         self.estimate += cross * (innovation / variance);
         self.covariance.ger(-1.0 / variance, &cross, &cross, 1.0);
     }
@@ -144,8 +163,9 @@ impl ErrorState {
             self.covariance.row_mut(white).fill(0.0);
             self.covariance.column_mut(white).fill(0.0);
             self.covariance[(white, white)] = 1.0;
-            self.estimate[low] += smoothing * (self.estimate[white] - self.estimate[low]);
-            self.estimate[white] = 0.0;
+            let row = self.estimate.row(low) * (1.0 - smoothing) + self.estimate.row(white) * smoothing;
+            self.estimate.set_row(low, &row);
+            self.estimate.row_mut(white).fill(0.0);
         }
     }
 }
@@ -208,16 +228,17 @@ mod tests {
     /// With nothing but rest, c has the variance of a mean; with a walk it has the filter's known stationary value.
     #[test]
     fn a_rest_gives_the_bias_as_a_mean_does() {
-        let mut filter = ErrorState::new(&[1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1.0, 1.0, 1.0]);
+        let mut filter: ErrorState =
+            ErrorState::new(&[1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1.0, 1.0, 1.0]);
         for _ in 0..1_000 {
-            filter.observe_rest(&Matrix3::identity(), &Vector3::new(0.02, -0.01, 0.03), 2e-3);
+            filter.observe_rest(&Matrix3::identity(), &Vector3::new(0.02, -0.01, 0.03), &Vector3::zeros(), 2e-3);
         }
         let found = filter.covariance[(C, C)].sqrt();
         assert!((found / (2e-3 / 1_000_f64.sqrt()) - 1.0).abs() < 1e-3, "{found}");
         // Walk q a step, reading r: before each reading the variance is (q^2 + sqrt(q^4 + 4 q^2 r^2)) / 2.
         let (q, r) = (1e-4_f64, 2e-3_f64);
         for _ in 0..10_000 {
-            filter.observe_rest(&Matrix3::identity(), &Vector3::zeros(), r);
+            filter.observe_rest(&Matrix3::identity(), &Vector3::zeros(), &Vector3::zeros(), r);
             filter.add_noise(C, &Matrix3::from_diagonal_element(q * q));
         }
         let expected = 0.5 * (q * q + (q.powi(4) + 4.0 * q * q * r * r).sqrt());

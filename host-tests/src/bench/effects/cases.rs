@@ -1,13 +1,16 @@
 //! What the simulator adds in each case, and by what names it counts as named right.
 
-use std::{f64::consts::TAU, sync::LazyLock};
+use std::sync::LazyLock;
 
 use meerkat_mwd::{
     compensation::{Effect, effects::LIBRARY},
     diagnosis::Verdict,
 };
 
-use super::trial::{Library, Outcome};
+use super::{
+    observable::Observability,
+    trial::{Library, Outcome},
+};
 use crate::simulate::{MountRotation, Random, Scenario, Temperature};
 
 /// All of the library but soft iron.
@@ -26,40 +29,42 @@ pub(super) struct Case {
 
 const SOFT_IRON_OUTSIDE: &str = "outside: soft iron of 1 %, not in the library";
 const SYMMETRIC_OUTSIDE: &str = "outside: the same, symmetric";
-const EDDY_LAG: &str = "eddy_lag";
 
 impl Case {
     /// What it is flown with.
     pub(super) fn library(&self) -> Library {
-        if [SOFT_IRON_OUTSIDE, SYMMETRIC_OUTSIDE].contains(&self.name) { &WITHOUT_SOFT_IRON } else { &LIBRARY }
+        if self.is_outside() { &WITHOUT_SOFT_IRON } else { &LIBRARY }
+    }
+    /// Whether it is one effect, which the library has.
+    pub(super) fn is_alone(&self) -> bool {
+        self.names.len() == 1 && !self.is_outside()
+    }
+    /// Whether it is a soft iron that the library does not have.
+    fn is_outside(&self) -> bool {
+        [SOFT_IRON_OUTSIDE, SYMMETRIC_OUTSIDE].contains(&self.name)
     }
     /// The name of the effect in it, of the first one where there are several.
     pub(super) fn own_name(&self) -> Option<&'static str> {
         self.names.first().and_then(|names| names.first()).copied()
     }
-    /// Whether what was drawn can be seen and matters, for a case of which some draws do not: soft iron is one with turned axes and a hard iron
-    /// but for its symmetric part across the tool axis, and that has to turn the field by more than is let be; eddy currents by 0.3 deg.
-    pub(super) fn is_observable(&self, scenario: &Scenario) -> Option<bool> {
-        let turned_rad = match self.name {
-            SOFT_IRON_OUTSIDE | SYMMETRIC_OUTSIDE => {
-                let [[xx, xy, _], [yx, yy, _], _] = scenario.effects.mag_matrix;
-                (xx - yy).hypot(xy + yx) / 2.0 * share_across(scenario) * LEAST_TURN_DEG / LEAST_LEFT_DEG
-            }
-            EDDY_LAG => {
-                // The speed swings as a sine about its mean.
-                let rotation = &scenario.rotation;
-                let rms_rpm = rotation.mean_rpm * (1.0 + 0.5 * rotation.stick_slip.powi(2)).sqrt();
-                scenario.effects.eddy_lag_ms * 1e-3 * rms_rpm * TAU / 60.0 * share_across(scenario)
-            }
-            _ => return None,
-        };
-        Some(turned_rad > LEAST_TURN_DEG.to_radians())
+    /// Whether what was drawn can be seen and matters, where there is one thing that should be named. Soft iron is one with turned axes and a
+    /// hard iron but for its symmetric part across the tool axis: where the library does not have it, that has to turn the field by more
+    /// than is let be.
+    pub(super) fn is_observable(&self, scenario: &Scenario, seed: u64) -> Option<bool> {
+        if self.is_outside() {
+            let [[xx, xy, _], [yx, yy, _], _] = scenario.effects.mag_matrix;
+            let turned_rad = (xx - yy).hypot(xy + yx) / 2.0 * share_across(scenario);
+            return Some(turned_rad > LEAST_LEFT_DEG.to_radians());
+        }
+        let effect = LIBRARY.iter().find(|effect| self.is_alone() && Some(effect.name()) == self.own_name())?;
+        Some(Observability::of(scenario, seed).is_expected(effect.parameters().len()))
     }
     /// Whether it is what it should be: named, or unexplained where the library does not have it.
     pub(super) fn is_met(&self, outcome: &Outcome) -> bool {
-        match self.name {
-            SOFT_IRON_OUTSIDE | SYMMETRIC_OUTSIDE => outcome.verdict == Some(Verdict::UnexplainedResidual),
-            _ => self.is_named_by(&outcome.names),
+        if self.is_outside() {
+            outcome.verdict == Some(Verdict::UnexplainedResidual)
+        } else {
+            self.is_named_by(&outcome.names)
         }
     }
     /// Whether a name is that of one of its effects, or one that cannot be told from it.
@@ -71,9 +76,6 @@ impl Case {
         self.names.iter().all(|names| found.iter().any(|name| names.contains(name)))
     }
 }
-
-/// What turns its vector by less is let be, deg (`docs/effects.md`).
-const LEAST_TURN_DEG: f64 = 0.3;
 
 /// A residual of the field that is let be, deg.
 const LEAST_LEFT_DEG: f64 = 0.06;
@@ -127,7 +129,7 @@ pub(super) const CASES: &[Case] = &[
         add: |s, r| s.effects.accel_lag_ms = 10.0 * (1.0 + r.between(0.0, 2.0).floor()),
     },
     Case {
-        name: EDDY_LAG,
+        name: "eddy_lag",
         names: &[&["eddy_lag", "mag_lag", "gyro_lag"]],
         add: |s, r| s.effects.eddy_lag_ms = r.between(1.0, 4.0),
     },

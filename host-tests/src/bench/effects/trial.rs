@@ -67,6 +67,11 @@ pub(super) fn drilled(
     Ok(drilled)
 }
 
+/// The run with the stretch that is held out.
+pub(super) fn held_out_too(scenario: &Scenario) -> Scenario {
+    Scenario { duration_s: DATA_S + HELD_OUT_S, ..scenario.clone() }
+}
+
 /// What is named in a run.
 pub(super) fn diagnose(scenario: &Scenario, seed: u64, library: Library) -> anyhow::Result<Outcome> {
     let (trace, _) = simulate(scenario, seed);
@@ -80,8 +85,7 @@ pub(super) fn diagnose_and_score(
     seed: u64,
     library: Library,
 ) -> anyhow::Result<(Outcome, Errors)> {
-    let longer = Scenario { duration_s: DATA_S + HELD_OUT_S, ..scenario.clone() };
-    let (trace, _) = simulate(&longer, seed);
+    let (trace, _) = simulate(&held_out_too(scenario), seed);
     let freeze_at_us = Some(trace.first_us() + (DATA_S * 1e6) as u64);
     let with = Config { seed, freeze_at_us, ..of_trace(&trace) };
     let without = Config { effects: false, ..with };
