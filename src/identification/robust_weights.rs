@@ -8,6 +8,10 @@ use clean_variances::clean_variances;
 /// field, half of them its neighbours' too.
 const LEAST_AGREEING: f32 = 13.0;
 
+/// Share of the field's test windows under which shorter ones are tried. With the last of the graduated weights one that agrees counts 0.43
+/// on average, so it is reached when more than two fifths of them are disturbed.
+const LEAST_SHARE_AGREEING: f32 = 0.25;
+
 /// Weights of a window's test windows, for gravity and field, by graduated non-convexity: windows that a casing joint, a shock train or a
 /// saturated gyro bends lose their weight, without a first solution that has to be good.
 pub(crate) struct RobustWeights {
@@ -48,10 +52,10 @@ impl RobustWeights {
         self.graduation = Graduation::from(if variance > 0.0 { largest / variance } else { 0.0 });
     }
 
-    /// Sum of the field's weights.
-    fn field_agreement(&self, tests: &TestWindows) -> f32 {
+    /// Sum of the field's weights, and how many they are.
+    fn field_agreement(&self, tests: &TestWindows) -> [f32; 2] {
         let seen = tests.numbered().filter(|(_, test)| test.field.is_some());
-        seen.map(|(number, _)| self.of(number)).map(|[_, field]| field).sum()
+        seen.map(|(number, _)| self.of(number)).fold([0.0; 2], |[sum, count], [_, field]| [sum + field, count + 1.0])
     }
 
     /// Whether there is a round to go.
@@ -89,12 +93,12 @@ impl RobustWeights {
         }
     }
 
-    /// To the next round, after a solution. Where the field agrees hardly anywhere, what bends it is no disturbance here and there but the
-    /// rule: then all test windows weigh the same again, and the graduation is over.
-    pub fn advance(&mut self, tests: &TestWindows) -> Round {
+    /// To the next round, after a solution, unless the field agrees in too few test windows; `shortest`: there are none shorter.
+    pub fn advance(&mut self, tests: &TestWindows, shortest: bool) -> Round {
         let graduated = matches!(self.graduation, Graduation::GemanMcClure { .. });
-        if graduated && self.field_agreement(tests) < LEAST_AGREEING {
-            self.start();
+        let [agreeing, seen] = self.field_agreement(tests);
+        let too_few = agreeing < LEAST_AGREEING || !shortest && agreeing < LEAST_SHARE_AGREEING * seen;
+        if graduated && too_few {
             return Round::Again;
         }
         self.graduation = self.graduation.next();
@@ -106,7 +110,7 @@ impl RobustWeights {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Round {
     Next,
-    /// Every weight is 1 again, and the sums have to be made anew.
+    /// Too few agree: with other test windows, from the start.
     Again,
     Done,
 }
