@@ -61,7 +61,7 @@ impl WeakFit {
             total: Equations::zero(),
             disturbed: 0.0,
             weights: RobustWeights::zero(),
-            quarters: UNDER_WAY,
+            quarters: 0,
             measured: false,
             tests: 0,
             spoilt: 0,
