@@ -63,11 +63,12 @@ impl InnovationFit {
         let effects = VectorEffects { mag_lag_s: lag, hard_iron_ut: Vector3::new(x, y, z) };
         let mut node = self.walk.node((|index| stream.increment(index), grid, from), (&p, &c), &effects);
         let stretch = (index * length as usize).checked_div(grid.increments_in(STRETCH_S)).unwrap_or(0);
-        if weak.distrusts((index * length as usize + length as usize / 2) / stream.test_function.hop()) {
-            node.vectors = [None; 2];
-            self.filters.iter_mut().for_each(InnovationFilter::distrust);
-        }
         let [gravity_filter, field_filter] = &mut self.filters;
+        let middle = (from - job.from + length / 2) as usize;
+        if weak.distrusts(middle, stream.test_function.hop()) {
+            node.vectors = [None; 2];
+            field_filter.distrust();
+        }
         let [gravity, field] = &mut self.stretches;
         if let (Some(gravity), Some(field)) = (gravity.get_mut(stretch), field.get_mut(stretch)) {
             // Gravity is too noisy to show when the gyro lost the way; the field shows it.

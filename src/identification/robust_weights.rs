@@ -8,10 +8,6 @@ use clean_variances::clean_variances;
 /// field, half of them its neighbours' too.
 const LEAST_AGREEING: f32 = 13.0;
 
-/// Share of the field's test windows under which shorter ones are tried. With the last of the graduated weights one that agrees counts 0.43
-/// on average, so it is reached when more than two fifths of them are disturbed.
-const LEAST_SHARE_AGREEING: f32 = 0.25;
-
 /// Weights of a window's test windows, for gravity and field, by graduated non-convexity: windows that a casing joint, a shock train or a
 /// saturated gyro bends lose their weight, without a first solution that has to be good.
 pub(crate) struct RobustWeights {
@@ -52,10 +48,10 @@ impl RobustWeights {
         self.graduation = Graduation::from(if variance > 0.0 { largest / variance } else { 0.0 });
     }
 
-    /// Sum of the field's weights, and how many they are.
-    fn field_agreement(&self, tests: &TestWindows) -> [f32; 2] {
+    /// Sum of the field's weights.
+    fn field_agreement(&self, tests: &TestWindows) -> f32 {
         let seen = tests.numbered().filter(|(_, test)| test.field.is_some());
-        seen.map(|(number, _)| self.of(number)).fold([0.0; 2], |[sum, count], [_, field]| [sum + field, count + 1.0])
+        seen.map(|(number, _)| self.of(number)).map(|[_, field]| field).sum()
     }
 
     /// Whether there is a round to go.
@@ -93,12 +89,10 @@ impl RobustWeights {
         }
     }
 
-    /// To the next round, after a solution, unless the field agrees in too few test windows; `shortest`: there are none shorter.
-    pub fn advance(&mut self, tests: &TestWindows, shortest: bool) -> Round {
-        let graduated = matches!(self.graduation, Graduation::GemanMcClure { .. });
-        let [agreeing, seen] = self.field_agreement(tests);
-        let too_few = agreeing < LEAST_AGREEING || !shortest && agreeing < LEAST_SHARE_AGREEING * seen;
-        if graduated && too_few {
+    /// To the next round, after a solution, unless the field agrees in too few test windows, of which `margin` times as many as it takes are
+    /// asked for.
+    pub fn advance(&mut self, tests: &TestWindows, margin: f32) -> Round {
+        if self.field_agreement(tests) < margin * LEAST_AGREEING {
             return Round::Again;
         }
         self.graduation = self.graduation.next();

@@ -138,18 +138,19 @@ impl WeakFit {
         true
     }
 
-    /// Whether half a second of the window is disturbed: every test window that holds it has lost more than half of its weight.
-    pub fn distrusts(&self, half_second: usize) -> bool {
-        let last = half_second.min((self.tests as usize).saturating_sub(1));
-        let first = (half_second + 1).saturating_sub(self.quarters).min(last);
-        (first..=last).map(|number| self.weights.of(number)).all(|[_, field]| field < 0.5)
+    /// Whether an increment is disturbed: every test window that holds its half second has lost more than half of its weight.
+    #[inline(never)]
+    pub fn distrusts(&self, increment: usize, hop: usize) -> bool {
+        let (end, tests) = (increment.checked_div(hop).unwrap_or(0) + 1, self.tests as usize);
+        let first = end.saturating_sub(self.quarters);
+        first < tests && (first..end.min(tests)).all(|number| self.weights.of(number)[1] < 0.5)
     }
 
     /// After a solution: what is next for the weights.
     pub fn next_weights(&mut self, tests: &TestWindows) -> Round {
         if self.measured {
             return if self.weights.is_running() {
-                self.weights.advance(tests, self.quarters == 1)
+                self.weights.advance(tests, if self.quarters == 1 { 1.0 } else { 2.0 })
             } else {
                 Round::Done
             };

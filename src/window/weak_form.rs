@@ -140,9 +140,10 @@ impl WeakForm {
         }
         self.position = 0;
         self.ended += 1;
-        let quarters = core::array::from_fn(|number| &self.quarters[(self.ended + number) % UNDER_WAY]);
-        (self.ended >= self.some)
-            .then(|| test_window::equations(quarters, self.some, function, self.moving_rate_rad_s, &self.theta))
+        let all: [&Quarter; UNDER_WAY] =
+            core::array::from_fn(|number| &self.quarters[(self.ended + number) % UNDER_WAY]);
+        let quarters = all.get(UNDER_WAY - self.some..).filter(|_| self.ended >= self.some)?;
+        Some(test_window::equations(quarters, function, self.moving_rate_rad_s, &self.theta))
     }
 }
 

@@ -14,6 +14,10 @@ const ODD_PART: [f32; 3] = [-1.754_932, 0.651_642, 1.819_601];
 /// Mean square of sin a - cos a over the first quarter, 1 - 2 / pi.
 pub(super) const ODD_SQUARE: f32 = 0.363_380;
 
+/// Twice the test functions over each quarter in terms of 1, cos a and sin a. Of four quarters 1 - C, C being cos a, -sin a, -cos a and sin a;
+/// of two half a wave, 2 sin a and 2 cos a; of one what of these is zero at both ends, 2 (sin a + cos a - 1).
+const SHAPES: [[i8; 3]; 7] = [[1, -1, 0], [1, 0, 1], [1, 1, 0], [1, 0, -1], [0, 0, 2], [0, 2, 0], [-2, 2, 2]];
+
 /// What a quarter's sums, plain, with the cosine and with the sine, count in a test window, times the interval.
 pub(crate) struct QuarterWeights {
     /// In sums with the test function.
@@ -57,7 +61,8 @@ impl TestFunction {
 
     /// What the sums of a quarter count in a test window of `quarters` of them (4, 2 or 1) whose `number`th it is.
     pub fn of_quarter(&self, quarters: usize, number: usize) -> QuarterWeights {
-        let [plain, cosine, sine] = shape(quarters, number);
+        let shape = SHAPES.get(2 * UNDER_WAY - 2 * quarters + number).copied().unwrap_or_default();
+        let [plain, cosine, sine] = shape.map(|halves| 0.5 * f32::from(halves));
         let slope = 0.5 * PI / self.hop() as f32;
         let [odd, same, other] = ODD_PART;
         // Seen from the quarter's end sine is cosine, and what is odd has the other sign.
@@ -84,6 +89,7 @@ impl TestFunction {
 
     /// Variance of an equation of a test window of `quarters` whose vector has a white noise of variance 1 in each increment: the sum of the
     /// squared slopes.
+    #[inline(never)]
     pub fn noise_gain(&self, quarters: usize) -> f32 {
         let squares = match quarters {
             UNDER_WAY => 0.5,
@@ -96,20 +102,6 @@ impl TestFunction {
     /// Increments from one test window to the next.
     pub const fn hop(&self) -> usize {
         self.length / UNDER_WAY
-    }
-}
-
-/// A test function over a quarter in terms of 1, cos a and sin a: of four quarters (1 - C) / 2, C being cos a, -sin a, -cos a and sin a; of two
-/// half a wave, sin a and cos a; of one what of these is zero at both ends, sin a + cos a - 1.
-const fn shape(quarters: usize, number: usize) -> [f32; 3] {
-    match (quarters, number) {
-        (UNDER_WAY, 0) => [0.5, -0.5, 0.0],
-        (UNDER_WAY, 1) => [0.5, 0.0, 0.5],
-        (UNDER_WAY, 2) => [0.5, 0.5, 0.0],
-        (UNDER_WAY, _) => [0.5, 0.0, -0.5],
-        (2, 0) => [0.0, 0.0, 1.0],
-        (2, _) => [0.0, 1.0, 0.0],
-        _ => [-1.0, 1.0, 1.0],
     }
 }
 
