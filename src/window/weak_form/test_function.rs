@@ -154,7 +154,7 @@ mod tests {
                 assert!((at(weight) / dt - value).abs() < 2e-3, "{quarters} {k}: {} {value}", at(weight) / dt);
                 value -= 0.5 * at(slope);
                 squares += at(slope) * at(slope);
-                most = most.max(value);
+                most = if value > most { value } else { most };
                 // 8 % of it are left.
                 let product = at(weight) * (sine - cosine);
                 assert!((at(turning) - product).abs() < 0.2 * dt, "{quarters} {k}: {} {product}", at(turning));
