@@ -61,9 +61,14 @@ impl InnovationFit {
         let (p, c) = linear(&self.theta0);
         let [.., lag, x, y, z] = weak.solution;
         let effects = VectorEffects { mag_lag_s: lag, hard_iron_ut: Vector3::new(x, y, z) };
-        let node = self.walk.node((|index| stream.increment(index), grid, from), (&p, &c), &effects);
+        let mut node = self.walk.node((|index| stream.increment(index), grid, from), (&p, &c), &effects);
         let stretch = (index * length as usize).checked_div(grid.increments_in(STRETCH_S)).unwrap_or(0);
         let [gravity_filter, field_filter] = &mut self.filters;
+        let middle = (from - job.from + length / 2) as usize;
+        if weak.distrusts(middle, stream.test_function.hop()) {
+            node.vectors = [None; 2];
+            field_filter.distrust();
+        }
         let [gravity, field] = &mut self.stretches;
         if let (Some(gravity), Some(field)) = (gravity.get_mut(stretch), field.get_mut(stretch)) {
             // Gravity is too noisy to show when the gyro lost the way; the field shows it.
@@ -92,7 +97,7 @@ impl InnovationFit {
         let grid = context.stream.grid;
         let length = Node::length(grid) as f32;
         // An equation's variance is its noise gain times that of an increment's vector; a node is the mean of some increments.
-        let of_node = |variance: f32| variance / (context.stream.test_function.noise_gain() * length);
+        let of_node = |variance: f32| variance / (context.stream.test_function.noise_gain(weak.quarters) * length);
         let walk = context.config.attitude.gyro_noise_rad_s_rthz;
         self.noise = Noise {
             vectors: [of_node(weak.variances.gravity), of_node(weak.variances.field)],

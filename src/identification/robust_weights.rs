@@ -95,12 +95,10 @@ impl RobustWeights {
         }
     }
 
-    /// To the next round, after a solution. Where the field agrees hardly anywhere, what bends it is no disturbance here and there but the
-    /// rule: then all test windows weigh the same again, and the graduation is over.
-    pub fn advance(&mut self, tests: &TestWindows) -> Round {
-        let graduated = matches!(self.graduation, Graduation::GemanMcClure { .. });
-        if graduated && self.field_agreement(tests) < LEAST_AGREEING {
-            self.start();
+    /// To the next round, after a solution, unless the field agrees in too few test windows, of which `margin` times as many as it takes are
+    /// asked for.
+    pub fn advance(&mut self, tests: &TestWindows, margin: f32) -> Round {
+        if self.field_agreement(tests) < margin * LEAST_AGREEING {
             return Round::Again;
         }
         self.graduation = self.graduation.next();
@@ -112,7 +110,7 @@ impl RobustWeights {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Round {
     Next,
-    /// Every weight is 1 again, and the sums have to be made anew.
+    /// Too few agree: with other test windows, from the start.
     Again,
     Done,
 }

@@ -9,7 +9,7 @@ use super::{
     rest_evidence::RestEvidence,
     robust_weights::{RobustWeights, Round},
 };
-use crate::window::{Equations, MAGNETIC, TestEquations, TestWindows};
+use crate::window::{Equations, MAGNETIC, TestEquations, TestWindows, UNDER_WAY};
 pub(crate) use contests::{FACTORY_P, FLOWN_P, FULL, NOTHING};
 
 /// Test windows that are gone through in one piece of work.
@@ -31,6 +31,8 @@ pub(crate) struct WeakFit {
     /// in the contests; a weighted sum of squares.
     disturbed: f32,
     weights: RobustWeights,
+    /// Length of the test windows, in quarters of the longest.
+    pub quarters: usize,
     /// Whether the weights have been begun with.
     measured: bool,
     /// Test windows of the fit, how many of them lacked a rate, and how many hold gravity and the field.
@@ -59,6 +61,7 @@ impl WeakFit {
             total: Equations::zero(),
             disturbed: 0.0,
             weights: RobustWeights::zero(),
+            quarters: 0,
             measured: false,
             tests: 0,
             spoilt: 0,
@@ -81,6 +84,7 @@ impl WeakFit {
         self.carried = *carried;
         self.prior = self.base.with(carried);
         self.weights.start();
+        self.quarters = UNDER_WAY;
         self.measured = false;
         self.taught_tests = taught_tests(context, job);
         // A hard iron that is free bends to disturbances, and hides them.
@@ -121,19 +125,35 @@ impl WeakFit {
         Some(())
     }
 
-    /// So little weight is left that nothing can be solved: whether it helps to begin again without weights.
+    /// Too little weight is left: whether it helps to begin again, with test windows of half the length. Of those that lie between
+    /// disturbances there are more. After the shortest all of the longest count again: what bends them is no disturbance here and there but
+    /// the rule.
     pub fn begin_again(&mut self) -> bool {
-        let weighted = self.weights.is_running();
-        if weighted {
-            self.weights.start();
+        if !self.weights.is_running() {
+            return false;
         }
-        weighted
+        self.weights.start();
+        self.measured = self.quarters == 1;
+        self.quarters = if self.measured { UNDER_WAY } else { self.quarters / 2 };
+        true
+    }
+
+    /// Whether an increment is disturbed: every test window that holds its half second has lost more than half of its weight.
+    #[inline(never)]
+    pub fn distrusts(&self, increment: usize, hop: usize) -> bool {
+        let (end, tests) = (increment.checked_div(hop).unwrap_or(0) + 1, self.tests as usize);
+        let first = end.saturating_sub(self.quarters);
+        first < tests && (first..end.min(tests)).all(|number| self.weights.of(number)[1] < 0.5)
     }
 
     /// After a solution: what is next for the weights.
     pub fn next_weights(&mut self, tests: &TestWindows) -> Round {
         if self.measured {
-            return if self.weights.is_running() { self.weights.advance(tests) } else { Round::Done };
+            return if self.weights.is_running() {
+                self.weights.advance(tests, if self.quarters == 1 { 1.0 } else { 2.0 })
+            } else {
+                Round::Done
+            };
         }
         self.measured = true;
         self.weights.measure(tests, &self.theta, &self.solution);

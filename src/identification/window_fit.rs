@@ -16,7 +16,9 @@ const INCREMENTS_IN_A_STEP: u32 = 16;
 /// Where the identification of a window stands; each step does a bounded piece of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// Make the test windows, some increments at a time.
+    /// Begin with test windows of the present length.
+    Begin,
+    /// Make them, some increments at a time.
     Tests,
     /// Sum their equations, slice by slice.
     Sum(usize),
@@ -98,7 +100,7 @@ impl WindowFit {
     #[inline(always)]
     pub const fn zero() -> Self {
         Self {
-            phase: Phase::Tests,
+            phase: Phase::Begin,
             job: Job::zero(),
             weak: WeakFit::zero(),
             material: Material::Tests(ManuallyDrop::new(TestWindows::zero())),
@@ -108,13 +110,10 @@ impl WindowFit {
     /// Begins with what earlier windows taught.
     pub fn start(&mut self, context: &Context, job: Job, carried: &Carried) {
         self.job = job;
-        self.phase = Phase::Tests;
+        self.phase = Phase::Begin;
         let middle_us = job.t_start_us + (job.t_end_us - job.t_start_us) / 2;
         self.weak.start(context, &job, &carried.aged(middle_us, &context.forgetting()));
         self.material.begin_tests();
-        if let Material::Tests(tests) = &mut self.material {
-            tests.start(context.stream, job.from, job.to, &self.weak.theta);
-        }
     }
 
     /// One bounded piece of work.
@@ -162,14 +161,18 @@ impl WindowFit {
             Phase::Sum(_) | Phase::Weigh(_) => Phase::LeastSquares(0),
             Phase::LeastSquares(ROUNDS) => match weak.next_weights(tests) {
                 Round::Next => Phase::Weigh(0),
-                Round::Again => Phase::Sum(0),
-                Round::Done => Phase::Doubt,
+                Round::Again if weak.begin_again() => Phase::Begin,
+                Round::Again | Round::Done => Phase::Doubt,
             },
             Phase::LeastSquares(round) => match weak.solve_alone(round) {
                 Some(()) => Phase::LeastSquares(round + 1),
-                None if weak.begin_again() => Phase::Sum(0),
+                None if weak.begin_again() => Phase::Begin,
                 None => return None,
             },
+            Phase::Begin => {
+                tests.start(context.stream, (job.from, job.to), &weak.theta, weak.quarters);
+                Phase::Tests
+            }
             Phase::Doubt => {
                 weak.solve()?;
                 weak.measure_doubt(tests)?;
@@ -236,7 +239,7 @@ impl WindowFit {
             Phase::Tests => 6 * INCREMENTS_IN_A_STEP,
             Phase::Sum(_) | Phase::Weigh(_) => 150,
             Phase::Doubt => 500,
-            Phase::LeastSquares(_) | Phase::Solve(_) => 150,
+            Phase::LeastSquares(_) | Phase::Solve(_) | Phase::Begin => 150,
             Phase::Magnetometer(_) | Phase::Gyro(_) => 250,
             Phase::Nodes(_) => 45,
             Phase::Whiten | Phase::Observe(_) | Phase::Compare => 200,

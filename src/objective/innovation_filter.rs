@@ -34,6 +34,11 @@ impl InnovationFilter {
         Self { predicted: Vector3::new(0.0, 0.0, 0.0), slopes: [[0.0; 12]; 3], variance: None, disturbed: 0 }
     }
 
+    /// The node that comes is not to be trusted: it is not taken, and if the next one is disturbed, what carried the vector was.
+    pub const fn distrust(&mut self) {
+        self.disturbed = PATIENCE - 1;
+    }
+
     /// Takes a node, `sensor` 0 being gravity and 1 the field; adds its innovation to `stretch`. Returns whether it began anew because too
     /// many nodes were disturbed.
     pub fn take(&mut self, node: &Node, sensor: usize, noise: &Noise, stretch: &mut Stretch) -> bool {
@@ -180,6 +185,24 @@ mod tests {
         // One that agrees ends the disturbance.
         assert!(!filter.take(&node_of(Some(before.predicted * NORM)), 1, &NOISE, &mut stretch));
         assert_eq!((filter.disturbed, stretch.count), (0, count + 2.0));
+    }
+
+    /// What carried the vector was disturbed, or only the vector: the first node that is trusted tells.
+    #[test]
+    fn after_nodes_that_are_not_trusted_the_first_that_is_begins_anew_or_goes_on() {
+        for (jump, begins) in [(0.0_f32, false), (0.2, true)] {
+            let mut generator = Xoshiro128PlusPlus::seed_from_u64(9);
+            let (mut filter, mut stretch) = (InnovationFilter::start(), Stretch::zero());
+            noisy(&mut generator, 20, |node| assert!(!filter.take(&node, 1, &NOISE, &mut stretch)));
+            let count = stretch.count;
+            for _ in 0..3 {
+                filter.distrust();
+                assert!(!filter.take(&node_of(None), 1, &NOISE, &mut stretch));
+            }
+            let after = nalgebra::Rotation3::from_scaled_axis(Vector3::new(jump, 0.0, 0.0)) * filter.predicted;
+            assert_eq!(filter.take(&node_of(Some(after * NORM)), 1, &NOISE, &mut stretch), begins);
+            assert_eq!(stretch.count, if begins { count } else { count + 2.0 });
+        }
     }
 
     #[test]

@@ -26,10 +26,10 @@ impl TestWindows {
         }
     }
 
-    /// Begins with increments `from..to` and the nominal model w = P w_raw - c.
-    pub fn start(&mut self, stream: &SampleStream, from: u32, to: u32, theta: &[f32; GYRO]) {
-        self.weak_form.start(theta, stream.moving_rate_rad_s());
-        self.noise_gain = stream.test_function.noise_gain();
+    /// Begins with increments `from..to`, the nominal model w = P w_raw - c, and test windows of `quarters` of the longest.
+    pub fn start(&mut self, stream: &SampleStream, (from, to): (u32, u32), theta: &[f32; GYRO], quarters: usize) {
+        self.weak_form.start(theta, stream.moving_rate_rad_s(), quarters);
+        self.noise_gain = stream.test_function.noise_gain(quarters);
         (self.count, self.next, self.to) = (0, from, to);
     }
 

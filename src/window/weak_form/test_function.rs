@@ -14,11 +14,15 @@ const ODD_PART: [f32; 3] = [-1.754_932, 0.651_642, 1.819_601];
 /// Mean square of sin a - cos a over the first quarter, 1 - 2 / pi.
 pub(super) const ODD_SQUARE: f32 = 0.363_380;
 
+/// Twice the test functions over each quarter in terms of 1, cos a and sin a. Of four quarters 1 - C, C being cos a, -sin a, -cos a and sin a;
+/// of two half a wave, 2 sin a and 2 cos a; of one what of these is zero at both ends, 2 (sin a + cos a - 1).
+const SHAPES: [[i8; 3]; 7] = [[1, -1, 0], [1, 0, 1], [1, 1, 0], [1, 0, -1], [0, 0, 2], [0, 2, 0], [-2, 2, 2]];
+
 /// What a quarter's sums, plain, with the cosine and with the sine, count in a test window, times the interval.
 pub(crate) struct QuarterWeights {
     /// In sums with the test function.
     pub weight: [f32; 3],
-    /// In sums with its slope, with the sign turned.
+    /// In sums with its slope, with the sign turned; per increment.
     pub slope: [f32; 3],
     /// In sums with the test function times sin a - cos a, which goes from -1 to 1 over a quarter.
     pub turning: [f32; 3],
@@ -55,25 +59,19 @@ impl TestFunction {
         self.angles.get(position).copied().unwrap_or_default()
     }
 
-    /// What the sums of a quarter, the `number`th of a test window, count in it.
-    pub fn of_quarter(&self, number: usize) -> QuarterWeights {
-        let half = 0.5 * self.interval_s;
-        let slope = PI / self.length as f32;
-        // (1 - C) / 2, C being cos a, -sin a, -cos a and sin a; and minus its slope.
-        let (is_cosine, factor, slope) = match number {
-            0 => (true, -half, [0.0, 0.0, -slope]),
-            1 => (false, half, [0.0, -slope, 0.0]),
-            2 => (true, half, [0.0, 0.0, slope]),
-            _ => (false, -half, [0.0, slope, 0.0]),
-        };
-        let [plain, same, other] = ODD_PART;
-        if is_cosine {
-            let turning = [factor * plain, factor * same - half, factor * other + half];
-            QuarterWeights { weight: [half, factor, 0.0], slope, turning }
-        } else {
-            // Seen from the quarter's end sine is cosine, and what is odd has the other sign.
-            let turning = [-factor * plain, -factor * other - half, -factor * same + half];
-            QuarterWeights { weight: [half, 0.0, factor], slope, turning }
+    /// What the sums of a quarter count in a test window of `quarters` of them (4, 2 or 1) whose `number`th it is.
+    pub fn of_quarter(&self, quarters: usize, number: usize) -> QuarterWeights {
+        let shape = SHAPES.get(2 * UNDER_WAY - 2 * quarters + number).copied().unwrap_or_default();
+        let [plain, cosine, sine] = shape.map(|halves| 0.5 * f32::from(halves));
+        let slope = 0.5 * PI / self.hop() as f32;
+        let [odd, same, other] = ODD_PART;
+        // Seen from the quarter's end sine is cosine, and what is odd has the other sign.
+        let turning =
+            [(cosine - sine) * odd, cosine * same - sine * other - plain, cosine * other - sine * same + plain];
+        QuarterWeights {
+            weight: [plain, cosine, sine].map(|w| w * self.interval_s),
+            slope: [0.0, -sine * slope, cosine * slope],
+            turning: turning.map(|w| w * self.interval_s),
         }
     }
 
@@ -84,15 +82,21 @@ impl TestFunction {
         }
         let hop = self.hop();
         let [cosine, sine] = self.angle(position.checked_rem(hop)?);
-        let QuarterWeights { weight, slope, .. } = self.of_quarter(position.checked_div(hop)?);
+        let QuarterWeights { weight, slope, .. } = self.of_quarter(UNDER_WAY, position.checked_div(hop)?);
         let at = |[plain, c, s]: [f32; 3]| plain + c * cosine + s * sine;
         Some((at(weight), at(slope)))
     }
 
-    /// Variance of an equation whose vector has a white noise of variance 1 in each increment: the sum of the squared slopes, (pi / length)^2 times
-    /// half the length.
-    pub fn noise_gain(&self) -> f32 {
-        0.5 * PI * PI / self.length as f32
+    /// Variance of an equation of a test window of `quarters` whose vector has a white noise of variance 1 in each increment: the sum of the
+    /// squared slopes.
+    #[inline(never)]
+    pub fn noise_gain(&self, quarters: usize) -> f32 {
+        let squares = match quarters {
+            UNDER_WAY => 0.5,
+            1 => ODD_SQUARE,
+            _ => 1.0,
+        };
+        0.25 * PI * PI * squares / self.hop() as f32
     }
 
     /// Increments from one test window to the next.
@@ -130,7 +134,33 @@ mod tests {
                 squares += slope * slope;
             }
             assert!(function.at(function.length).is_none());
-            assert!((squares / function.noise_gain() - 1.0).abs() < 1e-5);
+            assert!((squares / function.noise_gain(UNDER_WAY) - 1.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn every_test_function_is_zero_at_both_ends_and_smooth_between_and_has_the_slope_that_it_states() {
+        let mut function = TestFunction::zero();
+        function.configure(Grid::new(5_000));
+        for quarters in [UNDER_WAY, 2, 1] {
+            let dt = function.interval_s;
+            let (mut value, mut squares, mut most) = (0.0, 0.0, 0.0_f32);
+            for k in 0..quarters * function.hop() {
+                let [cosine, sine] = function.angle(k % function.hop());
+                let QuarterWeights { weight, slope, turning } = function.of_quarter(quarters, k / function.hop());
+                let at = |[plain, c, s]: [f32; 3]| plain + c * cosine + s * sine;
+                // From the last increment's end to this one's middle.
+                value -= 0.5 * at(slope);
+                assert!((at(weight) / dt - value).abs() < 2e-3, "{quarters} {k}: {} {value}", at(weight) / dt);
+                value -= 0.5 * at(slope);
+                squares += at(slope) * at(slope);
+                most = if value > most { value } else { most };
+                // 8 % of it are left.
+                let product = at(weight) * (sine - cosine);
+                assert!((at(turning) - product).abs() < 0.2 * dt, "{quarters} {k}: {} {product}", at(turning));
+            }
+            assert!(value.abs() < 2e-3 && most > 0.4, "{quarters}: {value} {most}");
+            assert!((squares / function.noise_gain(quarters) - 1.0).abs() < 2e-3, "{quarters}");
         }
     }
 }

@@ -5,7 +5,7 @@ use super::{
         equations::TestEquations,
         rows::{GYRO, MAGNETIC, Rows},
     },
-    TestFunction, UNDER_WAY,
+    TestFunction,
     quarter::Quarter,
     test_function::QuarterWeights,
 };
@@ -15,12 +15,12 @@ use nalgebra::Vector3;
 /// The equations of the test window that these quarters make, about `theta`; none when the tool stood still or readings were missing.
 #[inline(never)]
 pub(super) fn equations(
-    quarters: [&Quarter; UNDER_WAY],
+    quarters: &[&Quarter],
     function: &TestFunction,
     moving_rate_rad_s: f32,
     theta: &[f32; GYRO],
 ) -> TestEquations {
-    let length = function.length as f32;
+    let length = (function.hop() * quarters.len()) as f32;
     let mut equations = TestEquations::zero();
     let (mut square_rate, mut square_roughness, mut missing) = (0.0, 0.0, [false; 2]);
     for quarter in quarters {
@@ -36,8 +36,8 @@ pub(super) fn equations(
     let (mut gravity_rows, mut field_rows) = ([[0.0; GYRO]; 3], [[0.0; MAGNETIC]; 3]);
     let mut rhs = [Vector3::zeros(); 2];
     let mut motion = [[0.0; GYRO]; 3];
-    for (number, quarter) in quarters.into_iter().enumerate() {
-        let QuarterWeights { weight, slope, turning } = function.of_quarter(number);
+    for (number, quarter) in quarters.iter().enumerate() {
+        let QuarterWeights { weight, slope, turning } = function.of_quarter(quarters.len(), number);
         let [gravity, gravity_turning] = quarter.standing_and_turning(0);
         let [field, field_turning] = quarter.standing_and_turning(1);
         for (weights, gravity, field) in [(weight, gravity, field), (turning, gravity_turning, field_turning)] {
