@@ -95,10 +95,9 @@ impl RobustWeights {
         }
     }
 
-    /// To the next round, after a solution, unless the field agrees in too few test windows, of which `margin` times as many as it takes are
-    /// asked for.
-    pub fn advance(&mut self, tests: &TestWindows, margin: f32) -> Round {
-        if self.field_agreement(tests) < margin * LEAST_AGREEING {
+    /// To the next round, after a solution, unless the field agrees in too few test windows.
+    pub fn advance(&mut self, tests: &TestWindows) -> Round {
+        if self.field_agreement(tests) < LEAST_AGREEING {
             return Round::Again;
         }
         self.graduation = self.graduation.next();

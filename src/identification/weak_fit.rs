@@ -149,11 +149,7 @@ impl WeakFit {
     /// After a solution: what is next for the weights.
     pub fn next_weights(&mut self, tests: &TestWindows) -> Round {
         if self.measured {
-            return if self.weights.is_running() {
-                self.weights.advance(tests, if self.quarters == 1 { 1.0 } else { 2.0 })
-            } else {
-                Round::Done
-            };
+            return if self.weights.is_running() { self.weights.advance(tests) } else { Round::Done };
         }
         self.measured = true;
         self.weights.measure(tests, &self.theta, &self.solution);

@@ -65,7 +65,7 @@ fn weighed(tests: &TestWindows) -> Weighed {
         solution = solve(&sum);
         rounds += 1;
         assert!(rounds < 100, "it ends");
-        match weights.advance(tests, 1.0) {
+        match weights.advance(tests) {
             Round::Next => {}
             Round::Again => {
                 again = true;
