@@ -211,6 +211,7 @@ fn what_flies_sharpens_from_window_to_window() {
             *sum += (1e3 * f64::from(found.parameters[0]) - lag_ms).powi(2);
         }
     }
+    println!("lag, ms rms: {:?}", errors_ms.map(|sum| (sum / 8.0).sqrt()));
     // A half of it in simulation with truth drawn at random.
     assert!(errors_ms[1].sqrt() < 0.75 * errors_ms[0].sqrt(), "{errors_ms:?}");
 }

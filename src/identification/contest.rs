@@ -40,9 +40,9 @@ pub(crate) struct Outcome {
     pub p_value: f32,
     /// Share of the loser's misfit on unseen groups that the winner explains.
     pub explained: f32,
-    /// What the winner leaves of the field's misfit over what the sensor's own noise makes of it.
+    /// On all groups, what the winner leaves of the field's misfit over what the sensor's own noise makes of it.
     pub over_noise: f32,
-    /// By how much the winner's misfit to gravity is larger than the loser's, where a field was read.
+    /// On all groups, by how much the winner's misfit to gravity is larger than the loser's, where a field was read.
     pub objection: f32,
 }
 
@@ -95,12 +95,12 @@ impl Contest {
             }
             add(&mut sums, &gravity);
             add(&mut sums, &field);
-            let [of_gravity, of_field] = noise;
+            let [gravity_noise, field_noise] = noise;
             if test.field.is_some() {
                 add(&mut self.of_gravity, &gravity);
-                self.noise += of_field;
+                self.noise += field_noise;
             } else {
-                self.noise += of_gravity;
+                self.noise += gravity_noise;
             }
         }
         for (losses, sum) in self.losses.iter_mut().zip(sums) {
@@ -216,6 +216,22 @@ mod tests {
     use super::*;
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn what_is_left_over_noise_is_the_fields_alone_and_gravity_objects_by_its_own() {
+        let mut contest = Contest::zero();
+        contest.groups = 8;
+        contest.losses[0] = [4.0; MAX_GROUPS];
+        contest.losses[1] = [7.0; MAX_GROUPS];
+        contest.of_gravity = [14.0, 11.0, 0.0, 0.0];
+        contest.noise = 12.0;
+        let outcome = contest.between(0, 1);
+        // Of 32, 14 are gravity's; of 56, 32 are left.
+        assert_eq!((outcome.over_noise, outcome.objection), (1.5, 3.0));
+        assert!((outcome.explained - 24.0 / 56.0).abs() < 1e-6);
+        contest.noise = 0.0;
+        assert_eq!(contest.between(0, 1).over_noise, f32::INFINITY, "a noise that is not known is none to be down to");
+    }
 
     #[test]
     fn p_value_of_all_gains_equal_is_one_pattern_and_of_none_is_all() {

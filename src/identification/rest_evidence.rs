@@ -118,7 +118,7 @@ impl RestEvidence {
         let full = gyro_part(&solution(Freedom::Full)?);
         let bias = gyro_part(&solution(Freedom::Bias([0.0; 9]))?);
         // A pair makes two equations: along gravity it says nothing.
-        let equations = sum.gravity.rows * (2.0 / 3.0);
+        let equations = sum.gravity.rows * (COMPONENTS / 3.0);
         let free = equations - UNKNOWNS;
         if free <= 0.0 {
             return None;

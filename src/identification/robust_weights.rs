@@ -48,6 +48,12 @@ impl RobustWeights {
         self.graduation = Graduation::from(if variance > 0.0 { largest / variance } else { 0.0 });
     }
 
+    /// Those of a window with a disturbance.
+    #[cfg(test)]
+    pub fn begun() -> Self {
+        Self { graduation: Graduation::from(1e4), ..Self::zero() }
+    }
+
     /// Variance of one equation of the field by the sensor's own noise alone.
     pub fn sensor_noise(&self) -> f32 {
         let [_, field] = self.variances;

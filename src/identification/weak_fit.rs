@@ -199,3 +199,24 @@ fn taught_tests(context: &Context, job: &Job) -> usize {
     let hop_us = u64::from(stream.grid.interval_us) * stream.test_function.hop() as u64;
     job.p_known_us.saturating_sub(job.t_start_us).div_ceil(hop_us.max(1)) as usize
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_too_few_agree_shorter_test_windows_are_tried_and_after_the_shortest_all_of_the_longest_count() {
+        let (mut weak, tests) = (WeakFit::zero(), TestWindows::zero());
+        weak.quarters = UNDER_WAY;
+        assert!(!weak.begin_again(), "there were no weights");
+        for quarters in [2, 1, UNDER_WAY] {
+            assert!(!weak.measured);
+            weak.weights = RobustWeights::begun();
+            assert!(weak.begin_again());
+            assert_eq!((weak.quarters, weak.weights.of(0)), (quarters, [1.0; 2]));
+            assert!(!weak.weights.is_running());
+        }
+        assert_eq!(weak.next_weights(&tests), Round::Done);
+        assert!(!weak.begin_again());
+    }
+}

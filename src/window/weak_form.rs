@@ -47,8 +47,8 @@ pub(crate) struct WeakForm {
     ended: usize,
     /// The rate, rms over a test window, under which one holds nothing about P.
     moving_rate_rad_s: f32,
-    /// Quarters in a test window.
-    some: usize,
+    /// Length of a test window, in quarters of the longest.
+    length_quarters: usize,
 }
 
 impl WeakForm {
@@ -69,13 +69,13 @@ impl WeakForm {
             position: 0,
             ended: 0,
             moving_rate_rad_s: 0.0,
-            some: 0,
+            length_quarters: 0,
         }
     }
 
-    /// Begins anew with the nominal model w = P w_raw - c and test windows of `some` quarters.
-    pub fn start(&mut self, theta: &[f32; GYRO], moving_rate_rad_s: f32, some: usize) {
-        self.some = some;
+    /// Begins anew with the nominal model w = P w_raw - c and test windows of so many quarters.
+    pub fn start(&mut self, theta: &[f32; GYRO], moving_rate_rad_s: f32, length_quarters: usize) {
+        self.length_quarters = length_quarters;
         self.moving_rate_rad_s = moving_rate_rad_s;
         self.theta = *theta;
         self.p = Matrix3::from_fn(|i, j| theta[3 * i + j]);
@@ -142,7 +142,7 @@ impl WeakForm {
         self.ended += 1;
         let all: [&Quarter; UNDER_WAY] =
             core::array::from_fn(|number| &self.quarters[(self.ended + number) % UNDER_WAY]);
-        let quarters = all.get(UNDER_WAY - self.some..).filter(|_| self.ended >= self.some)?;
+        let quarters = all.get(UNDER_WAY - self.length_quarters..).filter(|_| self.ended >= self.length_quarters)?;
         Some(test_window::equations(quarters, function, self.moving_rate_rad_s, &self.theta))
     }
 }

@@ -50,19 +50,20 @@ fn assert_recording_replays(received: &Received) {
 /// What the sample clock's and the sensors' interrupts take of the stack.
 const INTERRUPT_BYTES: u32 = 512;
 
-/// The stack's high-water mark is reached when the second window has been judged, the first that may refine a P, and is within its limit.
+/// The stack's high-water mark is reached early, and is within its limit. The deepest call is the judgement of the second window, the first that
+/// may refine a P.
 fn assert_memory(received: &Received) {
     let marks: Vec<u32> = received.healths.iter().map(|health| health.stack_used_bytes).collect();
     println!("stack after each 5 s: {marks:?} of {}", received.healths[0].stack_size_bytes);
-    let (last, before) = (marks[marks.len() - 1], marks[marks.len() * 2 / 3]);
+    let (last, half) = (marks[marks.len() - 1], marks[marks.len() / 2]);
     // The interrupt's frame lies on whatever it interrupts.
-    assert!(last - before < INTERRUPT_BYTES, "the stack still grows in the last third: {before} to {last}");
+    assert!(last - half < INTERRUPT_BYTES, "the stack still grows in the second half: {half} to {last}");
     assert!(u64::from(last) <= image::STACK_LIMIT_BYTES, "{last} bytes of stack");
 }
 
 #[test]
 fn minutes_with_identification_and_diagnosis_lose_nothing_and_replay() {
-    let Some((landed, received)) = fly(150.0) else { return };
+    let Some((landed, received)) = fly(180.0) else { return };
     assert!(landed.count("windows") > Some(1) && landed.count("diagnoses") > Some(0));
     assert_recording_replays(&received);
     assert_memory(&received);
