@@ -32,6 +32,10 @@ pub struct IdentificationConfig {
     pub optimizer: OptimizerKind,
     /// Most cost evaluations of a search. Default 75, half as many again as IMOA needs from the least-squares point.
     pub max_evaluations: u32,
+    /// Gravity and field come from a reference attitude, not from sensors (bench mode). Default false. Then there are no errors of vector
+    /// sensors that P could be taken for: a P that wins beyond chance flies though it leaves much of the misfit, effects are found beside a P
+    /// that is free, and no test window loses its weight.
+    pub vectors_from_reference: bool,
 }
 
 impl IdentificationConfig {
@@ -49,6 +53,7 @@ impl IdentificationConfig {
         max_bias_rad_s: 0.0,
         optimizer: OptimizerKind::Imoa,
         max_evaluations: 0,
+        vectors_from_reference: false,
     };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
@@ -108,6 +113,7 @@ impl Default for IdentificationConfig {
             max_bias_rad_s: 5.0_f32.to_radians(),
             optimizer: OptimizerKind::Imoa,
             max_evaluations: 75,
+            vectors_from_reference: false,
         }
     }
 }

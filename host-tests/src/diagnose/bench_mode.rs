@@ -63,11 +63,11 @@ pub(super) fn diagnose(trace: &Trace, config: &Config) -> anyhow::Result<(Flight
     // Nothing has to wait for a chip: what comes before the hold-out is used up to its end.
     config.identification.latency_s = AT_ONCE_S;
     config.diagnosis.latency_s = AT_ONCE_S;
-    let config = &config;
-    let flight = fly_at_a_desk(&OF_THE_GYRO, config, &gyro_trace.samples)?;
-    let second = fly_at_a_desk(&OF_THE_VECTORS, config, &vector_trace.samples)?;
-    let of_gyro = diagnosed_with(&OF_THE_GYRO, &gyro_trace, config, &flight);
-    let of_vectors = diagnosed_with(&OF_THE_VECTORS, &vector_trace, config, &second);
+    let second = fly_at_a_desk(&OF_THE_VECTORS, &config, &vector_trace.samples)?;
+    let of_vectors = diagnosed_with(&OF_THE_VECTORS, &vector_trace, &config, &second);
+    config.identification.vectors_from_reference = true;
+    let flight = fly_at_a_desk(&OF_THE_GYRO, &config, &gyro_trace.samples)?;
+    let of_gyro = diagnosed_with(&OF_THE_GYRO, &gyro_trace, &config, &flight);
     let mut effects = of_gyro.effects;
     effects.extend(of_vectors.effects);
     let mut reports = of_gyro.reports;

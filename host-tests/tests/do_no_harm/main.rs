@@ -9,8 +9,13 @@ mod study;
 
 use handheld::{GyroError, KINDS};
 use meerkat_mwd::config::OptimizerKind;
-use mwd::{known_error, main_job::recording, trace::Trace};
-use played::play;
+use mwd::{
+    known_error,
+    main_job::recording,
+    simulate::{Gyro, Scenario, simulate},
+    trace::Trace,
+};
+use played::{play, play_against_reference};
 
 const OPTIMIZERS: [OptimizerKind; 3] = [OptimizerKind::Imoa, OptimizerKind::Lm, OptimizerKind::Ls];
 
@@ -82,5 +87,29 @@ fn no_p_flies_that_makes_motion_by_hand_worse() {
             GyroError::Percent(size) if size < 0.05 => {}
             GyroError::Percent(_) => assert!(accepted >= 4, "{accepted} of 16"),
         }
+    }
+}
+
+/// A P within 0.7 % of the identity, which vectors that are read cannot vouch for, shows against a reference.
+#[test]
+fn against_a_reference_a_factorys_small_error_is_taken_out_by_half_at_least() {
+    for kind in KINDS {
+        for fast in [false, true] {
+            let (trace, _) = handheld::record(kind, fast, GyroError::Factory, 110.0, 700 + kind as u64);
+            let Some(played) = play_against_reference(&trace, 0.5) else { continue };
+            let halved = played.accepted() && played.ratio() < 0.5;
+            assert!(halved, "{kind:?} fast {fast}: {:?} {:?}", played.scores, played.reports.last());
+        }
+    }
+}
+
+/// And a P that is right stays: the noise of a bad gyro makes none in 20 windows, each with one chance in a hundred at most.
+#[test]
+fn against_a_reference_noise_makes_no_p() {
+    for seed in 100..120 {
+        let gyro = Gyro { diagonal_sigma: 0.0, off_diagonal_sigma: 0.0, noise_deg_s_rthz: 0.2, ..Gyro::default() };
+        let (trace, _) = simulate(&Scenario { duration_s: 120.0, gyro, ..Scenario::default() }, seed);
+        let played = play_against_reference(&trace, 0.5).unwrap();
+        assert!(!played.accepted() && !played.harmful(), "{seed}: {:?}", played.reports);
     }
 }

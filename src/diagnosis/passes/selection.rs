@@ -75,9 +75,13 @@ impl Diagnosis {
     }
 
     /// Whether P, after all effects, explains most of what is left: then it is about to be identified, and stays free. Else what it would
-    /// take is the effects' own: which of two sensors' axes are turned cannot be told, and P flies as it is. `None`: there is more to do.
+    /// take is the effects' own: which of two sensors' axes are turned cannot be told, and P flies as it is. A reference's axes are not.
+    /// `None`: there is more to do.
     #[inline(never)]
     pub(super) fn p_is_wrong(&mut self, subject: &Subject) -> Option<bool> {
+        if subject.config.identification.vectors_from_reference {
+            return Some(true);
+        }
         let mut others = Model::new();
         for &column in self.model(subject, None).iter().filter(|column| usize::from(**column) >= P) {
             // As much room as the model has.

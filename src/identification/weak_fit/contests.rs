@@ -133,8 +133,9 @@ impl WeakFit {
         } else {
             let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
             let mut witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
-            // Three equations.
-            let noise = 3.0 * self.weights.sensor_noise() / self.variances.field;
+            // Three equations. Of exact vectors all that is left counts as noise: it is none of a missing effect of theirs.
+            let of_sensor = 3.0 * self.weights.sensor_noise() / self.variances.field;
+            let noise = if self.exact_vectors { f32::INFINITY } else { of_sensor };
             let limits = (self.disturbed, [0.0, noise]);
             self.contest.play(&mut witnesses, limits, models.len(), &known, &gyro_part(&self.solution))?;
             if filled().nth(mine.start).is_some_and(|(number, _)| number < self.taught_tests) {
