@@ -8,13 +8,16 @@ mod recordings;
 mod study;
 
 use handheld::{GyroError, KINDS};
-use meerkat_mwd::config::OptimizerKind;
+use meerkat_mwd::{config::OptimizerKind, identification::Decision};
 use mwd::{
+    configuration::of_trace,
+    flight::fly,
     known_error,
     main_job::recording,
-    simulate::{Gyro, Scenario, simulate},
+    simulate::{Effects, Gyro, MagneticBursts, Scenario, simulate},
     trace::Trace,
 };
+use nalgebra::Matrix3;
 use played::{play, play_against_reference};
 
 const OPTIMIZERS: [OptimizerKind; 3] = [OptimizerKind::Imoa, OptimizerKind::Lm, OptimizerKind::Ls];
@@ -88,6 +91,27 @@ fn no_p_flies_that_makes_motion_by_hand_worse() {
             GyroError::Percent(_) => assert!(accepted >= 4, "{accepted} of 16"),
         }
     }
+}
+
+/// Between bursts of the field: what they leave in their test windows, whatever the model, does not hide what P explains in the others.
+#[test]
+fn a_p_off_by_percents_flies_though_the_field_bursts() {
+    let mut accepted = 0;
+    for seed in 200..220 {
+        let magnetic_bursts = MagneticBursts { per_minute: 6.0, length_s: 2.5, peak_ut: 20.0 };
+        let effects = Effects { magnetic_bursts, ..Effects::default() };
+        let (trace, truth) = simulate(&Scenario { duration_s: 60.0, effects, ..Scenario::default() }, seed);
+        let report = *fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap().reports.last().unwrap();
+        if report.decision != Decision::Accepted {
+            continue;
+        }
+        accepted += 1;
+        assert!(report.explained.unwrap() > 0.95, "{seed}: {:?}", report.explained);
+        let [flown, factory] =
+            [report.flown.p_matrix(), Matrix3::identity()].map(|p| (p - truth.gyro.p_matrix()).norm());
+        assert!(flown < 0.5 * factory, "{seed}: {flown} of {factory}");
+    }
+    assert!(accepted >= 16, "{accepted} of 20");
 }
 
 /// A P within 0.7 % of the identity, which vectors that are read cannot vouch for, shows against a reference.

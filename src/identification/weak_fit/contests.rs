@@ -34,9 +34,9 @@ pub(crate) const FLOWN_P: usize = 1;
 pub(crate) const NOTHING: usize = 2;
 pub(crate) const FACTORY_P: usize = 3;
 
-/// What a test window of six normal components exceeds once in a thousand, over what it exceeds every other time (chi-square with 6
-/// degrees of freedom).
-const ONCE_IN_A_THOUSAND: f32 = 22.46 / 5.35;
+/// What a test window of six normal components exceeds once in a thousand, over what it exceeds three times of four (chi-square with 6
+/// degrees of freedom): the quarter that is left least of tells of the others, of which many may be disturbed.
+const ONCE_IN_A_THOUSAND: f32 = 22.46 / 3.45;
 
 /// Most probable chance win from which an error of the magnetometer is kept. At 5 % a hard iron that is not there is kept in one window of
 /// twenty, and makes the rate error up to five times larger, because it looks like a cross-coupling from the axis that turns.
@@ -172,9 +172,9 @@ impl WeakFit {
         others
     }
 
-    /// From how much the bias alone leaves in each test window: what is beyond doubt.
+    /// From how much P and bias leave in each test window: what is beyond doubt.
     pub fn measure_doubt(&mut self, tests: &TestWindows) -> Option<()> {
-        let x = self.fit(&Model { freedom: Freedom::Bias([0.0; 9]), magnetometer: self.magnetometer })?;
+        let x = self.fit(&Model::full(self.magnetometer))?;
         let mut misfits = [0.0; TESTS];
         let mut count = 0;
         for test in tests.all().filter(|test| !test.is_empty()) {
@@ -184,7 +184,7 @@ impl WeakFit {
                 count += 1;
             }
         }
-        self.disturbed = ONCE_IN_A_THOUSAND * quantile(misfits.get_mut(..count).unwrap_or_default(), 0.5);
+        self.disturbed = ONCE_IN_A_THOUSAND * quantile(misfits.get_mut(..count).unwrap_or_default(), 0.25);
         Some(())
     }
 }
