@@ -172,9 +172,11 @@ impl WeakFit {
         others
     }
 
-    /// From how much P and bias leave in each test window: what is beyond doubt.
+    /// From how much P and bias leave in each test window: what is beyond doubt. Of a reference's vectors, without noise, P leaves next to
+    /// nothing where the tool hardly turns, and what the bias alone leaves tells.
     pub fn measure_doubt(&mut self, tests: &TestWindows) -> Option<()> {
-        let x = self.fit(&Model::full(self.magnetometer))?;
+        let freedom = if self.exact_vectors { Freedom::Bias([0.0; 9]) } else { Freedom::Full };
+        let x = self.fit(&Model { freedom, magnetometer: self.magnetometer })?;
         let mut misfits = [0.0; TESTS];
         let mut count = 0;
         for test in tests.all().filter(|test| !test.is_empty()) {
