@@ -19,6 +19,7 @@ use crate::{
 };
 use nalgebra::{Matrix3, Vector3};
 
+mod all_windows;
 mod bias_steps;
 mod chosen;
 mod end_of_pass;

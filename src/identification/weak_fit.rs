@@ -35,8 +35,6 @@ pub(crate) struct WeakFit {
     pub quarters: usize,
     /// Whether the weights have been begun with.
     measured: bool,
-    /// Gravity and field come from a reference: they have no noise by which a disturbance could be told, and no errors for P to take up.
-    exact_vectors: bool,
     /// Test windows of the fit, how many of them lacked a rate, and how many hold gravity and the field.
     tests: u32,
     spoilt: u32,
@@ -65,7 +63,6 @@ impl WeakFit {
             weights: RobustWeights::zero(),
             quarters: 0,
             measured: false,
-            exact_vectors: false,
             tests: 0,
             spoilt: 0,
             seen: [0; 2],
@@ -88,8 +85,8 @@ impl WeakFit {
         self.prior = self.base.with(carried);
         self.weights.start();
         self.quarters = UNDER_WAY;
-        self.exact_vectors = context.config.identification.vectors_from_reference;
-        self.measured = self.exact_vectors;
+        // A reference's vectors have no noise by which a disturbance could be told.
+        self.measured = context.config.identification.vectors_from_reference;
         self.taught_tests = taught_tests(context, job);
         // A hard iron that is free bends to disturbances, and hides them.
         self.magnetometer = MagnetometerErrors::Lag;

@@ -175,10 +175,12 @@ impl WindowFit {
             }
             Phase::Doubt => {
                 weak.solve()?;
-                weak.measure_doubt(tests)?;
+                weak.measure_doubt(context, tests)?;
                 Phase::Magnetometer(0)
             }
-            Phase::Magnetometer(piece) if weak.play_magnetometer(tests, piece)? => Phase::Magnetometer(piece + 1),
+            Phase::Magnetometer(piece) if weak.play_magnetometer(context, tests, piece)? => {
+                Phase::Magnetometer(piece + 1)
+            }
             Phase::Magnetometer(_) => {
                 weak.choose_magnetometer(context.stream.magnet_moved_us > job.t_start_us);
                 Phase::Solve(0)

@@ -117,14 +117,17 @@ fn a_p_off_by_percents_flies_though_the_field_bursts() {
 /// A P within 0.7 % of the identity, which vectors that are read cannot vouch for, shows against a reference.
 #[test]
 fn against_a_reference_a_factorys_small_error_is_taken_out_by_half_at_least() {
+    let mut runs = 0;
     for kind in KINDS {
         for fast in [false, true] {
             let (trace, _) = handheld::record(kind, fast, GyroError::Factory, 110.0, 700 + kind as u64);
             let Some(played) = play_against_reference(&trace, 0.5) else { continue };
+            runs += 1;
             let halved = played.accepted() && played.ratio() < 0.5;
             assert!(halved, "{kind:?} fast {fast}: {:?} {:?}", played.scores, played.reports.last());
         }
     }
+    assert_eq!(runs, 2 * KINDS.len());
 }
 
 /// And a P that is right stays: the noise of a bad gyro makes none in 20 windows, each with one chance in a hundred at most.

@@ -34,16 +34,16 @@ impl Played {
 pub fn play(trace: &Trace, hold_out: f64, optimizer: OptimizerKind) -> Option<Played> {
     let mut config = Config { freeze_at_us: Some(freeze_at_us(trace, hold_out)), ..of_trace(trace) };
     config.identification.optimizer = optimizer;
-    score(trace, &config, fly(&config, &trace.samples, |_| {}).unwrap())
+    scored(trace, &config, fly(&config, &trace.samples, |_| {}).unwrap())
 }
 
 /// The same with the reference in the place of accelerometer and magnetometer.
 pub fn play_against_reference(trace: &Trace, hold_out: f64) -> Option<Played> {
     let config = Config { freeze_at_us: Some(freeze_at_us(trace, hold_out)), ..of_trace(trace) };
-    score(trace, &config, against_reference(trace, &config).unwrap().0)
+    scored(trace, &config, against_reference(trace, &config).unwrap().0)
 }
 
-fn score(trace: &Trace, config: &Config, flight: Flight) -> Option<Played> {
+fn scored(trace: &Trace, config: &Config, flight: Flight) -> Option<Played> {
     let settings = score::Settings { from_us: config.freeze_at_us.unwrap(), ..score::Settings::default() };
     let reference = score::score(trace, &flight, &settings)?;
     let scores = match reference.time_alignment_ms {

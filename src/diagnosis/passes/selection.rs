@@ -95,7 +95,7 @@ impl Diagnosis {
     }
 
     /// Whether a candidate is neither in the model nor out of question.
-    fn is_open(&self, index: usize) -> bool {
+    pub(super) fn is_open(&self, index: usize) -> bool {
         let is_chosen = self.chosen.iter().any(|chosen| usize::from(chosen.index) == index);
         !is_chosen && self.banned.checked_shr(index as u32).unwrap_or(0) & 1 == 0
     }
@@ -112,83 +112,6 @@ impl Diagnosis {
                 *noted = if worth > 0.0 { worth } else { 0.0 };
             }
         }
-    }
-
-    /// Keeps what this window showed for the next. A step of the bias says nothing about another one.
-    pub(super) fn remember(&mut self, subject: &Subject, history: &mut History) {
-        let mut p_values = self.tried.map(|tried| tried.p_value);
-        for chosen in &self.chosen {
-            if let Some(p_value) = p_values.get_mut(usize::from(chosen.index)) {
-                *p_value = chosen.p_value;
-            }
-        }
-        for (index, both) in p_values.iter_mut().zip(&mut self.worths).enumerate() {
-            if Self::is_bias_step(subject, index) {
-                (*both.0, *both.1) = (1.0, 0.0);
-            }
-        }
-        history.remember(&p_values, &self.worths);
-    }
-
-    /// Begins to add this window's scores to those of the windows before.
-    pub(super) fn begin_history(&mut self, history: &mut History) {
-        let chosen = self.chosen.iter();
-        history.begin(
-            chosen.fold(self.banned, |mask, chosen| mask | 1_u32.checked_shl(u32::from(chosen.index)).unwrap_or(0)),
-        );
-    }
-
-    /// Adds a candidate's scores, and keeps it if it shows most so far in all windows together.
-    #[inline(never)]
-    pub(super) fn tries_with_history(&mut self, subject: &Subject, index: usize, history: &mut History) -> Tested {
-        if !self.is_open(index) {
-            return Tested::Done;
-        }
-        if !self.trial.is_under_way {
-            let model = self.model(subject, None);
-            let columns = self.columns_of(subject, index);
-            if self.find_scores(columns.clone(), &model).is_none() {
-                return Tested::Done;
-            }
-            let Some(together) = history.with(&columns, &self.trial.scores) else { return Tested::Done };
-            self.trial.scores = together;
-            self.trial.start(columns.len());
-            return Tested::Under;
-        }
-        let Some((twice_the_gain, p_value)) = self.trial.step() else { return Tested::Under };
-        if !self.is_possible(subject, index) {
-            return Tested::Done;
-        }
-        let windows = f32::from(history.windows());
-        let evidence = 0.5 * twice_the_gain / windows;
-        if let Some(tried) = self.tried.get_mut(index).filter(|tried| tried.p_value > p_value) {
-            (tried.evidence, tried.p_value) = (evidence, p_value);
-        }
-        let worth = self.worth(subject, index, evidence);
-        if self.leads(subject, index, p_value, worth) {
-            let Trial { whitening, whitened, .. } = &self.trial;
-            let sigma = whitening.sandwich(whitened).map(|x| x / windows);
-            self.estimate = whitening.estimate(whitened).map(|x| x / windows);
-            let found = Chosen { index: index as u8, evidence, p_value, sigma, by_history: true, ..Chosen::NONE };
-            self.keep(found, worth);
-        }
-        Tested::Done
-    }
-
-    /// Adds the candidate that shows most in all windows together to the model.
-    pub(super) fn add_by_history(&mut self, subject: &Subject) -> bool {
-        let Some((found, _)) = self.best.pop() else { return false };
-        if !self.is_open(usize::from(found.index)) {
-            return false;
-        }
-        let columns = self.columns_of(subject, usize::from(found.index));
-        let residual_before_rad = Self::shown_in(subject, found.index, self.residual);
-        if self.chosen.push(Chosen { residual_before_rad, ..found }).is_err() {
-            return false;
-        }
-        let estimate = self.estimate;
-        self.x.get_mut(columns).unwrap_or_default().iter_mut().zip(estimate).for_each(|(x, found)| *x = found);
-        true
     }
 
     /// Drops a chosen effect that, as far as it is seen to be there, is not beyond its own deviation, or that, with the others there, no
@@ -274,21 +197,21 @@ impl Diagnosis {
     }
 
     /// Whether what the trial shows is of a sign that the effect can have: a magnetometer that leads is a gyro that lags.
-    fn is_possible(&self, subject: &Subject, index: usize) -> bool {
+    pub(super) fn is_possible(&self, subject: &Subject, index: usize) -> bool {
         let estimate = self.trial.whitening.estimate(&self.trial.whitened);
         let parameters = subject.library.get(index).map_or(&[][..], |effect| effect.parameters());
         parameters.iter().zip(&estimate).all(|(parameter, x)| parameter.signed || *x >= 0.0)
     }
 
     /// Keeps a candidate as the best so far.
-    fn keep(&mut self, found: Chosen, worth: f32) {
+    pub(super) fn keep(&mut self, found: Chosen, worth: f32) {
         self.best.clear();
         // Just emptied.
         let _ = self.best.push((found, worth));
     }
 
     /// Whether a candidate shows beyond chance, and more than the best so far.
-    fn leads(&self, subject: &Subject, index: usize, chance: f32, worth: f32) -> bool {
+    pub(super) fn leads(&self, subject: &Subject, index: usize, chance: f32, worth: f32) -> bool {
         // A name has to be clearly the likelier.
         let lead = if Self::is_outside(subject, index) { -LEAST_LEAD } else { LEAST_LEAD };
         let least = self.best.first().map_or(LEAST_WORTH, |(_, most)| most + lead);

@@ -44,8 +44,8 @@ const MAGNETOMETER_P_VALUE: f32 = 0.01;
 
 impl WeakFit {
     /// Plays half of a group of the contest about the magnetometer, the `piece`th of all; `Some(false)` when there is none left.
-    pub fn play_magnetometer(&mut self, tests: &TestWindows, piece: usize) -> Option<bool> {
-        self.play(tests, piece, &MAGNETOMETER_MODELS)
+    pub fn play_magnetometer(&mut self, context: &Context, tests: &TestWindows, piece: usize) -> Option<bool> {
+        self.play(context, tests, piece, &MAGNETOMETER_MODELS)
     }
 
     /// Keeps those errors of the magnetometer that predict unseen test windows better; the window is to be solved again with them. An error that
@@ -79,7 +79,7 @@ impl WeakFit {
             let about = (&self.base, &self.theta);
             return self.rests.play(context, piece, &models, about, &mut self.contest);
         }
-        self.play(tests, piece, &models)
+        self.play(context, tests, piece, &models)
     }
 
     /// Whether pairs of rests take the place of test windows in the contest about the gyro.
@@ -114,7 +114,7 @@ impl WeakFit {
     }
 
     /// First the models are fitted to the equations of all but the group, then the group is predicted.
-    fn play(&mut self, tests: &TestWindows, piece: usize, models: &[Model]) -> Option<bool> {
+    fn play(&mut self, context: &Context, tests: &TestWindows, piece: usize, models: &[Model]) -> Option<bool> {
         let filled = || tests.numbered().filter(|(_, test)| !test.is_empty());
         let count = filled().count();
         let groups = (count / TESTS_PER_GROUP).min(MAX_GROUPS);
@@ -133,9 +133,10 @@ impl WeakFit {
         } else {
             let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
             let mut witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
-            // Three equations. Of exact vectors all that is left counts as noise: it is none of a missing effect of theirs.
+            // Three equations. Of a reference's vectors all that is left counts as noise: they have no errors that P could be taken for.
             let of_sensor = 3.0 * self.weights.sensor_noise() / self.variances.field;
-            let noise = if self.exact_vectors { f32::INFINITY } else { of_sensor };
+            let is_exact = context.config.identification.vectors_from_reference;
+            let noise = if is_exact { f32::INFINITY } else { of_sensor };
             let limits = (self.disturbed, [0.0, noise]);
             self.contest.play(&mut witnesses, limits, models.len(), &known, &gyro_part(&self.solution))?;
             if filled().nth(mine.start).is_some_and(|(number, _)| number < self.taught_tests) {
@@ -174,8 +175,9 @@ impl WeakFit {
 
     /// From how much P and bias leave in each test window: what is beyond doubt. Of a reference's vectors, without noise, P leaves next to
     /// nothing where the tool hardly turns, and what the bias alone leaves tells.
-    pub fn measure_doubt(&mut self, tests: &TestWindows) -> Option<()> {
-        let freedom = if self.exact_vectors { Freedom::Bias([0.0; 9]) } else { Freedom::Full };
+    pub fn measure_doubt(&mut self, context: &Context, tests: &TestWindows) -> Option<()> {
+        let is_exact = context.config.identification.vectors_from_reference;
+        let freedom = if is_exact { Freedom::Bias([0.0; 9]) } else { Freedom::Full };
         let x = self.fit(&Model { freedom, magnetometer: self.magnetometer })?;
         let mut misfits = [0.0; TESTS];
         let mut count = 0;
