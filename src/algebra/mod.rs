@@ -13,7 +13,7 @@ mod vectors;
 
 pub(crate) use cholesky::{factorise, solve_lower, solve_upper};
 pub(crate) use eigen::Jacobi;
-pub(crate) use packed::Cholesky;
 pub use packed::Packed;
+pub(crate) use packed::{Cholesky, add_outers};
 pub(crate) use quantile::quantile;
 pub(crate) use vectors::{add_scaled, dot, minus, plus};

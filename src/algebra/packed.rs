@@ -29,6 +29,22 @@ fn write(elements: &mut [f32], i: usize, j: usize, value: f32) {
     }
 }
 
+/// Adds `weight * row row^T` of three rows to a lower triangle, row by row: each sum is read and written once.
+#[inline(never)]
+pub(crate) fn add_outers(triangle: &mut [f32], [a, b, c]: [&[f32]; 3], weight: f32) {
+    let mut rest = triangle;
+    for length in 1..=a.len() {
+        // All of one length, so that the compiler need not look for the shortest.
+        let (Some(a), Some(b), Some(c)) = (a.get(..length), b.get(..length), c.get(..length)) else { return };
+        let Some((sums, next)) = core::mem::take(&mut rest).split_at_mut_checked(length) else { return };
+        let [wa, wb, wc] = [a, b, c].map(|row| weight * row.last().copied().unwrap_or(0.0));
+        for (((sum, x), y), z) in sums.iter_mut().zip(a).zip(b).zip(c) {
+            *sum += wa * x + wb * y + wc * z;
+        }
+        rest = next;
+    }
+}
+
 impl<const D: usize, const T: usize> Packed<D, T> {
     const SIZES_AGREE: () = assert!(T == D * (D + 1) / 2);
 
@@ -66,18 +82,9 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         }
     }
 
-    /// Adds `weight * row row^T` of three rows: each sum is read and written once.
-    pub(crate) fn add_outers(&mut self, rows: &[[f32; D]; 3], weight: f32) {
-        let [a, b, c] = rows;
-        let mut rest = self.0.as_mut_slice();
-        for i in 0..D {
-            let Some((sums, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
-            let (wa, wb, wc) = (weight * a[i], weight * b[i], weight * c[i]);
-            for (((sum, x), y), z) in sums.iter_mut().zip(a).zip(b).zip(c) {
-                *sum += wa * x + wb * y + wc * z;
-            }
-            rest = next;
-        }
+    /// Adds `weight * row row^T` of three rows.
+    pub(crate) fn add_outers(&mut self, [a, b, c]: &[[f32; D]; 3], weight: f32) {
+        add_outers(&mut self.0, [a, b, c], weight);
     }
 
     /// Multiplies every element.

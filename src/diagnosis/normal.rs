@@ -1,5 +1,5 @@
 use super::weak_columns::COLUMNS;
-use crate::algebra::{factorise, solve_lower, solve_upper};
+use crate::algebra::{add_outers, factorise, solve_lower, solve_upper};
 
 /// Most columns of one model: the gyro's 12 and those of a few effects.
 pub(super) const MAX_COLUMNS: usize = 36;
@@ -27,16 +27,7 @@ impl Normal {
 
     /// Adds the weighted outer products of three rows, of the first `columns` columns.
     pub fn add(&mut self, rows: &[[f32; COLUMNS]; 3], columns: usize, weight: f32) {
-        let [a, b, c] = rows;
-        let mut rest = self.0.as_mut_slice();
-        for (i, ((own_a, own_b), own_c)) in a.iter().zip(b).zip(c).enumerate().take(columns) {
-            let Some((sums, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
-            let (wa, wb, wc) = (weight * own_a, weight * own_b, weight * own_c);
-            for (((sum, x), y), z) in sums.iter_mut().zip(a).zip(b).zip(c) {
-                *sum += wa * x + wb * y + wc * z;
-            }
-            rest = next;
-        }
+        add_outers(&mut self.0, rows.each_ref().map(|row| row.get(..columns).unwrap_or_default()), weight);
     }
 }
 

@@ -137,11 +137,18 @@ impl Contest {
         self.fresh_from = self.groups;
     }
 
+    /// Whether `winner` cannot win beyond chance any more, once `groups` are played: on those to come its gains may be as large as they like,
+    /// but in one pattern of so many all of them keep their signs, and among those the patterns of the gains so far are what they are.
+    pub fn is_decided_against(&self, winner: usize, loser: usize, groups: usize, most_p_value: f32) -> bool {
+        let to_come = groups.saturating_sub(self.groups).min(MAX_GROUPS);
+        self.between(winner, loser).p_value > most_p_value * (1_u32 << to_come) as f32
+    }
+
     fn outcome(&self, winner: usize, loser: usize, from: usize) -> Outcome {
         let (Some(of_winner), Some(of_loser)) = (self.losses.get(winner), self.losses.get(loser)) else {
             return Outcome { p_value: f32::NAN, explained: f32::NAN, over_noise: f32::NAN, objection: f32::NAN };
         };
-        // A group that does not count has no gain, which has as many patterns of either sign.
+        // A group before the first that counts has no gain, which has as many patterns of either sign.
         let mut gains = [0.0; MAX_GROUPS];
         let (mut won, mut lost) = (0.0, 0.0);
         for ((w, l), gain) in of_winner.iter().zip(of_loser).zip(&mut gains).take(self.groups).skip(from) {
@@ -152,7 +159,7 @@ impl Contest {
         let explained = if lost > 0.0 { 1.0 - won / lost } else { 0.0 };
         let gravity = |index: usize| self.of_gravity.get(index).copied().unwrap_or(f32::NAN);
         Outcome {
-            p_value: sign_flip_p_value(&gains),
+            p_value: sign_flip_p_value(gains.get(..self.groups).unwrap_or_default()),
             explained,
             over_noise: (won - gravity(winner)) / self.noise,
             objection: gravity(winner) - gravity(loser),
@@ -187,7 +194,7 @@ fn add(sums: &mut [f32; MODELS], misfits: &[f32; MODELS]) {
 #[inline(never)]
 fn sign_flip_p_value(gains: &[f32]) -> f32 {
     // A pattern and its opposite have opposite sums: half of them are gone through, the last gain's sign kept.
-    let halves = (1_u32 << gains.len()) / 2;
+    let halves = ((1_u32 << gains.len()) / 2).max(1);
     // A thousand additions round; the observed pattern must count itself.
     let (observed, size) = gains.iter().fold((0.0, 0.0), |(sum, size), g| (sum + g, size + libm::fabsf(*g)));
     let tolerance = 1e-4 * size;
@@ -234,9 +241,32 @@ mod tests {
     }
 
     #[test]
+    fn what_is_decided_against_is_not_won_whatever_comes_and_what_is_not_can_be() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(3);
+        let mut deviate = || generator.next_u32() as f32 / u32::MAX as f32 - 0.5;
+        let mut decided = 0;
+        for _ in 0..500 {
+            let mut contest = Contest::zero();
+            contest.losses[0] = core::array::from_fn(|_| 5.0 + deviate());
+            contest.losses[1] = [5.0; MAX_GROUPS];
+            contest.groups = 1 + (9.0 * (deviate() + 0.5)) as usize;
+            let is_decided = contest.is_decided_against(0, 1, MAX_GROUPS, 0.01);
+            decided += u32::from(is_decided);
+            // The best that can come: larger gains than all so far, on every group.
+            for group in contest.groups..MAX_GROUPS {
+                contest.losses[1][group] = 15.0;
+            }
+            contest.groups = MAX_GROUPS;
+            assert_eq!(contest.between(0, 1).p_value > 0.01, is_decided);
+        }
+        assert!((100..400).contains(&decided), "{decided}");
+    }
+
+    #[test]
     fn p_value_of_all_gains_equal_is_one_pattern_and_of_none_is_all() {
         assert_eq!(sign_flip_p_value(&[1.0; 10]), 1.0 / 1024.0);
         assert_eq!(sign_flip_p_value(&[-1.0; 10]), 1.0);
+        assert_eq!(sign_flip_p_value(&[]), 1.0);
         assert_eq!(sign_flip_p_value(&[3.0, -1.0, 2.0]), 2.0 / 8.0);
     }
 

@@ -182,10 +182,13 @@ impl SampleStream {
 
     /// Increment `index` without the active effects.
     pub fn increment(&self, index: u32) -> Increment {
+        if self.effects.is_empty() { self.read(index) } else { self.without_effects(index) }
+    }
+
+    // A function of its own, so that its registers are not saved where there are no effects.
+    #[inline(never)]
+    fn without_effects(&self, index: u32) -> Increment {
         let read = self.read(index);
-        if self.effects.is_empty() {
-            return read;
-        }
         let Some(raw) = read.rate else { return read };
         let nominal = |raw: Vector3<f32>| {
             let [p00, p01, p02, p10, p11, p12, p20, p21, p22, c0, c1, c2] = self.theta;

@@ -10,7 +10,7 @@ use crate::{
         least_squares::{self, Freedom, Known, MagnetometerErrors, Model},
         prior::theta_of,
     },
-    window::{Equations, TESTS, TestWindows, gyro_part},
+    window::{Equations, TESTS, TestEquations, TestWindows, gyro_part},
 };
 use core::ops::Range;
 
@@ -43,8 +43,14 @@ const ONCE_IN_A_THOUSAND: f32 = 22.46 / 3.45;
 const MAGNETOMETER_P_VALUE: f32 = 0.01;
 
 impl WeakFit {
-    /// Plays half of a group of the contest about the magnetometer, the `piece`th of all; `Some(false)` when there is none left.
+    /// Plays half of a group of the contest about the magnetometer, the `piece`th of all; `Some(false)` when there is none left, or no error
+    /// of it can win any more.
     pub fn play_magnetometer(&mut self, context: &Context, tests: &TestWindows, piece: usize) -> Option<bool> {
+        let groups = groups_of(filled(tests).count());
+        let is_lost = |error: usize| self.contest.is_decided_against(error, error + 1, groups, MAGNETOMETER_P_VALUE);
+        if self.contest.groups() > 0 && is_lost(0) && is_lost(1) {
+            return Some(false);
+        }
         self.play(context, tests, piece, &MAGNETOMETER_MODELS)
     }
 
@@ -75,11 +81,14 @@ impl WeakFit {
             Freedom::Bias(p_part(&minus(&factory, &self.theta))),
         ]
         .map(|freedom| Model { freedom, magnetometer: self.magnetometer });
+        // As long as the factory's P flies the last is the second again, and nobody asks for it.
+        let flies_factory = context.flown.p == context.config.gyro.p;
+        let models = models.get(..FACTORY_P).filter(|_| flies_factory).unwrap_or(&models);
         if self.is_judged_by_rests(context) {
             let about = (&self.base, &self.theta);
-            return self.rests.play(context, piece, &models, about, &mut self.contest);
+            return self.rests.play(context, piece, models, about, &mut self.contest);
         }
-        self.play(context, tests, piece, &models)
+        self.play(context, tests, piece, models)
     }
 
     /// Whether pairs of rests take the place of test windows in the contest about the gyro.
@@ -115,9 +124,8 @@ impl WeakFit {
 
     /// First the models are fitted to the equations of all but the group, then the group is predicted.
     fn play(&mut self, context: &Context, tests: &TestWindows, piece: usize, models: &[Model]) -> Option<bool> {
-        let filled = || tests.numbered().filter(|(_, test)| !test.is_empty());
-        let count = filled().count();
-        let groups = (count / TESTS_PER_GROUP).min(MAX_GROUPS);
+        let count = filled(tests).count();
+        let groups = groups_of(count);
         let group = piece / 2;
         if group >= groups {
             return Some(false);
@@ -132,14 +140,14 @@ impl WeakFit {
             self.contest.fit(&others, models, &known)?;
         } else {
             let known = Known { variances: &self.variances, base: &self.base, prior: &self.prior, theta: &self.theta };
-            let mut witnesses = filled().skip(mine.start).take(mine.len()).map(|(_, test)| test);
+            let mut witnesses = filled(tests).skip(mine.start).take(mine.len()).map(|(_, test)| test);
             // Three equations. Of a reference's vectors all that is left counts as noise: they have no errors that P could be taken for.
             let of_sensor = 3.0 * self.weights.sensor_noise() / self.variances.field;
             let is_exact = context.config.identification.vectors_from_reference;
             let noise = if is_exact { f32::INFINITY } else { of_sensor };
             let limits = (self.disturbed, [0.0, noise]);
             self.contest.play(&mut witnesses, limits, models.len(), &known, &gyro_part(&self.solution))?;
-            if filled().nth(mine.start).is_some_and(|(number, _)| number < self.taught_tests) {
+            if filled(tests).nth(mine.start).is_some_and(|(number, _)| number < self.taught_tests) {
                 self.contest.not_fresh();
             }
         }
@@ -153,8 +161,7 @@ impl WeakFit {
         let mut others = self.total;
         let (theta, weights) = (&self.theta, &self.weights);
         let add = |sum: &mut Equations, range: Range<usize>, sign: f32| {
-            let filled = tests.numbered().filter(|(_, test)| !test.is_empty());
-            for (number, test) in filled.skip(range.start).take(range.len()) {
+            for (number, test) in filled(tests).skip(range.start).take(range.len()) {
                 sum.add(test, theta, weights.of(number).map(|weight| sign * weight));
             }
         };
@@ -181,7 +188,7 @@ impl WeakFit {
         let x = self.fit(&Model { freedom, magnetometer: self.magnetometer })?;
         let mut misfits = [0.0; TESTS];
         let mut count = 0;
-        for test in tests.all().filter(|test| !test.is_empty()) {
+        for (_, test) in filled(tests) {
             if let Some(slot) = misfits.get_mut(count) {
                 let [[gravity], [field]] = least_squares::test_misfits(test, &self.known(), &[x]);
                 *slot = gravity + field;
@@ -191,6 +198,16 @@ impl WeakFit {
         self.disturbed = ONCE_IN_A_THOUSAND * quantile(misfits.get_mut(..count).unwrap_or_default(), 0.25);
         Some(())
     }
+}
+
+/// The test windows that say something, with their numbers.
+fn filled(tests: &TestWindows) -> impl Iterator<Item = (usize, &TestEquations)> {
+    tests.numbered().filter(|(_, test)| !test.is_empty())
+}
+
+/// How many groups so many of them make.
+fn groups_of(count: usize) -> usize {
+    (count / TESTS_PER_GROUP).min(MAX_GROUPS)
 }
 
 /// The part of P of a theta.
