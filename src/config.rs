@@ -2,6 +2,8 @@
 //!
 //! Configuration is apart from state: a [`Config`] is checked once by [`Config::validate`] and never changes while drilling.
 
+use core::f32::consts::{FRAC_PI_2, PI};
+
 mod attitude;
 mod diagnosis;
 mod drilling_dynamics;
@@ -114,7 +116,7 @@ impl Config {
     pub fn validate(&self) -> Result<(), ConfigError> {
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         let positive = |x: f32| x.is_finite() && x > 0.0;
-        let optional = |x: Option<f32>| x.is_none_or(f32::is_finite);
+        let within = |x: Option<f32>, most: f32| x.is_none_or(|x| libm::fabsf(x) <= most);
         let optional_positive = |x: Option<f32>| x.is_none_or(positive);
         check((100..=50_000).contains(&self.sample_period_us), "sample_period_us", "100 to 50000 (20 Hz to 10 kHz)")?;
         check(optional_positive(self.full_scale.gyro_rad_s), "full_scale.gyro_rad_s", "positive")?;
@@ -126,9 +128,9 @@ impl Config {
         let earth = &self.earth;
         check((9.0..=10.5).contains(&earth.gravity_m_s2), "earth.gravity_m_s2", "9.0 to 10.5")?;
         check(optional_positive(earth.magnetic_field_ut), "earth.magnetic_field_ut", "positive")?;
-        check(optional(earth.dip_rad), "earth.dip_rad", "finite")?;
-        check(optional(earth.declination_rad), "earth.declination_rad", "finite")?;
-        check(optional(earth.latitude_rad), "earth.latitude_rad", "finite")?;
+        check(within(earth.dip_rad, FRAC_PI_2), "earth.dip_rad", "-pi/2 to pi/2")?;
+        check(within(earth.declination_rad, PI), "earth.declination_rad", "-pi to pi")?;
+        check(within(earth.latitude_rad, FRAC_PI_2), "earth.latitude_rad", "-pi/2 to pi/2")?;
         self.latency.validate()?;
         self.attitude.validate()?;
         self.identification.validate()?;
@@ -153,6 +155,15 @@ mod tests {
         config = Config::default();
         config.latency.mag_s = Some(-0.001);
         assert_eq!(config.validate().map_err(|e| e.field), Err("latency.mag_s"));
+        // Degrees for radians.
+        config = Config::default();
+        config.earth.latitude_rad = Some(45.0);
+        assert_eq!(config.validate().map_err(|e| e.field), Err("earth.latitude_rad"));
+        config.earth.latitude_rad = Some(-FRAC_PI_2);
+        config.earth.dip_rad = Some(f32::NAN);
+        assert_eq!(config.validate().map_err(|e| e.field), Err("earth.dip_rad"));
+        config.earth.dip_rad = Some(FRAC_PI_2);
+        assert_eq!(config.validate(), Ok(()));
         config = Config::default();
         config.survey.near_vertical_rad = 0.0;
         assert_eq!(config.validate().map_err(|e| e.field), Err("survey.near_vertical_rad"));

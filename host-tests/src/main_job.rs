@@ -157,21 +157,28 @@ fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> i
 
 fn scores(out: &mut impl Write, config: &Config, trace: &Trace, flight: &Flight) -> io::Result<()> {
     let settings = score::Settings { from_us: config.freeze_at_us.unwrap_or(0), ..score::Settings::default() };
-    let Some(Reference { orientation_2s_rms_time_aligned_deg: aligned, attitude_rms_deg, .. }) =
-        score::score(trace, flight, &settings)
-    else {
+    let Some(reference) = score::score(trace, flight, &settings) else {
         return writeln!(out, "   no reference to score against");
     };
+    let Reference { attitude_rms_deg, .. } = reference;
     let cell = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2}"));
-    let PerModel { uncompensated, bias_only, twelve_parameters, with_effects } = aligned;
+    let row = |PerModel { uncompensated, bias_only, twelve_parameters, with_effects }: PerModel| {
+        let [uncompensated, bias_only, twelve, flown] =
+            [uncompensated, bias_only, twelve_parameters, with_effects].map(cell);
+        format!("uncompensated {uncompensated}, bias only {bias_only}, twelve parameters {twelve}, FLOWN {flown}")
+    };
     writeln!(
         out,
-        "   rotation error over 2 s, deg rms: uncompensated {}, bias only {}, twelve parameters {}, FLOWN {}",
-        cell(uncompensated),
-        cell(bias_only),
-        cell(twelve_parameters),
-        cell(with_effects)
+        "   rotation error over 2 s, deg rms of the smallest 98 %: {}",
+        row(reference.orientation_2s_rms_deg)
     )?;
+    if let Some(delay_ms) = reference.time_alignment_ms {
+        let aligned = row(reference.orientation_2s_rms_time_aligned_deg);
+        writeln!(
+            out,
+            "   one delay of the gyro behind the reference ({delay_ms:.1} ms) fitted to that half: {aligned}"
+        )?;
+    }
     writeln!(
         out,
         "   attitude error, deg rms: total {}, heading {}, inclination {}",

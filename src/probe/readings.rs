@@ -54,9 +54,11 @@ impl Probe {
         flags.set(AttitudeFlags::FAULT, sample.flags.contains(SampleFlags::FAULT));
         let readings = [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut];
         let missing = [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
+        let limit = self.config.identification.max_bias_rad_s;
+        let turning = sample.gyro_rad_s.iter().any(|rate| libm::fabsf(*rate) >= limit);
         for ((stale, reading), missing) in self.staleness.iter_mut().zip(readings).zip(missing) {
             if !sample.flags.contains(missing) {
-                stale.observe(reading);
+                stale.observe(reading, turning);
                 if stale.same > self.samples_per_second {
                     flags.insert(AttitudeFlags::FROZEN_SENSOR);
                 }

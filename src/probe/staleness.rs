@@ -1,4 +1,5 @@
-/// An axis that reads exactly zero so many times while the others do not is dead: a live one has noise.
+/// An axis that repeats itself so many times while the other two do not, and the probe turns, is dead: a live one turns with it, and has
+/// noise. At rest that of a good sensor may be below its resolution; but exactly zero is what a dead one reads.
 const DEAD_READINGS: u16 = 50;
 
 /// Counts how long a sensor has given the same reading, missing ones left out.
@@ -8,33 +9,76 @@ pub(super) struct Staleness {
     /// The reading before the first one that was as the last.
     before: [f32; 3],
     pub same: u32,
-    /// Zeros in a row, by axis.
-    zeros: [u16; 3],
+    /// Zeros, and repetitions while the probe turned, in a row, by axis.
+    repeated: [u16; 3],
 }
 
 impl Staleness {
     pub const fn zero() -> Self {
-        Self { last: [0.0; 3], before: [0.0; 3], same: 0, zeros: [0; 3] }
+        Self { last: [0.0; 3], before: [0.0; 3], same: 0, repeated: [0; 3] }
     }
 
-    pub fn observe(&mut self, reading: [f32; 3]) {
-        for (zeros, x) in self.zeros.iter_mut().zip(reading) {
-            *zeros = if x == 0.0 { zeros.saturating_add(1) } else { 0 };
+    /// Takes a reading; `turning`: whether the probe turns.
+    pub fn observe(&mut self, reading: [f32; 3], turning: bool) {
+        let is_new = reading != self.last;
+        for ((repeated, x), last) in self.repeated.iter_mut().zip(reading).zip(self.last) {
+            if x == 0.0 || x == last && is_new && turning {
+                *repeated = repeated.saturating_add(1);
+            } else if x != last {
+                *repeated = 0;
+            }
         }
-        if reading == self.last {
-            self.same = self.same.saturating_add(1);
-        } else {
+        if is_new {
             (self.before, self.last, self.same) = (self.last, reading, 0);
+        } else {
+            self.same = self.same.saturating_add(1);
         }
     }
 
     /// Whether an axis is dead.
     pub fn has_dead_axis(&self) -> bool {
-        self.zeros.iter().any(|zeros| *zeros >= DEAD_READINGS)
+        self.repeated.iter().any(|repeated| *repeated >= DEAD_READINGS)
     }
 
     /// Whether the reading and the one before it were below `limit` on all axes.
     pub fn is_still(&self, limit: f32) -> bool {
         self.last.iter().chain(&self.before).all(|x| libm::fabsf(*x) < limit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether an axis of a sensor is dead after readings in which it stands at `x` and the others change every `hold` readings.
+    fn is_dead(x: f32, readings: u16, hold: u16, turning: bool) -> bool {
+        let mut staleness = Staleness::zero();
+        for k in 0..readings {
+            let live = f32::from(k / hold) * 0.1 + 1.0;
+            staleness.observe([live, x, -live], turning);
+        }
+        staleness.has_dead_axis()
+    }
+
+    #[test]
+    fn an_axis_that_repeats_itself_is_dead_if_the_probe_turns_or_it_is_zero() {
+        assert!(is_dead(0.3, DEAD_READINGS + 1, 1, true) && !is_dead(0.3, DEAD_READINGS, 1, true));
+        assert!(!is_dead(0.3, 1000, 1, false), "the noise of a good sensor at rest is below its resolution");
+        assert!(is_dead(0.0, DEAD_READINGS, 1, false));
+        // Of a sensor that is read more often than it converts only the new readings count.
+        assert!(!is_dead(0.3, DEAD_READINGS, 5, true) && is_dead(0.3, 5 * DEAD_READINGS + 5, 5, true));
+    }
+
+    #[test]
+    fn one_that_changes_is_alive_again() {
+        let mut staleness = Staleness::zero();
+        for k in 0..100_u8 {
+            staleness.observe([0.3, f32::from(k), 1.0 + f32::from(k)], true);
+        }
+        assert!(staleness.has_dead_axis());
+        staleness.observe([0.3, 0.0, 0.0], false);
+        assert!(staleness.has_dead_axis(), "a rest says nothing");
+        staleness.observe([0.31, 0.1, 0.2], true);
+        assert!(!staleness.has_dead_axis());
     }
 }

@@ -58,7 +58,7 @@ fn within_two_seconds_of_the_start_it_is_there_and_it_did_not_jump() {
 type Trouble = (&'static str, f64, fn(f64, &mut Sample));
 
 /// The vector sensors, one by one: while it lasts the gyro carries on.
-const VECTOR_TROUBLES: [Trouble; 10] = [
+const VECTOR_TROUBLES: [Trouble; 12] = [
     ("5 s without magnetometer", 5.0, |_, s| s.flags.insert(SampleFlags::MAG_MISSING)),
     ("60 s without accelerometer", 60.0, |_, s| s.flags.insert(SampleFlags::ACCEL_MISSING)),
     ("free fall", 3.0, |t, s| s.accel_m_s2 = [0.05 * (9.0 * t).sin() as f32, 0.04, -0.05]),
@@ -66,6 +66,8 @@ const VECTOR_TROUBLES: [Trouble; 10] = [
     ("noise for a field", 10.0, |t, s| s.mag_ut = [0.3 * (70.0 * t).sin() as f32, 0.2 * (90.0 * t).cos() as f32, 0.1]),
     ("dead axis of the accelerometer", 10.0, |_, s| s.accel_m_s2[0] = 0.0),
     ("dead axis of the magnetometer", 10.0, |_, s| s.mag_ut[2] = 0.0),
+    ("stuck axis of the accelerometer", 10.0, |_, s| s.accel_m_s2[1] = 0.7),
+    ("stuck axis of the magnetometer", 10.0, |_, s| s.mag_ut[0] = 12.5),
     ("swapped signs of the accelerometer", 10.0, |_, s| s.accel_m_s2 = s.accel_m_s2.map(|x| -x)),
     ("swapped signs of the magnetometer", 10.0, |_, s| s.mag_ut = s.mag_ut.map(|x| -x)),
     ("not a number", 10.0, |_, s| (s.accel_m_s2[1], s.mag_ut[0]) = (f32::NAN, f32::INFINITY)),

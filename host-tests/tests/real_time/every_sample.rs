@@ -47,23 +47,23 @@ fn assert_recording_replays(received: &Received) {
     missing_of_the_host(&boot.config, &samples, &received.outputs);
 }
 
-/// What the sample clock's and the sensors' interrupts take of the stack.
-const INTERRUPT_BYTES: u32 = 512;
+/// What the sensors' interrupt takes of the stack, bytes: 192 of its handler, 1,208 of the register models' service, up to 412 of what that
+/// calls, 104 of the exception's own frame.
+const INTERRUPT_BYTES: u32 = 2_048;
 
-/// The stack's high-water mark is reached once every kind of judgement has been made, and is within its limit. The deepest call is that of
-/// the first window that may only refine a P: the second or, where that one had news, the third, whose judgement comes 110 s after the start.
+/// In the second half the loop itself goes no deeper: what the high-water mark still grows by is the interrupt, which lies on whatever it
+/// comes upon, sooner or later on the deepest call.
 fn assert_memory(received: &Received) {
     let marks: Vec<u32> = received.healths.iter().map(|health| health.stack_used_bytes).collect();
     println!("stack after each 5 s: {marks:?} of {}", received.healths[0].stack_size_bytes);
     let (last, before) = (marks[marks.len() - 1], marks[marks.len() / 2]);
-    // The interrupt's frame lies on whatever it interrupts.
     assert!(last - before < INTERRUPT_BYTES, "the stack still grows in the second half: {before} to {last}");
     assert!(u64::from(last) <= image::STACK_LIMIT_BYTES, "{last} bytes of stack");
 }
 
 #[test]
 fn minutes_with_identification_and_diagnosis_lose_nothing_and_replay() {
-    let Some((landed, received)) = fly(240.0) else { return };
+    let Some((landed, received)) = fly(180.0) else { return };
     assert!(landed.count("windows") > Some(1) && landed.count("diagnoses") > Some(0));
     assert_recording_replays(&received);
     assert_memory(&received);
