@@ -45,7 +45,8 @@ pub struct Config {
     pub seed: u64,
     /// From this sample time on no new parameter is taken (hold-out); the last window closes early enough to land before it.
     pub freeze_at_us: Option<u64>,
-    /// Whether effects beyond the gyro's twelve parameters are looked for and taken out: magnets that come and go. Default `true`.
+    /// Whether effects beyond the gyro's twelve parameters are looked for and taken out: all of the library of effects, steps of the bias, and
+    /// magnets that come and go. Default `true`.
     pub effects: bool,
     /// Full scales, for the detection of clipped readings.
     pub full_scale: FullScale,

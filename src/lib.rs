@@ -1,23 +1,35 @@
 //! Self-calibrating attitude for measurement-while-drilling probes. The path of a sample, in order:
+//!
+//! 1. [`sensors`]: drivers and adapters, bursts of readings to samples
+//! 2. [`sample`]: SI units, time, flags; in the body frame
+//! 3. [`compensation`]: gyro model (P, b), accelerometer and magnetometer models
+//! 4. [`attitude`]: propagation, fusion, inclination, azimuth, toolface
+//! 5. [`survey`]: stationary and rotating surveys, their quality, drilling dynamics
+//! 6. window: increments, weak-form equations, nodes, rests; objective: what a candidate is worth on a window
+//! 7. [`optimizer`]: IMOA and others, over any cost
+//! 8. [`diagnosis`]: residual, evidence, missing effect
+//! 9. [`identification`]: least squares, search, observability, acceptance
+//! 10. [`probe`]: all of it behind `push` and `poll`
+//! 11. `telemetry` (feature `serde`): what leaves the firmware; `storage` (feature `storage`): what outlives the power
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing)]
 
-pub mod sensors; // drivers and adapters -> bursts of readings -> samples
-pub mod sample; // SI units, timestamp, flags
-pub mod compensation; // gyro model (P, b), accelerometer and magnetometer models
-pub mod attitude; // propagation, fusion, inclination, azimuth, toolface
-pub mod survey; // stationary and rotating surveys, their quality, drilling dynamics
-mod window; // increments, weak-form equations, nodes, rests
-mod objective; // what a candidate is worth on a window
-pub mod optimizer; // IMOA and others, over any cost
-pub mod diagnosis; // residual -> evidence -> missing effect
-pub mod identification; // least squares -> search -> observability -> acceptance
-pub mod probe; // all of it behind `push` and `poll`
-#[cfg(feature = "serde")]
-pub mod telemetry; // what leaves the firmware
+pub mod attitude;
+pub mod compensation;
+pub mod diagnosis;
+pub mod identification;
+mod objective;
+pub mod optimizer;
+pub mod probe;
+pub mod sample;
+pub mod sensors;
 #[cfg(feature = "storage")]
-pub mod storage; // what outlives the power
+pub mod storage;
+pub mod survey;
+#[cfg(feature = "serde")]
+pub mod telemetry;
+mod window;
 
 #[cfg(feature = "sensor-models")]
 pub mod sensor_models; // sensors at register level, for runs without a sensor

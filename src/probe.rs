@@ -32,8 +32,9 @@ use readings::STALE_INERTIAL_PART;
 use staleness::Staleness;
 use survey::Calibrated;
 
-/// Units of work in a second (a unit is some 300 instructions): 29 % of a Cortex-M4F at 168 MHz while there is work. A window takes
-/// some 50,000, one that is disturbed some 70,000; a diagnosis some 80,000 a pass. The dearest piece is some 150,000 instructions (1 ms).
+/// Units of work in a second (a unit is some 300 instructions, of a diagnosis up to 500): 29 to 48 % of a Cortex-M4F at 168 MHz while there is
+/// work. A window takes some 50,000, one that is disturbed some 70,000; a diagnosis some 80,000 a pass. The dearest piece is some 200,000
+/// instructions (1.2 ms).
 const WORK_UNITS_PER_SECOND: u32 = 160_000;
 
 /// A step of time over this many nominal periods is a gap.
@@ -127,7 +128,8 @@ impl Probe {
         Ok(())
     }
 
-    /// Takes one sample. `None`: not configured, or a sample whose time does not increase (counted).
+    /// Takes one sample. `None`: not configured, or a sample whose time does not increase (counted). A time that once was too late refuses all
+    /// until then: where a clock can jump, [`Probe::configure`] begins anew.
     pub fn push(&mut self, sample: &Sample) -> Option<Output> {
         if !self.configured {
             return None;

@@ -32,6 +32,10 @@ pub(crate) const BEYOND_ANY_MAG_UT: f32 = 1e4;
 
 /// One reading of all sensors in SI units, in the body frame, as the sensors give it (nothing compensated).
 ///
+/// The body frame, right-handed: z along the tool axis, down-hole; x across it, to where
+/// toolfaces are counted from the hole's highside. Hanging at rest in a vertical
+/// hole the tool reads a specific force of (0, 0, -9.8) m/s^2. A driver turns its part's axes into these.
+///
 /// A sensor that did not read has its `*_MISSING` flag set and zeros in its field. The fields of an unflagged sensor are
 /// finite: [`Sample::sanitised`] sees to that at the door of the pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]

@@ -30,7 +30,7 @@ pub fn refusal_text(refusal: &Refusal) -> String {
                     )
                 },
             );
-            format!("no magnetometer: rotation about the vertical cannot be seen; {accel}")
+            format!("no magnetometer, or none with usable readings: rotation about the vertical cannot be seen; {accel}")
         }
         Refusal::NoAccelerometer => "no usable accelerometer reading".to_owned(),
         Refusal::AccelerometerUncalibrated { norm_error_m_s2 } => {

@@ -44,11 +44,11 @@ bitflags::bitflags! {
 pub struct Attitude {
     /// Body to NED, scalar first, unit norm: v_ned = q v_body q*.
     pub q: [f32; 4],
-    /// Angle of the tool axis from the vertical, radians, 0 to pi.
+    /// Angle of the tool axis (the body's z, which points down-hole) from the vertical, radians, 0 to pi.
     pub inclination_rad: f32,
     /// Azimuth of the tool axis, radians, 0 to 2 pi; magnetic, or true when a declination is configured.
     pub azimuth_rad: f32,
-    /// Gravity toolface (highside), radians, 0 to 2 pi, clockwise looking down-hole.
+    /// Gravity toolface, radians, 0 to 2 pi: from the highside of the hole to the body's x, clockwise looking down-hole.
     pub gravity_toolface_rad: f32,
     /// Magnetic toolface, radians, 0 to 2 pi: azimuth plus gravity toolface near the vertical, defined for inclinations under pi.
     pub magnetic_toolface_rad: f32,
