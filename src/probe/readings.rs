@@ -56,13 +56,9 @@ impl Probe {
         let missing = [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
         let limit = self.config.identification.max_bias_rad_s;
         let turning = sample.gyro_rad_s.iter().any(|rate| libm::fabsf(*rate) >= limit);
-        for (sensor, ((stale, reading), missing)) in self.staleness.iter_mut().zip(readings).zip(missing).enumerate() {
+        for ((stale, reading), missing) in self.staleness.iter_mut().zip(readings).zip(missing) {
             if !sample.flags.contains(missing) {
-                // A dead axis of the gyro is the field's to find.
-                if sensor > 0 {
-                    stale.watch_axes(&reading, turning);
-                }
-                stale.observe(reading);
+                stale.observe(reading, turning);
                 if stale.same > self.samples_per_second {
                     flags.insert(AttitudeFlags::FROZEN_SENSOR);
                 }

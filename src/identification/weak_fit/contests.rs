@@ -48,10 +48,8 @@ impl WeakFit {
     pub fn play_magnetometer(&mut self, context: &Context, tests: &TestWindows, piece: usize) -> Option<bool> {
         let groups = groups_of(filled(tests).count());
         let is_lost = |error: usize| self.contest.is_decided_against(error, error + 1, groups, MAGNETOMETER_P_VALUE);
-        if self.contest.groups() > 0 && is_lost(0) && is_lost(1) {
-            return Some(false);
-        }
-        self.play(context, tests, piece, &MAGNETOMETER_MODELS)
+        let is_over = self.contest.groups() > 0 && (0..2).all(is_lost);
+        if is_over { Some(false) } else { self.play(context, tests, piece, &MAGNETOMETER_MODELS) }
     }
 
     /// Keeps those errors of the magnetometer that predict unseen test windows better; the window is to be solved again with them. An error that
