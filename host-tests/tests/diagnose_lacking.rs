@@ -1,11 +1,13 @@
 //! The loop where something is missing: each run gets its verdict, names nothing that cannot be seen, and says what it could be as well.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use std::path::Path;
+
 use meerkat_mwd::{SampleFlags, compensation::Sensor, diagnosis::Verdict};
 use mwd::{
     configuration::of_trace,
     diagnose::{Diagnosed, against_reference, diagnosed, sentences},
-    flight::fly,
+    flight::{Flight, fly},
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };
@@ -121,6 +123,18 @@ fn a_reference_with_gaps_is_used_where_it_is() {
         assert_eq!(rare.verdict, Verdict::NotEnoughExcitation, "{seed}");
         assert!(rare.effects.is_empty(), "{seed}: {:?}", names(&rare));
     }
+}
+
+/// Over half a second that is not there, within a segment, nothing says how the probe turned.
+#[test]
+fn nothing_is_predicted_over_a_gap_in_time() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
+    let whole = Trace::read(&path).unwrap();
+    let mut cut = whole.clone();
+    cut.samples.retain(|sample| !(2_000_000..2_500_000).contains(&(sample.t_us % 5_000_000)));
+    let residual = |trace: &Trace| diagnosed(trace, &of_trace(trace), &Flight::default()).residual.gravity_deg;
+    let [whole, cut] = [residual(&whole).before.unwrap(), residual(&cut).before.unwrap()];
+    assert!(cut < 1.1 * whole, "{whole} -> {cut} deg");
 }
 
 /// A delay of the magnetometer and eddy currents in the collar are one under axial rotation: one name with the sum of both, which says
