@@ -137,6 +137,22 @@ fn nothing_is_predicted_over_a_gap_in_time() {
     assert!(cut < 1.1 * whole, "{whole} -> {cut} deg");
 }
 
+/// A clock that was set while the probe ran: the residuals are those on both sides, and what lies between costs nothing.
+#[test]
+fn a_gap_of_ages_has_no_residual() {
+    let whole = run(&Scenario { duration_s: 60.0, ..scenario(lag_and_iron()) }, 1);
+    let angles = |trace: &Trace| diagnosed(trace, &of_trace(trace), &Flight::default()).residual_over_time.before;
+    for gap_us in [3_000_000, 30 * 86_400_000_000, 1_000_000_000_000_000_000] {
+        let mut later = whole.clone();
+        later.samples[4_000..].iter_mut().for_each(|sample| sample.t_us += gap_us);
+        let gap_s = gap_us as f64 * 1e-6;
+        for (angles, whole) in angles(&later).iter().zip(angles(&whole)) {
+            let after = angles.iter().filter(|[t_s, _]| *t_s > gap_s).count();
+            assert!(after > 15 && angles.len() + 2 >= whole.len(), "{gap_s} s: {} of {}", angles.len(), whole.len());
+        }
+    }
+}
+
 /// A delay of the magnetometer and eddy currents in the collar are one under axial rotation: one name with the sum of both, which says
 /// that it could be the other.
 #[test]

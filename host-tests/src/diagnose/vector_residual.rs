@@ -164,6 +164,11 @@ fn residuals(reading: &Reading, from_s: f64) -> [Vec<[f64; 2]>; 2] {
     while start_s + SEGMENT_S + MEAN_S <= end_s {
         let (first, second) =
             (at(start_s)..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
+        if let Some(&next_s) = reading.t_s.get(first.start).filter(|_| first.start == second.end) {
+            // Nothing is there: a gap may last for years.
+            start_s = next_s;
+            continue;
+        }
         let rates = reading.rate.get(first.start..second.end).unwrap_or_default();
         let square = rates.iter().map(|w| w * w).sum::<f64>() / rates.len().max(1) as f64;
         let gaps = reading.gaps.get(first.start..second.end).unwrap_or_default();
