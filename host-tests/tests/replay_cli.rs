@@ -229,6 +229,10 @@ fn usage_errors_end_with_status_2() {
     let result = directory.path().join("result.csv");
     let result = result.to_str().unwrap();
     assert!(error_of(&["replay", trace, "--rates", result, "--attitude", result], 2).contains("overwrite another one"));
+    fs::create_dir(directory.path().join("inner")).unwrap();
+    let [one, same] = ["new.json", "inner/../new.json"].map(|name| directory.path().join(name));
+    let (one, same) = (one.to_str().unwrap(), same.to_str().unwrap());
+    assert!(error_of(&["replay", trace, "--json", same, "--html", one], 2).contains("overwrite another one"));
     fs::write(result, "seed = 2").unwrap();
     assert!(
         error_of(&["replay", trace, "--config", result, "--json", result], 2).contains("overwrite the configuration")
