@@ -9,15 +9,19 @@ use meerkat_mwd::{
 
 use crate::{cli::ReplayArgs, failure::Failure, trace::Trace};
 
+/// A stated period may differ by this from the trace's median step, as a share of it. Far below, every step is a gap; far above, no gap is
+/// one.
+const PERIOD_TOLERANCE: f64 = 0.2;
+
 /// The configuration of a flight over `trace`.
 ///
 /// # Errors
 /// A configuration file that cannot be read or used, or a field out of its range.
 pub fn configuration(trace: &Trace, args: &ReplayArgs) -> Result<Config, Failure> {
-    let mut config = of_trace(trace);
-    if let Some(path) = &args.config {
-        config = overlaid(&config, path)?;
-    }
+    let mut config = match &args.config {
+        Some(path) => overlaid(trace, path)?,
+        None => of_trace(trace),
+    };
     if let Some(seed) = args.seed {
         config.seed = seed;
     }
@@ -38,8 +42,7 @@ pub fn configuration(trace: &Trace, args: &ReplayArgs) -> Result<Config, Failure
 /// # Errors
 /// A configuration file that cannot be read or used, or a field out of its range.
 pub fn of_file(trace: &Trace, path: Option<&Path>) -> Result<Config, Failure> {
-    let base = of_trace(trace);
-    let config = path.map_or(Ok(base), |path| overlaid(&base, path))?;
+    let config = path.map_or_else(|| Ok(of_trace(trace)), |path| overlaid(trace, path))?;
     checked(config, trace)
 }
 
@@ -91,14 +94,21 @@ pub fn freeze_at_us(trace: &Trace, fraction: f64) -> u64 {
     trace.first_us() + ((1.0 - fraction) * trace.duration_us() as f64).round() as u64
 }
 
-/// `base` with the file's values on top, table by table, so that a key that the file does not name keeps its value.
-fn overlaid(base: &Config, path: &Path) -> Result<Config, Failure> {
+/// What the trace says with the file's values on top, table by table, so that a key that the file does not name keeps its value.
+fn overlaid(trace: &Trace, path: &Path) -> Result<Config, Failure> {
     let bad = |what: String| Failure::BadInput(format!("{}: {what}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|e| bad(format!("cannot be read: {e}")))?;
     let file: toml::Table = text.parse().map_err(|e: toml::de::Error| bad(e.to_string()))?;
-    let mut merged = toml::Table::try_from(base).map_err(|e| bad(e.to_string()))?;
+    let mut merged = toml::Table::try_from(of_trace(trace)).map_err(|e| bad(e.to_string()))?;
     overlay(&mut merged, file);
-    merged.try_into().map_err(|e: toml::de::Error| bad(e.to_string().trim_end().replace('\n', " ")))
+    let config: Config =
+        merged.try_into().map_err(|e: toml::de::Error| bad(e.to_string().trim_end().replace('\n', " ")))?;
+    // Where the file is silent, it is the median step itself; one sample has none.
+    let (stated, median) = (config.sample_period_us, trace.nominal_period_us());
+    if median > 0 && f64::from(stated.abs_diff(median)) > PERIOD_TOLERANCE * f64::from(median) {
+        return Err(bad(format!("sample_period_us is {stated}, but the median step of the trace is {median}")));
+    }
+    Ok(config)
 }
 
 fn overlay(base: &mut toml::Table, on_top: toml::Table) {
@@ -130,7 +140,7 @@ mod tests {
     fn overlay_with(text: &str) -> Result<Config, Failure> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), text).unwrap();
-        overlaid(&of_trace(&trace()), file.path())
+        overlaid(&trace(), file.path())
     }
 
     #[test]
@@ -155,6 +165,18 @@ mod tests {
         assert!(message("[identification]\nwindow = 40").contains("`window`"));
         assert!(message("speed = 1").contains("`speed`"));
         assert!(message("[gyro]\np = 1").contains('p'));
+    }
+
+    #[test]
+    fn a_period_that_is_not_the_traces_is_refused_with_both() {
+        for stated in [2_800, 3_500, 4_200] {
+            assert_eq!(overlay_with(&format!("sample_period_us = {stated}")).unwrap().sample_period_us, stated);
+        }
+        for stated in [0, 1_000, 2_799, 4_201, 7_000] {
+            let message = overlay_with(&format!("sample_period_us = {stated}")).unwrap_err().to_string();
+            let both = format!("sample_period_us is {stated}, but the median step of the trace is 3500");
+            assert!(message.ends_with(&both), "{message}");
+        }
     }
 
     #[test]

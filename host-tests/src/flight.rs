@@ -5,7 +5,7 @@ use meerkat_mwd::{
     compensation::{Effect, effects::LIBRARY},
     config::ConfigError,
     diagnosis::{DiagnosisReport, HardIronInterval},
-    identification::WindowReport,
+    identification::{Decision, Refusal, WindowReport},
     probe::{Counters, Output},
     storage::StoredModel,
     survey::{SurveyNews, SurveyReport, Surveyor},
@@ -26,6 +26,16 @@ pub struct Flight {
     pub magnets: Vec<HardIronInterval>,
     /// Events counted on the way.
     pub counters: Counters,
+}
+
+impl Flight {
+    /// The window whose P flies at the end: the last that was accepted, unless a later one brought the factory's back.
+    #[must_use]
+    pub fn standing(&self) -> Option<&WindowReport> {
+        let rolls_back = |decision| matches!(decision, Decision::Refused(Refusal::RolledBack { .. }));
+        let mut since = self.reports.iter().rev().take_while(|report| !rolls_back(report.decision));
+        since.find(|report| report.decision == Decision::Accepted)
+    }
 }
 
 /// Flies on the host: every sample is pushed, then [`Probe::poll_budget`] units of work are done, as the firmware does.

@@ -27,6 +27,7 @@ pub mod reference_field;
 pub mod refusal_text;
 pub mod replay;
 pub mod result_json;
+pub mod same_file;
 pub mod score;
 pub mod simulate;
 pub mod summary;

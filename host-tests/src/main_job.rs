@@ -109,8 +109,7 @@ fn flown(config: &Config, trace: &Trace) -> anyhow::Result<Flown> {
 
 /// The last window whose P flies, else the last one: accepted or refused and why, and the parameters it found, P +- sigma and b +- sigma.
 fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> io::Result<()> {
-    let accepted = flight.reports.iter().rfind(|report| report.decision == Decision::Accepted);
-    let Some(window) = accepted.or(flight.reports.last()) else {
+    let Some(window) = flight.standing().or(flight.reports.last()) else {
         return writeln!(out, "   no window was closed");
     };
     let verdict = match window.decision {

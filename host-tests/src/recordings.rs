@@ -1,9 +1,8 @@
 //! Recordings of real sensors: those of this repository, and a folder of others.
 
-use std::{
-    io,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
+
+use crate::failure::Failure;
 
 /// The environment variable that names a folder of further recordings.
 pub const FOLDER: &str = "MWD_RECORDINGS";
@@ -12,7 +11,7 @@ pub const FOLDER: &str = "MWD_RECORDINGS";
 ///
 /// # Errors
 /// Their folder cannot be read.
-pub fn bundled() -> io::Result<Vec<PathBuf>> {
+pub fn bundled() -> Result<Vec<PathBuf>, Failure> {
     within(&Path::new(env!("CARGO_MANIFEST_DIR")).join("traces"))
 }
 
@@ -20,7 +19,7 @@ pub fn bundled() -> io::Result<Vec<PathBuf>> {
 ///
 /// # Errors
 /// The folder cannot be read.
-pub fn given() -> io::Result<Vec<PathBuf>> {
+pub fn given() -> Result<Vec<PathBuf>, Failure> {
     std::env::var_os(FOLDER).map_or_else(|| Ok(Vec::new()), |folder| within(Path::new(&folder)))
 }
 
@@ -33,10 +32,19 @@ pub fn name(path: &Path) -> String {
 
 const ENDING: &str = ".csv.gz";
 
-fn within(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(folder)?.collect::<io::Result<Vec<_>>>()?;
-    let mut paths: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
+fn within(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let mut paths = listed(folder)?;
     paths.retain(|path| path.to_string_lossy().ends_with(ENDING));
+    Ok(paths)
+}
+
+/// What a folder holds, in the order of the names.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn listed(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let entries = || std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>();
+    let mut paths = entries().map_err(|e| Failure::BadInput(format!("{}: cannot be read: {e}", folder.display())))?;
     paths.sort();
     Ok(paths)
 }

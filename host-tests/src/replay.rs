@@ -5,7 +5,6 @@ mod html;
 use std::{
     fs,
     io::{self, IsTerminal, Write},
-    path::Path,
 };
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -21,6 +20,7 @@ use crate::{
     page::write_page,
     rates_csv::write_rates_csv,
     result_json::result_json,
+    same_file::same_file,
     score::{self, Reference},
     summary::print_summary,
     surveys_csv::write_surveys_csv,
@@ -158,8 +158,4 @@ pub fn progress_bar(samples: usize) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {eta}").ok();
     let bar = ProgressBar::new(samples as u64);
     style.into_iter().fold(bar, ProgressBar::with_style)
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

@@ -103,6 +103,9 @@ pub struct Parameters {
     pub observable: [bool; 12],
     /// Independent directions observed.
     pub rank: u8,
+    /// Whether `sigma` is only what was known before any window.
+    #[serde(skip)]
+    pub is_prior: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -177,17 +180,18 @@ impl Parameters {
     fn new(model: &GyroModel, sigma: [f32; 12], observable: [bool; 12], rank: u8) -> Self {
         let [r0, r1, r2] = model.p;
         let p = [r0[0], r0[1], r0[2], r1[0], r1[1], r1[2], r2[0], r2[1], r2[2]];
-        Self { p, b_rad_s: model.b_rad_s, sigma, observable, rank }
+        Self { p, b_rad_s: model.b_rad_s, sigma, observable, rank, is_prior: false }
     }
 
-    /// What flies at the end of the trace. Its uncertainty is that of the window which gave its P, the prior's when no
-    /// window was accepted; then its bias comes from rest or is the factory's.
+    /// What flies at the end of the trace. Its uncertainty is that of the window which gave its P, the prior's when P is the factory's:
+    /// no window was accepted, or none since the last roll-back. Then its bias comes from rest, from a fit of the bias alone or is the
+    /// factory's.
     #[must_use]
     pub fn at_the_end(config: &Config, flight: &Flight) -> Self {
         let model = flight.reports.last().map_or(&config.gyro, |report| &report.flown);
-        match flight.reports.iter().rev().find(|report| report.decision == Decision::Accepted) {
+        match flight.standing() {
             Some(report) => Self::new(model, report.sigma, report.observable, report.rank),
-            None => Self::new(model, prior_sigma(config), [false; 12], 0),
+            None => Self { is_prior: true, ..Self::new(model, prior_sigma(config), [false; 12], 0) },
         }
     }
 }

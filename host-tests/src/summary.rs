@@ -131,7 +131,9 @@ fn print_parameters(out: &mut impl Write, last: &Parameters) -> io::Result<()> {
     let in_deg = |x: f32| x.to_degrees();
     let cells: Vec<String> =
         last.b_rad_s.iter().zip(b_sigma).map(|(&b, &s)| format!("{:8.4} +- {:.4} ", in_deg(b), in_deg(s))).collect();
-    writeln!(out, "final b  {}  deg/s; {} of 12 directions observed", cells.join("   "), last.rank)
+    // Nobody states how well a bias from rest is known.
+    let prior = if last.is_prior { " (+- prior)" } else { "" };
+    writeln!(out, "final b  {}  deg/s{prior}; {} of 12 directions observed", cells.join("   "), last.rank)
 }
 
 fn print_scores(out: &mut impl Write, config: &Config, reference: &Reference) -> io::Result<()> {

@@ -132,8 +132,28 @@ fn an_unknown_section_is_a_usage_error_that_lists_the_others() {
     }
     assert!(refused.stdout.is_empty());
     assert_eq!(mwd(&["--seeds", "0"]).status.code(), Some(2));
-    assert_eq!(mwd(&["--only", "target"]).status.code(), Some(2), "only with --target");
-    assert_eq!(mwd(&["--target", "--only", "hour"]).status.code(), Some(2));
+}
+
+#[test]
+fn a_section_of_the_other_place_says_where_it_runs() {
+    let here = mwd(&["--only", "hour", "--only", "target"]);
+    assert_eq!(here.status.code(), Some(2));
+    assert_eq!(String::from_utf8(here.stderr).unwrap().trim(), "error: --only target: needs --target");
+    let there = mwd(&["--target", "--only", "hour"]);
+    assert_eq!(there.status.code(), Some(2));
+    assert_eq!(String::from_utf8(there.stderr).unwrap().trim(), "error: --only hour: runs without --target");
+}
+
+#[test]
+fn a_folder_of_recordings_that_cannot_be_read_is_named() {
+    for section in ["recordings", "attitude"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));
+        command.args(["bench", "--only", section]).env("MWD_RECORDINGS", "/nonexistent/recordings");
+        let refused = command.output().unwrap();
+        assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+        let message = String::from_utf8(refused.stderr).unwrap();
+        assert!(message.starts_with("error: MWD_RECORDINGS: /nonexistent/recordings: cannot be read"), "{message}");
+    }
 }
 
 #[test]

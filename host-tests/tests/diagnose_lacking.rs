@@ -1,11 +1,13 @@
 //! The loop where something is missing: each run gets its verdict, names nothing that cannot be seen, and says what it could be as well.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use std::path::Path;
+
 use meerkat_mwd::{SampleFlags, compensation::Sensor, diagnosis::Verdict};
 use mwd::{
     configuration::of_trace,
     diagnose::{Diagnosed, against_reference, diagnosed, sentences},
-    flight::fly,
+    flight::{Flight, fly},
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };
@@ -120,6 +122,34 @@ fn a_reference_with_gaps_is_used_where_it_is() {
         let rare = with(|i| i % 500 == 0);
         assert_eq!(rare.verdict, Verdict::NotEnoughExcitation, "{seed}");
         assert!(rare.effects.is_empty(), "{seed}: {:?}", names(&rare));
+    }
+}
+
+/// Over half a second that is not there, within a segment, nothing says how the probe turned.
+#[test]
+fn nothing_is_predicted_over_a_gap_in_time() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
+    let whole = Trace::read(&path).unwrap();
+    let mut cut = whole.clone();
+    cut.samples.retain(|sample| !(2_000_000..2_500_000).contains(&(sample.t_us % 5_000_000)));
+    let residual = |trace: &Trace| diagnosed(trace, &of_trace(trace), &Flight::default()).residual.gravity_deg;
+    let [whole, cut] = [residual(&whole).before.unwrap(), residual(&cut).before.unwrap()];
+    assert!(cut < 1.1 * whole, "{whole} -> {cut} deg");
+}
+
+/// A clock that was set while the probe ran: the residuals are those on both sides, and what lies between costs nothing.
+#[test]
+fn a_gap_of_ages_has_no_residual() {
+    let whole = run(&Scenario { duration_s: 60.0, ..scenario(lag_and_iron()) }, 1);
+    let angles = |trace: &Trace| diagnosed(trace, &of_trace(trace), &Flight::default()).residual_over_time.before;
+    for gap_us in [3_000_000, 30 * 86_400_000_000, 1_000_000_000_000_000_000] {
+        let mut later = whole.clone();
+        later.samples[4_000..].iter_mut().for_each(|sample| sample.t_us += gap_us);
+        let gap_s = gap_us as f64 * 1e-6;
+        for (angles, whole) in angles(&later).iter().zip(angles(&whole)) {
+            let after = angles.iter().filter(|[t_s, _]| *t_s > gap_s).count();
+            assert!(after > 15 && angles.len() + 2 >= whole.len(), "{gap_s} s: {} of {}", angles.len(), whole.len());
+        }
     }
 }
 

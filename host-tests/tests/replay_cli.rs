@@ -229,6 +229,10 @@ fn usage_errors_end_with_status_2() {
     let result = directory.path().join("result.csv");
     let result = result.to_str().unwrap();
     assert!(error_of(&["replay", trace, "--rates", result, "--attitude", result], 2).contains("overwrite another one"));
+    fs::create_dir(directory.path().join("inner")).unwrap();
+    let [one, same] = ["new.json", "inner/../new.json"].map(|name| directory.path().join(name));
+    let (one, same) = (one.to_str().unwrap(), same.to_str().unwrap());
+    assert!(error_of(&["replay", trace, "--json", same, "--html", one], 2).contains("overwrite another one"));
     fs::write(result, "seed = 2").unwrap();
     assert!(
         error_of(&["replay", trace, "--config", result, "--json", result], 2).contains("overwrite the configuration")
@@ -249,6 +253,11 @@ fn a_configuration_file_is_checked_field_by_field() {
     assert!(with("[identification]\nwindow_s = 400").contains("identification.window_s must be at most 50"));
     assert!(with("[gyro]\nb_rad_s = [1, 2]").contains("gyro.b_rad_s"));
     assert!(with("seed = ").contains("config.toml"));
+    let period = with("sample_period_us = 1000");
+    assert!(
+        period.contains("config.toml: sample_period_us is 1000, but the median step of the trace is 5000"),
+        "{period}"
+    );
     let missing = directory.path().join("none.toml");
     let message = error_of(&["replay", trace.to_str().unwrap(), "--config", missing.to_str().unwrap()], 2);
     assert!(message.contains("none.toml: cannot be read"));

@@ -41,6 +41,14 @@ fn single(value: &Value) -> f32 {
     value.as_f64().unwrap() as f32
 }
 
+fn summary(reports: Vec<WindowReport>) -> String {
+    let flight = Flight { reports, ..Flight::default() };
+    let (trace, config) = (Trace::default(), Config::default());
+    let mut text = Vec::new();
+    print_summary(&mut text, &trace, &config, &flight, &diagnosed(&trace, &config, &flight), None).unwrap();
+    String::from_utf8(text).unwrap()
+}
+
 fn result(reports: Vec<WindowReport>) -> Value {
     let flight = Flight { reports, ..Flight::default() };
     let (trace, config) = (Trace::default(), Config::default());
@@ -83,14 +91,32 @@ fn when_nothing_was_accepted_the_final_uncertainty_is_the_prior() {
     assert_eq!(last["rank"], 0);
 }
 
+/// A refusal after it changes nothing; a window that is accepted after it stands again.
+#[test]
+fn after_a_roll_back_the_final_uncertainty_is_the_prior_again() {
+    let rolled_back = Decision::Refused(Refusal::RolledBack { p_value: 0.01 });
+    let refused = Decision::Refused(Refusal::Degenerate);
+    let at_rest = GyroModel { b_rad_s: [0.02, 0.0, 0.0], ..GyroModel::IDENTITY };
+    let mut reports = vec![
+        report(25, Decision::Accepted, model(1.1, 0.01), model(1.1, 0.01)),
+        report(50, rolled_back, model(1.3, 0.03), at_rest),
+        report(75, refused, model(1.3, 0.03), at_rest),
+    ];
+    let last = &result(reports.clone())["identification"]["final"];
+    assert_eq!((&last["P"][0], &last["rank"], &last["observable"][0]), (&1.0.into(), &0.into(), &false.into()));
+    let sigma = [0, 1, 9].map(|i: usize| single(&last["sigma"][i]));
+    assert_eq!(sigma, [0.06, 0.03, 0.021]);
+    assert!(summary(reports.clone()).contains("+- 1.2032   deg/s (+- prior); 0 of 12"), "{}", summary(reports.clone()));
+
+    reports.push(report(100, Decision::Accepted, model(1.2, 0.01), model(1.2, 0.01)));
+    assert_eq!(result(reports.clone())["identification"]["final"]["sigma"][0], 100.0);
+    assert!(!summary(reports).contains("prior"));
+}
+
 #[test]
 fn the_summary_of_a_long_flight_fits_a_screen() {
     let reports = (0..200).map(|i| report(25 * i, Decision::Accepted, model(1.0, 0.0), model(1.0, 0.0))).collect();
-    let flight = Flight { reports, ..Flight::default() };
-    let mut text = Vec::new();
-    let (trace, config) = (Trace::default(), Config::default());
-    print_summary(&mut text, &trace, &config, &flight, &diagnosed(&trace, &config, &flight), None).unwrap();
-    let text = String::from_utf8(text).unwrap();
+    let text = summary(reports);
     assert!(text.contains("200: 200 accepted, 0 refused"));
     assert!(text.lines().count() <= 40, "{text}");
 }

@@ -3,8 +3,9 @@
 //! The recordings are those of the folder that `MWD_RECORDINGS` names, else the bundled ones. Everything is online: each attitude is
 //! what was known when its sample came, from the recording's first sample on.
 
-use std::{env, path::PathBuf};
+use std::{env, path::Path};
 
+use anyhow::Context;
 use meerkat_mwd::{Config, Sample, SampleFlags, config::Latency};
 use vqf_rs::VQF;
 
@@ -17,6 +18,7 @@ use crate::{
     configuration::of_trace,
     flight::fly,
     main_job::bundled,
+    recordings::{FOLDER, listed},
     score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg},
     trace::Trace,
 };
@@ -79,11 +81,11 @@ pub fn score(trace: &Trace) -> anyhow::Result<[[AttitudeRms; 2]; ESTIMATORS.len(
 
 /// Name and trace of each recording with a reference attitude.
 fn recordings() -> anyhow::Result<Vec<(String, Trace)>> {
-    let folder = env::var_os("MWD_RECORDINGS").map_or_else(bundled, PathBuf::from);
-    let mut paths: Vec<PathBuf> =
-        std::fs::read_dir(&folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<_>>()?;
+    let mut paths = match env::var_os(FOLDER) {
+        Some(folder) => listed(Path::new(&folder)).context(FOLDER)?,
+        None => listed(&bundled())?,
+    };
     paths.retain(|path| path.to_string_lossy().trim_end_matches(".gz").ends_with(".csv"));
-    paths.sort();
     let mut all = Vec::new();
     for path in paths {
         let trace = Trace::read(&path)?;

@@ -139,6 +139,11 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
 fn asked_for(args: &BenchArgs) -> Result<Vec<&'static Section>, Failure> {
     let place = if args.target { Place::Target } else { Place::Host };
     let there: Vec<&Section> = SECTIONS.iter().filter(|section| section.place == place).collect();
+    let elsewhere = |name: &&String| SECTIONS.iter().any(|section| section.name == **name && section.place != place);
+    if let Some(name) = args.only.iter().find(elsewhere) {
+        let how = if args.target { "runs without --target" } else { "needs --target" };
+        return Err(Failure::BadInput(format!("--only {name}: {how}")));
+    }
     if let Some(unknown) = args.only.iter().find(|name| there.iter().all(|section| section.name != *name)) {
         let names: Vec<&str> = there.iter().map(|section| section.name).collect();
         let target = if args.target { " with --target" } else { "" };

@@ -29,6 +29,7 @@ use crate::{
     cli::CalibrateArgs,
     configuration::{freeze_at_us, of_file},
     failure::Failure,
+    same_file::same_file,
     trace::Trace,
 };
 use held_out::{norm_error, rms};
@@ -202,13 +203,14 @@ fn check_outputs(args: &CalibrateArgs) -> Result<(), Failure> {
     let outputs: Vec<&Path> = [&args.output, &args.json].into_iter().flatten().map(AsRef::as_ref).collect();
     let inputs = args.traces.iter().chain(&args.config);
     for output in &outputs {
-        let same = |other: &Path| matches!((output.canonicalize(), other.canonicalize()), (Ok(a), Ok(b)) if a == b && a.is_file());
-        if inputs.clone().any(|input| same(input)) {
+        if output.is_file() && inputs.clone().any(|input| same_file(output, input)) {
             return Err(Failure::BadInput(format!("{}: the result would overwrite what is read", output.display())));
         }
     }
     match outputs.as_slice() {
-        [a, b] if a == b => Err(Failure::BadInput(format!("{}: the result would overwrite another one", a.display()))),
+        [a, b] if a == b || same_file(a, b) => {
+            Err(Failure::BadInput(format!("{}: the result would overwrite another one", a.display())))
+        }
         _ => Ok(()),
     }
 }

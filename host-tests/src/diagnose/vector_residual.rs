@@ -6,6 +6,7 @@ use meerkat_mwd::diagnosis::HardIronInterval;
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
     compensation::{ActiveEffects, Effect, GyroModel, Moment, effect::REFERENCE_TEMPERATURE_C},
+    probe::GAP_PERIODS,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
@@ -58,7 +59,7 @@ struct Reading {
     t_s: Vec<f64>,
     rotation: Vec<UnitQuaternion<f64>>,
     rate: Vec<f64>,
-    /// Number of gaps before: over one, nothing is predicted.
+    /// Number of gaps before, in time and of the gyro: over one, nothing is predicted.
     gaps: Vec<u32>,
     /// Specific force and field in the frame of the beginning.
     vectors: [Vec<Option<Vector3<f64>>>; 2],
@@ -96,6 +97,8 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
     let mut diagnoses: VecDeque<_> = flight.diagnoses.iter().filter(|r| r.is_conclusive()).collect();
     let (mut model, mut effects): (GyroModel, ActiveEffects) = (config.gyro, ActiveEffects::none());
     let mut reading = Reading { t_s: vec![], rotation: vec![], rate: vec![], gaps: vec![], vectors: [vec![], vec![]] };
+    // What is more by less than a microsecond is rounding.
+    let gap_s = (f64::from(GAP_PERIODS) * f64::from(config.sample_period_us) + 0.5) * 1e-6;
     let mut gaps = 0;
     let mut last: Option<(f64, Vector3<f64>, UnitQuaternion<f64>)> = None;
     for sample in &trace.samples {
@@ -107,11 +110,14 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
             effects = report.active();
             diagnoses.pop_front();
         }
-        if sample.flags.contains(SampleFlags::GYRO_MISSING) {
+        let t_s = sample.t_us as f64 * 1e-6;
+        let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
+        if missing || last.is_some_and(|(before_s, ..)| t_s - before_s > gap_s) {
             gaps += u32::from(last.take().is_some());
+        }
+        if missing {
             continue;
         }
-        let t_s = sample.t_us as f64 * 1e-6;
         let mut moment = moment(sample, config, &model, last.map(|(t, w, _)| (t_s - t, w)));
         if corrected {
             let there = |magnet: &&HardIronInterval| {
@@ -158,6 +164,11 @@ fn residuals(reading: &Reading, from_s: f64) -> [Vec<[f64; 2]>; 2] {
     while start_s + SEGMENT_S + MEAN_S <= end_s {
         let (first, second) =
             (at(start_s)..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
+        if let Some(&next_s) = reading.t_s.get(first.start).filter(|_| first.start == second.end) {
+            // Nothing is there: a gap may last for years.
+            start_s = next_s;
+            continue;
+        }
         let rates = reading.rate.get(first.start..second.end).unwrap_or_default();
         let square = rates.iter().map(|w| w * w).sum::<f64>() / rates.len().max(1) as f64;
         let gaps = reading.gaps.get(first.start..second.end).unwrap_or_default();

@@ -84,6 +84,10 @@ fn results_do_not_overwrite_what_is_read() {
     let output = mwd(&[path, "-o", path]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8(output.stderr).unwrap().contains("overwrite"));
+    std::fs::create_dir(directory.path().join("inner")).unwrap();
+    let [one, same] = ["r.toml", "inner/../r.toml"].map(|name| directory.path().join(name));
+    let output = mwd(&[path, "-o", one.to_str().unwrap(), "--json", same.to_str().unwrap()]);
+    assert!(String::from_utf8(output.stderr).unwrap().contains("overwrite another one"));
     assert_eq!(mwd(&[]).status.code(), Some(2), "no trace");
     assert_eq!(mwd(&["none.csv"]).status.code(), Some(2));
 }

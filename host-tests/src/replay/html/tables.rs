@@ -59,10 +59,11 @@ pub(super) fn windows(config: &Config, flight: &Flight) -> String {
 /// P and b with their deviations.
 pub(super) fn parameters(last: &Parameters) -> String {
     let (p_sigma, b_sigma) = last.sigma.split_at(9);
+    let prior = if last.is_prior { " (prior)" } else { "" };
     let rows = last.p.chunks(3).zip(p_sigma.chunks(3)).zip(last.b_rad_s.iter().zip(b_sigma)).zip(["x", "y", "z"]);
     let rows = rows.map(|(((p, p_sigma), (b, b_sigma)), axis)| {
         let elements = p.iter().zip(p_sigma).map(|(p, sigma)| format!("{p:.5} ± {sigma:.5}"));
-        let bias = format!("{:.4} ± {:.4}", b.to_degrees(), b_sigma.to_degrees());
+        let bias = format!("{:.4} ± {:.4}{prior}", b.to_degrees(), b_sigma.to_degrees());
         (false, [axis.to_owned()].into_iter().chain(elements).chain([bias]).collect())
     });
     table(&["", "P", "", "", "b, deg/s"], rows)
