@@ -5,12 +5,12 @@ use std::path::Path;
 use meerkat_mwd::{
     Config,
     config::{Earth, Latency},
+    probe::GAP_PERIODS,
 };
 
 use crate::{cli::ReplayArgs, failure::Failure, trace::Trace};
 
-/// A stated period may differ by this from the trace's median step, as a share of it. Far below, every step is a gap; far above, no gap is
-/// one.
+/// A stated period may exceed the trace's median step by this share of it: a recording that lost samples has longer steps, none shorter.
 const PERIOD_TOLERANCE: f64 = 0.2;
 
 /// The configuration of a flight over `trace`.
@@ -105,7 +105,8 @@ fn overlaid(trace: &Trace, path: &Path) -> Result<Config, Failure> {
         merged.try_into().map_err(|e: toml::de::Error| bad(e.to_string().trim_end().replace('\n', " ")))?;
     // Where the file is silent, it is the median step itself; one sample has none.
     let (stated, median) = (config.sample_period_us, trace.nominal_period_us());
-    if median > 0 && f64::from(stated.abs_diff(median)) > PERIOD_TOLERANCE * f64::from(median) {
+    let all_are_gaps = u64::from(median) > u64::from(GAP_PERIODS) * u64::from(stated);
+    if median > 0 && (all_are_gaps || f64::from(stated) > (1.0 + PERIOD_TOLERANCE) * f64::from(median)) {
         return Err(bad(format!("sample_period_us is {stated}, but the median step of the trace is {median}")));
     }
     Ok(config)

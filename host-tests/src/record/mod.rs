@@ -4,7 +4,7 @@ mod recording;
 
 use std::{
     io::{self, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -19,6 +19,7 @@ use crate::{
     command::frame_of,
     failure::Failure,
     line::{Line, LineArgs, Received},
+    same_file::same_file,
 };
 pub use recording::{Progress, Recording};
 
@@ -49,6 +50,11 @@ pub struct RecordArgs {
 pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
     if args.output.to_str().is_none_or(|name| !name.ends_with(".csv") && !name.ends_with(".csv.gz")) {
         return Err(Failure::BadInput(format!("{}: must end in .csv or .csv.gz", args.output.display())).into());
+    }
+    let place = Path::new(&args.line.place);
+    if let Some(capture) = args.capture.as_ref().filter(|path| same_file(path, place) || same_file(path, &args.output))
+    {
+        return Err(Failure::BadInput(format!("{}: would be read or written twice", capture.display())).into());
     }
     let mut line = Line::open(&args.line)?;
     let mut capture = match &args.capture {

@@ -158,6 +158,10 @@ fn a_port_that_is_not_there_is_missing_and_a_name_that_is_none_is_a_mistake() {
         assert_eq!(monitor.status, status, "{place}: {}", monitor.error);
         assert!(monitor.error.contains(&place), "{}", monitor.error);
     }
+    let noise = fs::read(at("noise")).unwrap();
+    let twice = mwd(&["record", &at("noise"), "-o", &at("trace.csv"), "--capture", &at("noise")]);
+    assert_eq!(twice.status, 2, "{}", twice.error);
+    assert_eq!(fs::read(at("noise")).unwrap(), noise, "the capture would have been written over what is read");
     let said = mwd(&["record", &at("noise"), "-o", &at("trace.txt")]);
     assert!(said.status == 2 && said.error.contains(".csv"), "{}", said.error);
 }
