@@ -37,7 +37,8 @@ pub struct AttitudeConfig {
     /// Information Fusion 91, 2023).
     pub mag_norm_tolerance: f32,
     /// A dip that differs from the reference by more than this is disturbed and not used, radians. Default 0.1: a disturbance as large across
-    /// the field as the tolerance of the total field lets be along it.
+    /// the field as the tolerance of the total field lets be along it. A field that is the same through 20 s of turning becomes the reference, in the
+    /// place of a configured one too: that the dip is the configured one is for a survey to say.
     pub mag_dip_tolerance_rad: f32,
     /// Below this inclination azimuth and gravity toolface are singular and the near-vertical toolface is reported, radians.
     /// Default 5 deg.
