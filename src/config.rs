@@ -12,6 +12,7 @@ mod error;
 mod full_scale;
 mod identification;
 mod latency;
+mod motion;
 mod optimizer_kind;
 mod survey;
 mod survey_errors;
@@ -25,6 +26,7 @@ pub use error::ConfigError;
 pub use full_scale::FullScale;
 pub use identification::IdentificationConfig;
 pub use latency::Latency;
+pub use motion::Motion;
 pub use optimizer_kind::OptimizerKind;
 pub use survey::SurveyConfig;
 pub use survey_errors::SurveyErrors;
@@ -50,7 +52,7 @@ pub struct Config {
     pub effects: bool,
     /// Full scales, for the detection of clipped readings.
     pub full_scale: FullScale,
-    /// Factory gyro model: flown until an identification is accepted, and the centre of the prior.
+    /// Factory gyro model: flown until another has been learnt, and the centre of the prior.
     pub gyro: GyroModel,
     /// Accelerometer calibration.
     pub accel: VectorModel,
@@ -62,7 +64,7 @@ pub struct Config {
     pub earth: Earth,
     /// The attitude filter.
     pub attitude: AttitudeConfig,
-    /// The identification window and its search.
+    /// The estimator of the gyro's errors, and the search of a window.
     pub identification: IdentificationConfig,
     /// The diagnosis of what the model lacks.
     pub diagnosis: DiagnosisConfig,
@@ -138,6 +140,12 @@ impl Config {
         self.diagnosis.validate()?;
         self.survey.validate()
     }
+}
+
+/// Not inlined: a conversion to 64 bits is a loop's worth of code.
+#[inline(never)]
+pub(crate) fn micros(seconds: f32) -> u64 {
+    (seconds * 1e6) as u64
 }
 
 #[cfg(test)]

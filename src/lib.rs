@@ -5,10 +5,10 @@
 //! 3. [`compensation`]: gyro model (P, b), accelerometer and magnetometer models
 //! 4. [`attitude`]: propagation, fusion, inclination, azimuth, toolface
 //! 5. [`survey`]: stationary and rotating surveys, their quality, drilling dynamics
-//! 6. window: increments, weak-form equations, nodes, rests; objective: what a candidate is worth on a window
+//! 6. [`estimator`]: P, b and their uncertainty from all samples so far
 //! 7. [`optimizer`]: IMOA and others, over any cost
-//! 8. [`diagnosis`]: residual, evidence, missing effect
-//! 9. [`identification`]: least squares, search, observability, acceptance
+//! 8. [`identification`]: when what has been learnt flies, and what the search adds to it
+//! 9. [`diagnosis`]: residual, evidence, missing effect
 //! 10. [`probe`]: all of it behind `push` and `poll`
 //! 11. `telemetry` (feature `serde`): what leaves the firmware; `storage` (feature `storage`): what outlives the power
 #![no_std]
@@ -18,10 +18,11 @@
 pub mod attitude;
 pub mod compensation;
 pub mod diagnosis;
+pub mod estimator;
 pub mod identification;
-mod objective;
 pub mod optimizer;
 pub mod probe;
+pub mod rest;
 pub mod sample;
 pub mod sensors;
 #[cfg(feature = "storage")]
@@ -29,17 +30,12 @@ pub mod storage;
 pub mod survey;
 #[cfg(feature = "serde")]
 pub mod telemetry;
-mod window;
 
 #[cfg(feature = "sensor-models")]
 pub mod sensor_models; // sensors at register level, for runs without a sensor
 
 mod algebra;
 pub mod config;
-/// The detector of rests that identification learns the gyro's bias by, for a calibration from rests.
-pub mod rest {
-    pub use crate::window::{Reading, Rest, RestDetector, RestLimits};
-}
 pub mod equations; // documentation: the paper's equations and our reading of each
 mod rotation;
 

@@ -20,10 +20,9 @@ use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
     compensation::{ActiveEffects, Effect, effects::LIBRARY},
     config::{Config, ConfigError},
-    diagnosis::{DiagnosisReport, HardIronWatch},
+    diagnosis::{DiagnosisReport, DiagnosisSchedule, HardIronWatch},
     identification::{Identifier, WindowReport},
-    sample::{Sample, SampleFlags},
-    window::Reading,
+    sample::{Reading, Sample, SampleFlags},
 };
 use nalgebra::Vector3;
 use output::count;
@@ -33,8 +32,7 @@ use staleness::Staleness;
 use survey::Calibrated;
 
 /// Units of work in a second (a unit is some 300 instructions, of a diagnosis up to 500): 29 to 48 % of a Cortex-M4F at 168 MHz while there is
-/// work. A window takes some 50,000, one that is disturbed some 70,000; a diagnosis some 80,000 a pass. The dearest piece is some 200,000
-/// instructions (1.2 ms).
+/// work.
 const WORK_UNITS_PER_SECOND: u32 = 160_000;
 
 /// A step of time over this many nominal periods is a gap.
@@ -56,6 +54,7 @@ pub struct Probe {
     gyro_rails: [Rail; 3],
     filter: AttitudeFilter,
     identifier: Identifier,
+    diagnosis: DiagnosisSchedule,
     /// Compensated rate of the sample before, for the angular acceleration.
     last_rate_rad_s: Option<Vector3<f32>>,
     square_force_m2_s4: f32,
@@ -84,6 +83,7 @@ impl Probe {
                 reports_lost: 0,
                 diagnosis_overruns: 0,
                 diagnoses_lost: 0,
+                increments_lost: 0,
             },
             last_us: 0,
             last_raw_rad_s: [0.0; 3],
@@ -92,6 +92,7 @@ impl Probe {
             gyro_rails: [Rail::zero(); 3],
             filter: AttitudeFilter::new(),
             identifier: Identifier::zero(),
+            diagnosis: DiagnosisSchedule::zero(),
             last_rate_rad_s: None,
             square_force_m2_s4: 0.0,
             attitude_effects: ActiveEffects::none(),
@@ -117,11 +118,13 @@ impl Probe {
         self.filter.mag_delay_known(self.mag_delay_sigma_s());
         self.filter.gyro_delay_known(config.latency.gyro_s.is_some());
         self.identifier.configure(config);
+        // What the last diagnosis finds has to be there when the last update is asked for.
+        self.diagnosis.configure(config, self.identifier.final_us());
         self.last_rate_rad_s = None;
         self.attitude_effects = ActiveEffects::none();
         self.square_force_m2_s4 = config.earth.gravity_m_s2 * config.earth.gravity_m_s2;
-        if self.identifier.library().is_empty() {
-            self.identifier.set_library(&LIBRARY);
+        if self.diagnosis.library().is_empty() {
+            self.diagnosis.set_library(&LIBRARY);
         }
         self.watch.configure(config);
         self.configured = true;
@@ -145,18 +148,20 @@ impl Probe {
         let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
         if first {
             self.identifier.start(sample.t_us);
+            self.diagnosis.start(sample.t_us, &self.config);
             self.watch.start(sample.t_us);
         } else if gap {
             count(&mut self.counters.gaps);
             self.identifier.gap(self.last_us, sample.t_us);
+            self.diagnosis.gap(sample.t_us);
             self.watch.gap(sample.t_us);
         }
         self.last_us = sample.t_us;
         self.counters.samples += 1;
 
         let flown = *self.identifier.flown();
-        let sigma = self.identifier.take_effect(sample.t_us);
-        let [effects_changed, bias_stepped] = self.identifier.take_diagnosed(sample.t_us);
+        let sigma = self.identifier.take_effect(sample.t_us, &self.config);
+        let [effects_changed, bias_stepped] = self.take_diagnosed(sample.t_us);
         if sigma.is_some() || bias_stepped {
             // After a step P is what it was, and no deviation counts.
             self.filter.model_changed(&flown, self.identifier.flown(), &sigma.unwrap_or([0.0; 12]));
@@ -216,7 +221,14 @@ impl Probe {
         };
         self.calibrated = Calibrated::of(&sample, [gyro, accel, mag], &moment);
         let temperature = sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
-        self.identifier.push(sample.t_us, [gyro, gravity, mag], (!temperature).then_some(sample.temperature_c));
+        let temperature_c = (!temperature).then_some(sample.temperature_c);
+        self.diagnosis.push(sample.t_us, [gyro, gravity, mag], temperature_c, (&self.config, self.identifier.flown()));
+        // P is the identity to some per cent, and what the effects change is small already.
+        let estimated = match gyro {
+            Reading::Good(raw) => Reading::Good(raw + (rate - compensated)),
+            other => other,
+        };
+        self.identifier.push(sample.t_us, [estimated, accel, mag]);
 
         let delay_s = self.effects().gyro_delay_s(self.library()) + self.config.latency.gyro_s.unwrap_or(0.0);
         // A gyro before its time is two late vector sensors: no output is valid later than its sample.
@@ -226,12 +238,14 @@ impl Probe {
 
     /// Does about `budget` units of identification and diagnosis work (a unit is some 300 instructions; the last piece may overshoot by
     /// 500) and hands out the report of a window whose result has taken effect, or of one that has none. Results do not depend on how the
-    /// work is sliced, only on whether it is done in time: far enough before the window's samples are overwritten (some 35,000 units within
-    /// 1.9 s of its close), and done when the result is due. Else the window is a counted overrun.
+    /// work is sliced, only on whether it is done when the result is due. Else the update is a counted overrun, and what flies stays.
     pub fn poll(&mut self, budget: u32) -> Option<WindowReport> {
         let mut spent = 0;
         while spent < budget {
-            let units = self.identifier.step();
+            let units = match self.identifier.step(&self.config) {
+                0 => self.diagnosis.step(&self.config),
+                units => units,
+            };
             if units == 0 {
                 break;
             }
@@ -242,12 +256,12 @@ impl Probe {
 
     /// Sets the effects that are looked for, and starts afresh with them; without a call they are those of [`LIBRARY`].
     pub const fn set_library(&mut self, library: &'static [&'static dyn Effect]) {
-        self.identifier.set_library(library);
+        self.diagnosis.set_library(library);
     }
 
     /// The oldest diagnosis that nobody has taken, since it took effect.
     pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
-        self.identifier.take_diagnosis()
+        self.diagnosis.take()
     }
 
     /// The budget that every host and firmware loop gives [`Probe::poll`] after each sample, so that every result is ready when it is due.

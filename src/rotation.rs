@@ -100,6 +100,7 @@ pub(crate) fn matrix(q: &Quaternion<f32>) -> Matrix3<f32> {
 
 /// m v, without the loops of nalgebra's product, which take three times as many instructions.
 #[inline(always)]
+#[allow(dead_code)] // The estimator's.
 pub(crate) fn times(m: &Matrix3<f32>, v: &Vector3<f32>) -> Vector3<f32> {
     Vector3::new(
         m.m11 * v.x + m.m12 * v.y + m.m13 * v.z,

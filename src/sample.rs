@@ -1,5 +1,7 @@
 //! One reading of all sensors, as it leaves a driver or a recorded trace.
 
+use nalgebra::Vector3;
+
 bitflags::bitflags! {
     /// What is known to be wrong with a [`Sample`]. No bit set means that all is well.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -22,6 +24,17 @@ bitflags::bitflags! {
         /// The driver reported a bus or device fault: none of this sample's readings is used.
         const FAULT = 1 << 7;
     }
+}
+
+/// A sensor's part of one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reading {
+    /// No reading: the others of the interval stand for it.
+    Missing,
+    /// At full scale, or not to be believed: the interval's mean would be biased, so the interval has none.
+    Clipped,
+    /// Raw rate, or a vector sensor's calibrated reading.
+    Good(Vector3<f32>),
 }
 
 /// Beyond what any sensor can read, per axis: 57,000 deg/s, 1,000 g, 10 millitesla (the squares of what is under them stay far

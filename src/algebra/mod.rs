@@ -6,14 +6,20 @@
 //! halves the memory of the normal matrices that stand in static RAM.
 
 mod cholesky;
+#[allow(dead_code)] // The estimator's.
 mod eigen;
 mod packed;
 mod quantile;
+#[allow(dead_code)] // The estimator's.
 mod vectors;
 
 pub(crate) use cholesky::{factorise, solve_lower, solve_upper};
+#[allow(unused_imports)] // The estimator's.
 pub(crate) use eigen::Jacobi;
+#[allow(unused_imports)] // The estimator's.
+pub(crate) use packed::Cholesky;
 pub use packed::Packed;
-pub(crate) use packed::{Cholesky, add_outers};
+pub(crate) use packed::add_outers;
 pub(crate) use quantile::quantile;
+#[allow(unused_imports)] // The estimator's.
 pub(crate) use vectors::{add_scaled, dot, minus, plus};

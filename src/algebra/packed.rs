@@ -87,21 +87,10 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         add_outers(&mut self.0, [a, b, c], weight);
     }
 
-    /// Multiplies every element.
-    pub(crate) fn scale(&mut self, factor: f32) {
-        for a in &mut self.0 {
-            *a *= factor;
-        }
-    }
-
     /// Adds `weight * other`.
+    #[allow(dead_code)] // The estimator's.
     pub(crate) fn add_scaled(&mut self, other: &Self, weight: f32) {
         add_scaled(&mut self.0, &other.0, weight);
-    }
-
-    /// Adds `weight * block` to the elements of the first variables, row by row as both are packed.
-    pub(crate) fn add_leading<const E: usize, const U: usize>(&mut self, block: &Packed<E, U>, weight: f32) {
-        add_scaled(&mut self.0, &block.0, weight);
     }
 
     pub(crate) fn times(&self, x: &[f32; D]) -> [f32; D] {
@@ -122,61 +111,9 @@ impl<const D: usize, const T: usize> Packed<D, T> {
     }
 
     /// x^T N x.
+    #[allow(dead_code)] // The estimator's.
     pub(crate) fn quadratic(&self, x: &[f32; D]) -> f32 {
-        self.quadratic_of(&Self::monomials(x))
-    }
-
-    /// What the elements are to be multiplied by for x^T N x.
-    pub(crate) fn monomials(x: &[f32; D]) -> Self {
-        let mut monomials = Self::zero();
-        let mut rest = monomials.0.as_mut_slice();
-        for (i, own) in x.iter().enumerate() {
-            let Some((row, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { break };
-            let twice = own + own;
-            for (product, other) in row.iter_mut().zip(x) {
-                *product = twice * other;
-            }
-            if let Some(square) = row.last_mut() {
-                *square *= 0.5;
-            }
-            rest = next;
-        }
-        monomials
-    }
-
-    /// x^T N x of the x whose monomials they are.
-    pub(crate) fn quadratic_of(&self, monomials: &Self) -> f32 {
-        dot(&self.0, &monomials.0)
-    }
-
-    /// Sum over all elements of the product with another matrix: the trace of N M.
-    pub(crate) fn inner(&self, other: &Self) -> f32 {
-        let mut sum = 0.0;
-        for i in 0..D {
-            for j in 0..i {
-                sum += 2.0 * read(&self.0, i, j) * read(&other.0, i, j);
-            }
-            sum += read(&self.0, i, i) * read(&other.0, i, i);
-        }
-        sum
-    }
-
-    /// Solves N x = rhs in the variables `free`, in ascending order, the others being zero; `rhs` holds theirs in the beginning and x of them
-    /// in the end, one after the other. `None` when that part is not positive definite to f32's precision, or not finite.
-    pub(crate) fn solve_part(mut self, free: &[usize], rhs: &mut [f32]) -> Option<()> {
-        let mut next = 0;
-        for (count, &i) in free.iter().enumerate() {
-            for &j in free.iter().take(count + 1) {
-                let element = read(&self.0, i, j);
-                *self.0.get_mut(next)? = element;
-                next += 1;
-            }
-        }
-        let part = self.0.get_mut(..next)?;
-        factorise(part)?;
-        solve_lower(part, rhs);
-        solve_upper(part, rhs);
-        Some(())
+        dot(x, &self.times(x))
     }
 
     /// The Cholesky factor; `None` when the matrix is not positive definite to f32's precision, or not finite.
@@ -207,6 +144,7 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
         x
     }
 
+    #[allow(dead_code)] // The estimator's.
     /// L^T x: maps parameters to whitened coordinates.
     pub fn times_upper(&self, x: &[f32; D]) -> [f32; D] {
         let mut y = [0.0; D];
@@ -247,29 +185,9 @@ mod tests {
             for (back, expected) in l.solve_upper(&whitened).iter().zip(&x) {
                 assert!((back - expected).abs() < 1e-5);
             }
-            let mut outer = Packed::<5, 15>::zero();
-            outer.add_outer(&x, 1.0);
-            assert!((outer.inner(&n) - n.quadratic(&x)).abs() < 1e-4, "trace of x x^T N");
             // |L^T x|^2 = x^T N x
             assert!((dot(&whitened, &whitened) - n.quadratic(&x)).abs() < 1e-5);
         }
-    }
-
-    #[test]
-    fn a_part_of_the_variables_is_solved_as_if_the_others_were_not_there() {
-        let mut n = Packed::<5, 15>::zero();
-        for row in random_rows(7) {
-            n.add_outer(&row, 1.0);
-        }
-        let mut found = [1.0, 4.0, 5.0];
-        n.solve_part(&[0, 3, 4], &mut found).unwrap();
-        let x = [found[0], 0.0, 0.0, found[1], found[2]];
-        for (i, expected) in [(0, 1.0), (3, 4.0), (4, 5.0)] {
-            assert!((n.times(&x)[i] - expected).abs() < 1e-3, "{i}");
-        }
-        let expected = (0..5).flat_map(|i| (0..5).map(move |j| (i, j))).map(|(i, j)| n.get(i, j) * x[i] * x[j]);
-        assert!((n.quadratic(&x) / expected.sum::<f32>() - 1.0).abs() < 1e-4);
-        assert!(n.solve_part(&[1, 1], &mut found).is_none(), "singular");
     }
 
     #[test]

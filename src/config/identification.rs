@@ -1,18 +1,20 @@
-use super::{ConfigError, OptimizerKind, all_positive};
+use super::{ConfigError, Motion, OptimizerKind, all_positive};
 
-/// The identification window, its prior, its search and its gate.
+/// The estimator of the gyro's errors, when what it has learnt flies, and the search of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct IdentificationConfig {
-    /// Length of a window, seconds. Default 50 (the rate error falls as 0.12, 0.039, 0.026, 0.018 deg/s at 10, 25, 50, 100 s).
+    /// What moves the probe. Default `drill_string`.
+    pub motion: Motion,
+    /// From one update of what flies to the next, seconds. Default 5.
+    pub update_s: f32,
+    /// Length of a window, which is reported and searched, seconds. Default 50.
     pub window_s: f32,
-    /// From the close of one window to the next, seconds. Default 25.
+    /// From the close of one window to the next, seconds; a window closes with the first update at which it is due. Default 25.
     pub step_s: f32,
-    /// The shortest window that is identified, seconds. Default 20.
-    pub min_window_s: f32,
-    /// A window's result takes effect this long after the window closed, seconds. Default 5.
+    /// The result of an update, and so of a window, takes effect this long after it was asked for, seconds. Default 1.
     pub latency_s: f32,
     /// Prior standard deviation of P's diagonal about the factory's. Default 0.06.
     pub prior_sigma_diagonal: f32,
@@ -20,30 +22,30 @@ pub struct IdentificationConfig {
     pub prior_sigma_off_diagonal: f32,
     /// Prior standard deviation of the bias, rad/s. Default 0.021 (1.2 deg/s).
     pub prior_sigma_bias_rad_s: f32,
-    /// Time in which what earlier windows have taught falls to 1/e, seconds; it goes into a window's prior, as long as the window does
-    /// not contradict it. Default 3,600.
+    /// Time in which the watch for magnets forgets what it has learnt of the gyro: each error's variance grows by the prior's in so many
+    /// seconds. Default 3,600.
     pub forgetting_s: f32,
     /// A second whose gyro deviates less than this on every axis is a candidate for rest, rad/s. Default 0.5 deg/s.
     pub rest_gyro_deviation_rad_s: f32,
-    /// A mean rate above this is rotation, not bias, however steady, rad/s. Default 0.087 (5 deg/s: the zero-rate output that
-    /// MEMS data sheets allow after soldering).
+    /// A mean rate above this is rotation, not bias, however steady, rad/s. Default 0.17 (10 deg/s: the zero-rate level of an LSM6DS33,
+    /// data sheet table 3, the widest of the parts in use).
     pub max_bias_rad_s: f32,
     /// What searches.
     pub optimizer: OptimizerKind,
-    /// Most cost evaluations of a search. Default 75, half as many again as IMOA needs from the least-squares point.
+    /// Most cost evaluations of a search. Default 75, half as many again as IMOA needs from the least-squares point of a window.
     pub max_evaluations: u32,
     /// Gravity and field come from a reference attitude, not from sensors (bench mode). Default false. Then there are no errors of vector
-    /// sensors that P could be taken for: a P that wins beyond chance flies though it leaves much of the misfit, effects are found beside a P
-    /// that is free, and no test window loses its weight.
+    /// sensors that P could be taken for: effects are found beside a P that is free.
     pub vectors_from_reference: bool,
 }
 
 impl IdentificationConfig {
     /// All zero, for a static before its configuration.
     pub(crate) const UNSET: Self = Self {
+        motion: Motion::Hand,
+        update_s: 0.0,
         window_s: 0.0,
         step_s: 0.0,
-        min_window_s: 0.0,
         latency_s: 0.0,
         prior_sigma_diagonal: 0.0,
         prior_sigma_off_diagonal: 0.0,
@@ -59,9 +61,9 @@ impl IdentificationConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         all_positive(
             [
+                self.update_s,
                 self.window_s,
                 self.step_s,
-                self.min_window_s,
                 self.latency_s,
                 self.prior_sigma_diagonal,
                 self.prior_sigma_off_diagonal,
@@ -71,9 +73,9 @@ impl IdentificationConfig {
                 self.max_bias_rad_s,
             ],
             &[
+                "identification.update_s",
                 "identification.window_s",
                 "identification.step_s",
-                "identification.min_window_s",
                 "identification.latency_s",
                 "identification.prior_sigma_diagonal",
                 "identification.prior_sigma_off_diagonal",
@@ -85,10 +87,9 @@ impl IdentificationConfig {
         )?;
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         check(self.window_s <= 50.0, "identification.window_s", "at most 50, the capacity of the window")?;
-        check(self.min_window_s >= 20.0, "identification.min_window_s", "at least 20")?;
-        check(self.min_window_s <= self.window_s, "identification.min_window_s", "at most window_s")?;
         check(self.latency_s <= 5.0, "identification.latency_s", "at most 5, the capacity behind the window")?;
-        check(self.step_s >= self.latency_s, "identification.step_s", "at least latency_s")?;
+        check(self.update_s >= self.latency_s, "identification.update_s", "at least latency_s")?;
+        check(self.step_s >= self.update_s, "identification.step_s", "at least update_s")?;
         check(
             self.optimizer.is_built_in(),
             "identification.optimizer",
@@ -101,16 +102,17 @@ impl IdentificationConfig {
 impl Default for IdentificationConfig {
     fn default() -> Self {
         Self {
+            motion: Motion::DrillString,
+            update_s: 5.0,
             window_s: 50.0,
             step_s: 25.0,
-            min_window_s: 20.0,
-            latency_s: 5.0,
+            latency_s: 1.0,
             prior_sigma_diagonal: 0.06,
             prior_sigma_off_diagonal: 0.03,
             prior_sigma_bias_rad_s: 0.021,
             forgetting_s: 3_600.0,
             rest_gyro_deviation_rad_s: 0.5_f32.to_radians(),
-            max_bias_rad_s: 5.0_f32.to_radians(),
+            max_bias_rad_s: 10.0_f32.to_radians(),
             optimizer: OptimizerKind::Imoa,
             max_evaluations: 75,
             vectors_from_reference: false,

@@ -21,7 +21,7 @@ pub enum OptimizerKind {
     Random,
     /// Levenberg-Marquardt.
     Lm,
-    /// The closed-form least-squares point itself; no search.
+    /// The estimator's mean itself; no search.
     Ls,
 }
 

@@ -3,8 +3,8 @@
 //! Each test window's scores and information of the three columns of c stand for a constant rate error in that window. A step before t is
 //! such an error in the windows before t; those that t lies in have their share of it.
 
+use super::stream::SampleStream;
 use super::{remainder::chance_of_ratio, sign_flip::GROUPS};
-use crate::window::SampleStream;
 use nalgebra::{Matrix3, Vector3};
 
 mod fit;

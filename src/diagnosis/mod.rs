@@ -1,4 +1,4 @@
-//! Which physical effect the model lacks: candidates are tried on the residual of a window, by the weak form that identification uses,
+//! Which physical effect the model lacks: candidates are tried on the residual of a window, by a weak form of the vectors' kinematics,
 //! and those that show beyond chance are taken out of the readings from then on.
 //!
 //! A window's increments are walked through several times. Each pass sums the normal equations of the gyro's 12 parameters and of all
@@ -15,16 +15,20 @@ mod magnet;
 mod normal;
 mod remainder;
 mod report;
+mod schedule;
 mod sign_flip;
+mod stream;
 mod turned_axes;
 mod walk;
 mod weak_columns;
 mod whitening;
 
-pub(crate) use history::History;
 pub(crate) use magnet::{FieldUse, HardIronWatch};
 pub use magnet::{HardIronCounts, HardIronInterval};
-pub(crate) use passes::{Diagnosis, DiagnosisJob, Subject};
 pub use remainder::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
 pub use report::{BiasStepReport, DiagnosisReport, EffectReport, Tried, Verdict};
-pub(crate) use turned_axes::candidates;
+pub(crate) use schedule::{Change, DiagnosisSchedule};
+
+use history::History;
+use passes::{Diagnosis, DiagnosisJob, Subject};
+use turned_axes::candidates;

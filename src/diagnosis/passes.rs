@@ -7,6 +7,7 @@ use super::{
     remainder::Remainder,
     report::{BiasStepReport, DiagnosisReport, EffectReport, MAX_CANDIDATES, Tried, Verdict},
     sign_flip::GROUPS,
+    stream::{RestBias, SampleStream, UNDER_WAY, halved, whole},
     walk::Walk,
     weak_columns::{COLUMNS, GYRO, GyroScales, Layout, NO_ROWS, TestFacts, WeakColumns, put},
     whitening::{Whitening, each_parameter},
@@ -15,7 +16,6 @@ use crate::{
     algebra::quantile,
     compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE, Moment, Sensor, effect::MAX_PARAMETERS},
     config::Config,
-    window::{RestBias, SampleStream, UNDER_WAY, halved, whole},
 };
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,8 +1,7 @@
-use super::bias_step::BiasStep;
+use super::{bias_step::BiasStep, stream::SampleStream};
 use crate::{
     compensation::effect::{Moment, REFERENCE_TEMPERATURE_C},
     rotation::{IDENTITY, exp_quaternion, matrix, middle_to_middle, renormalised},
-    window::SampleStream,
 };
 use nalgebra::{Matrix3, Quaternion, Vector3};
 

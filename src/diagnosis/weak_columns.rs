@@ -1,10 +1,12 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::walk::Instant;
+use super::{
+    stream::{TestFunction, UNDER_WAY},
+    walk::Instant,
+};
 use crate::{
     compensation::{Effect, Sensor},
     config::IdentificationConfig,
-    window::{TestFunction, UNDER_WAY},
 };
 use nalgebra::Vector3;
 
@@ -117,7 +119,11 @@ impl Sums {
     }
 }
 
-/// The weak form of `WeakForm` with a column for every parameter of every candidate.
+/// Streaming weak form of the vectors' kinematics, with a column for every parameter of every candidate.
+///
+/// u(t) = R0(t) v(t), with the nominal gyro's rotation R0 and a vector v fixed in the earth, obeys u' = -R0 (dw x v) exactly,
+/// dw being the true minus the nominal rate: dw = dP w_raw - dc. Multiplied by phi(t) = sin^2 over 2 s (zero at both ends) and
+/// integrated by parts, -int phi' u dt = int phi R0 [v]x (dP w_raw - dc) dt: linear in the unknowns for any size of error.
 ///
 /// An effect x f on the gyro's reading changes the true rate by -x f: columns -int phi R0 (v x -f) of both vectors. One on a vector's
 /// reading: columns -int phi' R0 f of that vector.

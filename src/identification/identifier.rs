@@ -1,18 +1,17 @@
 use super::{
-    Carried, Decision, Refusal, WindowCost, WindowReport,
-    diagnosis_schedule::DiagnosisSchedule,
-    job::{Context, Job},
-    judgement::unidentified,
-    micros,
-    prior::theta_of,
-    window_fit::{Step, WindowFit},
-    work::Work,
+    Decision, Refusal, WindowCost, WindowReport,
+    coordinates::coordinates,
+    flying::{Flight, deg_per_turn},
+    schedule::{Schedule, Update},
+    search::Search,
 };
 use crate::{
-    compensation::{ActiveEffects, Effect, GyroModel},
+    compensation::GyroModel,
     config::Config,
-    diagnosis::DiagnosisReport,
-    window::{Reading, RestLimits, SampleStream, Scales, StreamSettings},
+    diagnosis::Change,
+    estimator::{Estimator, Settings},
+    optimizer::{Cost, Progress},
+    sample::Reading,
 };
 use heapless::{Deque, Vec};
 use nalgebra::Vector3;
@@ -20,79 +19,47 @@ use nalgebra::Vector3;
 /// Reports waiting to be polled.
 const PENDING: usize = 3;
 
-/// Whether a window is being identified.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
-    Idle,
-    /// The fit of the window is to be begun.
-    Due,
-    Fitting,
-    /// The result waits for its instant.
-    Ready,
-}
+/// Work units of one evaluation of a window's cost: some 100 nodes of nine rows.
+const EVALUATION_UNITS: u32 = 100;
 
-/// Windows of samples in, accepted models or reasoned refusals out.
+/// Work units of judging a posterior, or what a search came to.
+const JUDGE_UNITS: u32 = 20;
+
+/// What the estimator learns from samples, made to fly at fixed instants.
 pub(crate) struct Identifier {
-    pub stream: SampleStream,
-    config: Config,
+    estimator: Estimator,
+    schedule: Schedule<WindowReport>,
     flown: GyroModel,
-    /// First sample and increment since the start or the last gap.
-    stream_start_us: u64,
-    stream_from: u32,
-    next_close_us: u64,
-    final_close_us: u64,
-    freeze_us: u64,
-    /// Until when the samples' lessons are in what the fit carries: no later window may hold them.
-    learned_until_us: u64,
-    /// End of the latest window that the flown bias comes from; 0: none.
+    bias_only: GyroModel,
+    /// Latest sample that the flown bias comes from; 0: none.
     bias_known_us: u64,
-    /// The same of the flown P.
-    p_known_us: u64,
-    /// The window that is fitted, or was the last to be.
-    job: Job,
-    /// What the samples before it taught.
-    carried: Carried,
-    /// Until when the samples of the fit that was judged are still to be learnt from; 0: none are.
-    to_learn_us: u64,
-    state: State,
-    work: Work,
-    diagnosis: DiagnosisSchedule,
-    /// The result of the job, once it is judged.
-    result: Vec<WindowReport, 1>,
+    /// When the update was asked for: the latest rest, 0 before the first, and how many seconds of the window were at rest.
+    rest_us: u64,
+    rest_s: u32,
+    /// The report of the window that is being searched.
+    searched: Vec<WindowReport, 1>,
+    search: Search,
+    /// Cost of the posterior's mean on it.
+    cost_of_mean: f32,
     pending: Deque<WindowReport, PENDING>,
     /// Reports dropped because nobody polled them.
     pub reports_lost: u32,
     pub overruns: u32,
 }
 
-mod bias_step;
-mod closing;
-mod reports;
-#[cfg(feature = "storage")]
-mod restoring;
-mod working;
-
 impl Identifier {
     pub const fn zero() -> Self {
         Self {
-            stream: SampleStream::zero(),
-            config: Config::UNSET,
+            estimator: Estimator::zero(),
+            schedule: Schedule::zero(),
             flown: GyroModel::UNSET,
-            stream_start_us: 0,
-            stream_from: 0,
-            next_close_us: 0,
-            final_close_us: 0,
-            freeze_us: 0,
-            learned_until_us: 0,
+            bias_only: GyroModel::UNSET,
             bias_known_us: 0,
-            p_known_us: 0,
-            job: Job::zero(),
-            carried: Carried::nothing(),
-            to_learn_us: 0,
-            state: State::Idle,
-            work: Work::Nothing,
-            diagnosis: DiagnosisSchedule::zero(),
-            result: Vec::new(),
+            rest_us: 0,
+            rest_s: 0,
+            searched: Vec::new(),
+            search: Search::None,
+            cost_of_mean: 0.0,
             pending: Deque::new(),
             reports_lost: 0,
             overruns: 0,
@@ -100,154 +67,194 @@ impl Identifier {
     }
 
     pub fn configure(&mut self, config: &Config) {
-        let id = config.identification;
-        self.config = *config;
+        self.estimator.configure(&Settings::new(config));
+        self.schedule.configure(config);
         self.flown = config.gyro;
-        self.final_close_us = config.freeze_at_us.map_or(u64::MAX, |t| t.saturating_sub(micros(id.latency_s)));
-        self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
-        self.diagnosis.configure(config, self.final_close_us);
-        // Ranges of the stored increments where the full scale is unknown: 4000 deg/s and 32 g, the widest of the parts in use,
-        // and ten times the strongest field on earth.
-        self.stream.configure(&StreamSettings {
-            sample_period_us: config.sample_period_us,
-            rest_limits: RestLimits { deviation_rad_s: id.rest_gyro_deviation_rad_s, bias_rad_s: id.max_bias_rad_s },
-            bias_walk_rad_s_rts: config.attitude.gyro_bias_walk_rad_s_rts,
-            gravity_m_s2: config.earth.gravity_m_s2,
-            scales: Scales::new(
-                config.full_scale.gyro_rad_s.unwrap_or(70.0),
-                2.0 * config.full_scale.accel_m_s2.unwrap_or(160.0),
-                2.0 * config.full_scale.mag_ut.unwrap_or(330.0),
-            ),
-        });
-        self.learned_until_us = 0;
+        self.bias_only = config.gyro;
         self.bias_known_us = 0;
-        self.p_known_us = 0;
-        self.carried = Carried::nothing();
-        self.to_learn_us = 0;
-        self.work = Work::Nothing;
-        self.state = State::Idle;
+        self.searched.clear();
         self.pending.clear();
         self.reports_lost = 0;
         self.overruns = 0;
+    }
+
+    /// Flies this model from the first sample on; to be called between `configure` and `start`.
+    #[cfg(feature = "storage")]
+    pub const fn restore(&mut self, gyro: &GyroModel) {
+        self.flown = *gyro;
     }
 
     pub const fn flown(&self) -> &GyroModel {
         &self.flown
     }
 
+    /// When the last update before a freeze is asked for.
+    pub const fn final_us(&self) -> u64 {
+        self.schedule.final_us()
+    }
+
+    /// Increments that the estimator has lost.
+    pub const fn increments_lost(&self) -> u32 {
+        self.estimator.lost()
+    }
+
     /// Begins at the first sample of all.
     pub fn start(&mut self, t_us: u64) {
-        self.stream.start(t_us, &theta_of(&self.flown));
-        self.start_window(t_us);
-        self.diagnosis.schedule(t_us, &self.config);
+        self.schedule.start(t_us);
     }
 
-    /// A gap: the window in progress ends with the last sample before it, and another begins after it. Nobody works during a
-    /// gap, so it does not count into a result's latency; but after a freeze nothing new takes effect, except a result that was
-    /// due in the gap and is ready.
+    /// A gap in time.
     pub fn gap(&mut self, last_us: u64, t_us: u64) {
-        let latest_us = if self.freeze_us > t_us { self.freeze_us } else { t_us };
-        let delayed = |effect_us: u64| {
-            let effect_us = effect_us.saturating_add(t_us - last_us);
-            if effect_us > latest_us { latest_us } else { effect_us }
-        };
-        self.job.effect_us = delayed(self.job.effect_us);
-        if self.next_close_us != u64::MAX {
-            let effect_us = delayed(last_us.saturating_add(micros(self.config.identification.latency_s)));
-            self.close(last_us, effect_us, true);
-        }
-        self.stream.restart(t_us);
-        self.start_window(t_us);
+        self.schedule.gap(last_us, t_us);
     }
 
-    /// Before a sample is compensated: a diagnosis that is due takes effect, and with it the bias that goes with it. Not while a window is
-    /// being fitted, whose result is about the effects as they were. Returns whether the effects changed, and whether the bias stepped.
-    pub fn take_diagnosed(&mut self, t_us: u64) -> [bool; 2] {
-        if self.state != State::Idle {
-            return [false; 2];
-        }
-        let Some(change) = self.diagnosis.take_effect(t_us, &mut self.stream) else { return [false; 2] };
-        let bias = Vector3::from(self.flown.b_rad_s) + change.bias_rad_s;
-        if bias.iter().all(|b| b.is_finite()) {
-            self.flown.b_rad_s = bias.into();
-            self.stream.change_model(&theta_of(&self.flown));
-        }
-        if change.others_of_gyro {
-            // What was learnt about P and bias was about readings with other effects in them.
-            self.carried = Carried::nothing();
-        }
-        let stepped = change.step.is_some_and(|(step, by)| self.follow_step(t_us, &step, &by));
-        [change.effects, stepped]
-    }
-
-    /// The latest diagnosis that nobody has taken.
-    pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
-        self.diagnosis.take()
-    }
-
-    /// Diagnoses that were not done in time, and reports of others that nobody took.
-    pub const fn diagnosis_losses(&self) -> (u32, u32) {
-        (self.diagnosis.overruns, self.diagnosis.lost)
+    /// Whether no update is under way, whose result would be about the effects as they were.
+    pub fn is_idle(&self) -> bool {
+        self.schedule.is_idle()
     }
 
     /// Before a sample is compensated: a result that is due takes effect. If the model changed, the deviations of the new one, P
     /// row-major, then b, rad/s.
-    pub fn take_effect(&mut self, t_us: u64) -> Option<[f32; 12]> {
-        if self.state == State::Idle || t_us < self.job.effect_us {
-            return None;
-        }
-        let ready = self.state == State::Ready;
-        self.state = State::Idle;
-        let Some(mut report) = self.result.pop().filter(|_| ready) else {
-            let job = self.job;
-            self.announce_overrun(&job);
+    pub fn take_effect(&mut self, t_us: u64, config: &Config) -> Option<[f32; 12]> {
+        let (update, result) = self.schedule.take_effect(t_us)?;
+        // What is still being searched comes too late.
+        self.searched.clear();
+        let Some(mut report) = result else {
+            self.overruns = self.overruns.saturating_add(1);
+            let report = self.flight(config).without_result(&update, Refusal::Overrun);
+            self.announce(&update, report);
             return None;
         };
         report.t_effect_us = Some(t_us);
+        self.bias_only = report.bias_only;
         let changed = (report.flown != self.flown).then_some(report.sigma);
         if changed.is_some() {
-            self.stream.change_model(&theta_of(&report.flown));
-            if report.flown.p != self.flown.p {
-                self.p_known_us = report.t_end_us;
-            }
             self.flown = report.flown;
             self.bias_known_us = report.t_end_us;
         }
-        self.announce(report);
+        self.announce(&update, report);
         changed
     }
 
-    /// Takes one sample (raw rate, calibrated vectors).
-    pub fn push(&mut self, t_us: u64, [rate, gravity, field]: [Reading; 3], temperature_c: Option<f32>) {
-        self.stream.push(t_us, rate, gravity, field, temperature_c);
-        let latest = (&self.stream, self.stream_from);
-        self.diagnosis.pushed(t_us, latest, self.next_close_us, &self.config, &self.flown);
-        if t_us >= self.next_close_us {
-            // The last window before a freeze closes at its first sample at or after the instant that leaves it the latency: by less
-            // than a sample period its result would come after the freeze.
-            let effect_us = t_us.saturating_add(micros(self.config.identification.latency_s));
-            self.close(t_us, if effect_us < self.freeze_us { effect_us } else { self.freeze_us }, false);
-            self.schedule(t_us, t_us.saturating_add(micros(self.config.identification.step_s)));
+    /// A diagnosis has taken effect. Returns whether the bias stepped.
+    pub fn follow(&mut self, t_us: u64, change: &Change) -> bool {
+        let bias_rad_s = Vector3::from(self.flown.b_rad_s) + change.bias_rad_s;
+        if bias_rad_s.iter().all(|b| b.is_finite()) {
+            self.flown.b_rad_s = bias_rad_s.into();
+        }
+        if change.others_of_gyro {
+            // What was learnt about P and bias was about readings with other effects in them.
+            self.estimator.restart();
+        } else if change.bias_rad_s != Vector3::zeros() {
+            self.estimator.step_bias(change.bias_rad_s);
+        }
+        let Some(step) = change.step else { return false };
+        if !change.others_of_gyro {
+            self.estimator.step_bias(step.by_rad_s);
+        }
+        self.flown.b_rad_s = step.bias_rad_s.into();
+        self.bias_only.b_rad_s = (Vector3::from(self.bias_only.b_rad_s) + step.by_rad_s).into();
+        self.bias_known_us = t_us;
+        true
+    }
+
+    /// Takes one sample: raw rate, calibrated specific force and field.
+    pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3]) {
+        if self.schedule.is_over() {
+            return;
+        }
+        self.estimator.push(t_us, rate, force, field);
+        if let Some(update) = self.schedule.push(t_us) {
+            self.estimator.close();
+            self.rest_us = self.estimator.last_rest_us().unwrap_or(0);
+            // A window is far shorter than the hour that 32 bits of microseconds hold.
+            self.rest_s = self.estimator.rest_seconds((update.t_us - update.window_start_us) as u32 / 1_000_000);
         }
     }
 
-    /// The effects that are looked for.
-    pub fn library(&self) -> &'static [&'static dyn Effect] {
-        self.stream.library()
+    /// One bounded piece of work; returns its size in units, 0 when there is nothing to do.
+    pub fn step(&mut self, config: &Config) -> u32 {
+        let Some(update) = self.schedule.asked() else { return self.estimator.step() };
+        if !self.searched.is_empty() {
+            // The estimator stands still meanwhile: what is searched is the window as it closed.
+            return self.step_search();
+        }
+        if self.estimator.posterior().is_none() {
+            return self.estimator.step();
+        }
+        self.judge(&update, config)
     }
 
-    /// The effects that are taken out.
-    pub const fn effects(&self) -> &ActiveEffects {
-        self.stream.effects()
+    /// The posterior is there: the result of an update, or the beginning of a window's search.
+    #[inline(never)]
+    fn judge(&mut self, update: &Update, config: &Config) -> u32 {
+        let Some(posterior) = self.estimator.posterior() else { return 0 };
+        let mut report = self.flight(config).judged(update, posterior);
+        let cost = self.estimator.window_cost().filter(|_| update.is_window && report.decision == Decision::Accepted);
+        let Some(cost) = cost else {
+            self.schedule.conclude(report);
+            return JUDGE_UNITS;
+        };
+        let finite = |cost: f32| cost.is_finite().then_some(cost);
+        report.cost_before = coordinates(&cost, &self.flown).and_then(|y| finite(cost.evaluate(&y)));
+        self.cost_of_mean = cost.evaluate(&[0.0; 12]);
+        report.cost_after = finite(self.cost_of_mean);
+        let id = &config.identification;
+        self.search = Search::new(id.optimizer, id.max_evaluations, config.seed ^ update.t_us);
+        // Emptied when the update before took effect, so there is room.
+        let _ = self.searched.push(report);
+        2 * EVALUATION_UNITS + JUDGE_UNITS
     }
 
-    /// Sets the effects that are looked for.
-    pub const fn set_library(&mut self, library: &'static [&'static dyn Effect]) {
-        self.stream.set_library(library);
+    /// A piece of the search. What it finds flies where it is better than the posterior's mean.
+    #[inline(never)]
+    fn step_search(&mut self) -> u32 {
+        let cost = self.estimator.window_cost();
+        if let Some(cost) = &cost
+            && self.search.step(cost) == Progress::Running
+        {
+            return EVALUATION_UNITS;
+        }
+        let Some(mut report) = self.searched.pop() else { return 0 };
+        report.evaluations = self.search.evaluations();
+        if let (Some(cost), Some((y, found))) = (cost, self.search.best()) {
+            let model = cost.model(&y);
+            let is_better = found < self.cost_of_mean && model.is_valid();
+            report.cost_gained_by_search = Some(if is_better { self.cost_of_mean - found } else { 0.0 });
+            if is_better {
+                report.cost_after = Some(found);
+                (report.fitted, report.flown) = (model, model);
+                report.deg_per_turn = deg_per_turn(&self.flown, &model);
+            }
+        }
+        self.schedule.conclude(report);
+        JUDGE_UNITS
     }
 
-    /// The cost of the last window whose innovations stand.
+    fn flight<'a>(&'a self, config: &'a Config) -> Flight<'a> {
+        Flight {
+            config,
+            flown: &self.flown,
+            bias_only: &self.bias_only,
+            rest_is_news: self.rest_us > self.bias_known_us,
+            rest_s: self.rest_s as f32,
+        }
+    }
+
+    /// Hands out the report of an update that closes a window.
+    fn announce(&mut self, update: &Update, report: WindowReport) {
+        if update.is_window && self.pending.push_back(report).is_err() {
+            self.reports_lost = self.reports_lost.saturating_add(1);
+        }
+    }
+
+    /// The oldest report that nobody has taken.
+    pub fn take_report(&mut self) -> Option<WindowReport> {
+        self.pending.pop_front()
+    }
+
+    /// What the search of the latest window minimises.
     pub fn window_cost(&self) -> Option<WindowCost<'_>> {
-        if let Work::Fit(fit) = &self.work { fit.cost() } else { None }
+        self.estimator.window_cost()
     }
 }

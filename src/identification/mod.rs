@@ -1,38 +1,13 @@
-//! From windows of samples to an accepted gyro model, or a reasoned refusal.
+//! When what the estimator has learnt flies, and what the population search adds to it window by window.
 
-mod acceptance;
-mod carried;
-mod contest;
-mod diagnosis_schedule;
-mod drift;
-mod graduation;
+mod coordinates;
+mod flying;
 mod identifier;
-mod innovation_fit;
-mod job;
-mod judgement;
-mod least_squares;
-mod motion;
-mod observability;
-mod prior;
-mod refinement;
 mod report;
-mod rest_evidence;
-mod robust_weights;
+mod schedule;
 mod search;
-mod weak_fit;
-mod window_cost;
-mod window_fit;
-mod work;
 
-pub(crate) use acceptance::LEAST_EXPLAINED;
-pub(crate) use carried::{Carried, Forgetting};
+pub use crate::estimator::WindowCost;
 pub(crate) use identifier::Identifier;
-pub(crate) use prior::Prior;
 pub use report::{Decision, Refusal, WindowReport};
-pub use window_cost::{WhitenedCost, WindowCost};
-
-/// Not inlined: a conversion to 64 bits is a loop's worth of code.
-#[inline(never)]
-fn micros(seconds: f32) -> u64 {
-    (seconds * 1e6) as u64
-}
+pub use search::{RADIUS, Searched};

@@ -1,4 +1,4 @@
-use crate::{compensation::GyroModel, config::OptimizerKind};
+use crate::{compensation::GyroModel, config::OptimizerKind, estimator::Unfit};
 
 /// What came of one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,31 +16,51 @@ pub struct WindowReport {
     pub optimizer: OptimizerKind,
     /// Cost evaluations spent by the search.
     pub evaluations: u32,
-    /// Cost of the model flown so far, on this window: the robust sum of
-    /// its vectors' squared innovations, in units of their noise, and of the prior; `None` when there was nothing to evaluate.
+    /// Cost of the model flown so far, on this window: half the robust sum of its squared innovations, in units of their noise, and of the
+    /// prior; `None` when there was nothing to evaluate.
     pub cost_before: Option<f32>,
     /// Cost of `fitted` on this window; `None` when there was nothing to evaluate.
     pub cost_after: Option<f32>,
-    /// The 12-parameter fit, accepted or not; the model flown where there was no fit.
+    /// By how much the search lowered the cost of the estimator's mean; `None`: nothing searched.
+    pub cost_gained_by_search: Option<f32>,
+    /// What the samples so far say of the twelve parameters, accepted or not; the model flown where they say nothing.
     pub fitted: GyroModel,
-    /// The bias-only alternative, what would fly had P never moved: the factory's P with the bias from rest, or with a fitted one
-    /// that won clearly, or with the one before.
+    /// The bias-only alternative, what would fly had P never moved: the factory's P with its own bias.
     pub bias_only: GyroModel,
     /// What flies from `t_effect_us` on.
     pub flown: GyroModel,
     /// 1-sigma of P (row-major, 9) then b (rad/s, 3) of `fitted`; the prior's where nothing was observed.
     pub sigma: [f32; 12],
-    /// Which of the 12 parameters the window observes (posterior below half the prior).
+    /// Covariance of P's nine elements, row-major, its lower triangle row by row: 45 numbers in three lots of 15, since no longer array can
+    /// be serialised. [`WindowReport::covariance_of_p`] finds an element.
+    pub p_covariance: [[f32; 15]; 3],
+    /// Which of the 12 parameters are observed (posterior below half the prior).
     pub observable: [bool; 12],
-    /// How many independent directions of the 12 the window observes.
+    /// How many independent directions of the 12 are observed: of P's nine, and axes of the bias.
     pub rank: u8,
     /// Seconds of rest in this window.
     pub rest_s: f32,
-    /// Fraction of the misfit on unseen blocks, with the bias alone fitted, that the fit of P explains; at most 1, negative when it is
-    /// worse. `None`: not evaluated.
-    pub explained: Option<f32>,
-    /// Probability of so clear a win on unseen blocks if nothing had changed (exact sign-flip permutation); `None`: not evaluated.
-    pub p_value: Option<f32>,
+    /// Seconds of motion since the start that `fitted` comes from.
+    pub motion_s: f32,
+    /// Directions of P's nine that the data decide.
+    pub directions_decided: u8,
+    /// Mean squared innovation over its degrees of freedom: 1 where the noise is what it is thought to be.
+    pub innovation_nis: f32,
+    /// By how much a whole turn about an axis is another one with `flown` than with what flew before, degrees: rms of the three axes.
+    pub deg_per_turn: f32,
+    /// Widths that the data choose for the magnetometer's matrix, the hard iron and the accelerometer, over the data sheet's: they say which
+    /// sensor is bad.
+    pub widths: [f32; 3],
+}
+
+impl WindowReport {
+    /// Covariance of two elements of P of `fitted`, counted row by row from 0 to 8; 0 beyond.
+    #[must_use]
+    pub fn covariance_of_p(&self, one: usize, other: usize) -> f32 {
+        let (row, column) = if one > other { (one, other) } else { (other, one) };
+        let place = if row < 9 { row * (row + 1) / 2 + column } else { usize::MAX };
+        self.p_covariance.as_flattened().get(place).copied().unwrap_or(0.0)
+    }
 }
 
 /// Accepted, or refused and why.
@@ -61,79 +81,42 @@ pub enum Decision {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Refusal {
-    /// The window is shorter than the shortest that is identified.
-    WindowTooShort {
-        /// Length of the window, seconds.
-        length_s: f32,
-        /// The shortest that is identified, seconds.
+    /// Too little motion with a gyro that can be used.
+    NotEnoughMotion {
+        /// How much there was since the start, seconds.
+        motion_s: f32,
+        /// How much there has to be, seconds.
         needed_s: f32,
-        /// Whether a gap in time cut it short.
-        cut_by_gap: bool,
     },
     /// The result was not ready at the instant at which it would have taken effect.
     Overrun,
-    /// Without a magnetometer rotation about gravity cannot be seen.
-    NoMagnetometer {
-        /// How far the norm of specific force at rest is from gravity, m/s^2, where that is too far; `None`: the configuration
-        /// holds no calibration of the accelerometer.
-        accel_norm_error_m_s2: Option<f32>,
-    },
     /// The accelerometer reads nothing usable.
     NoAccelerometer,
-    /// The norm of specific force at rest is too far from gravity: the accelerometer needs a calibration first.
-    AccelerometerUncalibrated {
-        /// How far, m/s^2.
-        norm_error_m_s2: f32,
-    },
-    /// The tool hardly turned: too few parameters are observable.
-    NotEnoughExcitation {
-        /// Observable directions of the 12.
-        rank: u8,
-    },
-    /// Too little of the window moved with readings that can be used: the cross-validation has too few groups.
-    TooLittleMotion {
-        /// How many there are.
-        groups: u8,
-    },
-    /// On unseen blocks of the window the fit does not win beyond chance.
-    NoClearWin {
-        /// Probability of so clear a win if nothing had changed.
-        p_value: f32,
-    },
-    /// The fit wins, but leaves too much of the misfit unexplained: what is wrong is not mainly P.
-    MisfitNotExplained {
-        /// Fraction of the misfit on unseen blocks that the fit explains.
-        explained: f32,
-    },
-    /// The change of attitude that the swap promises is too small to be worth its risk.
-    ChangeTooSmall {
-        /// Promised change of the rotation over one second, radians rms.
-        change_rad: f32,
-        /// Its own uncertainty, radians rms.
-        sigma_rad: f32,
-    },
-    /// The normal matrix could not be factorised, or the fit is not finite or not plausible.
-    Degenerate,
-    /// With the fit, gyro and accelerometer disagree more than before on how far the body turned, or which way.
-    RotationDisagrees {
-        /// By how many standard deviations of chance more.
-        sigmas: f32,
-    },
-    /// The window contradicts what earlier ones taught, which is forgotten; the next one stands by itself.
-    Contradiction {
-        /// Squared distance between the two in their own deviations, of 12 parameters.
-        square: f32,
-    },
-    /// What flew no longer beats the factory's P on unseen blocks, and is rolled back.
-    RolledBack {
-        /// Probability of so clear a win of the factory's by chance.
-        p_value: f32,
-    },
     /// The gyro's readings are missing, clipped or frozen too often.
     GyroUnusable {
-        /// Share of the window's one-second tests that lack a rate.
+        /// Share of the time without a rate.
         share: f32,
     },
-    /// The magnetometer's axes were found to be turned, or a magnet came or left, and P changes by no more than that may look like.
-    FieldDoubtful,
+    /// The innovations are larger than the estimator thinks, or its mean is no model.
+    Diverged {
+        /// Mean squared innovation over its degrees of freedom.
+        nis: f32,
+    },
+    /// The magnetometer's offset is too large: it needs a calibration first.
+    MagnetometerUncalibrated {
+        /// Hard iron, of the field's norm.
+        hard_iron_share: f32,
+    },
+}
+
+impl From<Unfit> for Refusal {
+    fn from(unfit: Unfit) -> Self {
+        match unfit {
+            Unfit::NotEnoughMotion { motion_s, needed_s } => Self::NotEnoughMotion { motion_s, needed_s },
+            Unfit::Diverged { nis } => Self::Diverged { nis },
+            Unfit::GyroUnusable { share } => Self::GyroUnusable { share },
+            Unfit::NoAccelerometer => Self::NoAccelerometer,
+            Unfit::MagnetometerUncalibrated { hard_iron_share } => Self::MagnetometerUncalibrated { hard_iron_share },
+        }
+    }
 }

@@ -1,10 +1,10 @@
 #[cfg(feature = "baseline-searches")]
 mod baseline;
 
-use super::WindowCost;
 use crate::{
     config::OptimizerKind,
-    optimizer::{Found, Imoa, ImoaSettings, LevenbergMarquardt, Optimizer, Progress, SearchSpace},
+    estimator::WindowCost,
+    optimizer::{Cost, Found, Imoa, ImoaSettings, LevenbergMarquardt, Optimizer, Progress, SearchSpace},
 };
 #[cfg(feature = "baseline-searches")]
 use baseline::Baseline;
@@ -12,11 +12,21 @@ use baseline::Baseline;
 /// Members of a population: IMOA's moves alone did best with 12 on simulated windows; with its exchange 1 to 12 do equally well.
 const POPULATION: usize = 12;
 
-/// Half width of the search box in posterior deviations: the least-squares point is within a few of the optimum.
-const RADIUS: f32 = 10.0;
+/// Half width of the search box in posterior deviations: the posterior's mean is within a few of the optimum.
+pub const RADIUS: f32 = 10.0;
 
-/// The search in progress, whichever it is: only one takes memory. Population searches work in whitened coordinates about the
-/// least-squares point, Levenberg-Marquardt in parameters.
+/// A window's cost as a population searches it: the box [-1, 1]^12 reaches [`RADIUS`] posterior deviations in each whitened coordinate.
+pub struct Searched<'b, 'a>(pub &'b WindowCost<'a>);
+
+impl Cost<12> for Searched<'_, '_> {
+    /// Not inlined: one copy on the chip, whichever optimiser calls it.
+    #[inline(never)]
+    fn evaluate(&self, y: &[f32; 12]) -> f32 {
+        self.0.evaluate(&y.map(|y| RADIUS * y))
+    }
+}
+
+/// The search in progress, whichever it is: only one takes memory. Each begins at the posterior's mean.
 #[expect(
     clippy::large_enum_variant,
     reason = "the memory of the largest is there for all, and nothing here can be boxed"
@@ -24,7 +34,7 @@ const RADIUS: f32 = 10.0;
 // None is all zeros.
 #[repr(u32)]
 pub(super) enum Search {
-    /// The least-squares point stands.
+    /// The posterior's mean stands.
     None,
     Imoa(Imoa<12, POPULATION>),
     Lm(LevenbergMarquardt<12, 78>),
@@ -35,7 +45,7 @@ pub(super) enum Search {
 impl Search {
     pub fn new(kind: OptimizerKind, most: u32, seed: u64) -> Self {
         match kind {
-            // The unit box and the default settings are valid; without a search the least-squares point stands.
+            // The unit box and the default settings are valid; without a search the posterior's mean stands.
             OptimizerKind::Imoa => {
                 Imoa::new(&SearchSpace::UNIT, ImoaSettings::new(most), seed).map_or(Self::None, Self::Imoa)
             }
@@ -48,26 +58,29 @@ impl Search {
         }
     }
 
-    pub fn step(&mut self, window: &WindowCost) -> Progress {
+    pub fn step(&mut self, window: &WindowCost<'_>) -> Progress {
         match self {
             Self::None => Progress::Done,
-            Self::Imoa(search) => search.step(&window.whitened(RADIUS)),
+            Self::Imoa(search) => search.step(&Searched(window)),
             Self::Lm(search) => search.step(window),
             #[cfg(feature = "baseline-searches")]
-            Self::Baseline(search) => search.step(&window.whitened(RADIUS)),
+            Self::Baseline(search) => search.step(&Searched(window)),
         }
     }
 
-    /// The best point found, as a change of theta.
-    pub fn best(&self, window: &WindowCost) -> [f32; 12] {
-        let y = match self {
-            Self::None => return [0.0; 12],
-            Self::Lm(search) => return *search.best().0,
-            Self::Imoa(search) => search.best().0,
+    /// The best point found, in posterior deviations, and its cost; `None`: nothing searched.
+    pub fn best(&self) -> Option<([f32; 12], f32)> {
+        let (y, cost) = match self {
+            Self::None => return None,
+            Self::Lm(search) => {
+                let (y, cost) = search.best();
+                return Some((*y, cost));
+            }
+            Self::Imoa(search) => search.best(),
             #[cfg(feature = "baseline-searches")]
             Self::Baseline(search) => search.best(),
         };
-        window.change(&y.map(|y| RADIUS * y))
+        Some((y.map(|y| RADIUS * y), cost))
     }
 
     pub fn evaluations(&self) -> u32 {

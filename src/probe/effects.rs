@@ -4,8 +4,7 @@ use super::Probe;
 use crate::{
     compensation::{Moment, effect::REFERENCE_TEMPERATURE_C},
     diagnosis::FieldUse,
-    sample::{Sample, SampleFlags},
-    window::Reading,
+    sample::{Reading, Sample, SampleFlags},
 };
 use nalgebra::Vector3;
 
@@ -13,6 +12,16 @@ use nalgebra::Vector3;
 const SHAKING_S: f32 = 0.2;
 
 impl Probe {
+    /// Before a sample is compensated: a diagnosis that is due takes effect, and with it the bias that goes with it. Not while an update is
+    /// under way. Returns whether the effects changed, and whether the bias stepped.
+    pub(super) fn take_diagnosed(&mut self, t_us: u64) -> [bool; 2] {
+        if !self.identifier.is_idle() {
+            return [false; 2];
+        }
+        let Some(change) = self.diagnosis.take_effect(t_us, self.identifier.flown()) else { return [false; 2] };
+        [change.effects, self.identifier.follow(t_us, &change)]
+    }
+
     /// The sample's readings without the effects that have been found.
     pub(super) fn corrected(
         &mut self,
@@ -52,12 +61,10 @@ impl Probe {
         if !self.config.effects {
             return false;
         }
-        let stream = &self.identifier.stream;
-        if let (Some(rest_us), Some(bias)) = (stream.last_rest_us(), stream.rest_bias(t_us)) {
+        if let Some((rest_us, bias)) = self.diagnosis.last_rest(t_us) {
             self.watch.rest(rest_us, &bias);
         }
         self.watch.push(t_us, gyro, *mag);
-        self.identifier.stream.magnet_moved_us = self.watch.moved_us();
         match (*mag, self.watch.field_use()) {
             (Reading::Good(field), FieldUse::Less(offset)) => {
                 *mag = Reading::Good(field - offset);

@@ -1,7 +1,7 @@
 //! Delays of the vector sensors behind the gyro that are configured.
 
 use super::Probe;
-use crate::{compensation::effect::Sensor, window::Reading};
+use crate::{compensation::effect::Sensor, sample::Reading};
 use nalgebra::Vector3;
 
 impl Probe {

@@ -26,7 +26,7 @@ pub struct Counters {
     pub clipped: u32,
     /// Samples without a gyro reading (the last rate was held).
     pub gyro_missing: u32,
-    /// Windows whose result was not ready in time.
+    /// Updates of what flies whose result was not ready in time.
     pub overruns: u32,
     /// Window reports dropped because nobody polled them.
     pub reports_lost: u32,
@@ -34,6 +34,8 @@ pub struct Counters {
     pub diagnosis_overruns: u32,
     /// Diagnoses' reports dropped because nobody took them.
     pub diagnoses_lost: u32,
+    /// Increments that the estimator lost because nobody polled.
+    pub increments_lost: u32,
 }
 
 /// Counts one more; a full counter stays.

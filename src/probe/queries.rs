@@ -12,13 +12,13 @@ impl Probe {
     /// The effects that are looked for.
     #[must_use]
     pub fn library(&self) -> &'static [&'static dyn Effect] {
-        self.identifier.library()
+        self.diagnosis.library()
     }
 
     /// The effects that are taken out.
     #[must_use]
     pub const fn effects(&self) -> &ActiveEffects {
-        self.identifier.effects()
+        self.diagnosis.effects()
     }
 
     /// What it was configured with.
@@ -30,12 +30,12 @@ impl Probe {
     /// What has been counted since the start.
     #[must_use]
     pub const fn counters(&self) -> Counters {
-        let (diagnosis_overruns, diagnoses_lost) = self.identifier.diagnosis_losses();
         Counters {
             overruns: self.identifier.overruns,
             reports_lost: self.identifier.reports_lost,
-            diagnosis_overruns,
-            diagnoses_lost,
+            diagnosis_overruns: self.diagnosis.overruns,
+            diagnoses_lost: self.diagnosis.lost,
+            increments_lost: self.identifier.increments_lost(),
             ..self.counters
         }
     }
@@ -46,8 +46,8 @@ impl Probe {
         self.identifier.flown()
     }
 
-    /// What the search minimises on the window identified last, for other optimisers to be tried on; `None` before there is one
-    /// and while the next one's innovations are being gathered.
+    /// What the search minimises, for other optimisers to be tried on; `None` before there is a posterior. It changes with every sample: ask
+    /// right after the report of a window.
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_>> {
         self.identifier.window_cost()

@@ -3,8 +3,7 @@
 use super::{Probe, output::count, staleness::Staleness};
 use crate::{
     attitude::AttitudeFlags,
-    sample::{Sample, SampleFlags},
-    window::Reading,
+    sample::{Reading, Sample, SampleFlags},
 };
 
 /// Share of full scale from which a reading counts as clipped: data sheets name full scales in round figures, and a saturated 16-bit

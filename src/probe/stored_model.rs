@@ -21,7 +21,7 @@ pub enum NotRestored {
 
 impl Probe {
     /// Flies a stored model from the first sample on, instead of the factory's. Call it after [`Probe::configure`]; the prior stays the
-    /// factory's, so a model that no longer holds is rolled back as any other.
+    /// factory's, and what the samples say takes its place once there is enough motion.
     ///
     /// # Errors
     /// The model does not fly, and the probe is as it was.
@@ -30,7 +30,8 @@ impl Probe {
             return Err(NotRestored::NotAtTheBeginning);
         }
         self.may_restore(model)?;
-        self.identifier.restore(&model.gyro, &model.effects);
+        self.identifier.restore(&model.gyro);
+        self.diagnosis.restore(&model.effects);
         self.attitude_effects = self.effects().of_attitude(self.library());
         self.filter.mag_delay_known(self.mag_delay_sigma_s());
         if model.gyro.p != self.config.gyro.p {

@@ -3,9 +3,8 @@
 use super::{Output, Probe};
 use crate::{
     compensation::Moment,
-    sample::{Sample, SampleFlags},
+    sample::{Reading, Sample, SampleFlags},
     survey::SurveyInput,
-    window::Reading,
 };
 use nalgebra::Vector3;
 

@@ -97,20 +97,22 @@ impl Index {
         if header.number > self.last_number {
             self.last_number = header.number;
         }
-        let version = if header.kind == Kind::MODEL { stored_model::VERSION } else { 1 };
-        if header.version != version {
+        let latest = if header.kind == Kind::MODEL { stored_model::VERSION } else { 1 };
+        if !(1..=latest).contains(&header.version) {
             counts.from_the_future = counts.from_the_future.saturating_add(1);
             return;
         }
         match header.kind {
-            Kind::MODEL => match StoredModel::decode(payload).map(|model| (limits.check(&model), model)) {
-                Some((Ok(()), model)) => self.keep(header.number, place, model.temperature_c),
-                Some((Err(reason), _)) => {
-                    counts.implausible = counts.implausible.saturating_add(1);
-                    counts.first_implausible = counts.first_implausible.or(Some((header.number, reason)));
+            Kind::MODEL => {
+                match StoredModel::decode(header.version, payload).map(|model| (limits.check(&model), model)) {
+                    Some((Ok(()), model)) => self.keep(header.number, place, model.temperature_c),
+                    Some((Err(reason), _)) => {
+                        counts.implausible = counts.implausible.saturating_add(1);
+                        counts.first_implausible = counts.first_implausible.or(Some((header.number, reason)));
+                    }
+                    None => counts.malformed = counts.malformed.saturating_add(1),
                 }
-                None => counts.malformed = counts.malformed.saturating_add(1),
-            },
+            }
             Kind::COUNTER | Kind::RETIREMENT => match Reader(payload).u64() {
                 Some(value) if header.kind == Kind::COUNTER => raise(&mut self.counter, value, place.sector),
                 Some(value) => raise(&mut self.retired, value, place.sector),

@@ -19,8 +19,6 @@ struct Proposal {
     window_end_us: u64,
     gyro: GyroModel,
     sigma: [f32; 12],
-    explained: Option<f32>,
-    p_value: Option<f32>,
 }
 
 impl ModelHistory {
@@ -41,8 +39,6 @@ impl ModelHistory {
             temperature_c: None,
             t_us: 0,
             reason: StoreReason::Command,
-            explained: None,
-            p_value: None,
         };
         Self::new(&flying, None)
     }
@@ -68,13 +64,13 @@ impl ModelHistory {
         flying.effects = *effects;
         flying.temperature_c = temperature_c;
         flying.t_us = report.t_end_us;
-        let WindowReport { fitted, sigma, explained, p_value, .. } = *report;
-        let mut proposal = Proposal { window_end_us: report.t_end_us, gyro: fitted, sigma, explained, p_value };
+        let WindowReport { fitted, sigma, .. } = *report;
+        let mut proposal = Proposal { window_end_us: report.t_end_us, gyro: fitted, sigma };
         if report.decision == Decision::Accepted {
-            (flying.sigma, flying.explained, flying.p_value) = (sigma, explained, p_value);
+            flying.sigma = sigma;
             proposal.gyro = *gyro;
         }
-        if agrees(report.decision).is_some() && report.cost_after.is_some() {
+        if agrees(report.decision).is_some() {
             self.proposal = Some(proposal);
         }
     }
@@ -85,8 +81,8 @@ impl ModelHistory {
     pub fn proposed(&self, window_end_us: u64, effects: &ActiveEffects) -> Option<StoredModel> {
         let proposal = self.proposal.filter(|_| self.flying.effects == *effects);
         let proposal = proposal.filter(|proposal| proposal.window_end_us == window_end_us)?;
-        let Proposal { gyro, sigma, explained, p_value, .. } = proposal;
-        Some(StoredModel { gyro, sigma, explained, p_value, t_us: window_end_us, ..self.flying })
+        let Proposal { gyro, sigma, .. } = proposal;
+        Some(StoredModel { gyro, sigma, t_us: window_end_us, ..self.flying })
     }
 
     /// What flew before P or the list of effects changed; `None`: nothing has changed since the start.

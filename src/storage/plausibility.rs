@@ -5,8 +5,7 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// How far a parameter may lie from the factory's, in deviations of the prior: as far as identification lets one go, for a model that was
-/// accepted has to be restored. With the default prior these are 30 % of scale, 15 % of coupling and 6 deg/s of bias; a common part's
+/// How far a parameter may lie from the factory's, in deviations of the prior, to which what is learnt is drawn back. With the default prior these are 30 % of scale, 15 % of coupling and 6 deg/s of bias; a common part's
 /// data sheet allows 3 %, 2 % and 5 deg/s (MPU-9250 product specification PS-MPU-9250A-01, section 3.1), so what lies beyond is not wear.
 const PLAUSIBLE_SIGMAS: f32 = 5.0;
 
@@ -93,7 +92,7 @@ impl Limits {
     /// # Errors
     /// The first thing that is wrong with it.
     pub fn check(&self, model: &StoredModel) -> Result<(), Implausible> {
-        if !model.gyro.is_valid() || ![model.explained, model.p_value].iter().flatten().all(|x| x.is_finite()) {
+        if !model.gyro.is_valid() {
             return Err(Implausible::NotAModel);
         }
         let in_row = |row: u8| {

@@ -4,7 +4,6 @@ use super::{
     index::KEPT,
     record::Kind,
     sector::{State, granules_of},
-    stored_model,
 };
 use embedded_storage::nor_flash::NorFlash;
 
@@ -63,7 +62,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         for tried in 0..KEPT {
             let Some(slot) = self.index.nearest(temperature_c, &rotten) else { break };
             let header = self.read_record(slot.place)?.filter(|header| header.kind == Kind::MODEL);
-            let model = header.and_then(|header| StoredModel::decode(header.payload(&self.buffer)?));
+            let model = header.and_then(|header| StoredModel::decode(header.version, header.payload(&self.buffer)?));
             if let Some(model) = model {
                 let distance_k = slot.distance_k(temperature_c);
                 let outcome = Outcome::Chosen { model, number: slot.number, distance_k };
@@ -118,8 +117,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
                 let older = header.number < number && header.number > newest && u64::from(header.number) > retired;
                 if older
                     && header.kind == Kind::MODEL
-                    && header.version == stored_model::VERSION
-                    && let Some(model) = StoredModel::decode(payload)
+                    && let Some(model) = StoredModel::decode(header.version, payload)
                     && limits.check(&model).is_ok()
                 {
                     found = Some((header.number, model));

@@ -5,8 +5,8 @@ use crate::{
     sample::{Sample, SampleFlags},
 };
 
-/// Windows in succession that have to leave P as it is. A window of 50 s closes every 25 s, so the first and the third share no sample: P
-/// has then been confirmed by data that it was not fitted to.
+/// Windows in succession that have to leave P as it is, within its deviations. A window closes every 25 s: P has then held through 50 s of
+/// samples that it did not come from.
 pub const STABLE_WINDOWS: u8 = 3;
 
 /// How far P may move from window to window and still be the same, in its deviations: by chance one of nine moves farther in 2 % of windows.
@@ -26,8 +26,8 @@ pub struct StabilityGate {
     /// P since the count began.
     p: [[f32; 3]; 3],
     effects: ActiveEffects,
-    /// Of the window that P was accepted from.
-    accepted: Accepted,
+    /// Of P, of the latest window that it was accepted from.
+    sigma: [f32; 12],
     agreeing: u8,
     range_c: Option<[f32; 2]>,
     stored: Option<StoredModel>,
@@ -35,26 +35,15 @@ pub struct StabilityGate {
     stored_here: bool,
 }
 
-/// What the window that P came from said of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Accepted {
-    sigma: [f32; 12],
-    explained: Option<f32>,
-    p_value: Option<f32>,
-}
-
 impl StabilityGate {
     /// Of a probe with this factory model, into which `restored` was restored.
     #[must_use]
     pub fn new(factory: &GyroModel, restored: Option<&StoredModel>) -> Self {
-        let accepted = restored.map_or(Accepted { sigma: [0.0; 12], explained: None, p_value: None }, |model| {
-            Accepted { sigma: model.sigma, explained: model.explained, p_value: model.p_value }
-        });
         Self {
             factory_p: factory.p,
             p: restored.map_or(factory.p, |model| model.gyro.p),
             effects: restored.map_or(ActiveEffects::none(), |model| model.effects),
-            accepted,
+            sigma: restored.map_or([0.0; 12], |model| model.sigma),
             agreeing: 0,
             range_c: None,
             stored: restored.copied(),
@@ -88,11 +77,10 @@ impl StabilityGate {
         library: &[&dyn Effect],
     ) -> Option<StoredModel> {
         let same_effects = effects.iter().map(|found| found.index).eq(self.effects.iter().map(|found| found.index));
-        let sigma = if report.decision == Decision::Accepted { &report.sigma } else { &self.accepted.sigma };
-        let same_p = same_p(&self.p, &gyro.p, sigma, SAME_SIGMAS);
         if report.decision == Decision::Accepted {
-            self.accepted = Accepted { sigma: report.sigma, explained: report.explained, p_value: report.p_value };
+            self.sigma = report.sigma;
         }
+        let same_p = same_p(&self.p, &gyro.p, &self.sigma, SAME_SIGMAS);
         let agrees = agrees(report.decision);
         let is_other = !same_p || !same_effects;
         if is_other || agrees == Some(false) {
@@ -108,14 +96,12 @@ impl StabilityGate {
         }
         let model = StoredModel {
             gyro: *gyro,
-            sigma: self.accepted.sigma,
+            sigma: self.sigma,
             effects: *effects,
             library: fingerprint(library),
             temperature_c: self.range_c,
             t_us: report.t_end_us,
             reason: StoreReason::Stable { windows: self.agreeing },
-            explained: self.accepted.explained,
-            p_value: self.accepted.p_value,
         };
         self.is_news(&model).then_some(model)
     }
@@ -150,14 +136,7 @@ impl StabilityGate {
 pub(super) const fn agrees(decision: Decision) -> Option<bool> {
     match decision {
         Decision::Accepted => Some(true),
-        Decision::Refused(Refusal::ChangeTooSmall { .. } | Refusal::NoClearWin { .. }) => Some(true),
-        Decision::Refused(
-            Refusal::Contradiction { .. }
-            | Refusal::RolledBack { .. }
-            | Refusal::RotationDisagrees { .. }
-            | Refusal::MisfitNotExplained { .. }
-            | Refusal::Degenerate,
-        ) => Some(false),
+        Decision::Refused(Refusal::Diverged { .. }) => Some(false),
         Decision::Refused(_) => None,
     }
 }

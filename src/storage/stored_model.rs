@@ -1,8 +1,8 @@
 use super::little_endian::{Reader, Writer};
 use crate::compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE};
 
-/// Layout of a model's payload that this firmware writes, and the only one that it reads so far.
-pub(super) const VERSION: u8 = 1;
+/// Layout of a model's payload that this firmware writes. It reads the one before, too, which has two numbers more.
+pub(super) const VERSION: u8 = 2;
 
 /// A model that flew and was worth keeping, as it stands in flash.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,10 +23,6 @@ pub struct StoredModel {
     pub t_us: u64,
     /// Why it was stored.
     pub reason: StoreReason,
-    /// Of the window that accepted P: fraction of the misfit that it explains; `None`: not known.
-    pub explained: Option<f32>,
-    /// The same: probability of so clear a win by chance.
-    pub p_value: Option<f32>,
 }
 
 /// Why a model was stored.
@@ -67,8 +63,6 @@ impl StoredModel {
         };
         writer.u8(code);
         writer.u8(windows);
-        writer.optional(self.explained);
-        writer.optional(self.p_value);
         writer.u32(self.library);
         writer.u8(self.effects.iter().count() as u8);
         for found in self.effects.iter() {
@@ -82,8 +76,11 @@ impl StoredModel {
         }
     }
 
-    /// `None`: not what [`StoredModel::encode`] writes.
-    pub(super) fn decode(payload: &[u8]) -> Option<Self> {
+    /// `None`: not what [`StoredModel::encode`] of that version writes, or of a later one.
+    pub(super) fn decode(version: u8, payload: &[u8]) -> Option<Self> {
+        if !(1..=VERSION).contains(&version) {
+            return None;
+        }
         let mut reader = Reader(payload);
         let p = [reader.f32s()?, reader.f32s()?, reader.f32s()?];
         let gyro = GyroModel { p, b_rad_s: reader.f32s()? };
@@ -98,7 +95,10 @@ impl StoredModel {
             (2, _) => StoreReason::Command,
             _ => return None,
         };
-        let (explained, p_value) = (reader.optional()?, reader.optional()?);
+        if version == 1 {
+            // How clearly it was accepted.
+            let _: [Option<f32>; 2] = [reader.optional()?, reader.optional()?];
+        }
         let library = reader.u32()?;
         let mut effects = ActiveEffects::none();
         let count = reader.u8()?;
@@ -116,16 +116,40 @@ impl StoredModel {
             }
             effects.add(found);
         }
-        reader.0.is_empty().then_some(Self {
-            gyro,
-            sigma,
-            effects,
-            library,
-            temperature_c,
-            t_us,
-            reason,
-            explained,
-            p_value,
-        })
+        reader.0.is_empty().then_some(Self { gyro, sigma, effects, library, temperature_c, t_us, reason })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_of_the_layout_before_is_read_and_one_of_a_later_is_not() {
+        let model = StoredModel {
+            gyro: GyroModel { b_rad_s: [0.01, 0.02, -0.03], ..GyroModel::IDENTITY },
+            sigma: core::array::from_fn(|i| 1e-3 * i as f32),
+            effects: ActiveEffects::none(),
+            library: 0x1234_5678,
+            temperature_c: Some([20.0, 85.0]),
+            t_us: 1_234_567_890_123,
+            reason: StoreReason::Stable { windows: 3 },
+        };
+        let mut buffer = [0; 256];
+        let mut writer = Writer::new(&mut buffer);
+        model.encode(&mut writer);
+        let length = writer.finish().unwrap();
+        let payload = &buffer[..length];
+        assert_eq!(StoredModel::decode(VERSION, payload), Some(model));
+        // Before the library's name and the number of effects stood two numbers more.
+        let mut earlier = [0; 256];
+        let (head, tail) = payload.split_at(length - 5);
+        earlier[..head.len()].copy_from_slice(head);
+        earlier[head.len()..][..8].copy_from_slice([0.9_f32.to_le_bytes(), f32::NAN.to_le_bytes()].as_flattened());
+        earlier[head.len() + 8..][..tail.len()].copy_from_slice(tail);
+        assert_eq!(StoredModel::decode(1, &earlier[..length + 8]), Some(model));
+        for version in [0, 1, VERSION + 1] {
+            assert_eq!(StoredModel::decode(version, payload), None, "{version}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 use crate::{
     algebra::quantile,
-    window::{SHARED, SampleStream},
+    diagnosis::stream::{SHARED, SampleStream},
 };
 
 /// Most fifths of a second of one diagnosis.

@@ -1,8 +1,8 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use crate::{
+    diagnosis::stream::Increment,
     rotation::{IDENTITY, exp_quaternion, matrix, middle_to_middle, renormalised},
-    window::Increment,
 };
 use nalgebra::{Matrix3, Quaternion, Vector3};
 

@@ -12,7 +12,8 @@ use super::{
 };
 use crate::{
     config::Config,
-    window::{Accumulator, Grid, Reading, RestBias},
+    diagnosis::stream::{Accumulator, Grid, RestBias},
+    sample::Reading,
 };
 use kept_intervals::KeptIntervals;
 use nalgebra::Vector3;
@@ -188,11 +189,6 @@ impl HardIronWatch {
 
     pub const fn counts(&self) -> HardIronCounts {
         self.kept.counts
-    }
-
-    /// When a magnet last came or left; 0: none has.
-    pub fn moved_us(&self) -> u64 {
-        self.kept.last().map_or(0, |interval| interval.to_us.unwrap_or(interval.from_us))
     }
 
     /// The latest intervals, the oldest first.

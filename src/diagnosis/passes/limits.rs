@@ -40,6 +40,10 @@ pub(super) const LEAST_LEFT_RAD: f32 = LEAST_TURN_RAD / 5.0;
 /// Most passes of one diagnosis.
 pub(super) const MOST_PASSES: u8 = 20;
 
+/// Least share of the misfit that P has to explain to be what is mainly wrong: three quarters, so that the residual's rms is at least
+/// halved.
+pub(super) const LEAST_EXPLAINED: f32 = 0.75;
+
 /// Information from which a parameter is observed: its deviation is half its usual size.
 pub(super) const OBSERVED: f32 = 4.0;
 

@@ -52,7 +52,7 @@ impl Diagnosis {
         let moving = subject.config.identification.max_bias_rad_s;
         let library = (subject.library, &self.layout);
         if let Some((facts, number)) = self.columns.push(&instant, function, library, &scales, moving) {
-            self.take_test(subject, &facts, number, function.noise_gain(UNDER_WAY));
+            self.take_test(subject, &facts, number, function.noise_gain());
             self.columns.clear(number);
         }
     }

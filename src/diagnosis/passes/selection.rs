@@ -3,7 +3,6 @@
 #![allow(clippy::indexing_slicing)] // Constant indices into pairs and threes.
 
 use super::*;
-use crate::identification::LEAST_EXPLAINED;
 
 /// Whether a candidate has been looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]

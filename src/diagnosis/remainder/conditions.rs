@@ -1,7 +1,7 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::correlation::REGRESSORS;
-use crate::{diagnosis::walk::Instant, window::UNDER_WAY};
+use crate::diagnosis::{stream::UNDER_WAY, walk::Instant};
 use core::f32::consts::FRAC_1_PI;
 
 /// Facts of an instant.

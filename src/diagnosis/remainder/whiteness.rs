@@ -1,7 +1,7 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::correlate::Memory;
-use crate::window::UNDER_WAY;
+use crate::diagnosis::stream::UNDER_WAY;
 use nalgebra::Vector3;
 
 /// Farthest test windows that are compared, in hops: six seconds, half a period of what comes back every twelve.

@@ -55,13 +55,13 @@ impl Baseline {
         }
     }
 
-    pub fn best(&self) -> &[f32; 12] {
+    pub fn best(&self) -> (&[f32; 12], f32) {
         match self {
-            Self::ImoaLiteral(search) => search.best().0,
-            Self::Moa(search) => search.best().0,
-            Self::Pso(search) => search.best().0,
-            Self::De(search) => search.best().0,
-            Self::Random(search) => search.best().0,
+            Self::ImoaLiteral(search) => search.best(),
+            Self::Moa(search) => search.best(),
+            Self::Pso(search) => search.best(),
+            Self::De(search) => search.best(),
+            Self::Random(search) => search.best(),
         }
     }
 

@@ -25,7 +25,7 @@ pub struct Boot {
 
 impl Boot {
     /// What this version of the library speaks. A field that is added, removed or reordered makes it another one.
-    pub const PROTOCOL: u16 = 2;
+    pub const PROTOCOL: u16 = 3;
 
     /// Version of this library.
     pub const VERSION: [u8; 3] = [

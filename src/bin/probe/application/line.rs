@@ -16,7 +16,7 @@ use meerkat_mwd::{
     },
 };
 
-/// Bytes that wait: results (a diagnosis takes up to 1,000, a window 400: one of each), a recording, attitudes.
+/// Bytes that wait: results (a diagnosis takes up to 1,000, a window 500: one of each), a recording, attitudes.
 type Queue = TelemetryQueue<1536, 512, 256>;
 
 /// More than a window's report, a survey or a window of dynamics takes.

@@ -9,7 +9,7 @@ use meerkat_mwd::storage::FactoryRecords;
 use meerkat_mwd::{
     Config, Probe, Sample, SampleFlags,
     compensation::effects::LIBRARY,
-    identification::{Decision, Refusal, WindowReport},
+    identification::WindowReport,
     storage::{
         Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate, StorageError,
         StoredModel,
@@ -168,12 +168,6 @@ impl<F: NorFlash> Memory<F> {
     pub fn window(&mut self, probe: &Probe, report: &WindowReport) {
         let worth_storing = probe.model_worth_storing(report, &mut self.gate);
         self.history.window(report, probe.gyro_model(), probe.effects(), self.gate.temperature_c());
-        if let Decision::Refused(Refusal::RolledBack { .. }) = report.decision {
-            // What fails is counted; a stored model that no longer holds is rolled back after every start.
-            let _ = self.store.retire_models();
-            self.gate = StabilityGate::new(&probe.config().gyro, None);
-            return;
-        }
         let Some(model) = worth_storing else { return };
         // What is refused, or cannot begin, the store counts.
         let _ = self.store.begin_model(&model);

@@ -91,15 +91,6 @@ fn a_magnet_on_a_tumbling_body_is_found_with_its_time_and_size() {
     assert_eq!(*uses.last().unwrap(), FieldUse::Less(Vector3::zeros()));
 }
 
-/// What frees the hard iron in identification: the instant of the latest change, be it a coming or a leaving.
-#[test]
-fn a_magnet_moved_when_it_came_and_again_when_it_left() {
-    let moved_s = |length_s, iron_ut| seconds(Run { length_s, iron_ut, ..QUIET }.watched().0.moved_us());
-    assert!((moved_s(25.0, magnet) - 12.0).abs() < 0.3, "it is still on");
-    assert!((moved_s(50.0, magnet) - 30.0).abs() < 0.3, "it has left");
-    assert_eq!(moved_s(50.0, nothing), 0.0, "there was none");
-}
-
 #[test]
 fn a_magnet_that_is_brought_at_rest_is_told_once_the_body_turns() {
     let run = Run { iron_ut: magnet, rest_s: 16.0, ..QUIET };

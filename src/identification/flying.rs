@@ -1,0 +1,177 @@
+//! What flies: the estimator's mean where it may, else the P that flew, with a bias that a rest has told since.
+
+use super::{Decision, Refusal, WindowReport, schedule::Update};
+use crate::{
+    compensation::GyroModel,
+    config::{Config, IdentificationConfig},
+    estimator::Posterior,
+};
+
+/// What is known beside the posterior when an update is judged.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flight<'a> {
+    pub config: &'a Config,
+    /// What has flown so far.
+    pub flown: &'a GyroModel,
+    pub bias_only: &'a GyroModel,
+    /// Whether there was a rest since what the flown bias comes from.
+    pub rest_is_news: bool,
+    pub rest_s: f32,
+}
+
+impl Flight<'_> {
+    /// What an update comes to, before any search.
+    #[inline(never)]
+    pub fn judged(&self, update: &Update, posterior: &Posterior) -> WindowReport {
+        let (decision, flown) = decide(self.flown, posterior, self.rest_is_news);
+        let mut p_covariance = [[0.0; 15]; 3];
+        p_covariance.as_flattened_mut().iter_mut().zip(posterior.p_covariance).for_each(|(to, from)| *to = from);
+        let of_bias = posterior.observable.iter().skip(9).filter(|observable| **observable).count();
+        WindowReport {
+            decision,
+            fitted: posterior.gyro,
+            bias_only: posterior.bias_only,
+            flown,
+            sigma: posterior.sigma,
+            p_covariance,
+            observable: posterior.observable,
+            rank: posterior.decided.saturating_add(of_bias as u8),
+            motion_s: posterior.motion_s,
+            directions_decided: posterior.decided,
+            innovation_nis: posterior.nis,
+            deg_per_turn: deg_per_turn(self.flown, &flown),
+            widths: posterior.widths,
+            ..self.without_result(update, Refusal::Overrun)
+        }
+    }
+
+    /// The report of an update without a result: what flies stays.
+    #[inline(never)]
+    pub fn without_result(&self, update: &Update, refusal: Refusal) -> WindowReport {
+        let id = &self.config.identification;
+        let sigma = prior_sigma(id);
+        let mut p_covariance = [[0.0; 15]; 3];
+        for (i, sigma) in sigma.iter().enumerate().take(9) {
+            if let Some(variance) = p_covariance.as_flattened_mut().get_mut(i * (i + 3) / 2) {
+                *variance = sigma * sigma;
+            }
+        }
+        WindowReport {
+            t_start_us: update.window_start_us,
+            t_end_us: update.t_us,
+            t_effect_us: None,
+            decision: Decision::Refused(refusal),
+            optimizer: id.optimizer,
+            evaluations: 0,
+            cost_before: None,
+            cost_after: None,
+            cost_gained_by_search: None,
+            fitted: *self.flown,
+            bias_only: *self.bias_only,
+            flown: *self.flown,
+            sigma,
+            p_covariance,
+            observable: [false; 12],
+            rank: 0,
+            rest_s: self.rest_s,
+            motion_s: 0.0,
+            directions_decided: 0,
+            innovation_nis: 0.0,
+            deg_per_turn: 0.0,
+            widths: [1.0; 3],
+        }
+    }
+}
+
+/// Prior standard deviations of P (row-major) and b.
+fn prior_sigma(config: &IdentificationConfig) -> [f32; 12] {
+    core::array::from_fn(|i| match i {
+        0 | 4 | 8 => config.prior_sigma_diagonal,
+        0..9 => config.prior_sigma_off_diagonal,
+        _ => config.prior_sigma_bias_rad_s,
+    })
+}
+
+fn decide(flown: &GyroModel, posterior: &Posterior, rest_is_news: bool) -> (Decision, GyroModel) {
+    let refusal = match posterior.fitness {
+        Ok(()) if posterior.gyro.is_valid() => return (Decision::Accepted, posterior.gyro),
+        Ok(()) => Refusal::Diverged { nis: posterior.nis },
+        Err(unfit) => unfit.into(),
+    };
+    let b_rad_s = posterior.bias_only.b_rad_s;
+    let is_told = rest_is_news && b_rad_s.iter().all(|b| b.is_finite());
+    (Decision::Refused(refusal), GyroModel { b_rad_s: if is_told { b_rad_s } else { flown.b_rad_s }, ..*flown })
+}
+
+/// By how much a whole turn about an axis is another one with a new P, degrees: rms of the three axes.
+pub(super) fn deg_per_turn(before: &GyroModel, after: &GyroModel) -> f32 {
+    let Some(inverse) = before.p_matrix().try_inverse() else { return 0.0 };
+    // What was a rate w is now P' P^-1 w.
+    let change = (after.p_matrix() - before.p_matrix()) * inverse;
+    360.0 * libm::sqrtf(change.norm_squared() / 3.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::Unfit;
+
+    const FLOWN: GyroModel =
+        GyroModel { p: [[1.02, 0.0, 0.0], [0.0, 0.99, 0.0], [0.0, 0.01, 1.0]], b_rad_s: [0.01, 0.0, -0.01] };
+
+    fn posterior(fitness: Result<(), Unfit>) -> Posterior {
+        Posterior {
+            gyro: GyroModel { b_rad_s: [0.02; 3], ..GyroModel::IDENTITY },
+            bias_only: GyroModel { b_rad_s: [0.03; 3], ..GyroModel::IDENTITY },
+            sigma: [0.01; 12],
+            p_covariance: core::array::from_fn(|i| i as f32),
+            decided: 5,
+            observable: [true, false, true, false, true, false, true, false, true, true, false, true],
+            widths: [1.0, 0.3, 3.0],
+            nis: 1.1,
+            motion_s: 20.0,
+            fitness,
+        }
+    }
+
+    #[test]
+    fn the_mean_flies_where_it_may_and_else_p_stays_and_the_bias_follows_a_new_rest() {
+        let fit = posterior(Ok(()));
+        assert_eq!(decide(&FLOWN, &fit, false), (Decision::Accepted, fit.gyro));
+        let unfit = posterior(Err(Unfit::NotEnoughMotion { motion_s: 3.0, needed_s: 10.0 }));
+        let refused = Decision::Refused(Refusal::NotEnoughMotion { motion_s: 3.0, needed_s: 10.0 });
+        assert_eq!(decide(&FLOWN, &unfit, false), (refused, FLOWN));
+        assert_eq!(decide(&FLOWN, &unfit, true), (refused, GyroModel { b_rad_s: [0.03; 3], ..FLOWN }));
+    }
+
+    #[test]
+    fn what_is_no_model_never_flies() {
+        let mut bad = posterior(Ok(()));
+        bad.gyro.p[1][1] = f32::NAN;
+        bad.bias_only.b_rad_s[2] = f32::INFINITY;
+        assert_eq!(decide(&FLOWN, &bad, true), (Decision::Refused(Refusal::Diverged { nis: 1.1 }), FLOWN));
+    }
+
+    #[test]
+    fn a_percent_of_scale_on_every_axis_is_3_6_deg_in_a_turn() {
+        let after = GyroModel { p: FLOWN.p.map(|row| row.map(|x| 1.01 * x)), ..FLOWN };
+        assert!((deg_per_turn(&FLOWN, &after) - 3.6).abs() < 1e-3);
+        assert_eq!(deg_per_turn(&FLOWN, &FLOWN), 0.0);
+    }
+
+    #[test]
+    fn a_report_holds_the_whole_covariance_of_p_and_of_the_prior_where_there_is_no_result() {
+        let config = Config::default();
+        let flight = Flight { config: &config, flown: &FLOWN, bias_only: &FLOWN, rest_is_news: false, rest_s: 2.0 };
+        let update = Update { t_us: 50, effect_us: 51, is_window: true, window_start_us: 10 };
+        let report = flight.judged(&update, &posterior(Ok(())));
+        assert_eq!((report.covariance_of_p(0, 0), report.covariance_of_p(3, 1)), (0.0, 7.0));
+        assert_eq!((report.covariance_of_p(1, 3), report.covariance_of_p(8, 8)), (7.0, 44.0));
+        assert_eq!((report.covariance_of_p(9, 0), report.rank), (0.0, 7));
+        assert_eq!((report.t_start_us, report.t_end_us, report.rest_s), (10, 50, 2.0));
+        let without = flight.without_result(&update, Refusal::Overrun);
+        let sigma = config.identification.prior_sigma_off_diagonal;
+        assert_eq!((without.flown, without.covariance_of_p(5, 5)), (FLOWN, sigma * sigma));
+        assert_eq!(without.covariance_of_p(5, 4), 0.0);
+    }
+}

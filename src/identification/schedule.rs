@@ -1,0 +1,179 @@
+use crate::config::{Config, micros};
+use heapless::Vec;
+
+/// One update of what flies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Update {
+    /// The latest sample that it may know, microseconds.
+    pub t_us: u64,
+    /// When its result takes effect, microseconds.
+    pub effect_us: u64,
+    /// Whether a window closes with it, and since when that was open.
+    pub is_window: bool,
+    pub window_start_us: u64,
+}
+
+/// What is being done about an update.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    Idle,
+    /// It is asked for, and has no result yet.
+    Asked,
+    /// The result waits for its instant.
+    Ready,
+}
+
+/// When updates are asked for, and when their results `T` take effect: instants of the samples' own time, whatever is done between them.
+pub(super) struct Schedule<T> {
+    update_us: u64,
+    window_us: u64,
+    step_us: u64,
+    latency_us: u64,
+    start_us: u64,
+    /// When the next update is due, and the next window.
+    next_us: u64,
+    next_window_us: u64,
+    /// When the last update before a freeze is.
+    final_us: u64,
+    freeze_us: u64,
+    state: State,
+    update: Update,
+    result: Vec<T, 1>,
+}
+
+impl<T> Schedule<T> {
+    pub const fn zero() -> Self {
+        Self {
+            update_us: 0,
+            window_us: 0,
+            step_us: 0,
+            latency_us: 0,
+            start_us: 0,
+            next_us: 0,
+            next_window_us: 0,
+            final_us: 0,
+            freeze_us: 0,
+            state: State::Idle,
+            update: Update { t_us: 0, effect_us: 0, is_window: false, window_start_us: 0 },
+            result: Vec::new(),
+        }
+    }
+
+    pub fn configure(&mut self, config: &Config) {
+        let id = &config.identification;
+        self.update_us = micros(id.update_s);
+        self.window_us = micros(id.window_s);
+        self.step_us = micros(id.step_s);
+        self.latency_us = micros(id.latency_s);
+        self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
+        self.final_us = config.freeze_at_us.map_or(u64::MAX, |t_us| t_us.saturating_sub(self.latency_us));
+        self.state = State::Idle;
+        self.result.clear();
+    }
+
+    /// When the last update is asked for.
+    pub const fn final_us(&self) -> u64 {
+        self.final_us
+    }
+
+    /// Begins at the first sample of all.
+    pub fn start(&mut self, t_us: u64) {
+        self.start_us = t_us;
+        self.next_window_us = t_us.saturating_add(self.window_us);
+        self.schedule(t_us, t_us);
+    }
+
+    /// Sets the next update after `now_us`: a regular one, so many periods after `due_us`, or the last one before the freeze where that comes
+    /// first or so soon after it that the regular one's result would not have landed.
+    fn schedule(&mut self, now_us: u64, due_us: u64) {
+        let regular_us = after(now_us, due_us, self.update_us);
+        self.next_us = if now_us >= self.final_us {
+            u64::MAX
+        } else if regular_us.saturating_add(self.latency_us) > self.final_us {
+            self.final_us
+        } else {
+            regular_us
+        };
+    }
+
+    /// A gap from `last_us` to `t_us`: nobody works during one, so it does not count into a result's latency. But after a freeze nothing new
+    /// takes effect, except a result that was due in the gap and is ready.
+    pub fn gap(&mut self, last_us: u64, t_us: u64) {
+        let latest_us = if self.freeze_us > t_us { self.freeze_us } else { t_us };
+        let delayed_us = self.update.effect_us.saturating_add(t_us.saturating_sub(last_us));
+        self.update.effect_us = if delayed_us > latest_us { latest_us } else { delayed_us };
+    }
+
+    /// After a sample: the update that is to be asked for with it. One that is due before the result of the last has taken effect waits for
+    /// that.
+    pub fn push(&mut self, t_us: u64) -> Option<Update> {
+        if t_us < self.next_us || self.state != State::Idle {
+            return None;
+        }
+        if t_us >= self.freeze_us {
+            // It was due in a gap, and what it gave would come after the freeze.
+            self.next_us = u64::MAX;
+            return None;
+        }
+        let due_us = self.next_us;
+        let is_window = due_us == self.final_us || due_us.saturating_add(self.update_us / 2) > self.next_window_us;
+        if is_window {
+            self.next_window_us = after(t_us, self.next_window_us, self.step_us);
+        }
+        let effect_us = t_us.saturating_add(self.latency_us);
+        let window_start_us = t_us.saturating_sub(self.window_us);
+        self.update = Update {
+            t_us,
+            // By less than a sample period the last one's would come after the freeze.
+            effect_us: if effect_us < self.freeze_us { effect_us } else { self.freeze_us },
+            is_window,
+            window_start_us: if window_start_us > self.start_us { window_start_us } else { self.start_us },
+        };
+        self.state = State::Asked;
+        self.result.clear();
+        self.schedule(t_us, due_us);
+        Some(self.update)
+    }
+
+    /// The update that is asked for and has no result.
+    pub fn asked(&self) -> Option<Update> {
+        (self.state == State::Asked).then_some(self.update)
+    }
+
+    /// Whether no update is asked for or waits.
+    pub fn is_idle(&self) -> bool {
+        self.state == State::Idle
+    }
+
+    /// Whether none will be any more.
+    pub fn is_over(&self) -> bool {
+        self.is_idle() && self.next_us == u64::MAX
+    }
+
+    /// The result of the update that is asked for.
+    pub fn conclude(&mut self, result: T) {
+        if self.state == State::Asked {
+            // Emptied when it was asked for, so there is room.
+            let _ = self.result.push(result);
+            self.state = State::Ready;
+        }
+    }
+
+    /// Before a sample is compensated: the update that is due, with its result; `None` in its place: an overrun.
+    pub fn take_effect(&mut self, t_us: u64) -> Option<(Update, Option<T>)> {
+        if self.state == State::Idle || t_us < self.update.effect_us {
+            return None;
+        }
+        self.state = State::Idle;
+        Some((self.update, self.result.pop()))
+    }
+}
+
+/// The first instant after `now_us` of those that are whole periods after `due_us`.
+fn after(now_us: u64, due_us: u64, period_us: u64) -> u64 {
+    let passed = now_us.saturating_sub(due_us).checked_div(period_us).unwrap_or(0);
+    due_us.saturating_add(period_us.saturating_mul(passed.saturating_add(1)))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,128 @@
+use super::*;
+
+const PERIOD_US: u64 = 10_000;
+
+/// What became of one update.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Landed {
+    asked_us: u64,
+    effect_us: u64,
+    is_window: bool,
+    /// What it was made of: the number of the sample that it was asked for with; `None`: an overrun.
+    result: Option<u64>,
+}
+
+/// Samples every 10 ms, and beside them work of so many units an update, done in pieces of `slice` after every `every`th sample.
+struct Run {
+    config: Config,
+    samples: u64,
+    work: u64,
+    slice: u64,
+    every: u64,
+    /// Samples that are missing.
+    gap: core::ops::Range<u64>,
+}
+
+impl Run {
+    fn new(freeze_s: Option<u64>) -> Self {
+        let config = Config { freeze_at_us: freeze_s.map(|s| s * 1_000_000), ..Config::default() };
+        Self { config, samples: 12_000, work: 50, slice: 1, every: 1, gap: 0..0 }
+    }
+
+    fn landed(&self) -> Vec<Landed, 64> {
+        let mut schedule = Schedule::zero();
+        schedule.configure(&self.config);
+        schedule.start(0);
+        let mut landed = Vec::new();
+        let (mut done, mut last_us) = (0, 0);
+        for number in (0..self.samples).filter(|number| !self.gap.contains(number)) {
+            let t_us = number * PERIOD_US;
+            if t_us - last_us > PERIOD_US {
+                schedule.gap(last_us, t_us);
+            }
+            last_us = t_us;
+            if let Some((update, result)) = schedule.take_effect(t_us) {
+                let Update { t_us: asked_us, is_window, .. } = update;
+                assert!(landed.push(Landed { asked_us, effect_us: t_us, is_window, result }).is_ok());
+            }
+            if schedule.push(t_us).is_some() {
+                done = 0;
+            }
+            if number % self.every == 0
+                && let Some(update) = schedule.asked()
+            {
+                done += self.slice;
+                if done >= self.work {
+                    schedule.conclude(update.t_us / PERIOD_US);
+                }
+            }
+        }
+        landed
+    }
+}
+
+#[test]
+fn every_result_takes_effect_exactly_at_its_instant_however_the_work_is_sliced() {
+    let landed = Run::new(None).landed();
+    assert_eq!(landed.len(), 23, "every 5 s of two minutes, the last one still waits");
+    for (number, found) in (1..).zip(&landed) {
+        let asked_us = number * 5_000_000;
+        let is_window = asked_us >= 50_000_000 && asked_us % 25_000_000 == 0;
+        let result = Some(asked_us / PERIOD_US);
+        assert_eq!(*found, Landed { asked_us, effect_us: asked_us + 1_000_000, is_window, result });
+    }
+    for (slice, every) in [(50, 1), (7, 3), (1_000, 20), (50, 100)] {
+        assert_eq!(Run { slice, every, ..Run::new(None) }.landed(), landed, "{slice} {every}");
+    }
+}
+
+#[test]
+fn work_that_is_not_done_in_time_is_an_overrun_and_the_next_update_stands_by_itself() {
+    // One unit a sample: 100 of them in the second of the latency.
+    assert!(Run { work: 100, ..Run::new(None) }.landed().iter().all(|found| found.result.is_some()));
+    let late = Run { work: 102, ..Run::new(None) }.landed();
+    assert!(late.len() == 23 && late.iter().all(|found| found.result.is_none()));
+    let mut schedule = Schedule::zero();
+    schedule.configure(&Config::default());
+    schedule.start(0);
+    assert!(schedule.push(4_999_999).is_none() && schedule.push(5_000_000).is_some());
+    assert!(schedule.take_effect(5_999_999).is_none() && !schedule.is_idle());
+    assert!(matches!(schedule.take_effect(6_000_000), Some((_, None))));
+    // What comes too late is dropped.
+    schedule.conclude(1);
+    assert!(schedule.is_idle() && schedule.take_effect(7_000_000).is_none());
+    assert!(schedule.push(10_000_000).is_some());
+    schedule.conclude(2);
+    assert!(matches!(schedule.take_effect(11_000_000), Some((_, Some(2)))));
+}
+
+#[test]
+fn nothing_takes_effect_after_a_freeze_and_the_last_window_lands_on_it() {
+    for freeze_s in [30, 51, 57, 99, 100] {
+        let landed = Run::new(Some(freeze_s)).landed();
+        let (last, others) = landed.split_last().unwrap();
+        assert_eq!((last.effect_us, last.is_window), (freeze_s * 1_000_000, true), "{freeze_s}");
+        assert_eq!(last.asked_us, (freeze_s - 1) * 1_000_000);
+        assert!(others.iter().all(|found| found.effect_us <= last.asked_us), "{freeze_s}");
+    }
+    // Too early for any.
+    assert!(Run::new(Some(1)).landed().is_empty());
+}
+
+#[test]
+fn a_gap_delays_a_result_by_its_length_and_no_window_ends_with_it() {
+    // Half a second after the second update was asked for 20 s are missing.
+    let landed = Run { gap: 1_050..3_050, ..Run::new(None) }.landed();
+    let at = |number: usize| landed.get(number).copied().unwrap();
+    assert_eq!((at(1).asked_us, at(1).effect_us), (10_000_000, 31_010_000));
+    // What was due in the gap is asked for once what waited has landed, and then the old instants hold.
+    assert_eq!((at(2).asked_us, at(3).asked_us), (31_010_000, 35_000_000));
+    let windows = landed.iter().filter(|found| found.is_window);
+    assert!(windows.map(|found| found.asked_us).eq([50_000_000, 75_000_000, 100_000_000]));
+    // After a freeze only what was ready before it, and nothing that was due in the gap.
+    let frozen = Run { gap: 1_050..3_050, ..Run::new(Some(20)) }.landed();
+    let last = Landed { asked_us: 10_000_000, effect_us: 30_500_000, is_window: false, result: Some(1_000) };
+    assert_eq!(frozen.last(), Some(&last));
+    let quick = Run { gap: 1_850..3_050, slice: 1_000, ..Run::new(Some(20)) }.landed();
+    assert_eq!(quick.last().map(|found| found.asked_us), Some(15_000_000));
+}

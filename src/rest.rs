@@ -1,0 +1,252 @@
+//! Seconds of rest, of which a raw gyro's mean is its bias.
+
+pub use crate::sample::Reading;
+
+use nalgebra::Vector3;
+
+/// Finds seconds of rest: gyro deviation under a limit on every axis, a mean rate that a bias can explain, and vector sensors
+/// that do not turn (a steady turntable is not a rest).
+#[derive(Clone, Copy, Debug)]
+pub struct RestDetector {
+    samples: u16,
+    /// Samples with a raw rate.
+    rates: u16,
+    samples_per_second: u16,
+    /// First raw rate of the second, subtracted from the others so that the sums keep their precision.
+    origin: Vector3<f32>,
+    sum: Vector3<f32>,
+    square: Vector3<f32>,
+    clipped: bool,
+    gravity: Halves,
+    field: Halves,
+}
+
+/// Limits of the detector.
+#[derive(Clone, Copy, Debug)]
+pub struct RestLimits {
+    /// Largest deviation of the gyro on an axis, rad/s.
+    pub deviation_rad_s: f32,
+    /// Largest mean rate that is taken for a bias, rad/s.
+    pub bias_rad_s: f32,
+}
+
+/// One second of rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rest {
+    /// Mean raw rate, rad/s: the bias.
+    pub rate: Vector3<f32>,
+    /// Variance of one sample of the raw rate, mean of the axes, (rad/s)^2.
+    pub variance: f32,
+    /// Samples with a raw rate.
+    pub samples: u16,
+    /// Mean specific force, m/s^2; `None` without readings.
+    pub force_m_s2: Option<Vector3<f32>>,
+    /// Variance of that mean, of each axis, (m/s^2)^2.
+    pub force_variance: f32,
+}
+
+/// Sums over the first and the second half of the second.
+#[derive(Clone, Copy, Debug)]
+struct Halves {
+    sums: [Vector3<f32>; 2],
+    counts: [u16; 2],
+    square: f32,
+    origin: Vector3<f32>,
+}
+
+impl Halves {
+    const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self { sums: [zero; 2], counts: [0; 2], square: 0.0, origin: zero }
+    }
+
+    fn add(&mut self, reading: Reading, second_half: bool) {
+        let Reading::Good(vector) = reading else { return };
+        if self.counts == [0, 0] {
+            self.origin = vector;
+        }
+        let [first, second] = &mut self.sums;
+        let [n_first, n_second] = &mut self.counts;
+        let (sum, n) = if second_half { (second, n_second) } else { (first, n_first) };
+        *sum += vector - self.origin;
+        *n += 1;
+        self.square += (vector - self.origin).norm_squared();
+    }
+
+    fn mean(&self) -> Option<Vector3<f32>> {
+        let n = self.counts[0] + self.counts[1];
+        if n == 0 { None } else { Some(self.origin + (self.sums[0] + self.sums[1]) / f32::from(n)) }
+    }
+
+    /// Variance of one reading, sum of the axes.
+    fn variance(&self) -> f32 {
+        let n = f32::from(self.counts[0] + self.counts[1]);
+        let total = self.sums[0] + self.sums[1];
+        (self.square - total.norm_squared() / n) / (n - 1.0)
+    }
+
+    /// Whether the direction turned by more than `limit_rad` from one half to the other, beyond 3 standard errors.
+    fn turned(&self, limit_rad: f32) -> bool {
+        let [n0, n1] = self.counts.map(f32::from);
+        let Some(mean) = self.mean() else { return false };
+        if n0 < 2.0 || n1 < 2.0 {
+            return false;
+        }
+        let change = self.sums[0] / n0 - self.sums[1] / n1;
+        let error = libm::sqrtf(self.variance() * (1.0 / n0 + 1.0 / n1));
+        change.norm() > limit_rad * mean.norm() + 3.0 * error
+    }
+}
+
+impl RestDetector {
+    /// A detector before its start.
+    #[must_use]
+    pub const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        let halves = Halves::zero();
+        Self {
+            samples: 0,
+            rates: 0,
+            samples_per_second: 0,
+            origin: zero,
+            sum: zero,
+            square: zero,
+            clipped: false,
+            gravity: halves,
+            field: halves,
+        }
+    }
+
+    /// Begins a second.
+    pub fn start(&mut self, sample_period_us: u32) {
+        *self = Self::zero();
+        self.samples_per_second = 1_000_000_u32.checked_div(sample_period_us).unwrap_or(1) as u16;
+    }
+
+    /// Takes one sample; when it completes a second, returns whether that was at rest, and what it read.
+    pub fn push(
+        &mut self,
+        rate: Reading,
+        gravity: Reading,
+        field: Reading,
+        limits: &RestLimits,
+    ) -> Option<Option<Rest>> {
+        let second_half = 2 * self.samples >= self.samples_per_second;
+        match rate {
+            Reading::Good(rate) => {
+                if self.rates == 0 {
+                    self.origin = rate;
+                }
+                let centred = rate - self.origin;
+                self.sum += centred;
+                self.square += centred.component_mul(&centred);
+                self.rates += 1;
+            }
+            Reading::Clipped => self.clipped = true,
+            Reading::Missing => {}
+        }
+        self.gravity.add(gravity, second_half);
+        self.field.add(field, second_half);
+        self.samples += 1;
+        if self.samples < self.samples_per_second {
+            return None;
+        }
+        let rest = self.judge(limits);
+        self.start_second();
+        Some(rest)
+    }
+
+    fn start_second(&mut self) {
+        *self = Self { samples_per_second: self.samples_per_second, ..Self::zero() };
+    }
+
+    fn judge(&self, limits: &RestLimits) -> Option<Rest> {
+        // Half of the second has to be read.
+        if self.clipped || self.rates < 2 || 2 * self.rates < self.samples {
+            return None;
+        }
+        let n = f32::from(self.rates);
+        let mean = self.sum / n;
+        let variance = (self.square / n - mean.component_mul(&mean)) * (n / (n - 1.0));
+        let rate = self.origin + mean;
+        // A second of half the deviation limit's rate turns a vector by that much between the centres of its halves.
+        let turn = 0.5 * limits.deviation_rad_s;
+        let quiet = variance.iter().all(|v| *v < limits.deviation_rad_s * limits.deviation_rad_s);
+        // Exactly no deviation on all axes is a frozen sensor, not a quiet one.
+        let alive = variance.iter().any(|v| *v > 0.0);
+        let bias_like = rate.amax() < limits.bias_rad_s;
+        if !quiet || !alive || !bias_like || self.gravity.turned(turn) || self.field.turned(turn) {
+            return None;
+        }
+        // Specific force is minus gravity's reading.
+        let force_m_s2 = self.gravity.mean().map(|g| -g);
+        let readings = f32::from(self.gravity.counts[0] + self.gravity.counts[1]);
+        let force_variance = if readings > 1.0 { self.gravity.variance() / (3.0 * readings) } else { 0.0 };
+        Some(Rest { rate, variance: variance.sum() / 3.0, samples: self.rates, force_m_s2, force_variance })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    const LIMITS: RestLimits = RestLimits { deviation_rad_s: 0.0087, bias_rad_s: 0.087 };
+
+    /// One second at 200 Hz of a bias plus noise, the field turning at `turn_rad_s`.
+    fn second(bias: f32, noise: f32, turn_rad_s: f32, seed: u64) -> Option<Rest> {
+        let mut detector = RestDetector::zero();
+        detector.start(5_000);
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
+        let mut uniform = || generator.next_u32() as f32 / u32::MAX as f32 - 0.5;
+        let mut found = None;
+        for k in 0..200 {
+            let rate = Vector3::new(bias + turn_rad_s, bias, bias) + Vector3::from_fn(|_, _| noise * uniform());
+            let angle = turn_rad_s * k as f32 * 0.005;
+            let field = Vector3::new(20.0, 40.0 * libm::cosf(angle), -40.0 * libm::sinf(angle))
+                + Vector3::from_fn(|_, _| 0.7 * uniform());
+            let gravity = Vector3::new(9.81, 0.0, 0.0) + Vector3::from_fn(|_, _| 0.1 * uniform());
+            found = detector.push(Reading::Good(rate), Reading::Good(gravity), Reading::Good(field), &LIMITS);
+        }
+        found.unwrap()
+    }
+
+    #[test]
+    fn missing_readings_are_left_out_of_a_rest_and_a_clipped_one_ends_it() {
+        let rest = |odd: Reading, every: usize| {
+            let mut detector = RestDetector::zero();
+            detector.start(5_000);
+            let readings = (0..200).map(|k| {
+                let wave = if k % 2 == 0 { 0.001 } else { -0.001 };
+                if k % every == 3 { odd } else { Reading::Good(Vector3::repeat(0.03 + wave)) }
+            });
+            readings
+                .fold(None, |_, reading| detector.push(reading, Reading::Missing, Reading::Missing, &LIMITS))
+                .unwrap()
+        };
+        let found = rest(Reading::Missing, 4).unwrap();
+        assert_eq!(found.samples, 150);
+        assert!((found.rate - Vector3::repeat(0.03)).amax() < 1e-3);
+        assert!(rest(Reading::Missing, 200).is_some());
+        assert!(rest(Reading::Clipped, 200).is_none());
+        assert!(RestDetector::zero().judge(&LIMITS).is_none(), "nothing read");
+    }
+
+    #[test]
+    fn a_still_second_gives_its_mean_and_a_moving_one_nothing() {
+        for seed in 0..20 {
+            let rest = second(0.03, 0.004, 0.0, seed).unwrap();
+            // Uniform noise of width 0.004: standard deviation 0.0012, of the mean of 200 8e-5; 5 sigma.
+            assert!((rest.rate - Vector3::repeat(0.03)).amax() < 4e-4);
+            assert!((rest.force_m_s2.unwrap().norm() - 9.81).abs() < 0.02);
+            assert!(second(0.03, 0.05, 0.0, seed).is_none(), "vibrating");
+            assert!(second(0.03, 0.004, 1.0, seed).is_none(), "turning fast");
+            assert!(
+                second(0.03, 0.004, 0.04, seed).is_none(),
+                "turning at 2.3 deg/s, which only the field can tell from a bias"
+            );
+            assert!(second(0.0, 0.0, 0.0, seed).is_none(), "frozen gyro");
+        }
+    }
+}
