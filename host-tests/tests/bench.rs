@@ -146,7 +146,7 @@ fn a_section_of_the_other_place_says_where_it_runs() {
 
 #[test]
 fn a_folder_of_recordings_that_cannot_be_read_is_named() {
-    for section in ["recordings", "attitude"] {
+    for section in ["recordings", "benefit", "attitude"] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));
         command.args(["bench", "--only", section]).env("MWD_RECORDINGS", "/nonexistent/recordings");
         let refused = command.output().unwrap();
@@ -170,9 +170,18 @@ fn every_section_runs_and_says_in_json_what_they_print() {
     let tables = document["tables"].as_array().unwrap();
     let mut sections: Vec<&str> = tables.iter().map(|entry| entry["section"].as_str().unwrap()).collect();
     sections.dedup();
-    for name in
-        ["rate_error", "inclination", "paper", "coverage", "turntable", "hour", "swaps", "effects", "recordings"]
-    {
+    for name in [
+        "rate_error",
+        "inclination",
+        "paper",
+        "coverage",
+        "turntable",
+        "hour",
+        "swaps",
+        "effects",
+        "recordings",
+        "benefit",
+    ] {
         assert_eq!(sections.iter().filter(|section| **section == name).count(), 1, "{name}");
     }
     for entry in tables {

@@ -1,6 +1,7 @@
 //! `mwd bench`: every figure that the README shows, from seeds, as tables on the terminal and as JSON.
 
 pub mod attitude;
+mod benefit;
 mod bus;
 mod bus_faults;
 mod attitude_cost;
@@ -97,6 +98,7 @@ const SECTIONS: &[Section] = &[
     Section::on_host("swaps", swaps::run),
     Section::on_host("effects", effects::run),
     Section::on_host("recordings", recordings::run),
+    Section::on_host("benefit", benefit::run),
     Section::on_host("attitude", attitude::run),
     Section::on_host("bus_faults", bus_faults::run),
     Section::on_host("sensors", sensors::run),

@@ -75,7 +75,7 @@ fn rms_of(errors: Vec<Error>) -> AttitudeRms {
 }
 
 /// A quaternion of a trace, normalised (it was printed with few digits); `None` for one that is no rotation.
-pub(super) fn unit_quaternion([w, x, y, z]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
+pub(crate) fn unit_quaternion([w, x, y, z]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
     UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.5)
 }
 

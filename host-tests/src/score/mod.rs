@@ -15,8 +15,11 @@ use meerkat_mwd::{
     probe::GAP_PERIODS,
 };
 
+pub(crate) use attitude::unit_quaternion;
 pub use attitude::{AttitudeRms, TimedAttitude, attitude_errors_deg, attitude_rms_deg};
+pub(crate) use orientation_2s::trimmed_rms;
 pub use rate_error::{rate_error_rad_s, systematic_rate_error_rad_s};
+pub(crate) use rates::seconds_since;
 pub use rates::{RateTrack, Tracks};
 
 use crate::{flight::Flight, trace::Trace};

@@ -63,7 +63,7 @@ pub(super) fn track_rms_deg(windows: &[Window], track: &Integrated, delay_s: f64
 }
 
 /// Root mean square of the 98 % smallest (rounded down, at least one).
-fn trimmed_rms(mut errors: Vec<f64>) -> Option<f64> {
+pub(crate) fn trimmed_rms(mut errors: Vec<f64>) -> Option<f64> {
     errors.sort_by(f64::total_cmp);
     let kept = ((errors.len() as f64 * KEPT) as usize).max(1);
     root_mean_square(errors.into_iter().take(kept))

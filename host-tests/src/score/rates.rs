@@ -16,7 +16,8 @@ pub struct RateTrack {
 }
 
 impl RateTrack {
-    fn from_points(points: impl IntoIterator<Item = (f64, Vector3<f64>)>) -> Self {
+    /// The points in their order; one that is not later than the one before it is left out.
+    pub(crate) fn from_points(points: impl IntoIterator<Item = (f64, Vector3<f64>)>) -> Self {
         let mut track = Self::default();
         for (t_s, rate) in points {
             if track.t_s.last().is_none_or(|&last| t_s > last) {
@@ -124,7 +125,7 @@ pub(super) fn start_us(trace: &Trace) -> u64 {
 }
 
 /// Seconds from `start_us`, negative before it. Differences are taken in integers: absolute times may be Unix times.
-pub(super) fn seconds_since(start_us: u64, t_us: u64) -> f64 {
+pub(crate) fn seconds_since(start_us: u64, t_us: u64) -> f64 {
     t_us.wrapping_sub(start_us).cast_signed() as f64 * 1e-6
 }
 

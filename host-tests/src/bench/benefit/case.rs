@@ -1,0 +1,199 @@
+//! One recording with one gyro error multiplied in: how far flown is on the way from bias only to attainable.
+
+use std::path::Path;
+
+use anyhow::Context;
+use meerkat_mwd::{Config, Sample, SampleFlags};
+use nalgebra::Vector3;
+
+use super::{
+    error_multiplied_in::drawn,
+    least_over_shifts::{Window, error_deg, windows},
+    middle,
+    nees::nees,
+};
+use crate::{
+    configuration::{freeze_at_us, of_trace},
+    flight::fly,
+    known_error,
+    recordings::name,
+    score::{RateTrack, seconds_since},
+    trace::Trace,
+};
+
+/// Share of a recording that is kept back for the scores.
+const HOLD_OUT: f64 = 0.5;
+
+/// A median of fewer samples at rest is no bias.
+const REST_SAMPLES: usize = 50;
+
+/// Less to be had than this has no share, deg: the reference resolves little better.
+const TO_BE_HAD_DEG: f64 = 0.2;
+
+/// Flown is harmful beyond this factor of bias only and this much more, deg.
+const HARM: (f64, f64) = (1.05, 0.02);
+
+/// A recording with a reference attitude, and what of it is scored.
+pub(super) struct Recording {
+    pub(super) name: String,
+    trace: Trace,
+    windows: Vec<Window>,
+    /// Error of its own rate less its bias, before an error was multiplied in.
+    attainable_deg: f64,
+}
+
+impl Recording {
+    /// `None` for one without a reference, without `movement`, or without a window that can be scored.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub(super) fn read(path: &Path) -> anyhow::Result<Option<Self>> {
+        let trace = Trace::read(path)?;
+        let windows = windows(&trace, freeze_at_us(&trace, HOLD_OUT));
+        let attainable_deg = error_deg(&windows, &less_bias(&trace));
+        Ok(attainable_deg.map(|attainable_deg| Self { name: name(path), trace, windows, attainable_deg }))
+    }
+
+    /// Multiplies an error in and flies the samples, first half with identification, second half frozen.
+    ///
+    /// # Errors
+    /// The recording cannot be flown.
+    pub(super) fn fly_with(&self, scale: f64, draw: u64) -> anyhow::Result<Case> {
+        let truth = drawn(&self.name, draw, scale);
+        let mut trace = self.trace.clone();
+        known_error::apply(&mut trace, &truth);
+        let whole = of_trace(&trace);
+        trace.mark_clipped(&whole.full_scale);
+        let config = Config { freeze_at_us: Some(freeze_at_us(&trace, HOLD_OUT)), ..whole };
+        let flight = fly(&config, &trace.samples, |_| {})?;
+
+        let start_us = trace.first_us();
+        let outputs = flight.outputs.iter().map(|o| (seconds_since(start_us, o.t_us), rate(o.rate_rad_s)));
+        let flown = RateTrack::from_points(outputs);
+        let error =
+            |track: &RateTrack| error_deg(&self.windows, track).with_context(|| format!("{}: no rate", self.name));
+        Ok(Case {
+            scale,
+            draw,
+            errors: Errors {
+                bias_only_deg: error(&less_bias(&trace))?,
+                flown_deg: error(&flown)?,
+                attainable_deg: self.attainable_deg,
+            },
+            p_flies: flight.reports.last().is_some_and(|report| report.flown.p != config.gyro.p),
+            nees: nees(&flight, &truth),
+        })
+    }
+}
+
+/// The raw rate less its median at rest in the first half; as it is where there is hardly any rest.
+fn less_bias(trace: &Trace) -> RateTrack {
+    let half_us = freeze_at_us(trace, HOLD_OUT);
+    let is_read = |sample: &Sample| !sample.flags.contains(SampleFlags::GYRO_MISSING);
+    let moves = trace.movement.iter().flatten();
+    let at_rest = trace.samples.iter().zip(moves).filter(|(s, moves)| !**moves && s.t_us < half_us && is_read(s));
+    let at_rest: Vec<[f32; 3]> = at_rest.map(|(s, _)| s.gyro_rad_s).collect();
+    let bias = if at_rest.len() > REST_SAMPLES {
+        let median = |axis: usize| middle(&at_rest.iter().map(|rate| f64::from(rate[axis])).collect::<Vec<f64>>());
+        Vector3::from_fn(|axis, _| median(axis))
+    } else {
+        Vector3::zeros()
+    };
+    let point = |s: &Sample| (seconds_since(trace.first_us(), s.t_us), rate(s.gyro_rad_s) - bias);
+    RateTrack::from_points(trace.samples.iter().filter(|s| is_read(s)).map(point))
+}
+
+fn rate(rad_s: [f32; 3]) -> Vector3<f64> {
+    Vector3::from(rad_s.map(f64::from))
+}
+
+/// What came of one error in one recording.
+pub(super) struct Case {
+    pub(super) scale: f64,
+    pub(super) draw: u64,
+    pub(super) errors: Errors,
+    /// Whether the last window left another P than the factory's.
+    pub(super) p_flies: bool,
+    /// NEES / 9 of P.
+    pub(super) nees: Option<f64>,
+}
+
+/// Errors of the rotation over 2 s in the second half, degrees.
+#[derive(Clone, Copy)]
+pub(super) struct Errors {
+    /// Of the raw rate less its bias.
+    pub(super) bias_only_deg: f64,
+    /// Of what flew.
+    pub(super) flown_deg: f64,
+    /// Of the rate before the error was multiplied in, less its bias.
+    pub(super) attainable_deg: f64,
+}
+
+impl Errors {
+    /// How much of the way from bias only to attainable is gone, -1 to 1; `None` where too little is to be had.
+    pub(super) fn share(&self) -> Option<f64> {
+        let to_be_had_deg = self.bias_only_deg - self.attainable_deg;
+        (to_be_had_deg > TO_BE_HAD_DEG)
+            .then(|| ((self.bias_only_deg - self.flown_deg) / to_be_had_deg).clamp(-1.0, 1.0))
+    }
+
+    /// Whether doing nothing would have been clearly better.
+    pub(super) fn harmed(&self) -> bool {
+        let (factor, more_deg) = HARM;
+        self.flown_deg > factor * self.bias_only_deg + more_deg
+    }
+
+    /// Flown over bias only.
+    pub(super) fn ratio(&self) -> f64 {
+        self.flown_deg / self.bias_only_deg
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn errors(bias_only_deg: f64, flown_deg: f64, attainable_deg: f64) -> Errors {
+        Errors { bias_only_deg, flown_deg, attainable_deg }
+    }
+
+    #[test]
+    fn the_share_goes_from_minus_1_to_1_and_is_missing_where_too_little_is_to_be_had() {
+        assert_eq!(errors(4.0, 1.0, 1.0).share(), Some(1.0));
+        assert_eq!(errors(4.0, 4.0, 1.0).share(), Some(0.0));
+        assert_eq!(errors(4.0, 2.5, 1.0).share(), Some(0.5));
+        assert_eq!(errors(4.0, 0.5, 1.0).share(), Some(1.0));
+        assert_eq!(errors(4.0, 9.0, 1.0).share(), Some(-1.0));
+        assert_eq!(errors(0.2, 0.1, 0.0).share(), None);
+        assert_eq!(errors(0.201, 0.0, 0.0).share(), Some(1.0));
+        assert_eq!(errors(1.0, 0.5, 2.0).share(), None);
+    }
+
+    #[test]
+    fn harm_is_a_twentieth_and_a_fiftieth_of_a_degree_more_than_bias_only() {
+        assert!(!errors(1.0, 1.07, 0.5).harmed());
+        assert!(errors(1.0, 1.071, 0.5).harmed());
+        assert!(!errors(0.0, 0.02, 0.0).harmed());
+        assert!(errors(0.0, 0.021, 0.0).harmed());
+    }
+
+    /// 101 samples: what moves, is of the second half or was not read does not count.
+    #[test]
+    fn the_bias_is_the_median_at_rest_in_the_first_half() {
+        let sample =
+            |i: u64, rate: f32| Sample { t_us: 10_000 * i, gyro_rad_s: [rate, 0.0, -rate], ..Sample::default() };
+        let with = |at_rest: u64| {
+            let samples = (0..=200).map(|i| sample(i, if i < at_rest { 0.25 } else { 7.0 })).collect();
+            let movement = Some((0..=200).map(|i| (at_rest..150).contains(&i)).collect());
+            let mut trace = Trace { samples, movement, ..Trace::default() };
+            trace.samples[3].flags = SampleFlags::GYRO_MISSING;
+            less_bias(&trace)
+        };
+        let rested = with(52);
+        assert_eq!(rested.rate_rad_s.len(), 200);
+        assert_eq!(*rested.rate_rad_s.first().unwrap(), Vector3::zeros());
+        assert_eq!(*rested.rate_rad_s.last().unwrap(), Vector3::new(6.75, 0.0, -6.75));
+        assert_eq!(*with(51).rate_rad_s.first().unwrap(), Vector3::new(0.25, 0.0, -0.25));
+    }
+}
