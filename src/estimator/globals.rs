@@ -108,7 +108,7 @@ impl<T: Real> Globals<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::DMatrix;
+    use nalgebra::SMatrix;
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -124,7 +124,7 @@ mod tests {
             row[i] += 2.0;
         }
         let covariance = |globals: &Globals<f64>| {
-            let r = DMatrix::from_fn(GLOBALS, GLOBALS, |i, j| globals.root[i][j]);
+            let r = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| globals.root[i][j]);
             (r.transpose() * r).try_inverse().unwrap()
         };
         let before = covariance(&globals);
