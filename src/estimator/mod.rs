@@ -1,102 +1,269 @@
-//! The gyro's errors from all samples so far: one forward square-root filter over increments, nodes and rests.
+//! One forward filter that identifies P and b beside the errors of the accelerometer and the magnetometer: a square root of the information
+//! of all of them, a node every half second, nothing stored. Its posterior says what may fly, and how well that is known.
 //!
-//! Samples are pushed as they come, work is done in pieces between them, and at an instant of one's own choosing the posterior is asked for.
+//! Samples become increments (`increment`), these are pre-integrated from node to node (`preintegration`), a node's rows (`rows`) are taken into
+//! the root (`globals`), and from the root comes the posterior (`averaging`, `posterior`) whenever it is asked for.
 
+mod averaging;
+pub mod columns;
+mod eigen;
+mod gaussian;
+mod globals;
+mod increment;
+mod left_over;
+mod node;
+mod parameters;
 mod posterior;
+mod preintegration;
+mod real;
+mod rest;
+mod rows;
+mod settings;
+mod square_root;
+mod walk;
+mod widths;
 mod window_cost;
+mod work;
 
 pub use posterior::{Posterior, Unfit};
+pub use real::Real;
+pub use settings::{Noise, Settings};
+pub use widths::Widths;
 pub use window_cost::WindowCost;
 
-use crate::{
-    config::{Config, Motion},
-    sample::Reading,
-};
+use crate::sample::Reading;
+use averaging::Averaging;
+use columns::GLOBALS;
+use globals::Globals;
+use heapless::{Deque, Vec};
+use increment::{Builder, Increment, Item};
+use left_over::LeftOver;
 use nalgebra::Vector3;
+use node::{Kind, Node, Update};
+use parameters::Parameters;
+use preintegration::Preintegration;
+use real::{M3, V3, widened, zero3, zero33};
+use rest::Rests;
+use window_cost::Centre;
 
-/// Constants of an estimator.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// What moves the probe.
-    pub motion: Motion,
+/// Increments that wait for work: 1.2 s.
+const WAITING: usize = 32;
+
+/// What is being worked on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Task {
+    /// The next item.
+    Next,
+    /// A node's rows lose their states.
+    Eliminating,
+    /// What is left of them goes into the globals, from this column on.
+    Absorbing(usize),
+    /// The globals walk: widened, then triangular from this column on.
+    Walking(usize),
+    /// The posterior is averaged.
+    Averaging,
 }
 
-impl Settings {
-    /// Those of a configuration that has been checked.
-    #[must_use]
-    pub const fn new(config: &Config) -> Self {
-        Self { motion: config.identification.motion }
-    }
-}
-
-/// The estimator; all zero bytes when new.
-pub struct Estimator {
+/// The filter, in `f32` on the chip. All zero bytes before [`Estimator::configure`].
+pub struct Estimator<T = f32> {
     settings: Settings,
+    sigma: [T; GLOBALS],
+    factory_p: M3<T>,
+    builder: Builder<T>,
+    last_us: u64,
+    waiting: Deque<Item<T>, WAITING>,
+    lost: u32,
+    task: Task,
+    /// The increment whose neighbours give it the derivative of force, and the one before it.
+    held: Vec<Increment<T>, 1>,
+    held_before: Option<V3<T>>,
+    /// Field's unit, the norm at the start; 0: no field yet.
+    field_unit: T,
+    /// Whether the node's states stand for something.
+    is_aligned: bool,
+    /// Seconds of motion until the globals are opened after a start in motion.
+    locked_s: T,
+    /// Prior's mean of the bias, raw.
+    bias: V3<T>,
+    parameters: Parameters<T>,
+    pre: Preintegration<T>,
+    rests: Rests<T>,
+    kind: Kind,
+    node: Node<T>,
+    update: Update<T>,
+    globals: Globals<T>,
+    averaging: Averaging<T>,
+    left_over: LeftOver,
+    // Not `Option`s: these would not be all zero bytes.
+    centre: Vec<Centre, 1>,
+    posterior: Vec<Posterior, 1>,
+    motion_s: T,
+    /// Share of the latest time without a rate.
+    lost_share: T,
+    /// Seconds through which nobody knows how the probe turned, until the attitude is aligned anew.
+    gap_s: T,
+    /// Raw bias about which rotations are composed: of what flies, so that it changes at the instants at which that does.
+    composed_about: V3<T>,
+    /// Since the globals last walked.
+    unwalked_s: T,
+    /// Mean of the squared innovations over their number, and the nodes that it is of.
+    innovation: T,
+    innovations: u16,
 }
 
-impl Estimator {
-    /// An estimator before its configuration.
+impl<T: Real> Estimator<T> {
+    /// Before its configuration.
     #[must_use]
     pub const fn zero() -> Self {
-        Self { settings: Settings { motion: Motion::Hand } }
+        Self {
+            settings: Settings::UNSET,
+            sigma: [T::ZERO; GLOBALS],
+            factory_p: zero33(),
+            builder: Builder::zero(),
+            last_us: 0,
+            waiting: Deque::new(),
+            lost: 0,
+            task: Task::Next,
+            held: Vec::new(),
+            held_before: None,
+            field_unit: T::ZERO,
+            is_aligned: false,
+            locked_s: T::ZERO,
+            bias: zero3(),
+            parameters: Parameters::zero(),
+            pre: Preintegration::zero(),
+            rests: Rests::zero(),
+            kind: Kind::Moving,
+            node: Node::zero(),
+            update: Update::zero(),
+            globals: Globals::zero(),
+            averaging: Averaging::zero(),
+            left_over: LeftOver::zero(),
+            centre: Vec::new(),
+            posterior: Vec::new(),
+            motion_s: T::ZERO,
+            lost_share: T::ZERO,
+            gap_s: T::ZERO,
+            composed_about: zero3(),
+            unwalked_s: T::ZERO,
+            innovation: T::ZERO,
+            innovations: 0,
+        }
     }
 
     /// Starts afresh.
-    pub const fn configure(&mut self, settings: &Settings) {
+    pub fn configure(&mut self, settings: &Settings) {
         self.settings = *settings;
+        self.sigma = settings.sigma.map(T::of);
+        let p = settings.factory.p_matrix();
+        self.factory_p = M3::from_fn(|i, j| p.get((i, j)).map_or(T::ZERO, |x| T::of(*x)));
+        self.last_us = 0;
+        self.waiting.clear();
+        self.lost = 0;
+        self.compose_about(settings.factory.b_rad_s);
+        self.builder.start(settings.sample_period_s, settings.is_instant);
+        self.lost_share = T::ZERO;
+        self.rests.start();
+        let [x, y, z] = self.settings.factory.b_rad_s.map(T::of);
+        self.bias = V3::new(x, y, z);
+        self.begin();
+        self.posterior.clear();
     }
 
-    /// Takes one sample: raw rate, rad/s, without the earth's and without the effects of the gyro that are taken out; specific force, m/s^2,
-    /// and field, microtesla, calibrated. It sees gaps in time by itself, and it is cheap.
-    pub const fn push(&mut self, _t_us: u64, _rate: Reading, _force: Reading, _field: Reading) {}
+    /// Forgets everything learnt, for instance when the gyro's effects have changed: the factory's P is the centre of the prior again, and the
+    /// bias that of the latest rest.
+    pub fn restart(&mut self) {
+        self.waiting.clear();
+        self.begin();
+        self.posterior.clear();
+    }
 
-    /// Forgets everything learnt, for instance when the gyro's effects have changed: the factory's model is the centre of the prior again.
-    pub const fn restart(&mut self) {}
+    fn begin(&mut self) {
+        self.task = Task::Next;
+        self.held.clear();
+        self.held_before = None;
+        self.field_unit = T::ZERO;
+        self.is_aligned = false;
+        self.locked_s = T::ZERO;
+        self.globals.start();
+        self.rests.interrupt();
+        self.pre.start();
+        self.left_over.start();
+        self.centre.clear();
+        (self.motion_s, self.gap_s, self.unwalked_s) = (T::ZERO, T::ZERO, T::ZERO);
+        (self.innovation, self.innovations) = (T::ZERO, 0);
+        self.linearise();
+    }
+
+    /// The parameters at the present globals.
+    fn linearise(&mut self) {
+        let mut x = self.globals.x;
+        for (x, sigma) in x.iter_mut().zip(&self.sigma) {
+            *x *= *sigma;
+        }
+        self.parameters = Parameters::new(&x, &self.bias, &self.factory_p);
+    }
+
+    /// Takes one sample: raw rate, rad/s; specific force, m/s^2, and field, of any unit, calibrated. Time must increase.
+    pub fn push(&mut self, t_us: u64, rate: Reading, force: Reading, field: Reading) {
+        let step_us = t_us.saturating_sub(self.last_us);
+        let step_s = if self.last_us == 0 { 0.0 } else { step_us as f32 * 1e-6 };
+        self.last_us = t_us;
+        if let Some(item) = self.builder.push((t_us, step_s), &self.composed_about, [rate, force, field]) {
+            self.queue(item);
+        }
+    }
+
+    /// The raw bias that flies from now on, about which rotations are composed: it changes at instants of the samples' own time.
+    pub fn compose_about(&mut self, bias_rad_s: [f32; 3]) {
+        self.composed_about = widened(&Vector3::from(bias_rad_s));
+    }
 
     /// The gyro's bias stepped by so much, raw frame.
-    pub const fn step_bias(&mut self, _by_rad_s: Vector3<f32>) {}
+    pub fn step_bias(&mut self, by_rad_s: Vector3<f32>) {
+        self.bias += widened(&by_rad_s);
+        self.linearise();
+    }
 
-    /// Asks for the posterior of all samples so far. It is there once [`Estimator::step`] has returned 0, and until then there is none.
-    pub const fn close(&mut self) {}
+    /// Asks for the posterior of all samples so far. It is there once [`Estimator::step`] has worked up to here, and until then there is none.
+    pub fn close(&mut self) {
+        self.posterior.clear();
+        self.queue(Item::Close);
+    }
 
-    /// One bounded piece of work; its size in units of some 300 instructions, 0 when there is nothing to do.
-    pub const fn step(&mut self) -> u32 {
-        0
+    fn queue(&mut self, item: Item<T>) {
+        if self.waiting.push_back(item).is_err() {
+            self.lost = self.lost.saturating_add(1);
+        }
     }
 
     /// What the last [`Estimator::close`] asked for, once it is done.
     #[must_use]
-    pub const fn posterior(&self) -> Option<&Posterior> {
-        None
-    }
-
-    /// The rows of the last 50 s of motion: what the population search minimises.
-    #[must_use]
-    pub const fn window_cost(&self) -> Option<WindowCost<'_>> {
-        None
-    }
-
-    /// Seconds of motion since the start: not at rest, and with a gyro that can be used.
-    #[must_use]
-    pub const fn motion_s(&self) -> f32 {
-        0.0
-    }
-
-    /// When the probe was last at rest, microseconds; `None` before the first rest.
-    #[must_use]
-    pub const fn last_rest_us(&self) -> Option<u64> {
-        None
-    }
-
-    /// How many of the last `seconds`, at most 64, were at rest.
-    #[must_use]
-    pub const fn rest_seconds(&self, _seconds: u32) -> u32 {
-        0
+    pub fn posterior(&self) -> Option<&Posterior> {
+        self.posterior.first()
     }
 
     /// Increments that were lost because [`Estimator::step`] was called too seldom.
     #[must_use]
     pub const fn lost(&self) -> u32 {
-        0
+        self.lost
+    }
+
+    /// Seconds of motion since the start.
+    #[must_use]
+    pub fn motion_s(&self) -> f32 {
+        self.motion_s.narrow()
+    }
+
+    /// When the probe was last at rest, microseconds; `None` before the first rest.
+    #[must_use]
+    pub fn last_rest_us(&self) -> Option<u64> {
+        Some(self.rests.latest_us).filter(|us| *us > 0)
+    }
+
+    /// How many of the last `seconds`, at most 64, were at rest.
+    #[must_use]
+    pub fn rest_seconds(&self, seconds: u32) -> u32 {
+        self.rests.seconds(seconds)
     }
 }

@@ -1,30 +1,171 @@
-use crate::{
-    compensation::GyroModel,
-    optimizer::{Cost, LeastSquaresCost, Packed},
-};
-use core::marker::PhantomData;
+//! What the search of a window minimises: the filter's own quadratic, but with Student's t in the place of the Gaussian for each node as a whole.
 
-/// What the search of a window minimises, as a function of the change of (P row-major, b) from the posterior's mean, in whitened
-/// coordinates. Dimensionless: half the robust sum of squares, prior included.
+#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{
+    Estimator,
+    left_over::{COLUMNS, LeftOver, ROWS},
+    real::Real,
+};
+use crate::{
+    algebra::{Cholesky, Packed, dot},
+    compensation::GyroModel,
+    optimizer::{Cost, LeastSquaresCost},
+};
+
+/// P and b.
+const GYRO: usize = COLUMNS - 1;
+/// Freedom of Student's t of a node, 5, and its rows: the squared innovation at which a node has half of its weight.
+const SPREAD: f32 = 5.0 + ROWS as f32;
+
+/// What makes the cost one about the posterior's mean.
+#[derive(Clone, Copy)]
+pub(super) struct Centre {
+    /// The mean, in units of the prior's widths.
+    mean: [f32; GYRO],
+    /// Gradient of the nodes' quadratic there.
+    pull: [f32; GYRO],
+    factor: Cholesky<12, 78>,
+}
+
+impl Centre {
+    /// Of the rows that are kept, about a mean; `None` where they do not make a positive definite matrix.
+    pub fn new(rows: &LeftOver, mean: &[f32; GYRO]) -> Option<Self> {
+        let mut normal = Packed::zero();
+        let mut pull = [0.0; GYRO];
+        for k in 0..GYRO {
+            normal.add(k, k, 1.0);
+        }
+        for index in 0..rows.count() {
+            let innovations = rows.innovations(index, mean);
+            for (row, innovation) in rows.node(index).iter().zip(innovations) {
+                let [row @ .., _] = *row;
+                normal.add_outer(&row, 1.0);
+                for (pull, x) in pull.iter_mut().zip(row) {
+                    *pull += innovation * x;
+                }
+            }
+        }
+        normal.cholesky().map(|factor| Self { mean: *mean, pull, factor })
+    }
+}
+
+/// Cost of a change of (P row-major, b) from the posterior's mean, in whitened coordinates: deviations of the fit of the kept rows with the
+/// prior. Half the robust sum of squares: sum over nodes of s / 2 log(1 + |e|^2 / s), s = nu + 9, half the squared distance from the mean in the
+/// prior's widths, and a linear term that makes the mean the optimum if Student's t were a Gaussian: what is older than the rows, and how
+/// far the posterior was shrunk, stay in. A node's weight is 1 without an innovation (the density's own, (nu + 9) / nu, would take quiet nodes
+/// for a noise that is smaller than it is). What the search then finds is what robust weights of whole nodes change, and nothing else.
 pub struct WindowCost<'a> {
-    rows: PhantomData<&'a ()>,
+    rows: &'a LeftOver,
+    centre: &'a Centre,
+    /// Factory's P and the prior's mean of b, and the widths.
+    base: GyroModel,
+    sigma: [f32; GYRO],
+}
+
+impl<T: Real> Estimator<T> {
+    /// The rows of the last 50 s of motion: what the population search minimises. `None` before a posterior, or without motion.
+    #[must_use]
+    pub fn window_cost(&self) -> Option<WindowCost<'_>> {
+        let centre = self.centre.first().filter(|_| !self.posterior.is_empty())?;
+        let base = self.model(&[T::ZERO; GYRO]);
+        let mut sigma = [0.0; GYRO];
+        let unit = self.model(&[T::ONE; GYRO]);
+        let p = unit.p.as_flattened().iter().zip(base.p.as_flattened());
+        let b = unit.b_rad_s.iter().zip(&base.b_rad_s);
+        for (slot, (unit, base)) in sigma.iter_mut().zip(p.chain(b)) {
+            *slot = unit - base;
+        }
+        Some(WindowCost { rows: &self.left_over, centre, base, sigma })
+    }
 }
 
 impl WindowCost<'_> {
-    /// The model that lies `y` from the posterior's mean, in posterior deviations.
+    fn change(&self, y: &[f32; GYRO]) -> [f32; GYRO] {
+        self.centre.factor.solve_upper(y)
+    }
+
+    /// The model that lies `y` from the posterior's mean, in deviations.
     #[must_use]
-    pub const fn model(&self, _y: &[f32; 12]) -> GyroModel {
-        GyroModel::IDENTITY
+    pub fn model(&self, y: &[f32; GYRO]) -> GyroModel {
+        let change = self.change(y);
+        let mut model = self.base;
+        let slots = model.p.as_flattened_mut().iter_mut().chain(&mut model.b_rad_s);
+        for (((slot, mean), change), sigma) in slots.zip(&self.centre.mean).zip(change).zip(&self.sigma) {
+            *slot += (mean + change) * sigma;
+        }
+        model
+    }
+
+    /// Where a model lies.
+    #[must_use]
+    pub fn coordinates(&self, model: &GyroModel) -> [f32; GYRO] {
+        let mut change = [0.0; GYRO];
+        let p = model.p.as_flattened().iter().zip(self.base.p.as_flattened());
+        let b = model.b_rad_s.iter().zip(&self.base.b_rad_s);
+        for (((slot, (x, base)), mean), sigma) in
+            change.iter_mut().zip(p.chain(b)).zip(&self.centre.mean).zip(&self.sigma)
+        {
+            *slot = (x - base) / sigma - mean;
+        }
+        self.centre.factor.times_upper(&change)
+    }
+
+    /// Visits the nodes with the squared innovations at `change`.
+    fn squares(&self, change: &[f32; GYRO]) -> impl Iterator<Item = (usize, [f32; ROWS], f32)> {
+        let mut x = self.centre.mean;
+        for (x, change) in x.iter_mut().zip(change) {
+            *x += change;
+        }
+        (0..self.rows.count()).map(move |index| {
+            let innovations = self.rows.innovations(index, &x);
+            (index, innovations, dot(&innovations, &innovations))
+        })
     }
 }
 
 impl Cost<12> for WindowCost<'_> {
-    fn evaluate(&self, _y: &[f32; 12]) -> f32 {
-        let Self { rows: PhantomData } = self;
-        f32::NAN
+    fn evaluate(&self, y: &[f32; 12]) -> f32 {
+        let change = self.change(y);
+        let half = 0.5 * SPREAD;
+        let robust = self.squares(&change).fold(0.0, |sum, (_, _, square)| sum + half * libm::log1pf(square / SPREAD));
+        robust + 0.5 * dot(&change, &change) - dot(&self.centre.pull, &change)
     }
 }
 
 impl LeastSquaresCost<12, 78> for WindowCost<'_> {
-    fn normal_equations(&self, _y: &[f32; 12], _normal: &mut Packed<12, 78>, _descent: &mut [f32; 12]) {}
+    fn normal_equations(&self, y: &[f32; 12], normal: &mut Packed<12, 78>, descent: &mut [f32; 12]) {
+        let change = self.change(y);
+        let (mut inside, mut pull) = (Packed::<12, 78>::zero(), self.centre.pull);
+        for (k, (pull, change)) in pull.iter_mut().zip(&change).enumerate() {
+            inside.add(k, k, 1.0);
+            *pull -= change;
+        }
+        for (index, innovations, square) in self.squares(&change) {
+            let weight = SPREAD / (SPREAD + square);
+            for (row, innovation) in self.rows.node(index).iter().zip(innovations) {
+                let [row @ .., _] = *row;
+                inside.add_outer(&row, weight);
+                for (pull, x) in pull.iter_mut().zip(row) {
+                    *pull -= weight * innovation * x;
+                }
+            }
+        }
+        // In whitened coordinates: L^-1 N L^-T and L^-1 pull.
+        let factor = &self.centre.factor;
+        *descent = factor.solve_lower(&pull);
+        let mut half = [[0.0; GYRO]; GYRO];
+        for (k, row) in half.iter_mut().enumerate() {
+            let column: [f32; GYRO] = core::array::from_fn(|i| inside.get(i, k));
+            *row = factor.solve_lower(&column);
+        }
+        *normal = Packed::zero();
+        for i in 0..GYRO {
+            let column: [f32; GYRO] = core::array::from_fn(|k| half[k][i]);
+            let solved = factor.solve_lower(&column);
+            for (j, value) in solved.iter().enumerate().take(i + 1) {
+                normal.add(i, j, *value);
+            }
+        }
+    }
 }

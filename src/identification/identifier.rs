@@ -1,6 +1,5 @@
 use super::{
     Decision, Refusal, WindowCost, WindowReport,
-    coordinates::coordinates,
     flying::{Flight, deg_per_turn},
     schedule::{Schedule, Update},
     search::Search,
@@ -33,9 +32,6 @@ pub(crate) struct Identifier {
     bias_only: GyroModel,
     /// Latest sample that the flown bias comes from; 0: none.
     bias_known_us: u64,
-    /// When the update was asked for: the latest rest, 0 before the first, and how many seconds of the window were at rest.
-    rest_us: u64,
-    rest_s: u32,
     /// The report of the window that is being searched.
     searched: Vec<WindowReport, 1>,
     search: Search,
@@ -55,8 +51,6 @@ impl Identifier {
             flown: GyroModel::UNSET,
             bias_only: GyroModel::UNSET,
             bias_known_us: 0,
-            rest_us: 0,
-            rest_s: 0,
             searched: Vec::new(),
             search: Search::None,
             cost_of_mean: 0.0,
@@ -121,7 +115,7 @@ impl Identifier {
         self.searched.clear();
         let Some(mut report) = result else {
             self.overruns = self.overruns.saturating_add(1);
-            let report = self.flight(config).without_result(&update, Refusal::Overrun);
+            let report = self.flight(config, &update).without_result(&update, Refusal::Overrun);
             self.announce(&update, report);
             return None;
         };
@@ -130,6 +124,7 @@ impl Identifier {
         let changed = (report.flown != self.flown).then_some(report.sigma);
         if changed.is_some() {
             self.flown = report.flown;
+            self.estimator.compose_about(self.flown.b_rad_s);
             self.bias_known_us = report.t_end_us;
         }
         self.announce(&update, report);
@@ -164,11 +159,8 @@ impl Identifier {
             return;
         }
         self.estimator.push(t_us, rate, force, field);
-        if let Some(update) = self.schedule.push(t_us) {
+        if self.schedule.push(t_us).is_some() {
             self.estimator.close();
-            self.rest_us = self.estimator.last_rest_us().unwrap_or(0);
-            // A window is far shorter than the hour that 32 bits of microseconds hold.
-            self.rest_s = self.estimator.rest_seconds((update.t_us - update.window_start_us) as u32 / 1_000_000);
         }
     }
 
@@ -189,14 +181,14 @@ impl Identifier {
     #[inline(never)]
     fn judge(&mut self, update: &Update, config: &Config) -> u32 {
         let Some(posterior) = self.estimator.posterior() else { return 0 };
-        let mut report = self.flight(config).judged(update, posterior);
+        let mut report = self.flight(config, update).judged(update, posterior);
         let cost = self.estimator.window_cost().filter(|_| update.is_window && report.decision == Decision::Accepted);
         let Some(cost) = cost else {
             self.schedule.conclude(report);
             return JUDGE_UNITS;
         };
         let finite = |cost: f32| cost.is_finite().then_some(cost);
-        report.cost_before = coordinates(&cost, &self.flown).and_then(|y| finite(cost.evaluate(&y)));
+        report.cost_before = finite(cost.evaluate(&cost.coordinates(&self.flown)));
         self.cost_of_mean = cost.evaluate(&[0.0; 12]);
         report.cost_after = finite(self.cost_of_mean);
         let id = &config.identification;
@@ -231,13 +223,15 @@ impl Identifier {
         JUDGE_UNITS
     }
 
-    fn flight<'a>(&'a self, config: &'a Config) -> Flight<'a> {
+    fn flight<'a>(&'a self, config: &'a Config, update: &Update) -> Flight<'a> {
+        // A window is far shorter than the hour that 32 bits of microseconds hold.
+        let window_s = update.t_us.saturating_sub(update.window_start_us) as u32 / 1_000_000;
         Flight {
             config,
             flown: &self.flown,
             bias_only: &self.bias_only,
-            rest_is_news: self.rest_us > self.bias_known_us,
-            rest_s: self.rest_s as f32,
+            rest_is_news: self.estimator.last_rest_us().is_some_and(|us| us > self.bias_known_us),
+            rest_s: self.estimator.rest_seconds(window_s) as f32,
         }
     }
 

@@ -1,6 +1,5 @@
 //! When what the estimator has learnt flies, and what the population search adds to it window by window.
 
-mod coordinates;
 mod flying;
 mod identifier;
 mod report;

@@ -1,0 +1,369 @@
+//! What is known of P and b, averaged over what is not known of the other sensors: the widths of their errors' priors, an inflation of the
+//! covariance, and the scale of P's own prior, each weighed by its evidence. The mean is what flies: where the data say nothing it stays
+//! at the factory's.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{
+    columns::GLOBALS,
+    eigen::diagonalise,
+    gaussian::{narrow_last, triangle},
+    globals::Globals,
+    real::Real,
+    rows::WIDTH,
+    widths::{ACCEL, GROUPS, LEFT_AFTER, VARIABLES, Widths, column},
+};
+
+/// Inflations of the covariance: by hand the formal one is 2 to 6 times too small where motion is slow.
+const INFLATIONS: [f32; 3] = [1.0, 2.0, 4.0];
+/// Scales of P's prior, of which nobody knows how good the factory's calibration still is: log-uniform from the data sheet's width down to a
+/// 256th of it, which is nothing.
+const SCALES: [f32; 9] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25];
+/// Information, over the prior's, below which a direction says nothing.
+const LEAST_INFORMATION: f32 = 1e-4;
+/// A direction counts as decided by the data when they leave less than half of the prior's deviation.
+const DECIDED_INFORMATION: f32 = 3.0;
+
+/// P and b.
+const GYRO: usize = 12;
+/// P.
+const NINE: usize = 9;
+
+/// Mean and covariance in units of the prior's widths, P row-major and then b.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Averaged<T> {
+    pub mean: [T; GYRO],
+    /// Packed, lower triangle.
+    pub covariance: [T; triangle(GYRO)],
+    /// Directions of P that the data decide, at the most likely widths.
+    pub decided: u8,
+    /// Geometric mean of the widths, over the data sheets'.
+    pub widths: [T; GROUPS],
+}
+
+/// What is being averaged, in pieces.
+#[derive(Clone, Copy)]
+pub(super) struct Averaging<T> {
+    stage: usize,
+    grid: Widths,
+    base: Gaussian<T, VARIABLES, { triangle(VARIABLES) }>,
+    levels: (
+        Gaussian<T, { LEFT_AFTER[0] }, { triangle(LEFT_AFTER[0]) }>,
+        Gaussian<T, { LEFT_AFTER[1] }, { triangle(LEFT_AFTER[1]) }>,
+        Gaussian<T, { LEFT_AFTER[2] }, { triangle(LEFT_AFTER[2]) }>,
+    ),
+    evidence: [T; GROUPS],
+    sum: Sum<T>,
+}
+
+#[derive(Clone, Copy)]
+struct Gaussian<T, const N: usize, const M: usize> {
+    mean: [T; N],
+    covariance: [T; M],
+}
+
+impl<T: Real, const N: usize, const M: usize> Gaussian<T, N, M> {
+    const fn zero() -> Self {
+        Self { mean: [T::ZERO; N], covariance: [T::ZERO; M] }
+    }
+
+    /// Takes the first variables of another.
+    fn marginal_of<const L: usize, const K: usize>(&mut self, other: &Gaussian<T, L, K>) {
+        self.mean.copy_from_slice(&other.mean[..N]);
+        self.covariance.copy_from_slice(&other.covariance[..M]);
+    }
+}
+
+/// Weighted sums.
+#[derive(Clone, Copy)]
+struct Sum<T> {
+    /// Logarithm of the unit of the weights.
+    log: T,
+    weight: T,
+    best: T,
+    decided: u8,
+    mean: [T; GYRO],
+    /// Second moments.
+    square: [T; triangle(GYRO)],
+    widths: [T; GROUPS],
+}
+
+impl<T: Real> Sum<T> {
+    const fn zero() -> Self {
+        Self {
+            log: T::ZERO,
+            weight: T::ZERO,
+            best: T::ZERO,
+            decided: 0,
+            mean: [T::ZERO; GYRO],
+            square: [T::ZERO; triangle(GYRO)],
+            widths: [T::ZERO; GROUPS],
+        }
+    }
+
+    /// Brings the unit of the weights up to `log`, and gives a weight of `log` in it.
+    fn weight(&mut self, log: T) -> T {
+        if self.weight == T::ZERO {
+            self.log = log;
+        } else if log > self.log {
+            let factor = (self.log - log).exponential();
+            self.weight *= factor;
+            let sums = self.mean.iter_mut().chain(&mut self.square).chain(&mut self.widths);
+            sums.for_each(|x| *x *= factor);
+            self.log = log;
+        }
+        (log - self.log).exponential()
+    }
+}
+
+impl<T: Real> Averaging<T> {
+    pub const fn zero() -> Self {
+        Self {
+            stage: 0,
+            grid: Widths::UNSET,
+            base: Gaussian::zero(),
+            levels: (Gaussian::zero(), Gaussian::zero(), Gaussian::zero()),
+            evidence: [T::ZERO; GROUPS],
+            sum: Sum::zero(),
+        }
+    }
+
+    /// Begins: `scratch` takes the inverse of the root, a column a row.
+    pub fn start(&mut self, globals: &Globals<T>, widths: &Widths, scratch: &mut [[T; WIDTH]]) {
+        self.stage = 0;
+        self.grid = *widths;
+        self.sum = Sum::zero();
+        let root = &globals.root;
+        // Rows of the inverse are kept transposed: row c of the scratch holds column c.
+        for c in 0..GLOBALS {
+            let Some(inverse) = scratch.get_mut(c) else { return };
+            for i in (0..=c).rev() {
+                let mut sum = if i == c { T::ONE } else { T::ZERO };
+                for k in i + 1..=c {
+                    sum -= root[i][k] * inverse[k];
+                }
+                inverse[i] = sum / root[i][i];
+            }
+        }
+        for i in 0..VARIABLES {
+            let a = column(i);
+            self.base.mean[i] = globals.x[a];
+            for j in 0..=i {
+                let b = column(j);
+                // Column c of the inverse reaches down to row c.
+                let from = if a > b { a } else { b };
+                let rows = scratch.iter().take(GLOBALS).skip(from);
+                self.base.covariance[triangle(i) + j] = rows.fold(T::ZERO, |sum, row| sum + row[a] * row[b]);
+            }
+        }
+    }
+
+    /// One width of each group; `false` when all are done.
+    pub fn step(&mut self) -> bool {
+        let [mags, irons, accels] = self.grid.count;
+        if self.stage >= mags * irons * accels {
+            return false;
+        }
+        let (mag, iron, accel) = (self.stage / (irons * accels), self.stage / accels % irons, self.stage % accels);
+        let part = |group: usize, index: usize| T::of(self.grid.parts[group][index]);
+        if iron == 0 && accel == 0 {
+            let mut all = self.base;
+            self.evidence[0] = narrowed(&mut all, 8, part(0, mag));
+            self.levels.0.marginal_of(&all);
+        }
+        if accel == 0 {
+            let mut rest = self.levels.0;
+            self.evidence[1] = narrowed(&mut rest, 3, part(1, iron));
+            self.levels.1.marginal_of(&rest);
+        }
+        let mut rest = self.levels.1;
+        self.evidence[2] = narrowed(&mut rest, ACCEL, part(2, accel));
+        self.levels.2.marginal_of(&rest);
+        let widths = [(0, mag), (1, iron), (2, accel)]
+            .map(|(group, index)| T::of(self.grid.parts[group][index] / self.grid.sheet[group]).logarithm());
+        let evidence = self.evidence.iter().fold(T::ZERO, |sum, x| sum + *x);
+        self.sum.add(&self.levels.2, evidence, widths);
+        self.stage += 1;
+        true
+    }
+
+    /// The average.
+    pub fn result(&self) -> Averaged<T> {
+        let share = T::ONE / self.sum.weight;
+        let mean = self.sum.mean.map(|x| x * share);
+        let mut covariance = self.sum.square.map(|x| x * share);
+        for i in 0..GYRO {
+            for j in 0..=i {
+                covariance[triangle(i) + j] -= mean[i] * mean[j];
+            }
+        }
+        Averaged {
+            mean,
+            covariance,
+            decided: self.sum.decided,
+            widths: self.sum.widths.map(|x| (x * share).exponential()),
+        }
+    }
+}
+
+/// Narrows the priors of the last `count` variables and takes these out of the mean and covariance that stay; the logarithm of the evidence.
+fn narrowed<T: Real, const N: usize, const M: usize>(all: &mut Gaussian<T, N, M>, count: usize, width: T) -> T {
+    let mut evidence = T::ZERO;
+    for n in (N - count + 1..=N).rev() {
+        evidence += narrow_last(&mut all.mean[..n], &mut all.covariance[..triangle(n)], width);
+    }
+    evidence
+}
+
+impl<T: Real> Sum<T> {
+    /// Adds one set of widths: the mean over inflations and scales of what bias and P then are.
+    fn add<const M: usize>(&mut self, of: &Gaussian<T, GYRO, M>, evidence: T, widths: [T; GROUPS]) {
+        let c = |i: usize, j: usize| of.covariance[if i >= j { triangle(i) + j } else { triangle(j) + i }];
+        let mut values = [[T::ZERO; NINE]; NINE];
+        for i in 0..NINE {
+            for j in 0..NINE {
+                values[i][j] = c(i, j);
+            }
+        }
+        let vectors = diagonalise(&mut values);
+        // In these directions P's posterior has the mean `at` and the variance `variance`, its prior 0 and 1, so the data have the information
+        // `lambda` and pull by `pull`.
+        let mut lambda = [T::ZERO; NINE];
+        let mut pull = [T::ZERO; NINE];
+        let mut at = [T::ZERO; NINE];
+        for k in 0..NINE {
+            let variance = values[k][k];
+            at[k] = (0..NINE).fold(T::ZERO, |sum, i| sum + vectors[i][k] * of.mean[i]);
+            let information = T::ONE / variance - T::ONE;
+            let least = T::of(LEAST_INFORMATION);
+            lambda[k] = if information > least { information } else { least };
+            pull[k] = at[k] * (lambda[k] + T::ONE);
+        }
+        let decided = lambda.iter().filter(|x| **x > T::of(DECIDED_INFORMATION)).count() as u8;
+        let half = T::of(0.5);
+        let likelihood = |inflation: T, squared_scale: T| {
+            (0..NINE).fold(T::ZERO, |sum, k| {
+                let spread = inflation + lambda[k] * squared_scale;
+                sum - half * spread.logarithm() + half * pull[k] * pull[k] / lambda[k] * (T::ONE - T::ONE / spread)
+            })
+        };
+        // That of the prior that is inside.
+        let inside = likelihood(T::ONE, T::ONE);
+        let mut mixed = Mixed::zero();
+        for inflation in INFLATIONS.map(T::of) {
+            for scale in SCALES.map(T::of) {
+                let squared = scale * scale;
+                let log = evidence + likelihood(inflation, squared) - inside;
+                let shrunk = inflation / squared;
+                let variance = lambda.map(|information| inflation / (information + shrunk));
+                let mut mean = pull;
+                for (mean, information) in mean.iter_mut().zip(&lambda) {
+                    *mean /= *information + shrunk;
+                }
+                mixed.add(log, &mean, &variance);
+            }
+        }
+        if self.weight == T::ZERO || mixed.log > self.best {
+            (self.best, self.decided) = (mixed.log, decided);
+        }
+        self.add_mixed(of, &vectors, &values, &at, &mixed, widths);
+    }
+
+    /// Adds it, brought back from the directions.
+    fn add_mixed<const M: usize>(
+        &mut self,
+        of: &Gaussian<T, GYRO, M>,
+        vectors: &[[T; NINE]; NINE],
+        values: &[[T; NINE]; NINE],
+        at: &[T; NINE],
+        mixed: &Mixed<T>,
+        widths: [T; GROUPS],
+    ) {
+        // Of bias and P by direction: P itself, and the bias that goes with it.
+        let mut by = [[T::ZERO; NINE]; GYRO];
+        by[..NINE].copy_from_slice(vectors);
+        let mut own = [T::ZERO; triangle(3)];
+        for b in 0..3 {
+            let row = NINE + b;
+            for k in 0..NINE {
+                let cross = (0..NINE).fold(T::ZERO, |sum, i| sum + of.covariance[triangle(row) + i] * vectors[i][k]);
+                by[row][k] = cross / values[k][k];
+            }
+            for d in 0..=b {
+                let explained = (0..NINE).fold(T::ZERO, |sum, k| sum + by[row][k] * by[NINE + d][k] * values[k][k]);
+                own[triangle(b) + d] = of.covariance[triangle(row) + NINE + d] - explained;
+            }
+        }
+        let share = T::ONE / mixed.weight;
+        let mut mean = [T::ZERO; GYRO];
+        for i in 0..GYRO {
+            let base = if i < NINE { T::ZERO } else { of.mean[i] };
+            mean[i] = (0..NINE).fold(base, |sum, k| {
+                let from = if i < NINE { T::ZERO } else { at[k] };
+                sum + by[i][k] * (mixed.mean[k] * share - from)
+            });
+        }
+        // Covariance of the directions about their mean.
+        let mut spread = [[T::ZERO; NINE]; NINE];
+        for k in 0..NINE {
+            for l in 0..NINE {
+                spread[k][l] = mixed.square[k][l] * share - mixed.mean[k] * mixed.mean[l] * share * share;
+            }
+        }
+        let weight = self.weight(mixed.log + mixed.weight.logarithm());
+        self.weight += weight;
+        for (sum, x) in self.mean.iter_mut().zip(&mean) {
+            *sum += weight * *x;
+        }
+        for (sum, x) in self.widths.iter_mut().zip(&widths) {
+            *sum += weight * *x;
+        }
+        for i in 0..GYRO {
+            let mut row = [T::ZERO; NINE];
+            for (l, slot) in row.iter_mut().enumerate() {
+                *slot = (0..NINE).fold(T::ZERO, |sum, k| sum + by[i][k] * spread[k][l]);
+            }
+            for j in 0..=i {
+                let mut x = (0..NINE).fold(mean[i] * mean[j], |sum, l| sum + row[l] * by[j][l]);
+                if j >= NINE {
+                    x += own[triangle(i - NINE) + j - NINE];
+                }
+                self.square[triangle(i) + j] += weight * x;
+            }
+        }
+    }
+}
+
+/// The mean over inflations and scales, in directions.
+struct Mixed<T> {
+    log: T,
+    weight: T,
+    mean: [T; NINE],
+    square: [[T; NINE]; NINE],
+}
+
+impl<T: Real> Mixed<T> {
+    fn zero() -> Self {
+        Self { log: T::ZERO, weight: T::ZERO, mean: [T::ZERO; NINE], square: [[T::ZERO; NINE]; NINE] }
+    }
+
+    fn add(&mut self, log: T, mean: &[T; NINE], variance: &[T; NINE]) {
+        if self.weight == T::ZERO {
+            self.log = log;
+        } else if log > self.log {
+            let factor = (self.log - log).exponential();
+            self.weight *= factor;
+            self.mean.iter_mut().chain(self.square.as_flattened_mut()).for_each(|x| *x *= factor);
+            self.log = log;
+        }
+        let weight = (log - self.log).exponential();
+        self.weight += weight;
+        for k in 0..NINE {
+            self.mean[k] += weight * mean[k];
+            for l in 0..NINE {
+                self.square[k][l] += weight * mean[k] * mean[l];
+            }
+            self.square[k][k] += weight * variance[k];
+        }
+    }
+}

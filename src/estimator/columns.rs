@@ -1,0 +1,104 @@
+//! The unknowns: one table, in the order of the matrix. The last rows of the root are then P's marginal, free of charge.
+
+use core::ops::Range;
+
+/// States of a node: attitude error (earth frame, rad), velocity (m/s), position (m), earth field (of the norm).
+pub const NODE: usize = 12;
+/// Attitude error within a node's states.
+pub(super) const ATTITUDE: usize = 0;
+/// Velocity.
+pub(super) const VELOCITY: usize = 3;
+/// Position.
+pub(super) const POSITION: usize = 6;
+/// Earth field.
+pub(super) const FIELD: usize = 9;
+
+/// Unknowns that outlive a node.
+pub const GLOBALS: usize = 37;
+/// Nuisances: all before the gyro's bias.
+pub const NUISANCES: usize = 25;
+
+/// A run of columns that belong together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Group {
+    /// What it is.
+    pub name: &'static str,
+    /// Of its columns.
+    pub unit: &'static str,
+    /// First column.
+    pub from: usize,
+    /// Columns.
+    pub count: usize,
+    /// Where the prior's width comes from.
+    pub source: &'static str,
+}
+
+impl Group {
+    /// Its columns.
+    #[must_use]
+    pub const fn columns(&self) -> Range<usize> {
+        self.from..self.from + self.count
+    }
+}
+
+/// Magnetometer matrix: soft iron, scale and misalignment. Trace-free, or it would be a scale of the field: two diagonal terms along
+/// (1, -1, 0) / sqrt 2 and (1, 1, -2) / sqrt 6, then xy xz yx yz zx zy.
+pub const MAG_MATRIX: Group = Group {
+    name: "magnetometer matrix",
+    unit: "1",
+    from: 0,
+    count: 8,
+    source: "data sheets: sensitivity and cross-axis 1 to 3 % (BMM150, IIS2MDC); real sensors of the recordings 1 to 3 %",
+};
+/// Hard iron, of the field's norm.
+pub const HARD_IRON: Group = Group {
+    name: "hard iron",
+    unit: "of the field's norm",
+    from: 8,
+    count: 3,
+    source: "zero-field offset of data sheets: 5 uT (IIS2MDC), and the probe's own magnetism",
+};
+/// By how much the magnetometer is later than the gyro.
+pub const MAG_LAG: Group =
+    Group { name: "magnetometer lag", unit: "s", from: 11, count: 1, source: "conversion and hold at 100 Hz, 15 ms" };
+/// By how much the accelerometer is later than the gyro.
+pub const ACCEL_LAG: Group =
+    Group { name: "accelerometer lag", unit: "s", from: 12, count: 1, source: "difference of low-passes, 5 ms" };
+/// Accelerometer matrix: xx yy zz, then the symmetric and the antisymmetric parts of xy xz yz, each over sqrt 2 so that a prior of equal
+/// widths is one of independent elements. The antisymmetric part turns the frame.
+pub const ACCEL_MATRIX: Group = Group {
+    name: "accelerometer matrix",
+    unit: "1",
+    from: 13,
+    count: 9,
+    source: "sensitivity 0.5 %, cross-axis 1 % (LSM6DSO, ICM-42688-P)",
+};
+/// Accelerometer bias.
+pub const ACCEL_BIAS: Group = Group {
+    name: "accelerometer bias",
+    unit: "m/s^2",
+    from: 22,
+    count: 3,
+    source: "zero-g level 20 mg (LSM6DSO, ICM-42688-P)",
+};
+/// Gyro bias, raw frame.
+pub const BIAS: Group = Group { name: "gyro bias", unit: "rad/s", from: 25, count: 3, source: "configuration" };
+/// Gyro matrix P, row-major, as a deviation from the factory's.
+pub const P: Group = Group { name: "gyro matrix", unit: "1", from: 28, count: 9, source: "configuration" };
+
+/// The whole table.
+pub const TABLE: [Group; 8] = [MAG_MATRIX, HARD_IRON, MAG_LAG, ACCEL_LAG, ACCEL_MATRIX, ACCEL_BIAS, BIAS, P];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_follow_one_another_and_fill_the_table() {
+        let end = TABLE.iter().fold(0, |next, group| {
+            assert_eq!(group.from, next, "{}", group.name);
+            next + group.count
+        });
+        assert_eq!((end, BIAS.from), (GLOBALS, NUISANCES));
+    }
+}

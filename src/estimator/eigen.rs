@@ -1,0 +1,77 @@
+//! Eigenvalues and eigenvectors of a small symmetric matrix, by cyclic Jacobi rotations. nalgebra's solver can panic.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::real::Real;
+
+/// Sweeps; each squares what is left off the diagonal, and nine variables are done after five.
+const SWEEPS: usize = 8;
+
+/// Makes `a` diagonal, and returns the matrix whose columns are the eigenvectors.
+pub(super) fn diagonalise<T: Real, const D: usize>(a: &mut [[T; D]; D]) -> [[T; D]; D] {
+    let mut v = [[T::ZERO; D]; D];
+    for (i, row) in v.iter_mut().enumerate() {
+        row[i] = T::ONE;
+    }
+    for _ in 0..SWEEPS {
+        let mut rotated = false;
+        for p in 0..D {
+            for q in p + 1..D {
+                rotated |= rotate(a, &mut v, p, q);
+            }
+        }
+        if !rotated {
+            break;
+        }
+    }
+    v
+}
+
+/// Makes element (p, q) zero; `false` where it is next to nothing beside the diagonal.
+fn rotate<T: Real, const D: usize>(a: &mut [[T; D]; D], v: &mut [[T; D]; D], p: usize, q: usize) -> bool {
+    let off = a[p][q];
+    if off * off <= T::of(1e-16) * a[p][p] * a[q][q] {
+        return false;
+    }
+    let tau = (a[q][q] - a[p][p]) / (off + off);
+    let root = (T::ONE + tau * tau).root();
+    let t = if tau >= T::ZERO { T::ONE / (tau + root) } else { -T::ONE / (root - tau) };
+    let c = T::ONE / (T::ONE + t * t).root();
+    let s = t * c;
+    for row in a.iter_mut() {
+        (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
+    }
+    for k in 0..D {
+        (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
+    }
+    for row in v.iter_mut() {
+        (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn a_matrix_times_its_eigenvector_is_eigenvalue_times_eigenvector() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(3);
+        for _ in 0..20 {
+            let mut root = [[0.0_f32; 9]; 9];
+            root.as_flattened_mut().iter_mut().for_each(|x| *x = generator.next_u32() as f32 / u32::MAX as f32 - 0.5);
+            let a: [[f32; 9]; 9] =
+                core::array::from_fn(|i| core::array::from_fn(|j| (0..9).map(|k| root[i][k] * root[j][k]).sum()));
+            let mut values = a;
+            let vectors = diagonalise(&mut values);
+            for k in 0..9 {
+                for row in 0..9 {
+                    let product: f32 = (0..9).map(|j| a[row][j] * vectors[j][k]).sum();
+                    assert!((product - values[k][k] * vectors[row][k]).abs() < 2e-6);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! What is known of the globals: their deviations from the prior's mean in units of the prior's width, and the root of their information, the
+//! prior inside. A column whose width is 0 is not there: nothing ever reaches it.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{
+    columns::{GLOBALS, NODE},
+    real::Real,
+    square_root::reflect,
+};
+
+/// Rows that a node leaves over.
+pub(super) const LEFT: usize = NODE;
+/// The globals and a constant.
+pub(super) const WIDE: usize = GLOBALS + 1;
+
+#[derive(Clone, Copy)]
+pub(super) struct Globals<T> {
+    pub x: [T; GLOBALS],
+    /// Upper triangular; the constants are zero between updates.
+    pub root: [[T; WIDE]; GLOBALS],
+    /// What a node left over, while it is taken in.
+    pub left: [[T; WIDE]; LEFT],
+}
+
+impl<T: Real> Globals<T> {
+    pub const fn zero() -> Self {
+        Self { x: [T::ZERO; GLOBALS], root: [[T::ZERO; WIDE]; GLOBALS], left: [[T::ZERO; WIDE]; LEFT] }
+    }
+
+    /// The prior.
+    pub fn start(&mut self) {
+        *self = Self::zero();
+        for (i, row) in self.root.iter_mut().enumerate() {
+            row[i] = T::ONE;
+        }
+    }
+
+    /// Takes in one column of the left-over rows.
+    pub fn absorb(&mut self, column: usize) {
+        if let Some(pivot) = self.root.get_mut(column) {
+            reflect(pivot, &mut self.left, column);
+        }
+    }
+
+    /// Sum of the squared innovations, once all columns are in: chi-square of three quarters of a node's rows.
+    pub fn innovation(&self) -> T {
+        self.left.iter().fold(T::ZERO, |sum, row| sum + row[GLOBALS] * row[GLOBALS])
+    }
+
+    /// Moves the globals to the optimum and returns by how much.
+    pub fn solve(&mut self) -> [T; GLOBALS] {
+        let mut by = [T::ZERO; GLOBALS];
+        for j in (0..GLOBALS).rev() {
+            let row = &mut self.root[j];
+            let mut sum = -row[GLOBALS];
+            for c in j + 1..GLOBALS {
+                sum -= row[c] * by[c];
+            }
+            by[j] = sum / row[j];
+            row[GLOBALS] = T::ZERO;
+        }
+        for (x, by) in self.x.iter_mut().zip(&by) {
+            *x += *by;
+        }
+        by
+    }
+
+    /// Adds process noise of this variance (in squared units of the prior's width) to one global: C + q e e^T is, of the information's
+    /// root, (I - beta u u^T) R with u = R e. Leaves the root full: [`Globals::triangular`] afterwards, column by column.
+    pub fn widen(&mut self, global: usize, variance: T) {
+        let mut u = [T::ZERO; GLOBALS];
+        for (u, row) in u.iter_mut().zip(&self.root) {
+            *u = row[global];
+        }
+        let square = u.iter().fold(T::ZERO, |sum, u| sum + *u * *u);
+        if square == T::ZERO || variance <= T::ZERO {
+            return;
+        }
+        let beta = (T::ONE - (T::ONE / (T::ONE + variance * square)).root()) / square;
+        let mut dots = [T::ZERO; GLOBALS];
+        for (u, row) in u.iter().zip(&self.root) {
+            if *u != T::ZERO {
+                for c in 0..GLOBALS {
+                    dots[c] += *u * row[c];
+                }
+            }
+        }
+        for (u, row) in u.iter().zip(&mut self.root) {
+            let factor = beta * *u;
+            if factor != T::ZERO {
+                for c in 0..GLOBALS {
+                    row[c] -= factor * dots[c];
+                }
+            }
+        }
+    }
+
+    /// Makes one column of the root triangular again.
+    pub fn triangular(&mut self, column: usize) {
+        let (above, below) = self.root.split_at_mut(column + 1);
+        if let Some(pivot) = above.last_mut() {
+            reflect(pivot, below, column);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SMatrix;
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn widening_adds_the_variance_to_one_global_and_changes_no_other_covariance() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(2);
+        let mut globals = Globals::<f64>::zero();
+        globals.start();
+        for (i, row) in globals.root.iter_mut().enumerate() {
+            for x in row.iter_mut().take(GLOBALS).skip(i) {
+                *x += f64::from(generator.next_u32()) / f64::from(u32::MAX) - 0.5;
+            }
+            row[i] += 2.0;
+        }
+        let covariance = |globals: &Globals<f64>| {
+            let r = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| globals.root[i][j]);
+            (r.transpose() * r).try_inverse().unwrap()
+        };
+        let before = covariance(&globals);
+        let widened = [(3, 0.7), (25, 0.01), (36, 4.0)];
+        for (global, variance) in widened {
+            globals.widen(global, variance);
+        }
+        (0..GLOBALS).for_each(|column| globals.triangular(column));
+        for i in 0..GLOBALS {
+            assert!(globals.root[i].iter().take(i).all(|x| *x == 0.0));
+        }
+        let mut expected = before;
+        for (global, variance) in widened {
+            expected[(global, global)] += variance;
+        }
+        assert!((covariance(&globals) - expected).amax() < 1e-12);
+    }
+}

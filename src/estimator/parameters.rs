@@ -1,0 +1,129 @@
+//! The globals as the matrices and vectors that they stand for.
+
+#![allow(clippy::indexing_slicing)] // Constant indices of the table.
+
+use super::{
+    columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, HARD_IRON, MAG_LAG, MAG_MATRIX, P},
+    real::{M3, Real, V3, identity, zero3, zero33},
+};
+use nalgebra::Matrix3;
+
+/// 1 / sqrt 2.
+const HALF_ROOT: f32 = core::f32::consts::FRAC_1_SQRT_2;
+/// 1 / sqrt 6.
+const SIXTH_ROOT: f32 = 0.408_248_3;
+
+/// A linearisation point: constant over a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters<T> {
+    /// I + magnetometer matrix.
+    pub mag_matrix: M3<T>,
+    /// Added to the field that was read, of the norm.
+    pub hard_iron: V3<T>,
+    /// Seconds.
+    pub mag_lag: T,
+    /// Seconds.
+    pub accel_lag: T,
+    /// I + accelerometer matrix.
+    pub accel_matrix: M3<T>,
+    /// m/s^2.
+    pub accel_bias: V3<T>,
+    /// rad/s, raw.
+    pub bias: V3<T>,
+    /// P.
+    pub p: M3<T>,
+}
+
+impl<T: Real> Parameters<T> {
+    pub(super) const fn zero() -> Self {
+        Self {
+            mag_matrix: zero33(),
+            hard_iron: zero3(),
+            mag_lag: T::ZERO,
+            accel_lag: T::ZERO,
+            accel_matrix: zero33(),
+            accel_bias: zero3(),
+            bias: zero3(),
+            p: zero33(),
+        }
+    }
+
+    /// From the deviations of the globals from the prior's mean, in their own units, and that mean of bias and P.
+    pub(super) fn new(x: &[T; GLOBALS], bias: &V3<T>, p: &M3<T>) -> Self {
+        let m = &x[MAG_MATRIX.columns()];
+        let (u, v) = (m[0] * T::of(HALF_ROOT), m[1] * T::of(SIXTH_ROOT));
+        let mag = Matrix3::new(u + v, m[2], m[3], m[4], v - u, m[5], m[6], m[7], -(v + v));
+        let a = &x[ACCEL_MATRIX.columns()];
+        let h = T::of(HALF_ROOT);
+        let accel = Matrix3::new(
+            a[0],
+            (a[3] + a[6]) * h,
+            (a[4] + a[7]) * h,
+            (a[3] - a[6]) * h,
+            a[1],
+            (a[5] + a[8]) * h,
+            (a[4] - a[7]) * h,
+            (a[5] - a[8]) * h,
+            a[2],
+        );
+        let three = |from: usize| V3::new(x[from], x[from + 1], x[from + 2]);
+        let d = &x[P.columns()];
+        Self {
+            mag_matrix: identity::<T>() + mag,
+            hard_iron: three(HARD_IRON.from),
+            mag_lag: x[MAG_LAG.from],
+            accel_lag: x[ACCEL_LAG.from],
+            accel_matrix: identity::<T>() + accel,
+            accel_bias: three(ACCEL_BIAS.from),
+            bias: bias + three(BIAS.from),
+            p: p + Matrix3::new(d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8]),
+        }
+    }
+}
+
+/// Derivatives with respect to the nine elements of the magnetometer matrix (row-major) as those of its eight columns.
+pub(super) fn mag_columns<T: Real>(elements: &[T; 9]) -> [T; 8] {
+    let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *elements;
+    let two = T::of(2.0);
+    [(xx - yy) * T::of(HALF_ROOT), (xx + yy - two * zz) * T::of(SIXTH_ROOT), xy, xz, yx, yz, zx, zy]
+}
+
+/// The same of the accelerometer matrix.
+pub(super) fn accel_columns<T: Real>(elements: &[T; 9]) -> [T; 9] {
+    let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *elements;
+    let h = T::of(HALF_ROOT);
+    [xx, yy, zz, (xy + yx) * h, (xz + zx) * h, (yz + zy) * h, (xy - yx) * h, (xz - zx) * h, (yz - zy) * h]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_with_respect_to_columns_are_those_of_the_matrices() {
+        let (bias, p) = (zero3::<f64>(), identity::<f64>());
+        // f = sum of c_ij M_ij is linear, so its derivative is what a unit of a column changes it by.
+        let c: [f64; 9] = core::array::from_fn(|k| 0.3 + 0.7 * k as f64 - 0.05 * (k * k) as f64);
+        let f = |m: &M3<f64>| (0..9).map(|k| c[k] * (m - identity::<f64>())[(k / 3, k % 3)]).sum::<f64>();
+        for column in 0..GLOBALS {
+            let mut x = [0.0; GLOBALS];
+            x[column] = 1.0;
+            let parameters = Parameters::new(&x, &bias, &p);
+            let mag = column.checked_sub(MAG_MATRIX.from).and_then(|k| mag_columns(&c).get(k).copied()).unwrap_or(0.0);
+            let accel =
+                column.checked_sub(ACCEL_MATRIX.from).and_then(|k| accel_columns(&c).get(k).copied()).unwrap_or(0.0);
+            assert!((f(&parameters.mag_matrix) - mag).abs() < 1e-6, "{column}");
+            assert!((f(&parameters.accel_matrix) - accel).abs() < 1e-6, "{column}");
+        }
+    }
+
+    #[test]
+    fn the_magnetometer_matrix_has_no_trace_and_its_columns_are_orthonormal() {
+        for column in MAG_MATRIX.columns() {
+            let mut x = [0.0; GLOBALS];
+            x[column] = 1.0;
+            let m = Parameters::new(&x, &zero3(), &identity::<f64>()).mag_matrix - identity::<f64>();
+            assert!(m.trace().abs() < 1e-7 && (m.norm() - 1.0).abs() < 1e-7);
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Increments from one node to the next, composed with the present parameters: rotation, field, velocity and position, each with its
+//! derivatives. All vectors are in the frame of the body at the first node.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{
+    increment::Increment,
+    parameters::Parameters,
+    real::{M3, Real, V3, identity, norm, rotation, square, zero3, zero33},
+};
+
+/// Bias and P.
+pub(super) const GYRO: usize = 12;
+
+/// A quantity's derivatives with respect to bias and P: a vector each.
+pub(super) type ByGyro<T> = [V3<T>; GYRO];
+
+/// Velocity or position, and its derivatives.
+#[derive(Clone, Copy)]
+pub(super) struct Path<T> {
+    pub value: V3<T>,
+    pub by_lag: V3<T>,
+    /// Elements of the accelerometer matrix, row-major.
+    pub by_matrix: [V3<T>; 9],
+    /// Accelerometer bias: the matrix that multiplies it.
+    pub by_bias: M3<T>,
+    pub by_gyro: ByGyro<T>,
+}
+
+impl<T: Real> Path<T> {
+    const fn zero() -> Self {
+        Self { value: zero3(), by_lag: zero3(), by_matrix: [zero3(); 9], by_bias: zero33(), by_gyro: [zero3(); GYRO] }
+    }
+
+    /// Adds `share` of another.
+    fn add(&mut self, other: &Self, share: T) {
+        self.value += other.value * share;
+        self.by_lag += other.by_lag * share;
+        self.by_bias += other.by_bias * share;
+        for (sum, x) in self.by_matrix.iter_mut().zip(&other.by_matrix) {
+            *sum += x * share;
+        }
+        for (sum, x) in self.by_gyro.iter_mut().zip(&other.by_gyro) {
+            *sum += x * share;
+        }
+    }
+}
+
+/// From node to node.
+#[derive(Clone, Copy)]
+pub(super) struct Preintegration<T> {
+    /// Last sample, microseconds.
+    pub end_us: u64,
+    pub seconds: T,
+    pub rotation: M3<T>,
+    /// Rotation error, at the first node, by bias and P.
+    pub by_gyro: ByGyro<T>,
+    /// Sum of the fields, and of its derivatives: elements of the magnetometer matrix, hard iron, lag, bias and P.
+    pub field: V3<T>,
+    pub field_by_matrix: [V3<T>; 9],
+    pub field_by_iron: M3<T>,
+    pub field_by_lag: V3<T>,
+    pub field_by_gyro: ByGyro<T>,
+    pub fields: u16,
+    pub velocity: Path<T>,
+    pub position: Path<T>,
+    pub forces: u16,
+    pub increments: u16,
+    /// Angle turned, rad: the sum, not the vector.
+    pub angle: T,
+    /// Sum of the variances of specific force.
+    pub vibration: T,
+    /// Sums of raw mean rates, of variances within increments, and of squares of the means about the first.
+    pub rates: V3<T>,
+    pub variances: V3<T>,
+    pub squares: V3<T>,
+    first_rate: V3<T>,
+    /// Sums of the vectors as read, for a rest.
+    pub forces_read: V3<T>,
+    pub fields_read: V3<T>,
+}
+
+impl<T: Real> Preintegration<T> {
+    pub const fn zero() -> Self {
+        Self {
+            end_us: 0,
+            seconds: T::ZERO,
+            rotation: zero33(),
+            by_gyro: [zero3(); GYRO],
+            field: zero3(),
+            field_by_matrix: [zero3(); 9],
+            field_by_iron: zero33(),
+            field_by_lag: zero3(),
+            field_by_gyro: [zero3(); GYRO],
+            fields: 0,
+            velocity: Path::zero(),
+            position: Path::zero(),
+            forces: 0,
+            increments: 0,
+            angle: T::ZERO,
+            vibration: T::ZERO,
+            rates: zero3(),
+            variances: zero3(),
+            squares: zero3(),
+            first_rate: zero3(),
+            forces_read: zero3(),
+            fields_read: zero3(),
+        }
+    }
+
+    pub fn start(&mut self) {
+        *self = Self::zero();
+        self.rotation = identity();
+    }
+
+    /// Adds an increment. `force_rate`: derivative of specific force, m/s^3. `gravity`: specific force at rest as predicted at the first
+    /// node, where that multiplies the accelerometer's errors in the place of what was read.
+    pub fn add(&mut self, increment: &Increment<T>, force_rate: &V3<T>, gravity: Option<&V3<T>>, with: &Parameters<T>) {
+        let dt = increment.seconds;
+        let raw = increment.rate - with.bias;
+        let rate = with.p * raw;
+        let half = rotation(&(rate * (dt * T::of(0.5))));
+        // Derivatives are taken at the middle of the increment: at its beginning the filter converges to a wrong point.
+        let middle = self.rotation * half;
+        let middle_p = middle * with.p;
+        let mut at_middle = self.by_gyro;
+        for j in 0..3 {
+            let by_bias = middle_p.column(j) * (-dt);
+            at_middle[j] += by_bias * T::of(0.5);
+            self.by_gyro[j] += by_bias;
+            for i in 0..3 {
+                let by_p = middle.column(i) * (dt * raw[j]);
+                at_middle[3 + 3 * i + j] += by_p * T::of(0.5);
+                self.by_gyro[3 + 3 * i + j] += by_p;
+            }
+        }
+        if let Some(field) = &increment.field {
+            self.add_field(field, &rate, &middle, &at_middle, with);
+        }
+        if let Some(force) = &increment.force {
+            self.add_force(force, force_rate, gravity, &rate, dt, &middle, &at_middle, with);
+        }
+        self.rotation = middle * half;
+        self.end_us = increment.end_us;
+        self.seconds += dt;
+        self.angle += norm(&rate) * dt;
+        self.vibration += increment.vibration;
+        if self.increments == 0 {
+            self.first_rate = increment.mean_rate;
+        }
+        let centred = increment.mean_rate - self.first_rate;
+        self.rates += centred;
+        self.squares += centred.component_mul(&centred);
+        self.variances += increment.rate_variance;
+        self.increments += 1;
+    }
+
+    fn add_field(&mut self, read: &V3<T>, rate: &V3<T>, middle: &M3<T>, at_middle: &ByGyro<T>, with: &Parameters<T>) {
+        let corrected = with.mag_matrix * read + with.hard_iron;
+        // A field that is late by tau is tau w x h further on.
+        let change = corrected.cross(rate);
+        let turned = middle * (corrected + change * with.mag_lag);
+        let seen = read + read.cross(rate) * with.mag_lag;
+        self.field += turned;
+        self.field_by_lag += middle * change;
+        self.field_by_iron += middle;
+        for i in 0..3 {
+            let column = middle.column(i);
+            for j in 0..3 {
+                self.field_by_matrix[3 * i + j] += column * seen[j];
+            }
+        }
+        for (sum, by) in self.field_by_gyro.iter_mut().zip(at_middle) {
+            *sum += by.cross(&turned);
+        }
+        self.fields_read += read;
+        self.fields += 1;
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn add_force(
+        &mut self,
+        read: &V3<T>,
+        force_rate: &V3<T>,
+        gravity: Option<&V3<T>>,
+        rate: &V3<T>,
+        dt: T,
+        middle: &M3<T>,
+        at_middle: &ByGyro<T>,
+        with: &Parameters<T>,
+    ) {
+        let (multiplied, change) = match gravity {
+            None => (read + force_rate * with.accel_lag, *force_rate),
+            Some(at_node) => {
+                let here = middle.transpose() * at_node;
+                (here, here.cross(rate))
+            }
+        };
+        let corrected =
+            read + change * with.accel_lag + (with.accel_matrix * multiplied - multiplied) + with.accel_bias;
+        let force = middle * corrected;
+        let mut step = Path { value: force, by_lag: middle * change, by_bias: *middle, ..Path::zero() };
+        for i in 0..3 {
+            let column = middle.column(i);
+            for j in 0..3 {
+                step.by_matrix[3 * i + j] = column * multiplied[j];
+            }
+        }
+        for (sum, by) in step.by_gyro.iter_mut().zip(at_middle) {
+            *sum = by.cross(&force);
+        }
+        self.position.add(&self.velocity, dt);
+        self.position.add(&step, dt * dt * T::of(0.5));
+        self.velocity.add(&step, dt);
+        self.forces_read += read;
+        self.forces += 1;
+    }
+
+    /// Variance of the raw rate on each axis over the node, (rad/s)^2, and its mean, rad/s.
+    pub fn rate_statistics(&self) -> (V3<T>, V3<T>) {
+        let n = T::of(f32::from(self.increments));
+        let mean = self.rates / n;
+        (self.variances / n + self.squares / n - mean.component_mul(&mean), mean + self.first_rate)
+    }
+
+    /// Mean variance of specific force within its increments, (m/s^2)^2.
+    pub fn mean_vibration(&self) -> T {
+        if self.increments > 0 { self.vibration / T::of(f32::from(self.increments)) } else { T::ZERO }
+    }
+}
+
+/// Largest component of a vector's square, for limits on axes.
+pub(super) fn largest<T: Real>(v: &V3<T>) -> T {
+    let pair = if v.x > v.y { v.x } else { v.y };
+    if pair > v.z { pair } else { v.z }
+}
+
+/// Squared angle between two vectors, rad^2, where it is small.
+pub(super) fn squared_angle<T: Real>(a: &V3<T>, b: &V3<T>) -> T {
+    square(&(a / norm(a) - b / norm(b)))
+}

@@ -1,0 +1,15 @@
+use super::{Block, NEW, OLD};
+use crate::estimator::{
+    columns::{ATTITUDE, BIAS},
+    preintegration::ByGyro,
+    real::{M3, Real},
+};
+
+/// Attitude goes on by what the gyro turned: new error = old error + what errors of bias and P turned, in the earth frame.
+pub(in crate::estimator) fn rotation<T: Real>(mut block: Block<T>, attitude: &M3<T>, by_gyro: &ByGyro<T>) {
+    block.unit(OLD + ATTITUDE, -T::ONE);
+    block.unit(NEW + ATTITUDE, T::ONE);
+    for (k, by) in by_gyro.iter().enumerate() {
+        block.global(BIAS.from + k, &-(attitude * by));
+    }
+}

@@ -1,0 +1,166 @@
+//! What the estimator is told of the motion and of the sensors.
+
+use super::{
+    columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, HARD_IRON, MAG_LAG, MAG_MATRIX, P},
+    widths::Widths,
+};
+use crate::{
+    compensation::GyroModel,
+    config::{Config, Motion},
+};
+
+/// Noise of the sensors and bounds of the motion. It is of the sensor and the motion and is configured: evidence would choose a drill string's
+/// constants for motion by hand by 1,500 log units, and be wrong by a factor of 14 to 58 in variance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Rotation, rad per root second.
+    pub rotation_rad_rts: f32,
+    /// Rotation, share of the angle that was turned.
+    pub rotation_share: f32,
+    /// Mean field of a node, share of the norm.
+    pub field_share: f32,
+    /// The same at rest, as a factor.
+    pub field_at_rest: f32,
+    /// The earth field where the probe is, share of the norm per root second of motion.
+    pub field_walk_rts: f32,
+    /// Position about where it is held, metres.
+    pub position_m: f32,
+    /// Velocity, m/s.
+    pub velocity_m_s: f32,
+    /// Increment of velocity over a node, m/s.
+    pub velocity_increment_m_s: f32,
+    /// White acceleration, m/s per root second, of velocity and position alike.
+    pub acceleration_m_s_rts: f32,
+    /// Freedom of Student's t of the acceleration; 0: Gaussian.
+    pub acceleration_freedom: f32,
+    /// Freedom of Student's t of field and rotation.
+    pub freedom: f32,
+    /// Whether gravity as it is predicted, not as it is read, multiplies the accelerometer's errors: where vibration is larger than gravity.
+    pub predicted_gravity: bool,
+}
+
+impl Noise {
+    /// A sensor moved by hand.
+    pub const HAND: Self = Self {
+        rotation_rad_rts: 5.236e-4, // 0.03 deg
+        rotation_share: 0.003,
+        field_share: 0.006,
+        field_at_rest: 0.3,
+        field_walk_rts: 0.01,
+        position_m: 0.3,
+        velocity_m_s: 1.0,
+        velocity_increment_m_s: 0.01,
+        acceleration_m_s_rts: 0.0,
+        acceleration_freedom: 0.0,
+        freedom: 5.0,
+        predicted_gravity: false,
+    };
+
+    /// A probe in a drill string.
+    pub const DRILL_STRING: Self = Self {
+        rotation_rad_rts: 5.236e-4,
+        rotation_share: 5e-5,
+        field_share: 0.002,
+        field_at_rest: 0.3,
+        field_walk_rts: 0.000_4,
+        position_m: 0.01,
+        velocity_m_s: 0.1,
+        velocity_increment_m_s: 0.01,
+        acceleration_m_s_rts: 0.12,
+        acceleration_freedom: 3.0,
+        freedom: 5.0,
+        predicted_gravity: true,
+    };
+
+    /// All zero, for a static.
+    pub(super) const UNSET: Self = Self {
+        rotation_rad_rts: 0.0,
+        rotation_share: 0.0,
+        field_share: 0.0,
+        field_at_rest: 0.0,
+        field_walk_rts: 0.0,
+        position_m: 0.0,
+        velocity_m_s: 0.0,
+        velocity_increment_m_s: 0.0,
+        acceleration_m_s_rts: 0.0,
+        acceleration_freedom: 0.0,
+        freedom: 0.0,
+        predicted_gravity: false,
+    };
+}
+
+/// What the estimator needs to know before the first sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Nominal sample period, seconds.
+    pub sample_period_s: f32,
+    /// Whether the gyro's readings are of an instant.
+    pub is_instant: bool,
+    /// Gravity, m/s^2.
+    pub gravity_m_s2: f32,
+    /// Centre of the prior of P and b.
+    pub factory: GyroModel,
+    /// Noise and bounds.
+    pub noise: Noise,
+    /// Width of the prior of each column, in its own unit; 0: the column is not there.
+    pub sigma: [f32; GLOBALS],
+    /// Widths of the nuisances' priors that the posterior is averaged over.
+    pub widths: Widths,
+    /// A second that deviates less on every axis may be a rest, rad/s.
+    pub rest_deviation_rad_s: f32,
+    /// The largest bias, rad/s: a steady rate above it is rotation.
+    pub most_bias_rad_s: f32,
+}
+
+impl Settings {
+    /// All zero, for a static.
+    pub const UNSET: Self = Self {
+        sample_period_s: 0.0,
+        is_instant: false,
+        gravity_m_s2: 0.0,
+        factory: GyroModel::UNSET,
+        noise: Noise::UNSET,
+        sigma: [0.0; GLOBALS],
+        widths: Widths::UNSET,
+        rest_deviation_rad_s: 0.0,
+        most_bias_rad_s: 0.0,
+    };
+
+    /// From the configuration.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        let id = &config.identification;
+        let drilling = id.motion == Motion::DrillString;
+        let mut sigma = [0.0; GLOBALS];
+        let mut put = |from: usize, widths: &[f32]| {
+            for (slot, width) in sigma.iter_mut().skip(from).zip(widths) {
+                *slot = *width;
+            }
+        };
+        // The widths that the filter runs with: three to four times those of data sheets, to be narrowed when the posterior is asked for.
+        put(MAG_MATRIX.from, &[0.1; 8]);
+        put(HARD_IRON.from, &[0.3; 3]);
+        put(MAG_LAG.from, &[0.015]);
+        put(ACCEL_LAG.from, &[0.005]);
+        put(ACCEL_MATRIX.from, &[0.02; 9]);
+        if drilling {
+            // The antisymmetric part defines the body frame.
+            put(ACCEL_MATRIX.from + 6, &[0.0; 3]);
+            put(ACCEL_BIAS.from, &[0.2; 3]);
+        }
+        put(BIAS.from, &[id.prior_sigma_bias_rad_s; 3]);
+        let (on, off) = (id.prior_sigma_diagonal, id.prior_sigma_off_diagonal);
+        put(P.from, &[on, off, off, off, on, off, off, off, on]);
+        Self {
+            sample_period_s: config.sample_period_us as f32 * 1e-6,
+            is_instant: config.latency.gyro_s.is_some(),
+            gravity_m_s2: config.earth.gravity_m_s2,
+            factory: config.gyro,
+            noise: if drilling { Noise::DRILL_STRING } else { Noise::HAND },
+            sigma,
+            widths: Widths::HAND,
+            rest_deviation_rad_s: id.rest_gyro_deviation_rad_s,
+            most_bias_rad_s: id.max_bias_rad_s,
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Triangular roots of information by Householder reflections. Normal equations are never formed: in f32 they lose their positive definiteness
+//! in three of four recordings.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::real::Real;
+
+/// Reflects column `column` of `pivot` and `rows` into the pivot; all from `column` on are changed. Rows that are zero there are left alone. A
+/// pivot without any part in the column stays as it is.
+pub(super) fn reflect<T: Real, const W: usize>(pivot: &mut [T; W], rows: &mut [[T; W]], column: usize) {
+    let below = rows.iter().fold(T::ZERO, |sum, row| sum + row[column] * row[column]);
+    if below == T::ZERO {
+        return;
+    }
+    let x = pivot[column];
+    let norm = (x * x + below).root();
+    let alpha = if x > T::ZERO { -norm } else { norm };
+    let v = x - alpha;
+    // Of the reflection I - 2 v v^T / |v|^2: -2 / |v|^2 = 1 / (alpha v).
+    let beta = T::ONE / (alpha * v);
+    let mut dots = [T::ZERO; W];
+    for c in column + 1..W {
+        dots[c] = v * pivot[c];
+    }
+    for row in rows.iter() {
+        let factor = row[column];
+        if factor != T::ZERO {
+            for c in column + 1..W {
+                dots[c] += factor * row[c];
+            }
+        }
+    }
+    for c in column + 1..W {
+        dots[c] *= beta;
+        pivot[c] += v * dots[c];
+    }
+    pivot[column] = alpha;
+    for row in rows.iter_mut() {
+        let factor = row[column];
+        if factor != T::ZERO {
+            for c in column + 1..W {
+                row[c] += factor * dots[c];
+            }
+            row[column] = T::ZERO;
+        }
+    }
+}
+
+/// The same where pivot and rows stand in one slice, the pivot first.
+pub(super) fn reflect_first<T: Real, const W: usize>(rows: &mut [[T; W]], column: usize) {
+    if let Some((pivot, rest)) = rows.split_first_mut() {
+        reflect(pivot, rest, column);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn the_root_has_the_information_of_the_rows_and_what_is_left_the_residual() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(5);
+        let mut rows = [[0.0_f64; 5]; 9];
+        for value in rows.as_flattened_mut() {
+            *value = f64::from(generator.next_u32()) / f64::from(u32::MAX) - 0.4;
+        }
+        rows[3] = [0.0; 5];
+        let product = |rows: &[[f64; 5]], i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
+        let before: [[f64; 5]; 5] = core::array::from_fn(|i| core::array::from_fn(|j| product(&rows, i, j)));
+        for column in 0..4 {
+            reflect_first(&mut rows[column..], column);
+        }
+        for i in 0..5 {
+            for j in 0..5 {
+                assert!((product(&rows, i, j) - before[i][j]).abs() < 1e-12);
+            }
+            for row in rows.iter().skip(i + 1).filter(|_| i < 4) {
+                assert!(row[i].abs() < 1e-15);
+            }
+        }
+    }
+}

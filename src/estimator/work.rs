@@ -1,0 +1,242 @@
+//! The work between samples, piece by piece.
+
+use super::{
+    Centre, Estimator, Item, Kind, Task,
+    columns::{GLOBALS, NUISANCES},
+    increment::Increment,
+    real::{Real, V3, norm, zero3},
+    rows::GLOBAL,
+    walk,
+};
+use core::f32::consts::PI;
+
+/// Length of a node, seconds.
+const NODE_S: f32 = 0.5;
+/// Globals stay locked for so long after a start in motion, seconds of motion: the attitude has to settle first.
+const LOCKED_S: f32 = 10.0;
+/// Degrees of freedom of a node: its rows less its states.
+const FREEDOM: f32 = 9.0;
+/// Nodes over which the innovations are averaged: a minute.
+pub(super) const INNOVATIONS: u16 = 120;
+
+/// Work units (some 300 instructions) of the pieces.
+const INCREMENT_UNITS: u32 = 20;
+const COLUMN_UNITS: u32 = 20;
+const START_UNITS: u32 = 120;
+const WIDTHS_UNITS: u32 = 150;
+const CENTRE_UNITS: u32 = 500;
+/// Time over which the share without a rate is averaged, seconds.
+const READ_S: f32 = 50.0;
+
+impl<T: Real> Estimator<T> {
+    /// One bounded piece of work; its size in units of some 300 instructions, 0 when there is nothing to do.
+    pub fn step(&mut self) -> u32 {
+        match self.task {
+            Task::Next => self.next(),
+            Task::Eliminating => {
+                if !self.update.eliminate() {
+                    self.start_absorbing();
+                }
+                COLUMN_UNITS
+            }
+            Task::Absorbing(column) => {
+                self.absorb(column);
+                COLUMN_UNITS
+            }
+            Task::Walking(column) => {
+                self.walk(column);
+                COLUMN_UNITS
+            }
+            Task::Averaging => {
+                if !self.averaging.step() {
+                    self.conclude();
+                    return CENTRE_UNITS;
+                }
+                WIDTHS_UNITS
+            }
+        }
+    }
+
+    fn next(&mut self) -> u32 {
+        match self.waiting.pop_front() {
+            None => 0,
+            Some(Item::Increment(increment)) => {
+                if let Some(held) = self.held.pop() {
+                    self.take(&held, increment.force);
+                }
+                // Just emptied, so there is room.
+                let _ = self.held.push(increment);
+                INCREMENT_UNITS
+            }
+            Some(Item::Gap(seconds)) => {
+                if let Some(held) = self.held.pop() {
+                    self.take(&held, None);
+                }
+                self.gap(seconds);
+                INCREMENT_UNITS
+            }
+            Some(Item::Close) => {
+                self.averaging.start(&self.globals, &self.settings.widths, &mut self.update.rows);
+                self.task = Task::Averaging;
+                START_UNITS
+            }
+        }
+    }
+
+    /// The posterior is averaged.
+    fn conclude(&mut self) {
+        let averaged = self.averaging.result();
+        let posterior = self.posterior_of(&averaged);
+        self.centre.clear();
+        if let Some(centre) = Centre::new(&self.left_over, &self.deviations(&posterior.gyro).map(|x| x.narrow())) {
+            // Just emptied, so there is room.
+            let _ = self.centre.push(centre);
+        }
+        self.posterior.clear();
+        let _ = self.posterior.push(posterior);
+        self.task = Task::Next;
+        if self.has_diverged() {
+            self.begin();
+        }
+    }
+
+    /// Takes note of time with a rate or without one.
+    fn read(&mut self, seconds: T, lost: T) {
+        let share = seconds / T::of(READ_S);
+        self.lost_share += (lost - self.lost_share) * if share < T::ONE { share } else { T::ONE };
+    }
+
+    /// An increment whose neighbours are known.
+    fn take(&mut self, increment: &Increment<T>, after: Option<V3<T>>) {
+        self.read(increment.seconds, T::ZERO);
+        let mut increment = *increment;
+        if let Some(field) = &mut increment.field {
+            if self.field_unit == T::ZERO {
+                self.field_unit = norm(field);
+            }
+            if self.field_unit > T::ZERO {
+                *field /= self.field_unit;
+            }
+        }
+        let before = core::mem::replace(&mut self.held_before, increment.force);
+        let force_rate = match (before, increment.force, after) {
+            (Some(before), _, Some(after)) => (after - before) / (increment.seconds + increment.seconds),
+            (None, Some(now), Some(after)) => (after - now) / increment.seconds,
+            (Some(before), Some(now), None) => (now - before) / increment.seconds,
+            _ => zero3(),
+        };
+        if !self.is_aligned {
+            let Some(force) = &increment.force else { return };
+            if norm(force) < T::of(1.0) {
+                return;
+            }
+            self.node.start(force, &self.settings.noise);
+            self.is_aligned = true;
+            self.locked_s = T::of(LOCKED_S);
+        }
+        if self.gap_s > T::ZERO {
+            let Some(force) = &increment.force else {
+                self.gap_s += increment.seconds;
+                return;
+            };
+            self.node.realign(force, increment.field.as_ref(), self.gap_s, &self.settings.noise);
+            self.gap_s = T::ZERO;
+        }
+        let gravity = self.settings.noise.predicted_gravity.then(|| {
+            let up = V3::new(T::ZERO, T::ZERO, T::of(self.settings.gravity_m_s2));
+            self.node.attitude.transpose() * up
+        });
+        self.pre.add(&increment, &force_rate, gravity.as_ref(), &self.parameters);
+        // Half an increment early: lengths are rounded.
+        let late = self.pre.seconds + self.builder.seconds() * T::of(0.5);
+        if late >= T::of(NODE_S) || self.pre.angle >= T::of(PI) {
+            self.end_node();
+        }
+    }
+
+    fn end_node(&mut self) {
+        self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };
+        if self.kind == Kind::Rest && self.locked_s > T::ZERO {
+            self.start_at_rest();
+            return;
+        }
+        if self.kind == Kind::Moving {
+            self.motion_s += self.pre.seconds;
+            self.locked_s -= self.pre.seconds;
+        }
+        self.unwalked_s += self.pre.seconds;
+        let is_locked = self.locked_s > T::ZERO;
+        let settings = (&self.settings, &self.sigma);
+        self.update.assemble(&mut self.node, &self.pre, &self.parameters, settings, (self.kind, is_locked));
+        self.task = Task::Eliminating;
+    }
+
+    /// The first rest: its mean rate is the bias to begin with, and the attitude begins anew with its mean force.
+    fn start_at_rest(&mut self) {
+        self.bias = self.rests.rate;
+        self.globals.start();
+        self.locked_s = T::ZERO;
+        if self.pre.forces > 0 {
+            self.node.start(&self.pre.forces_read, &self.settings.noise);
+        }
+        self.pre.start();
+        self.linearise();
+    }
+
+    fn start_absorbing(&mut self) {
+        let left = self.update.left_over();
+        for (slot, row) in self.globals.left.iter_mut().zip(left) {
+            for (slot, value) in slot.iter_mut().zip(row.iter().skip(GLOBAL)) {
+                *slot = *value;
+            }
+        }
+        self.task = Task::Absorbing(0);
+    }
+
+    fn absorb(&mut self, column: usize) {
+        if column == NUISANCES && self.kind == Kind::Moving && self.locked_s <= T::ZERO {
+            self.left_over.push(&self.globals.left, &self.globals.x);
+        }
+        self.globals.absorb(column);
+        if column + 1 < GLOBALS {
+            self.task = Task::Absorbing(column + 1);
+            return;
+        }
+        if self.kind == Kind::Moving && self.locked_s <= T::ZERO {
+            let square = self.globals.innovation() / T::of(FREEDOM);
+            self.innovations = if self.innovations < INNOVATIONS { self.innovations + 1 } else { INNOVATIONS };
+            self.innovation += (square - self.innovation) / T::of(f32::from(self.innovations));
+        }
+        let change = self.globals.solve();
+        self.update.finish(&mut self.node, &change);
+        self.pre.start();
+        self.linearise();
+        self.task = Task::Next;
+        if self.unwalked_s >= T::of(walk::EVERY_S) {
+            self.widen();
+        }
+    }
+
+    fn widen(&mut self) {
+        for (column, sigma) in self.settings.sigma.iter().enumerate() {
+            let variance = T::of(walk::variance_per_s(column, *sigma)) * self.unwalked_s;
+            self.globals.widen(column, variance);
+        }
+        self.unwalked_s = T::ZERO;
+        self.task = Task::Walking(0);
+    }
+
+    fn walk(&mut self, column: usize) {
+        self.globals.triangular(column);
+        self.task = if column + 1 < GLOBALS { Task::Walking(column + 1) } else { Task::Next };
+    }
+
+    /// Seconds through which nobody knows how the probe turned.
+    fn gap(&mut self, seconds: T) {
+        self.read(seconds, T::ONE);
+        self.pre.start();
+        self.rests.interrupt();
+        self.held_before = None;
+        self.gap_s += seconds;
+    }
+}
