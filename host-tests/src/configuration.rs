@@ -4,11 +4,11 @@ use std::path::Path;
 
 use meerkat_mwd::{
     Config,
-    config::{Earth, Latency},
+    config::{Earth, IdentificationConfig, Latency},
     probe::GAP_PERIODS,
 };
 
-use crate::{cli::ReplayArgs, failure::Failure, trace::Trace};
+use crate::{cli::ReplayArgs, failure::Failure, motion, trace::Trace};
 
 /// A stated period may exceed the trace's median step by this share of it: a recording that lost samples has longer steps, none shorter.
 const PERIOD_TOLERANCE: f64 = 0.2;
@@ -64,7 +64,7 @@ fn checked(config: Config, trace: &Trace) -> Result<Config, Failure> {
     Ok(config)
 }
 
-/// What the trace itself says: full scales, the gyro's delay, the earth, and the median step as the nominal period.
+/// What the trace itself says: full scales, the gyro's delay, what moves the probe, the earth, and the median step as the nominal period.
 #[must_use]
 pub fn of_trace(trace: &Trace) -> Config {
     let keys = &trace.keys;
@@ -83,6 +83,7 @@ pub fn of_trace(trace: &Trace) -> Config {
             declination_rad: radians(keys.magnetic_declination_deg),
             latitude_rad: radians(keys.latitude_deg),
         },
+        identification: IdentificationConfig { motion: motion::of_keys(keys), ..default.identification },
         latency: Latency { gyro_s: keys.gyro_delay_s.map(|x| x as f32), ..default.latency },
         ..default
     }

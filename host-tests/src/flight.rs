@@ -5,7 +5,7 @@ use meerkat_mwd::{
     compensation::{Effect, effects::LIBRARY},
     config::ConfigError,
     diagnosis::{DiagnosisReport, HardIronInterval},
-    identification::{Decision, Refusal, WindowReport},
+    identification::{Decision, WindowReport},
     probe::{Counters, Output},
     storage::StoredModel,
     survey::{SurveyNews, SurveyReport, Surveyor},
@@ -29,12 +29,10 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// The window whose P flies at the end: the last that was accepted, unless a later one brought the factory's back.
+    /// The last window that was accepted.
     #[must_use]
     pub fn standing(&self) -> Option<&WindowReport> {
-        let rolls_back = |decision| matches!(decision, Decision::Refused(Refusal::RolledBack { .. }));
-        let mut since = self.reports.iter().rev().take_while(|report| !rolls_back(report.decision));
-        since.find(|report| report.decision == Decision::Accepted)
+        self.reports.iter().rev().find(|report| report.decision == Decision::Accepted)
     }
 }
 

@@ -29,6 +29,19 @@ pub fn draw(seed: u64) -> GyroModel {
     GyroModel { p, b_rad_s: random.direction().map(|x| (BIAS_RAD_S * x) as f32) }
 }
 
+/// The same error in `scale` of its size.
+#[must_use]
+pub fn scaled(model: &GyroModel, scale: f64) -> GyroModel {
+    let identity = GyroModel::IDENTITY.p;
+    let p = std::array::from_fn(|row| {
+        std::array::from_fn(|column| {
+            let whole = |p: &[[f32; 3]; 3]| p.get(row).and_then(|row| row.get(column)).copied().map_or(0.0, f64::from);
+            (whole(&identity) + scale * (whole(&model.p) - whole(&identity))) as f32
+        })
+    });
+    GyroModel { p, b_rad_s: model.b_rad_s.map(|b| (scale * f64::from(b)) as f32) }
+}
+
 /// Puts the error into the gyro readings: raw' = P^-1 raw + b, so that `truth` compensates raw' back to raw. What the sensor of a
 /// recording had wrong already stays in it. A `truth` whose P cannot be inverted leaves the trace as it is.
 pub fn apply(trace: &mut Trace, truth: &GyroModel) {
@@ -65,6 +78,15 @@ mod tests {
         }
         assert_eq!(draw(7), draw(7));
         assert_ne!(draw(7), draw(8));
+    }
+
+    #[test]
+    fn a_scaled_error_keeps_its_signs_and_shares() {
+        let (whole, fifth) = (draw(1), scaled(&draw(1), 0.2));
+        let off = |model: &GyroModel| (model.p_matrix() - Matrix3::identity(), Vector3::from(model.b_rad_s));
+        assert!((0.2 * off(&whole).0 - off(&fifth).0).norm() < 1e-6);
+        assert!((0.2 * off(&whole).1 - off(&fifth).1).norm() < 1e-8);
+        assert_eq!(scaled(&whole, 0.0), GyroModel::IDENTITY);
     }
 
     #[test]

@@ -5,7 +5,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use meerkat_mwd::{Config, compensation::GyroModel, identification::Decision};
+use meerkat_mwd::{
+    Config,
+    compensation::GyroModel,
+    identification::{Decision, WindowReport},
+};
 
 use crate::{
     configuration::{freeze_at_us, of_trace},
@@ -23,8 +27,14 @@ const RECORDING: &str = "broad_06_fast_rotation_110s.csv.gz";
 /// Share of the recording that is kept back for the scores.
 const HOLD_OUT: f64 = 0.5;
 
-/// Seed of the known error that is multiplied into the gyro for the second flight.
+/// Seed of the known error that is multiplied into the gyro for the other flights.
 const KNOWN_ERROR_SEED: u64 = 1;
+
+/// Number of the flight, share of the known error, and what is then in the gyro.
+const KNOWN_ERRORS: [(u32, f64, &str); 2] = [
+    (2, 1.0, "P diagonal up to 10 %, off-diagonal up to 5 %, bias 2 deg/s"),
+    (3, 0.2, "P diagonal up to 2 %, off-diagonal up to 1 %, bias 0.4 deg/s"),
+];
 
 /// Where the bundled recording is.
 #[must_use]
@@ -38,7 +48,7 @@ pub fn bundled() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("traces")
 }
 
-/// Plays the bundled recording, as it is and with a known error, on the emulated chip (on this machine, with a note, where
+/// Plays the bundled recording, as it is and with a known error of two sizes, on the emulated chip (on this machine, with a note, where
 /// no emulator can be had), and prints what came of it.
 ///
 /// # Errors
@@ -66,19 +76,21 @@ pub fn run() -> anyhow::Result<()> {
     report(&mut out, &as_recorded.flight, None)?;
     scores(&mut out, &config, &trace, &as_recorded.flight)?;
 
-    let mut with_error = trace.clone();
-    let truth = known_error::draw(KNOWN_ERROR_SEED);
-    known_error::apply(&mut with_error, &truth);
-    let identified = flown(&config, &with_error)?;
-    writeln!(
-        out,
-        "\n2. WITH A KNOWN ERROR multiplied in: P diagonal up to 10 %, off-diagonal up to 5 %, bias 2 deg/s"
-    )?;
-    report(&mut out, &identified.flight, Some(&truth))?;
-    scores(&mut out, &config, &with_error, &identified.flight)?;
+    let whole = known_error::draw(KNOWN_ERROR_SEED);
+    let mut emulated = as_recorded.emulated;
+    for (number, scale, sizes) in KNOWN_ERRORS {
+        let mut with_error = trace.clone();
+        let truth = known_error::scaled(&whole, scale);
+        known_error::apply(&mut with_error, &truth);
+        let identified = flown(&config, &with_error)?;
+        writeln!(out, "\n{number}. WITH A KNOWN ERROR multiplied in: {sizes}")?;
+        report(&mut out, &identified.flight, Some(&truth))?;
+        scores(&mut out, &config, &with_error, &identified.flight)?;
+        emulated = identified.emulated;
+    }
 
     writeln!(out)?;
-    for line in identified.emulated.iter().flat_map(EmulatedFlight::cost_lines) {
+    for line in emulated.iter().flat_map(EmulatedFlight::cost_lines) {
         writeln!(out, "{line}")?;
     }
     Ok(())
@@ -107,7 +119,8 @@ fn flown(config: &Config, trace: &Trace) -> anyhow::Result<Flown> {
     }
 }
 
-/// The last window whose P flies, else the last one: accepted or refused and why, and the parameters it found, P +- sigma and b +- sigma.
+/// The last window that was accepted, else the last one: accepted or refused and why, and the parameters it found, P +- sigma and
+/// b +- sigma.
 fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> io::Result<()> {
     let Some(window) = flight.standing().or(flight.reports.last()) else {
         return writeln!(out, "   no window was closed");
@@ -119,22 +132,23 @@ fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> i
     };
     writeln!(out, "   {verdict}")?;
     let seconds = |t_us: u64| t_us as f64 * 1e-6;
+    let [matrix, hard_iron, accelerometer] = window.widths;
     writeln!(
         out,
-        "   window {:.0} to {:.0} s, {} of 12 directions observed; IMOA: {} evaluations, cost {} -> {}",
+        "   window {:.0} to {:.0} s; {:.1} s of motion since the start decide {} of 9 directions of P; squared innovations {:.2} of \
+         what is expected",
         seconds(window.t_start_us),
         seconds(window.t_end_us),
-        window.rank,
-        window.evaluations,
-        number(window.cost_before, 1),
-        number(window.cost_after, 1),
+        window.motion_s,
+        window.directions_decided,
+        window.innovation_nis,
     )?;
     writeln!(
         out,
-        "   on unseen blocks the fit explains {} of the misfit, p = {}",
-        window.explained.map_or("none".to_owned(), |x| format!("{:.0} %", 100.0 * x)),
-        number(window.p_value, 4),
+        "   widths of the vector sensors' errors, times the data sheet's: magnetometer matrix {matrix:.2}, hard iron {hard_iron:.2}, \
+         accelerometer {accelerometer:.2}"
     )?;
+    writeln!(out, "   a whole turn changes by {:.2} deg; {}", window.deg_per_turn, search(window))?;
     let sigma = |i: usize| window.sigma.get(i).copied().unwrap_or(f32::NAN);
     for (i, row) in window.fitted.p.iter().enumerate() {
         write!(out, "   P")?;
@@ -152,6 +166,18 @@ fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> i
         writeln!(out)?;
     }
     Ok(())
+}
+
+/// What the population search spent, and what it added to the posterior's mean.
+fn search(window: &WindowReport) -> String {
+    let cost = |x: Option<f32>| x.map_or("none".to_owned(), |x| format!("{x:.1}"));
+    let added = window.cost_gained_by_search.map_or("nothing".to_owned(), |gained| format!("{gained:.2} of it"));
+    format!(
+        "IMOA: {} evaluations, cost {} -> {}, the search added {added}",
+        window.evaluations,
+        cost(window.cost_before),
+        cost(window.cost_after)
+    )
 }
 
 fn scores(out: &mut impl Write, config: &Config, trace: &Trace, flight: &Flight) -> io::Result<()> {
@@ -185,8 +211,4 @@ fn scores(out: &mut impl Write, config: &Config, trace: &Trace, flight: &Flight)
         cell(attitude_rms_deg.heading),
         cell(attitude_rms_deg.inclination)
     )
-}
-
-fn number(x: Option<f32>, digits: usize) -> String {
-    x.map_or("none".to_owned(), |x| format!("{x:.digits$}"))
 }

@@ -15,6 +15,7 @@ use crate::{
     cli::ReplayArgs,
     configuration::configuration,
     diagnose::diagnosed,
+    explain::print_explanation,
     failure::Failure,
     flight::{Flight, fly_on, started, surveys},
     page::write_page,
@@ -135,6 +136,9 @@ pub fn deliver(
     let mut out = io::stdout().lock();
     writeln!(out, "flown {place}")?;
     print_summary(&mut out, trace, config, flight, &diagnosed, reference.as_ref())?;
+    if args.explain {
+        print_explanation(&mut out, flight)?;
+    }
     Ok(reference)
 }
 

@@ -25,6 +25,7 @@ use crate::{
     diagnose::{Diagnosed, Found, VectorResidual, verdict_name},
     failure::Failure,
     flight::Flight,
+    motion,
     refusal_text::refusal_text,
     score::Reference,
     trace::{Trace, clipping_is_known},
@@ -63,6 +64,9 @@ struct Missing {
 
 #[derive(Debug, Serialize)]
 struct Identification {
+    /// What moves the probe, and who says so.
+    motion: &'static str,
+    motion_from: &'static str,
     windows: Vec<Window>,
     note: Option<String>,
     hold_out_from_s: Option<f64>,
@@ -84,9 +88,27 @@ struct Window {
     #[serde(flatten)]
     fitted: Parameters,
     rest_s: f32,
-    explained: Option<f32>,
-    p_value: Option<f32>,
+    motion_s: Option<f32>,
+    directions_decided: Option<u8>,
+    innovation_nis: Option<f32>,
+    deg_per_turn: f32,
+    widths: Option<Widths>,
     window_note: Option<String>,
+}
+
+/// Widths that the data choose for the errors of the vector sensors, over the data sheet's.
+#[derive(Debug, Serialize)]
+struct Widths {
+    magnetometer_matrix: f32,
+    hard_iron: f32,
+    accelerometer: f32,
+}
+
+impl Widths {
+    const fn new(report: &WindowReport) -> Self {
+        let [magnetometer_matrix, hard_iron, accelerometer] = report.widths;
+        Self { magnetometer_matrix, hard_iron, accelerometer }
+    }
 }
 
 /// A gyro model with what is known about it.
@@ -183,9 +205,8 @@ impl Parameters {
         Self { p, b_rad_s: model.b_rad_s, sigma, observable, rank, is_prior: false }
     }
 
-    /// What flies at the end of the trace. Its uncertainty is that of the window which gave its P, the prior's when P is the factory's:
-    /// no window was accepted, or none since the last roll-back. Then its bias comes from rest, from a fit of the bias alone or is the
-    /// factory's.
+    /// What the last window left flying. Its uncertainty is that of the last window that was accepted, the prior's when none was: then its
+    /// bias comes from rest or is the factory's.
     #[must_use]
     pub fn at_the_end(config: &Config, flight: &Flight) -> Self {
         let model = flight.reports.last().map_or(&config.gyro, |report| &report.flown);
@@ -210,6 +231,8 @@ impl Window {
             Decision::Refused(refusal) => (false, Some(refusal_text(refusal))),
             other => (false, Some(format!("{other:?}"))),
         };
+        // An overrun has nothing to report but itself.
+        let has_result = report.t_effect_us.is_some();
         Self {
             t_start_s: in_seconds(report.t_start_us),
             t_end_s: in_seconds(report.t_end_us),
@@ -222,8 +245,11 @@ impl Window {
             cost_after: report.cost_after,
             fitted: Parameters::new(&report.fitted, report.sigma, report.observable, report.rank),
             rest_s: report.rest_s,
-            explained: report.explained,
-            p_value: report.p_value,
+            motion_s: has_result.then_some(report.motion_s),
+            directions_decided: has_result.then_some(report.directions_decided),
+            innovation_nis: has_result.then_some(report.innovation_nis),
+            deg_per_turn: report.deg_per_turn,
+            widths: has_result.then(|| Widths::new(report)),
             window_note: window_note(report, config),
         }
     }
@@ -263,6 +289,8 @@ pub fn result_json(
             },
         },
         identification: Identification {
+            motion: motion::name(config.identification.motion),
+            motion_from: motion::origin(trace, config),
             windows: flight.reports.iter().map(|report| Window::new(report, config)).collect(),
             note: why_no_window(trace, config, flight),
             hold_out_from_s: config.freeze_at_us.map(in_seconds),

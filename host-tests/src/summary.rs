@@ -11,6 +11,7 @@ use meerkat_mwd::{
 use crate::{
     diagnose::{Diagnosed, sentences, verdict_name},
     flight::Flight,
+    motion,
     refusal_text::decision_text,
     result_json::Parameters,
     score::{PerModel, Reference},
@@ -74,6 +75,7 @@ fn print_trace(out: &mut impl Write, trace: &Trace, config: &Config, flight: &Fl
     for note in &trace.notes {
         writeln!(out, "note     {note}")?;
     }
+    writeln!(out, "{}", motion::line(trace, config))?;
     if let Some(freeze) = config.freeze_at_us {
         writeln!(out, "hold-out parameters frozen from {} s; scores are over what follows", seconds(freeze))?;
     }

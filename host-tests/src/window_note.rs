@@ -30,16 +30,16 @@ pub fn why_no_window(trace: &Trace, config: &Config, flight: &Flight) -> Option<
     let identification = &config.identification;
     let until_us = config.freeze_at_us.map_or(u64::MAX, |freeze| freeze.saturating_sub(trace.first_us()));
     let available_s = trace.duration_us().min(until_us) as f64 * 1e-6;
-    let (part, window_s) = if config.freeze_at_us.is_some() {
-        ("the part before the hold-out", identification.min_window_s)
-    } else {
-        ("the trace", identification.window_s)
-    };
     let latency_s = identification.latency_s;
+    let (part, window_s, needed) = if config.freeze_at_us.is_some() {
+        // The last window closes in time for its result, however short it is then.
+        ("the part before the hold-out", 0.0, format!("the result of a window takes {latency_s:.1} s"))
+    } else {
+        let window_s = identification.window_s;
+        ("the trace", window_s, format!("a window takes {window_s:.1} s and its result {latency_s:.1} s more"))
+    };
     Some(if available_s < f64::from(window_s + latency_s) {
-        format!(
-            "no window: {part} lasts {available_s:.1} s; a window takes {window_s:.1} s and its result {latency_s:.1} s more"
-        )
+        format!("no window: {part} lasts {available_s:.1} s; {needed}")
     } else {
         format!("no window closed in {available_s:.1} s, with {} gaps in time", flight.counters.gaps)
     })
@@ -59,7 +59,7 @@ mod tests {
         let mut config = Config::default();
         let why = |config: &Config| why_no_window(&trace, config, &Flight::default()).unwrap();
         assert!(why(&config).contains("the trace lasts 30.0 s; a window takes 50.0 s"));
-        config.freeze_at_us = Some(15_000_000);
-        assert!(why(&config).contains("before the hold-out lasts 15.0 s; a window takes 20.0 s"));
+        config.freeze_at_us = Some(500_000);
+        assert!(why(&config).contains("before the hold-out lasts 0.5 s; the result of a window takes 1.0 s"));
     }
 }

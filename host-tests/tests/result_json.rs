@@ -24,15 +24,20 @@ fn report(start_s: u64, decision: Decision, fitted: GyroModel, flown: GyroModel)
         evaluations: 123,
         cost_before: Some(0.1),
         cost_after: Some(f32::NAN),
+        cost_gained_by_search: None,
         fitted,
         bias_only: GyroModel::IDENTITY,
         flown,
         sigma: [start_s as f32; 12],
+        p_covariance: [[0.0; 15]; 3],
         observable: [true; 12],
         rank: 12,
         rest_s: 1.5,
-        explained: None,
-        p_value: Some(0.004),
+        motion_s: 40.0,
+        directions_decided: 7,
+        innovation_nis: 1.125,
+        deg_per_turn: 0.5,
+        widths: [1.0, 0.25, 3.0],
     }
 }
 
@@ -58,7 +63,7 @@ fn result(reports: Vec<WindowReport>) -> Value {
 
 #[test]
 fn an_accepted_window_gives_the_final_p_its_uncertainty_and_a_later_refusal_only_moves_the_bias() {
-    let refusal = Decision::Refused(Refusal::NoClearWin { p_value: 0.25 });
+    let refusal = Decision::Refused(Refusal::Diverged { nis: 3.5 });
     let result = result(vec![
         report(25, Decision::Accepted, model(1.1, 0.01), model(1.1, 0.01)),
         report(50, refusal, model(1.3, 0.03), model(1.1, 0.02)),
@@ -66,7 +71,7 @@ fn an_accepted_window_gives_the_final_p_its_uncertainty_and_a_later_refusal_only
     let windows = &result["identification"]["windows"];
     assert_eq!((&windows[0]["accepted"], &windows[0]["reason"]), (&true.into(), &Value::Null));
     assert_eq!(windows[1]["accepted"], false);
-    assert!(windows[1]["reason"].as_str().unwrap().contains("0.250"));
+    assert!(windows[1]["reason"].as_str().unwrap().contains("3.5 times"));
     assert_eq!((&windows[0]["t_start_s"], &windows[0]["t_end_s"]), (&25.0.into(), &75.0.into()));
     assert_eq!((&windows[0]["optimizer"], &windows[0]["evaluations"]), (&"lm".into(), &123.into()));
     assert_eq!(windows[0]["cost_after"], Value::Null);
@@ -81,7 +86,12 @@ fn an_accepted_window_gives_the_final_p_its_uncertainty_and_a_later_refusal_only
 #[test]
 fn when_nothing_was_accepted_the_final_uncertainty_is_the_prior() {
     let flown = GyroModel { b_rad_s: [0.02, 0.0, 0.0], ..GyroModel::IDENTITY };
-    let result = result(vec![report(0, Decision::Refused(Refusal::Degenerate), model(1.3, 0.03), flown)]);
+    let result = result(vec![report(
+        0,
+        Decision::Refused(Refusal::NotEnoughMotion { motion_s: 3.0, needed_s: 10.0 }),
+        model(1.3, 0.03),
+        flown,
+    )]);
     let last = &result["identification"]["final"];
     assert_eq!((&last["P"][0], &last["P"][1]), (&1.0.into(), &0.0.into()));
     assert_eq!(single(&last["b_rad_s"][0]), 0.02);
@@ -91,26 +101,35 @@ fn when_nothing_was_accepted_the_final_uncertainty_is_the_prior() {
     assert_eq!(last["rank"], 0);
 }
 
-/// A refusal after it changes nothing; a window that is accepted after it stands again.
+/// A number that does not exist is null.
 #[test]
-fn after_a_roll_back_the_final_uncertainty_is_the_prior_again() {
-    let rolled_back = Decision::Refused(Refusal::RolledBack { p_value: 0.01 });
-    let refused = Decision::Refused(Refusal::Degenerate);
-    let at_rest = GyroModel { b_rad_s: [0.02, 0.0, 0.0], ..GyroModel::IDENTITY };
-    let mut reports = vec![
-        report(25, Decision::Accepted, model(1.1, 0.01), model(1.1, 0.01)),
-        report(50, rolled_back, model(1.3, 0.03), at_rest),
-        report(75, refused, model(1.3, 0.03), at_rest),
-    ];
-    let last = &result(reports.clone())["identification"]["final"];
-    assert_eq!((&last["P"][0], &last["rank"], &last["observable"][0]), (&1.0.into(), &0.into(), &false.into()));
-    let sigma = [0, 1, 9].map(|i: usize| single(&last["sigma"][i]));
-    assert_eq!(sigma, [0.06, 0.03, 0.021]);
-    assert!(summary(reports.clone()).contains("+- 1.2032   deg/s (+- prior); 0 of 12"), "{}", summary(reports.clone()));
+fn a_window_says_what_it_rests_on_and_an_overrun_nothing() {
+    let flown = model(1.1, 0.01);
+    let mut overrun = report(50, Decision::Refused(Refusal::Overrun), flown, flown);
+    overrun.t_effect_us = None;
+    let result = result(vec![report(25, Decision::Accepted, flown, flown), overrun]);
+    let [window, late] = [0, 1].map(|i: usize| &result["identification"]["windows"][i]);
+    assert_eq!((&window["motion_s"], &window["directions_decided"]), (&40.0.into(), &7.into()));
+    assert_eq!((&window["innovation_nis"], &window["deg_per_turn"]), (&1.125.into(), &0.5.into()));
+    let widths = serde_json::json!({ "magnetometer_matrix": 1.0, "hard_iron": 0.25, "accelerometer": 3.0 });
+    assert_eq!(window["widths"], widths);
+    for key in ["motion_s", "directions_decided", "innovation_nis", "widths"] {
+        assert_eq!(late[key], Value::Null, "{key}");
+    }
+}
 
+#[test]
+fn the_summary_says_which_uncertainties_are_only_the_priors_and_which_motion_flew() {
+    let refused = Decision::Refused(Refusal::NotEnoughMotion { motion_s: 3.0, needed_s: 10.0 });
+    let mut reports = vec![report(25, refused, model(1.3, 0.03), GyroModel::IDENTITY)];
+    let text = summary(reports.clone());
+    assert!(text.contains("+- 1.2032   deg/s (+- prior); 0 of 12"), "{text}");
+    assert!(text.contains("3.0 s of motion"), "{text}");
     reports.push(report(100, Decision::Accepted, model(1.2, 0.01), model(1.2, 0.01)));
-    assert_eq!(result(reports.clone())["identification"]["final"]["sigma"][0], 100.0);
-    assert!(!summary(reports).contains("prior"));
+    let text = summary(reports);
+    assert!(!text.contains("prior"), "{text}");
+    // The library's own default; a trace without a key and with the sensor's axes flies by hand.
+    assert!(text.contains("motion: drill_string (configuration)"), "{text}");
 }
 
 #[test]

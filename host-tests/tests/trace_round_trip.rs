@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use meerkat_mwd::{Sample, SampleFlags};
+use meerkat_mwd::{Sample, SampleFlags, config::Motion};
 use mwd::trace::{BodyFrame, EarthFrame, Keys, Trace};
 use proptest::{collection::vec, option, prelude::*};
 use tempfile::TempDir;
@@ -48,12 +48,14 @@ fn keys() -> impl Strategy<Value = Keys> {
     let texts = (option::of("[a-z]( ?[=#,\"a-z]){0,9}"), option::of("[A-Z0-9.]{1,9}"), any::<[bool; 3]>());
     let earth = (option::of(-180.0..180.0_f64), positive(), positive(), option::of(-90.0..90.0_f64));
     let sensors = ([positive(), positive(), positive()], option::of(0.0..0.1_f64));
-    (texts, earth, option::of(-90.0..90.0_f64), sensors).prop_map(
+    let motion = option::of(prop_oneof![Just(Motion::Hand), Just(Motion::DrillString)]);
+    (texts, earth, option::of(-90.0..90.0_f64), sensors, motion).prop_map(
         |(
             (source, licence, [enu, tool, reference_north]),
             (declination, gravity, field, dip),
             latitude,
             (scales, delay),
+            motion,
         )| {
             Keys {
                 earth_frame: if enu { EarthFrame::Enu } else { EarthFrame::Ned },
@@ -67,6 +69,7 @@ fn keys() -> impl Strategy<Value = Keys> {
                 accel_full_scale_m_s2: scales[1],
                 mag_full_scale_ut: scales[2],
                 gyro_delay_s: delay,
+                motion,
                 reference_north,
                 source,
                 licence,

@@ -25,14 +25,14 @@ const FIRST_SEED: u64 = 100;
 /// Where a search begins.
 struct Start {
     name: &'static str,
-    /// Posterior deviations from the least-squares point.
+    /// Posterior deviations from the posterior's mean.
     away: f64,
     /// Deviation of the first population in half widths of the box: 0.1 is one posterior deviation.
     deviation: f32,
 }
 
 const STARTS: [Start; 2] = [
-    Start { name: "from the least-squares point", away: 0.0, deviation: 0.1 },
+    Start { name: "from the posterior's mean", away: 0.0, deviation: 0.1 },
     Start { name: "from 10 posterior deviations off it", away: 10.0, deviation: 0.2 },
 ];
 

@@ -46,6 +46,9 @@ pub struct ReplayArgs {
     /// Look for no effect beyond the 12 parameters
     #[arg(long)]
     pub no_effects: bool,
+    /// After the summary: what each window's report rests on, and which sensor is to blame
+    #[arg(long)]
+    pub explain: bool,
     /// Through register-level models of an ISM330DHCX and an RM3100 and the adapters for them, as `emulate` does
     #[arg(long)]
     pub through_sensors: bool,
@@ -68,6 +71,7 @@ impl ReplayArgs {
             optimizer: None,
             seed: None,
             no_effects: false,
+            explain: false,
             through_sensors: false,
         }
     }

@@ -199,6 +199,7 @@ fn keys(config: &Config, boot: Option<&Boot>) -> Keys {
         gyro_full_scale_rad_s: wide(gyro_rad_s),
         accel_full_scale_m_s2: wide(accel_m_s2),
         mag_full_scale_ut: wide(mag_ut),
+        motion: Some(config.identification.motion),
         source: boot.map(|boot| {
             let [major, minor, patch] = boot.version;
             format!("recorded from a probe, firmware {major}.{minor}.{patch}")

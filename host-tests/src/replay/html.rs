@@ -8,6 +8,7 @@ use meerkat_mwd::{Config, SampleFlags, identification::Decision};
 use crate::{
     diagnose::{Diagnosed, effect_estimates, effects, magnets, reference_scores, verdict_name},
     flight::Flight,
+    motion,
     page::{document, escape, sentence},
     refusal_text::refusal_text,
     result_json::Parameters,
@@ -35,6 +36,7 @@ pub fn page(
         trace.duration_s()
     );
     out += &format!("<p class=\"trace\">{}</p>\n", escape(&about));
+    out += &format!("<p>{}</p>\n", escape(&motion::line(trace, config)));
     if let Some(freeze_us) = config.freeze_at_us {
         let from = seconds(freeze_us);
         out += &format!("<p>Parameters and effects are frozen from {from} s; scores are over what follows.</p>\n");

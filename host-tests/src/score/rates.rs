@@ -69,8 +69,8 @@ impl<T> Tracks<T> {
 impl Tracks {
     /// The four rate tracks of a flight at their times of validity, over the whole trace.
     ///
-    /// Models change in time as they did in flight: each window's from its `t_effect_us` on, `factory` before the first. A window
-    /// that was not fitted leaves the twelve-parameter model as it was. Samples without a gyro reading are left out.
+    /// Models change in time with the windows: each one's from its `t_effect_us` on, `factory` before the first; what flew may have changed
+    /// between two windows as well. A window without a model leaves the twelve-parameter model as it was. Samples without a gyro reading are left out.
     #[must_use]
     pub fn at_validity(trace: &Trace, flight: &Flight, factory: &GyroModel) -> Self {
         let start_us = start_us(trace);
@@ -82,8 +82,8 @@ impl Tracks {
         for sample in &trace.samples {
             while let Some((_, report)) = reports.next_if(|&(t_effect_us, _)| t_effect_us <= sample.t_us) {
                 bias_only = Compensation::new(&report.bias_only);
-                // Without a cost nothing was fitted, and `fitted` only repeats what was flown.
-                if report.cost_after.is_some() {
+                // A filter that has diverged may have none.
+                if report.fitted.is_valid() {
                     twelve = Compensation::new(&report.fitted);
                 }
             }

@@ -18,7 +18,7 @@ pub(crate) mod vibration;
 
 use std::path::PathBuf;
 
-use meerkat_mwd::{SampleFlags, compensation::GyroModel};
+use meerkat_mwd::{SampleFlags, compensation::GyroModel, config::Motion};
 use nalgebra::Vector3;
 
 use crate::{
@@ -221,6 +221,7 @@ fn keys(scenario: &Scenario, seed: u64, truth: &Truth) -> Keys {
         gyro_full_scale_rad_s: full_scales.gyro_rad_s,
         accel_full_scale_m_s2: full_scales.accel_m_s2,
         mag_full_scale_ut: full_scales.mag_ut,
+        motion: Some(Motion::DrillString),
         gyro_delay_s: (scenario.effects.gyro_lag_ms == 0.0).then_some(0.0),
         source: Some(format!("simulated drilling, seed {seed}; true gyro model: {}", describe(&truth.gyro))),
         ..Keys::default()

@@ -1,8 +1,9 @@
 //! The `# key = value` lines above the header row.
 
-use meerkat_mwd::config::FullScale;
+use meerkat_mwd::config::{FullScale, Motion};
 
 use super::error::{Fault, quoted};
+use crate::motion;
 
 /// Key-value header of a trace; `None` where the key is absent.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,6 +30,8 @@ pub struct Keys {
     pub mag_full_scale_ut: Option<f64>,
     /// How long before its sample's time a gyro reading was true, seconds.
     pub gyro_delay_s: Option<f64>,
+    /// What moves the probe.
+    pub motion: Option<Motion>,
     /// The reference's north is true north, not magnetic north.
     pub reference_north: bool,
     /// Where the recording comes from.
@@ -89,6 +92,7 @@ impl Keys {
                     _ => return Err(bad("tool or sensor")),
                 };
             }
+            "motion" => self.motion = Some(motion::named(value).ok_or_else(|| bad("hand or drill_string"))?),
             "reference_north" => {
                 self.reference_north = value.to_ascii_lowercase().parse().map_err(|_| bad("true or false"))?;
             }
@@ -129,6 +133,7 @@ impl Keys {
             ("licence", text(&self.licence)),
             ("earth_frame", Some(earth.to_owned())),
             ("body_frame", Some(body.to_owned())),
+            ("motion", self.motion.map(|motion| motion::name(motion).to_owned())),
             ("reference_north", self.reference_north.then(|| "true".to_owned())),
             ("magnetic_declination_deg", number(self.magnetic_declination_deg)),
             ("gravity_m_s2", number(self.gravity_m_s2)),

@@ -73,30 +73,30 @@ pub fn still(_: f64) -> Vector3<f64> {
     Vector3::zeros()
 }
 
-pub fn report(
-    t_effect_us: Option<u64>,
-    fitted: GyroModel,
-    bias_only: GyroModel,
-    cost_after: Option<f32>,
-) -> WindowReport {
+pub fn report(t_effect_us: Option<u64>, fitted: GyroModel, bias_only: GyroModel) -> WindowReport {
     WindowReport {
         t_start_us: 0,
         t_end_us: 0,
         t_effect_us,
-        decision: Decision::Refused(Refusal::Degenerate),
+        decision: Decision::Refused(Refusal::Diverged { nis: 2.0 }),
         optimizer: OptimizerKind::Imoa,
         evaluations: 0,
-        cost_before: cost_after,
-        cost_after,
+        cost_before: None,
+        cost_after: None,
+        cost_gained_by_search: None,
         fitted,
         bias_only,
         flown: GyroModel::IDENTITY,
         sigma: [0.0; 12],
+        p_covariance: [[0.0; 15]; 3],
         observable: [false; 12],
         rank: 0,
         rest_s: 0.0,
-        explained: None,
-        p_value: None,
+        motion_s: 0.0,
+        directions_decided: 0,
+        innovation_nis: 1.0,
+        deg_per_turn: 0.0,
+        widths: [1.0; 3],
     }
 }
 

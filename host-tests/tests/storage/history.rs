@@ -57,7 +57,7 @@ fn a_cut_in_a_roll_back_leaves_one_of_the_two_models() {
     assert!(seen.iter().all(|seen| *seen > 10));
 }
 
-fn report(t_end_us: u64, decision: Decision, fitted: GyroModel, looked: bool) -> WindowReport {
+fn report(t_end_us: u64, decision: Decision, fitted: GyroModel) -> WindowReport {
     WindowReport {
         t_start_us: 0,
         t_end_us,
@@ -66,16 +66,21 @@ fn report(t_end_us: u64, decision: Decision, fitted: GyroModel, looked: bool) ->
         optimizer: OptimizerKind::Imoa,
         evaluations: 0,
         cost_before: None,
-        cost_after: looked.then_some(1.0),
+        cost_after: None,
+        cost_gained_by_search: None,
         fitted,
         bias_only: fitted,
         flown: fitted,
         sigma: [0.001; 12],
+        p_covariance: [[0.0; 15]; 3],
         observable: [true; 12],
         rank: 12,
         rest_s: 0.0,
-        explained: Some(0.5),
-        p_value: Some(0.1),
+        motion_s: 0.0,
+        directions_decided: 0,
+        innovation_nis: 1.0,
+        deg_per_turn: 0.0,
+        widths: [1.0; 3],
     }
 }
 
@@ -89,10 +94,10 @@ fn the_latest_window_that_could_look_is_proposed_while_its_effects_fly() {
     assert_eq!((history.proposed(0, &none), history.previous()), (None, None));
 
     // The factory's model flies on, and a fit was refused; then a window that could not look.
-    let no_win = Decision::Refused(Refusal::NoClearWin { p_value: 0.4 });
-    history.window(&report(10, no_win, first.gyro, true), &factory, &none, Some([20.0, 30.0]));
-    let still = Decision::Refused(Refusal::NotEnoughExcitation { rank: 0 });
-    history.window(&report(20, still, factory, false), &factory, &none, Some([20.0, 30.0]));
+    let diverged = Decision::Refused(Refusal::Diverged { nis: 2.0 });
+    history.window(&report(10, diverged, first.gyro), &factory, &none, Some([20.0, 30.0]));
+    let still = Decision::Refused(Refusal::NotEnoughMotion { motion_s: 0.0, needed_s: 10.0 });
+    history.window(&report(20, still, factory), &factory, &none, Some([20.0, 30.0]));
     assert_eq!((history.proposed(20, &none), history.previous()), (None, None));
     let proposed = history.proposed(10, &none).unwrap();
     assert_eq!((proposed.gyro, proposed.reason, proposed.t_us), (first.gyro, StoreReason::Command, 10));
@@ -100,14 +105,14 @@ fn the_latest_window_that_could_look_is_proposed_while_its_effects_fly() {
     assert_eq!(history.proposed(10, &second.effects), None, "it was fitted beside other effects");
 
     // A model is accepted, and its bias follows the temperature: one step back is the factory's.
-    history.window(&report(30, Decision::Accepted, first.gyro, true), &first.gyro, &none, None);
+    history.window(&report(30, Decision::Accepted, first.gyro), &first.gyro, &none, None);
     let warmer = GyroModel { b_rad_s: [0.001; 3], ..first.gyro };
-    history.window(&report(40, still, warmer, false), &warmer, &none, None);
+    history.window(&report(40, still, warmer), &warmer, &none, None);
     assert_eq!(history.previous().map(|model| model.gyro), Some(factory));
     assert_eq!(history.proposed(30, &none).map(|model| model.gyro), Some(first.gyro));
     assert_eq!(history.latest().gyro, warmer);
     // An effect is found: what flew without it is one step back, and the fit beside other effects is no longer proposed.
-    history.window(&report(50, still, warmer, false), &warmer, &second.effects, None);
+    history.window(&report(50, still, warmer), &warmer, &second.effects, None);
     assert_eq!(history.previous().map(|model| (model.gyro, model.effects)), Some((warmer, none)));
     assert_eq!(history.proposed(30, &second.effects), None);
 }

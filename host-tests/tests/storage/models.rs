@@ -63,8 +63,6 @@ impl Dice {
             temperature_c: Some([middle - half, middle + half]),
             t_us,
             reason: StoreReason::Stable { windows: self.below(200) as u8 },
-            explained: (self.below(2) == 0).then(|| self.within(1.0)),
-            p_value: (self.below(2) == 0).then(|| self.within(1.0).abs()),
         }
     }
 }

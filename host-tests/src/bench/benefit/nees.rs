@@ -1,7 +1,7 @@
 //! Normalised estimation error squared (NEES) of P: whether its stated covariance holds (Bar-Shalom, Li,
 //! Kirubarajan 2001, Estimation with Applications to Tracking and Navigation, section 5.4).
 
-use meerkat_mwd::{compensation::GyroModel, identification::WindowReport};
+use meerkat_mwd::compensation::GyroModel;
 use nalgebra::{SMatrix, SVector};
 
 use crate::flight::Flight;
@@ -12,16 +12,13 @@ const ELEMENTS: usize = 9;
 /// A covariance of P: its lower triangle, row by row, over P's elements, themselves row by row.
 type Packed = [f32; ELEMENTS * (ELEMENTS + 1) / 2];
 
-/// NEES / 9 of the last window that was fitted; 1 on the mean where the covariance is right. `truth` is the error
+/// NEES / 9 of the last window that has a result; 1 on the mean where the covariance is right. `truth` is the error
 /// multiplied in: the recording's own P is taken as the identity, so its error counts as one of the estimate.
 pub(super) fn nees(flight: &Flight, truth: &GyroModel) -> Option<f64> {
-    let fitted = flight.reports.iter().rev().find(|report| report.cost_after.is_some())?;
-    normalised(&fitted.fitted.p, &p_covariance(fitted)?, &truth.p)
-}
-
-/// HOOK: the covariance of `fitted`'s P, as soon as a window's report states it. Until then NEES is missing.
-fn p_covariance(_: &WindowReport) -> Option<Packed> {
-    None
+    let fitted = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some())?;
+    let mut covariance = [0.0; ELEMENTS * (ELEMENTS + 1) / 2];
+    covariance.iter_mut().zip(fitted.p_covariance.as_flattened()).for_each(|(to, from)| *to = *from);
+    normalised(&fitted.fitted.p, &covariance, &truth.p)
 }
 
 /// Squared error of P in units of its covariance, over the number of elements; `None` where the covariance is not

@@ -1,19 +1,14 @@
-use anyhow::Context;
-use meerkat_mwd::{
-    Probe,
-    config::OptimizerKind,
-    identification::WindowCost,
-    optimizer::{Cost, Found, LevenbergMarquardt, Optimizer},
-};
-use nalgebra::{ArrayStorage, SMatrix, SVector};
-
 use crate::{
     configuration::of_trace,
     simulate::{Hole, Random, Scenario, simulate},
 };
-
-/// Half width of the search box in posterior deviations, as the identification has it.
-pub(super) const RADIUS: f32 = 10.0;
+use anyhow::Context;
+use meerkat_mwd::{
+    Probe,
+    config::OptimizerKind,
+    identification::{RADIUS, Searched, WindowCost},
+    optimizer::{Cost, Found, LevenbergMarquardt, Optimizer},
+};
 
 /// The cost of one simulated window, in whitened coordinates over [`RADIUS`], and where it is lowest.
 pub(super) struct Window {
@@ -46,8 +41,7 @@ impl Window {
         let mut window = Self { probe, optimum: [0.0; 12], lowest: 0.0 };
         let cost = window.cost().with_context(|| format!("seed {seed} has no window"))?;
         let (found, descent) = levenberg_marquardt(&cost, [0.0; 12]);
-        let optimum = whitened(&cost, &found).context("the whitening cannot be inverted")?;
-        (window.optimum, window.lowest) = (optimum, descent.lowest);
+        (window.optimum, window.lowest) = (found.map(|y| y / RADIUS), descent.lowest);
         Ok(window)
     }
 
@@ -69,36 +63,25 @@ impl Window {
     /// Levenberg-Marquardt from a point until it is done.
     pub fn descent(&self, y: &[f32; 12]) -> Option<Descent> {
         let cost = self.cost()?;
-        let (_, descent) = levenberg_marquardt(&cost, cost.change(&y.map(|y| RADIUS * y)));
+        let (_, descent) = levenberg_marquardt(&cost, y.map(|y| RADIUS * y));
         Some(descent)
     }
 }
 
 impl Cost<12> for Window {
     fn evaluate(&self, y: &[f32; 12]) -> f32 {
-        self.cost().map_or(f32::NAN, |cost| cost.whitened(RADIUS).evaluate(y))
+        self.cost().map_or(f32::NAN, |cost| Searched(&cost).evaluate(y))
     }
 }
 
 fn levenberg_marquardt(cost: &WindowCost<'_>, start: [f32; 12]) -> ([f32; 12], Descent) {
     let mut search = LevenbergMarquardt::<12, 78>::new(start, 1_000);
     search.run(cost, u32::MAX);
-    let (x, lowest) = search.best();
-    (*x, Descent { lowest, evaluations: search.evaluations() })
+    let (y, lowest) = search.best();
+    (*y, Descent { lowest, evaluations: search.evaluations() })
 }
 
-/// Inverse of [`WindowCost::change`], over [`RADIUS`].
-fn whitened(cost: &WindowCost<'_>, change: &[f32; 12]) -> Option<[f32; 12]> {
-    let columns = std::array::from_fn(|column| {
-        let unit = std::array::from_fn(|row| f32::from(u8::from(row == column)));
-        cost.change(&unit).map(f64::from)
-    });
-    let matrix = SMatrix::<f64, 12, 12>::from_data(ArrayStorage(columns));
-    let y = matrix.lu().solve(&SVector::from(change.map(f64::from)))?;
-    Some(y.data.0[0].map(|y| y as f32 / RADIUS))
-}
-
-/// The point so many posterior deviations from the least-squares point, in a random direction.
+/// The point so many posterior deviations from the posterior's mean, in a random direction.
 pub(super) fn away(deviations: f64, seed: u64) -> [f32; 12] {
     let mut random = Random::new(seed);
     let direction: [f64; 12] = std::array::from_fn(|_| random.normal());

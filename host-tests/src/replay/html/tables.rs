@@ -34,10 +34,12 @@ pub(super) fn windows(config: &Config, flight: &Flight) -> String {
         let cells = vec![
             format!("{:.1} to {:.1}", report.t_start_us as f64 * 1e-6, report.t_end_us as f64 * 1e-6),
             decision_text(&report.decision) + &note,
-            report.rank.to_string(),
             format!("{:.1}", report.rest_s),
-            number(report.explained.map(|share| 100.0 * share), 0),
-            number(report.p_value, 4),
+            format!("{:.1}", report.motion_s),
+            report.directions_decided.to_string(),
+            format!("{:.2}", report.innovation_nis),
+            format!("{:.2}", report.deg_per_turn),
+            report.widths.map(|width| format!("{width:.1}")).join(", "),
             format!("{} to {}", number(report.cost_before, 1), number(report.cost_after, 1)),
             report.evaluations.to_string(),
         ];
@@ -46,10 +48,12 @@ pub(super) fn windows(config: &Config, flight: &Flight) -> String {
     let head = [
         "window, s",
         "decision",
-        "directions of 12",
         "rest, s",
-        "explained of the unseen, %",
-        "chance",
+        "motion since the start, s",
+        "directions of P decided, of 9",
+        "innovations, squared over expected",
+        "change, deg per turn",
+        "widths of magnetometer matrix, hard iron, accelerometer over the data sheet's",
         "cost",
         "evaluations",
     ];
