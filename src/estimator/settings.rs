@@ -39,6 +39,9 @@ pub struct Noise {
     pub acceleration_freedom: f32,
     /// Freedom of Student's t of field and rotation.
     pub freedom: f32,
+    /// Whether a field is disturbed where its norm differs from the mean of the norms as they were calibrated at their time, which widens the
+    /// noise as long as the calibration moves, too; else from the norm of all readings as it is calibrated now.
+    pub norms_of_their_time: bool,
     /// Whether gravity as it is predicted, not as it is read, multiplies the accelerometer's errors: where vibration is larger than gravity.
     pub predicted_gravity: bool,
 }
@@ -59,6 +62,7 @@ impl Noise {
         acceleration_m_s_rts: 0.0,
         acceleration_freedom: 0.0,
         freedom: 5.0,
+        norms_of_their_time: true,
         predicted_gravity: false,
     };
 
@@ -77,6 +81,7 @@ impl Noise {
         acceleration_m_s_rts: 0.12,
         acceleration_freedom: 3.0,
         freedom: 5.0,
+        norms_of_their_time: false,
         predicted_gravity: true,
     };
 
@@ -95,6 +100,7 @@ impl Noise {
         acceleration_m_s_rts: 0.0,
         acceleration_freedom: 0.0,
         freedom: 0.0,
+        norms_of_their_time: false,
         predicted_gravity: false,
     };
 }

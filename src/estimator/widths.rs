@@ -14,8 +14,9 @@ pub struct Widths {
     pub parts: [[f32; 3]; GROUPS],
     /// How many of them.
     pub count: [usize; GROUPS],
-    /// Inflations of the covariance, and how many of them.
+    /// Inflations of the covariance.
     pub inflations: [f32; 3],
+    /// How many of them.
     pub inflation_count: usize,
     /// The data sheet's.
     pub sheet: [f32; GROUPS],
