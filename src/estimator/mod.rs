@@ -4,6 +4,7 @@
 //! Samples become increments (`increment`), these are pre-integrated from node to node (`preintegration`), a node's rows (`rows`) are taken into
 //! the root (`globals`), and from the root comes the posterior (`averaging`, `posterior`) whenever it is asked for.
 
+mod alignment;
 mod averaging;
 pub mod columns;
 mod eigen;
@@ -32,6 +33,7 @@ pub use widths::Widths;
 pub use window_cost::WindowCost;
 
 use crate::sample::Reading;
+use alignment::Alignment;
 use averaging::Averaging;
 use columns::GLOBALS;
 use globals::Globals;
@@ -79,10 +81,10 @@ pub struct Estimator<T = f32> {
     held_before: Option<V3<T>>,
     /// Field's unit, the norm at the start; 0: no field yet.
     field_unit: T,
-    /// Whether the node's states stand for something.
+    /// Whether the node's states stand for something, and whether they ever did.
     is_aligned: bool,
-    /// Seconds of motion until the globals are opened after a start in motion.
-    locked_s: T,
+    has_begun: bool,
+    alignment: Alignment<T>,
     /// Prior's mean of the bias, raw.
     bias: V3<T>,
     parameters: Parameters<T>,
@@ -128,7 +130,8 @@ impl<T: Real> Estimator<T> {
             held_before: None,
             field_unit: T::ZERO,
             is_aligned: false,
-            locked_s: T::ZERO,
+            has_begun: false,
+            alignment: Alignment::zero(),
             bias: zero3(),
             parameters: Parameters::zero(),
             pre: Preintegration::zero(),
@@ -183,8 +186,8 @@ impl<T: Real> Estimator<T> {
         self.held.clear();
         self.held_before = None;
         self.field_unit = T::ZERO;
-        self.is_aligned = false;
-        self.locked_s = T::ZERO;
+        (self.is_aligned, self.has_begun) = (false, false);
+        self.alignment.start();
         self.globals.start();
         self.rests.interrupt();
         self.pre.start();

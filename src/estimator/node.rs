@@ -91,13 +91,12 @@ impl<T: Real> Node<T> {
 
     /// After an unknown turn: gravity and field align the attitude anew. What is known of earth field and globals stays. Without a field
     /// in either the heading is a new gauge.
-    pub fn realign(&mut self, force: &V3<T>, field: Option<&V3<T>>, gap_s: T, noise: &Noise) {
+    pub fn realign(&mut self, force: &V3<T>, field: &V3<T>, gap_s: T, noise: &Noise) {
         let up = force / norm(force);
-        let pair = field.filter(|_| self.has_field).and_then(|read| {
-            let (body, earth) = (read.cross(&up), self.field.cross(&V3::z()));
-            let is_steep = square(&body) < T::of(0.01) * square(read);
-            (!is_steep).then(|| (body / norm(&body), earth / norm(&earth)))
-        });
+        let (body, earth) = (field.cross(&up), self.field.cross(&V3::z()));
+        // Within 6 deg of gravity a field has no heading.
+        let is_seen = self.has_field && square(&body) > T::of(0.01) * square(field);
+        let pair = is_seen.then(|| (body / norm(&body), earth / norm(&earth)));
         let Some((body, earth)) = pair else {
             let (norms, norm_count) = (self.norms, self.norm_count);
             self.start(force, noise);
@@ -148,7 +147,7 @@ impl<T: Real> Update<T> {
         }
     }
 
-    /// Writes the rows of a node. `is_locked`: the globals stay as they are.
+    /// Writes the rows of a node.
     #[allow(clippy::too_many_lines)]
     pub fn assemble(
         &mut self,
@@ -156,7 +155,7 @@ impl<T: Real> Update<T> {
         pre: &Preintegration<T>,
         parameters: &Parameters<T>,
         (settings, sigma): (&Settings, &[T; GLOBALS]),
-        (kind, is_locked): (Kind, bool),
+        kind: Kind,
     ) {
         let noise = &settings.noise;
         let of = |x: f32| T::of(x);
@@ -246,11 +245,6 @@ impl<T: Real> Update<T> {
             let (_, rate) = pre.rate_statistics();
             let block = Block { rows: still, weight: of(1.0 / REST_RATE_RAD_S), sigma };
             rows::rest(block, &(rate - parameters.bias));
-        }
-        if is_locked {
-            for row in &mut self.rows {
-                row[GLOBAL..CONSTANT].fill(T::ZERO);
-            }
         }
     }
 

@@ -12,8 +12,6 @@ use core::f32::consts::PI;
 
 /// Length of a node, seconds.
 const NODE_S: f32 = 0.5;
-/// Globals stay locked for so long after a start in motion, seconds of motion: the attitude has to settle first.
-const LOCKED_S: f32 = 10.0;
 /// Degrees of freedom of a node: its rows less its states.
 const FREEDOM: f32 = 9.0;
 /// Nodes over which the innovations are averaged: a minute.
@@ -125,24 +123,7 @@ impl<T: Real> Estimator<T> {
             (Some(before), Some(now), None) => (now - before) / increment.seconds,
             _ => zero3(),
         };
-        if !self.is_aligned {
-            let Some(force) = &increment.force else { return };
-            if norm(force) < T::of(1.0) {
-                return;
-            }
-            self.node.start(force, &self.settings.noise);
-            self.is_aligned = true;
-            self.locked_s = T::of(LOCKED_S);
-        }
-        if self.gap_s > T::ZERO {
-            let Some(force) = &increment.force else {
-                self.gap_s += increment.seconds;
-                return;
-            };
-            self.node.realign(force, increment.field.as_ref(), self.gap_s, &self.settings.noise);
-            self.gap_s = T::ZERO;
-        }
-        let gravity = self.settings.noise.predicted_gravity.then(|| {
+        let gravity = (self.is_aligned && self.settings.noise.predicted_gravity).then(|| {
             let up = V3::new(T::ZERO, T::ZERO, T::of(self.settings.gravity_m_s2));
             self.node.attitude.transpose() * up
         });
@@ -156,31 +137,51 @@ impl<T: Real> Estimator<T> {
 
     fn end_node(&mut self) {
         self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };
-        if self.kind == Kind::Rest && self.locked_s > T::ZERO {
+        if self.kind == Kind::Rest && !self.has_begun {
             self.start_at_rest();
+            return;
+        }
+        if !self.is_aligned {
+            self.align();
             return;
         }
         if self.kind == Kind::Moving {
             self.motion_s += self.pre.seconds;
-            self.locked_s -= self.pre.seconds;
         }
         self.unwalked_s += self.pre.seconds;
-        let is_locked = self.locked_s > T::ZERO;
         let settings = (&self.settings, &self.sigma);
-        self.update.assemble(&mut self.node, &self.pre, &self.parameters, settings, (self.kind, is_locked));
+        self.update.assemble(&mut self.node, &self.pre, &self.parameters, settings, self.kind);
         self.task = Task::Eliminating;
     }
 
-    /// The first rest: its mean rate is the bias to begin with, and the attitude begins anew with its mean force.
+    /// A rest before anything else: its mean rate is the bias to begin with, its mean force the attitude.
     fn start_at_rest(&mut self) {
         self.bias = self.rests.rate;
         self.globals.start();
-        self.locked_s = T::ZERO;
+        self.linearise();
         if self.pre.forces > 0 {
             self.node.start(&self.pre.forces_read, &self.settings.noise);
+            (self.is_aligned, self.has_begun) = (true, true);
         }
+        self.gap_s = T::ZERO;
         self.pre.start();
-        self.linearise();
+    }
+
+    /// A node of a start in motion, or after a gap.
+    fn align(&mut self) {
+        let is_enough = self.alignment.add(&self.pre, self.has_begun);
+        self.pre.start();
+        if !is_enough {
+            return;
+        }
+        let [force, field] = self.alignment.vectors();
+        if self.has_begun {
+            self.node.realign(&force, &field, self.gap_s, &self.settings.noise);
+        } else {
+            self.node.start(&force, &self.settings.noise);
+        }
+        (self.is_aligned, self.has_begun) = (true, true);
+        self.gap_s = T::ZERO;
     }
 
     fn start_absorbing(&mut self) {
@@ -194,7 +195,7 @@ impl<T: Real> Estimator<T> {
     }
 
     fn absorb(&mut self, column: usize) {
-        if column == NUISANCES && self.kind == Kind::Moving && self.locked_s <= T::ZERO {
+        if column == NUISANCES && self.kind == Kind::Moving {
             self.left_over.push(&self.globals.left, &self.globals.x);
         }
         self.globals.absorb(column);
@@ -202,7 +203,7 @@ impl<T: Real> Estimator<T> {
             self.task = Task::Absorbing(column + 1);
             return;
         }
-        if self.kind == Kind::Moving && self.locked_s <= T::ZERO {
+        if self.kind == Kind::Moving {
             let square = self.globals.innovation() / T::of(FREEDOM);
             self.innovations = if self.innovations < INNOVATIONS { self.innovations + 1 } else { INNOVATIONS };
             self.innovation += (square - self.innovation) / T::of(f32::from(self.innovations));
@@ -237,6 +238,8 @@ impl<T: Real> Estimator<T> {
         self.pre.start();
         self.rests.interrupt();
         self.held_before = None;
+        self.is_aligned = false;
+        self.alignment.start();
         self.gap_s += seconds;
     }
 }
