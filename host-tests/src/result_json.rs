@@ -247,7 +247,8 @@ impl Window {
             rest_s: report.rest_s,
             motion_s: has_result.then_some(report.motion_s),
             directions_decided: has_result.then_some(report.directions_decided),
-            innovation_nis: has_result.then_some(report.innovation_nis),
+            // Without motion there are no innovations that count.
+            innovation_nis: (has_result && report.motion_s > 0.0).then_some(report.innovation_nis),
             deg_per_turn: report.deg_per_turn,
             widths: has_result.then(|| Widths::new(report)),
             window_note: window_note(report, config),

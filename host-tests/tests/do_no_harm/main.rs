@@ -14,10 +14,10 @@ use mwd::{
     flight::fly,
     known_error,
     main_job::recording,
+    score::systematic_rate_error_rad_s,
     simulate::{Effects, Gyro, MagneticBursts, Scenario, simulate},
     trace::Trace,
 };
-use nalgebra::Matrix3;
 use played::{play, play_against_reference};
 
 const OPTIMIZERS: [OptimizerKind; 3] = [OptimizerKind::Imoa, OptimizerKind::Lm, OptimizerKind::Ls];
@@ -38,13 +38,14 @@ fn a_factory_calibrated_gyro_is_not_made_worse() {
     }
 }
 
-/// At 10 % and at 2 %: an error so small is worth as much of itself.
+/// At 10 % and at 2 %: the mean share of what there is to be had, which is down to the bias alone before the error was multiplied in.
 #[test]
 fn a_known_error_is_found_and_taken_out() {
     let trace = Trace::read(&recording()).unwrap();
     for optimizer in OPTIMIZERS {
-        for (scale, median) in [(1.0, 0.2), (0.2, 0.6)] {
-            let mut ratios = Vec::new();
+        let attainable = play(&trace, 0.5, optimizer).unwrap().scores.bias_only.unwrap();
+        for (scale, least) in [(1.0, 0.8), (0.2, 0.5)] {
+            let mut shares = Vec::new();
             for seed in 0..10 {
                 let truth = known_error::scaled(&known_error::draw(seed), scale);
                 let mut wrong = trace.clone();
@@ -52,15 +53,16 @@ fn a_known_error_is_found_and_taken_out() {
                 let played = play(&wrong, 0.5, optimizer).unwrap();
                 assert!(!played.harmful(), "{optimizer:?} {scale} {seed}: {:?}", played.scores);
                 assert!(played.accepted(), "{optimizer:?} {scale} {seed}: {:?}", played.reports);
-                ratios.push(played.ratio());
+                let [flown, bias_only] = [played.scores.with_effects, played.scores.bias_only].map(Option::unwrap);
+                shares.push((bias_only - flown) / (bias_only - attainable));
                 let flown = played.reports.last().unwrap().flown;
                 for (found, known) in flown.p.iter().flatten().zip(truth.p.iter().flatten()) {
                     assert!((found - known).abs() < LARGEST_P_ERROR, "{optimizer:?} {seed}: {found} for {known}");
                 }
             }
-            ratios.sort_by(f64::total_cmp);
-            println!("{optimizer:?} {scale}: {ratios:.3?}");
-            assert!(ratios[ratios.len() / 2] < median, "{optimizer:?} {scale}: {ratios:?}");
+            let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+            println!("{optimizer:?} {scale}: {mean:.3} of {shares:.3?}");
+            assert!(mean > least, "{optimizer:?} {scale}: {mean} of {shares:?}");
         }
     }
 }
@@ -92,10 +94,10 @@ fn a_p_off_by_percents_flies_though_the_field_bursts() {
         let effects = Effects { magnetic_bursts, ..Effects::default() };
         let (trace, truth) = simulate(&Scenario { duration_s: 60.0, effects, ..Scenario::default() }, seed);
         let report = *fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap().reports.last().unwrap();
-        let [flown, factory] =
-            [report.flown.p_matrix(), Matrix3::identity()].map(|p| (p - truth.gyro.p_matrix()).norm());
-        println!("{seed}: {:.3} of the factory's error, {:?}", flown / factory, report.decision);
-        assert!(report.decision == Decision::Accepted && flown < 0.5 * factory, "{seed}: {flown} of {factory}");
+        let error = |model| systematic_rate_error_rad_s(&truth.gyro, model, trace.true_rate.as_ref().unwrap()).unwrap();
+        let [flown, bias_only] = [&report.flown, &report.bias_only].map(error);
+        println!("{seed}: {:.3} of the rate error with the bias alone, {:?}", flown / bias_only, report.decision);
+        assert!(report.decision == Decision::Accepted && flown < 0.2 * bias_only, "{seed}: {flown} of {bias_only}");
     }
 }
 
@@ -115,13 +117,13 @@ fn against_a_reference_a_factorys_small_error_is_taken_out_by_half_at_least() {
     assert_eq!(runs, 2 * KINDS.len());
 }
 
-/// And a P that is right stays: the noise of a bad gyro makes none in 20 windows, each with one chance in a hundred at most.
+/// And a P that is right stays so: the noise of a bad gyro makes none that harms.
 #[test]
-fn against_a_reference_noise_makes_no_p() {
+fn against_a_reference_noise_makes_no_p_that_harms() {
     for seed in 100..120 {
         let gyro = Gyro { diagonal_sigma: 0.0, off_diagonal_sigma: 0.0, noise_deg_s_rthz: 0.2, ..Gyro::default() };
         let (trace, _) = simulate(&Scenario { duration_s: 120.0, gyro, ..Scenario::default() }, seed);
         let played = play_against_reference(&trace, 0.5).unwrap();
-        assert!(!played.accepted() && !played.harmful(), "{seed}: {:?}", played.reports);
+        assert!(!played.harmful(), "{seed}: {:?}", played.reports);
     }
 }
