@@ -106,6 +106,14 @@ impl Run {
             .map(|model| systematic_rate_error_rad_s(&self.truth.gyro, &model, rates).unwrap().to_degrees())
     }
 
+    /// Whether the report's P flies and leaves at most a tenth of the rate error with bias only. How accurate a window is, is measured
+    /// where there is no trouble.
+    pub fn identified(&self, report: &WindowReport) -> bool {
+        let [bias_only, _, flown] = self.rate_errors_deg_s(report);
+        println!("{bias_only:.3} -> {flown:.3} deg/s, {:?}", report.decision);
+        accepted(report) && flown < 0.1 * bias_only
+    }
+
     /// Nothing that flies may be worse than bias only.
     pub fn never_worse_than_bias_only(&self, flight: &Flight) {
         for report in flight.reports.iter().filter(|r| r.t_effect_us.is_some()) {
