@@ -11,7 +11,7 @@ use super::{
     globals::Globals,
     real::Real,
     rows::WIDTH,
-    widths::{ACCEL, GROUPS, LEFT_AFTER, VARIABLES, Widths, column},
+    widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, VARIABLES, Widths, column},
 };
 
 /// Inflations of the covariance: by hand the formal one is 2 to 6 times too small where motion is slow.
@@ -168,16 +168,16 @@ impl<T: Real> Averaging<T> {
         let part = |group: usize, index: usize| T::of(self.grid.parts[group][index]);
         if iron == 0 && accel == 0 {
             let mut all = self.base;
-            self.evidence[0] = narrowed(&mut all, 8, part(0, mag));
+            self.evidence[0] = narrowed(&mut all, 0, part(0, mag), self.grid.with_lags);
             self.levels.0.marginal_of(&all);
         }
         if accel == 0 {
             let mut rest = self.levels.0;
-            self.evidence[1] = narrowed(&mut rest, 3, part(1, iron));
+            self.evidence[1] = narrowed(&mut rest, 1, part(1, iron), self.grid.with_lags);
             self.levels.1.marginal_of(&rest);
         }
         let mut rest = self.levels.1;
-        self.evidence[2] = narrowed(&mut rest, ACCEL, part(2, accel));
+        self.evidence[2] = narrowed(&mut rest, 2, part(2, accel), self.grid.with_lags);
         self.levels.2.marginal_of(&rest);
         let widths = [(0, mag), (1, iron), (2, accel)]
             .map(|(group, index)| T::of(self.grid.parts[group][index] / self.grid.sheet[group]).logarithm());
@@ -206,10 +206,18 @@ impl<T: Real> Averaging<T> {
     }
 }
 
-/// Narrows the priors of the last `count` variables and takes these out of the mean and covariance that stay; the logarithm of the evidence.
-fn narrowed<T: Real, const N: usize, const M: usize>(all: &mut Gaussian<T, N, M>, count: usize, width: T) -> T {
+/// Narrows the priors of a group, the last of the variables, and takes these out of the mean and covariance that stay; the logarithm of the
+/// evidence.
+fn narrowed<T: Real, const N: usize, const M: usize>(
+    all: &mut Gaussian<T, N, M>,
+    group: usize,
+    width: T,
+    with_lags: bool,
+) -> T {
     let mut evidence = T::ZERO;
-    for n in (N - count + 1..=N).rev() {
+    for n in (N - COUNTS[group] + 1..=N).rev() {
+        let stays = n == N && HAS_LAG[group] && !with_lags;
+        let width = if stays { T::ONE } else { width };
         evidence += narrow_last(&mut all.mean[..n], &mut all.covariance[..triangle(n)], width);
     }
     evidence

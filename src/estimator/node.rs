@@ -206,7 +206,7 @@ impl<T: Real> Update<T> {
             node.count_norm(length);
             let deviation = length / node.mean_norm() - T::ONE;
             let own = of(noise.field_share * if kind == Kind::Rest { noise.field_at_rest } else { 1.0 });
-            let variance = own * own + deviation * deviation;
+            let variance = own * own + deviation * deviation + pre.field_variance * share * share;
             let innovation = mean - node.field;
             let freedom = of(noise.freedom);
             let weight = weight(variance * (freedom + square(&innovation) / variance) / (freedom + of(3.0)));

@@ -62,6 +62,8 @@ pub(super) struct Preintegration<T> {
     pub field_by_lag: V3<T>,
     pub field_by_gyro: ByGyro<T>,
     pub fields: u16,
+    /// Sum of the variances of the increments' mean fields.
+    pub field_variance: T,
     pub velocity: Path<T>,
     pub position: Path<T>,
     pub forces: u16,
@@ -93,6 +95,7 @@ impl<T: Real> Preintegration<T> {
             field_by_lag: zero3(),
             field_by_gyro: [zero3(); GYRO],
             fields: 0,
+            field_variance: T::ZERO,
             velocity: Path::zero(),
             position: Path::zero(),
             forces: 0,
@@ -135,6 +138,7 @@ impl<T: Real> Preintegration<T> {
             }
         }
         if let Some(field) = &increment.field {
+            self.field_variance += increment.field_variance;
             self.add_field(field, &rate, &middle, &at_middle, with);
         }
         if let Some(force) = &increment.force {

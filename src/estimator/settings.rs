@@ -58,9 +58,9 @@ impl Noise {
 
     /// A probe in a drill string.
     pub const DRILL_STRING: Self = Self {
-        rotation_rad_rts: 5.236e-4,
+        rotation_rad_rts: 1.75e-4,
         rotation_share: 5e-5,
-        field_share: 0.002,
+        field_share: 0.000_4,
         field_at_rest: 0.3,
         field_walk_rts: 0.000_4,
         position_m: 0.01,
@@ -137,16 +137,19 @@ impl Settings {
                 *slot = *width;
             }
         };
-        // The widths that the filter runs with: three to four times those of data sheets, to be narrowed when the posterior is asked for.
-        put(MAG_MATRIX.from, &[0.1; 8]);
-        put(HARD_IRON.from, &[0.3; 3]);
         put(MAG_LAG.from, &[0.015]);
         put(ACCEL_LAG.from, &[0.005]);
-        put(ACCEL_MATRIX.from, &[0.02; 9]);
         if drilling {
-            // The antisymmetric part defines the body frame.
-            put(ACCEL_MATRIX.from + 6, &[0.0; 3]);
+            put(MAG_MATRIX.from, &[0.03; 8]);
+            put(HARD_IRON.from, &[0.1; 3]);
+            // Without the antisymmetric part, which defines the body frame.
+            put(ACCEL_MATRIX.from, &[0.005; 6]);
             put(ACCEL_BIAS.from, &[0.2; 3]);
+        } else {
+            // Three to four times those of data sheets, to be narrowed when the posterior is asked for.
+            put(MAG_MATRIX.from, &[0.1; 8]);
+            put(HARD_IRON.from, &[0.3; 3]);
+            put(ACCEL_MATRIX.from, &[0.02; 9]);
         }
         put(BIAS.from, &[id.prior_sigma_bias_rad_s; 3]);
         let (on, off) = (id.prior_sigma_diagonal, id.prior_sigma_off_diagonal);
@@ -158,7 +161,7 @@ impl Settings {
             factory: config.gyro,
             noise: if drilling { Noise::DRILL_STRING } else { Noise::HAND },
             sigma,
-            widths: Widths::HAND,
+            widths: if drilling { Widths::DRILL_STRING } else { Widths::HAND },
             rest_deviation_rad_s: id.rest_gyro_deviation_rad_s,
             most_bias_rad_s: id.max_bias_rad_s,
         }

@@ -1,6 +1,8 @@
 //! The widths of the nuisances' priors over which the posterior is averaged.
 
-use super::columns::{ACCEL_BIAS, ACCEL_MATRIX, HARD_IRON, MAG_MATRIX};
+#![allow(clippy::indexing_slicing)] // Constant tables.
+
+use super::columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, Group, HARD_IRON, MAG_LAG, MAG_MATRIX, P};
 
 /// Groups whose width is averaged over: magnetometer matrix, hard iron, accelerometer.
 pub(super) const GROUPS: usize = 3;
@@ -14,42 +16,54 @@ pub struct Widths {
     pub count: [usize; GROUPS],
     /// The data sheet's.
     pub sheet: [f32; GROUPS],
+    /// Whether the lags of magnetometer and accelerometer are as good as the rest of them, and narrowed with it.
+    pub with_lags: bool,
 }
 
 impl Widths {
-    pub(super) const UNSET: Self = Self { parts: [[0.0; 4]; GROUPS], count: [0; GROUPS], sheet: [0.0; GROUPS] };
+    pub(super) const UNSET: Self =
+        Self { parts: [[0.0; 4]; GROUPS], count: [0; GROUPS], sheet: [0.0; GROUPS], with_lags: false };
 
     /// By hand: a third, once and thrice the data sheets' 3 %, 10 % of the norm and 0.5 % (that: 0.3, 1, 4), of 10 %, 30 % and 2 %.
     pub const HAND: Self = Self {
         parts: [[0.09, 0.3, 0.9, 1.0], [0.1, 1.0 / 3.0, 1.0, 1.0], [0.075, 0.25, 1.0, 1.0]],
         count: [3, 3, 3],
         sheet: [0.3, 1.0 / 3.0, 0.25],
+        with_lags: false,
     };
+
+    /// In a drill string: from the data sheets' to what a calibration leaves, a thirtieth. In steady rotation the data sheets' widths equal the
+    /// third column of P, and a sensor that is better has to show it.
+    pub const DRILL_STRING: Self =
+        Self { parts: [[0.03, 0.1, 0.3, 1.0]; GROUPS], count: [4; GROUPS], sheet: [1.0; GROUPS], with_lags: true };
 }
 
-/// The order of the variables whose covariance is looked at: bias and P first, then group by group, to be taken out from the end.
-pub(super) const VARIABLES: usize = 9 + 3 + ACCEL + HARD_IRON.count + MAG_MATRIX.count;
-/// Matrix and bias of the accelerometer.
-pub(super) const ACCEL: usize = ACCEL_MATRIX.count + ACCEL_BIAS.count;
+/// The order of the variables whose covariance is looked at: P and bias first, then group by group, each group's lag behind it, to be taken out
+/// from the end.
+pub(super) const VARIABLES: usize = 12 + COUNTS[2] + COUNTS[1] + COUNTS[0];
+/// Variables of a group.
+pub(super) const COUNTS: [usize; GROUPS] =
+    [MAG_MATRIX.count + MAG_LAG.count, HARD_IRON.count, ACCEL_MATRIX.count + ACCEL_BIAS.count + ACCEL_LAG.count];
 /// Variables that are left after each group.
-pub(super) const LEFT_AFTER: [usize; GROUPS] = [12 + ACCEL + HARD_IRON.count, 12 + ACCEL, 12];
+pub(super) const LEFT_AFTER: [usize; GROUPS] = [12 + COUNTS[2] + COUNTS[1], 12 + COUNTS[2], 12];
+/// Groups with a lag, which is their last variable.
+pub(super) const HAS_LAG: [bool; GROUPS] = [true, false, true];
+
+/// The groups of columns in that order.
+const ORDER: [Group; 8] = [P, BIAS, ACCEL_MATRIX, ACCEL_BIAS, ACCEL_LAG, HARD_IRON, MAG_MATRIX, MAG_LAG];
 
 /// The column of a variable.
 pub(super) const fn column(variable: usize) -> usize {
-    match variable {
-        0..9 => super::columns::P.from + variable,
-        9..12 => super::columns::BIAS.from + variable - 9,
-        _ => {
-            let after = variable - 12;
-            if after < ACCEL {
-                ACCEL_MATRIX.from + after
-            } else if after < ACCEL + HARD_IRON.count {
-                HARD_IRON.from + after - ACCEL
-            } else {
-                MAG_MATRIX.from + after - ACCEL - HARD_IRON.count
-            }
+    let (mut index, mut before) = (0, 0);
+    while index < ORDER.len() {
+        let count = ORDER[index].count;
+        if variable < before + count {
+            return ORDER[index].from + variable - before;
         }
+        before += count;
+        index += 1;
     }
+    0
 }
 
 #[cfg(test)]
@@ -65,6 +79,6 @@ mod tests {
         columns.sort_unstable();
         columns.dedup();
         assert_eq!(columns.len(), VARIABLES);
-        assert_eq!([column(0), column(11), column(VARIABLES - 1)], [28, 27, 7]);
+        assert_eq!([column(0), column(11), column(VARIABLES - 1)], [28, 27, 11]);
     }
 }

@@ -114,6 +114,7 @@ impl<T: Real> Estimator<T> {
             }
             if self.field_unit > T::ZERO {
                 *field /= self.field_unit;
+                increment.field_variance /= self.field_unit * self.field_unit;
             }
         }
         let before = core::mem::replace(&mut self.held_before, increment.force);
