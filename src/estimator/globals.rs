@@ -4,7 +4,7 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
-    columns::{GLOBALS, NODE},
+    columns::{GLOBALS, NODE, NUISANCES},
     real::Real,
     square_root::reflect,
 };
@@ -64,6 +64,22 @@ impl<T: Real> Globals<T> {
             *x += *by;
         }
         by
+    }
+
+    /// Variance of a quantity that depends on bias and P alone, by these derivatives, in units of the prior's widths.
+    pub fn variance(&self, by: &[T; GLOBALS - NUISANCES]) -> T {
+        // Of R^-T d the squared length.
+        let mut solved = *by;
+        let mut sum = T::ZERO;
+        for i in 0..solved.len() {
+            let row = &self.root[NUISANCES + i];
+            let x = solved[i] / row[NUISANCES + i];
+            sum += x * x;
+            for j in i + 1..solved.len() {
+                solved[j] -= row[NUISANCES + j] * x;
+            }
+        }
+        sum
     }
 
     /// Adds process noise of this variance (in squared units of the prior's width) to one global: C + q e e^T is, of the information's

@@ -20,8 +20,6 @@ pub struct Increment<T> {
     pub force: Option<V3<T>>,
     /// Mean field, turned to the middle, in the caller's units.
     pub field: Option<V3<T>>,
-    /// Variance of that mean, of each axis, by how much the turned readings scatter.
-    pub field_variance: T,
     /// Variance of specific force from sample to sample, per axis, (m/s^2)^2.
     pub vibration: T,
     /// Mean of the raw rates, rad/s.
@@ -63,9 +61,6 @@ pub struct Builder<T> {
     forces: u16,
     field: V3<T>,
     fields: u16,
-    /// The first turned field, and the sum of the others' squared distances from it.
-    first_field: V3<T>,
-    field_squares: T,
     steps: T,
     pairs: u16,
     rates: V3<T>,
@@ -93,8 +88,6 @@ impl<T: Real> Builder<T> {
             forces: 0,
             field: zero3(),
             fields: 0,
-            first_field: zero3(),
-            field_squares: T::ZERO,
             steps: T::ZERO,
             pairs: 0,
             rates: zero3(),
@@ -164,7 +157,6 @@ impl<T: Real> Builder<T> {
         self.bias = *bias;
         self.rotation = identity();
         (self.force, self.forces, self.field, self.fields) = (zero3(), 0, zero3(), 0);
-        self.field_squares = T::ZERO;
         (self.steps, self.pairs) = (T::ZERO, 0);
         (self.rates, self.squares) = (zero3(), zero3());
     }
@@ -188,12 +180,7 @@ impl<T: Real> Builder<T> {
             self.pairs += 1;
         }
         if let Some(field) = mean(fields) {
-            let turned = middle * field;
-            if self.fields == 0 {
-                self.first_field = turned;
-            }
-            self.field += turned;
-            self.field_squares += square(&(turned - self.first_field));
+            self.field += middle * field;
             self.fields += 1;
         }
         self.rotation = middle * half;
@@ -201,18 +188,6 @@ impl<T: Real> Builder<T> {
         self.squares += centred.component_mul(&centred);
         self.samples += 1;
         self.seconds += seconds;
-    }
-
-    /// Of the mean of the turned fields. Each reading is the mean of two samples and shares one with the next, so that the scatter about the
-    /// mean is half of the samples'.
-    fn field_variance(&self) -> T {
-        if self.fields < 2 {
-            return T::ZERO;
-        }
-        let n = T::of(f32::from(self.fields));
-        let mean = self.field / n - self.first_field;
-        let scatter = (self.field_squares / n - square(&mean)) / T::of(3.0);
-        if scatter > T::ZERO { T::of(2.0) * scatter / n } else { T::ZERO }
     }
 
     fn end(&self, end_us: u64) -> Increment<T> {
@@ -230,7 +205,6 @@ impl<T: Real> Builder<T> {
             rate: turned / self.seconds + self.bias,
             force: mean(&self.force, self.forces),
             field: mean(&self.field, self.fields),
-            field_variance: self.field_variance(),
             // The difference of two samples has twice the variance, and there are three axes.
             vibration: if self.pairs > 0 { self.steps / T::of(6.0 * f32::from(self.pairs)) } else { T::ZERO },
             mean_rate: rates + self.bias,

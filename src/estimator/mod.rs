@@ -8,6 +8,7 @@ mod alignment;
 mod averaging;
 pub mod columns;
 mod eigen;
+mod field_norm;
 mod gaussian;
 mod globals;
 mod increment;

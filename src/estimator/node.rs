@@ -4,6 +4,7 @@
 
 use super::{
     columns::{GLOBALS, NODE, POSITION, VELOCITY},
+    field_norm::FieldNorm,
     parameters::Parameters,
     preintegration::Preintegration,
     real::{M3, Real, V3, norm, rotation, square, zero3, zero33},
@@ -22,8 +23,6 @@ const START_FIELD: f32 = 0.5;
 const REST_RATE_RAD_S: f32 = 8.7e-4;
 /// Speed at rest, m/s.
 const REST_SPEED_M_S: f32 = 0.01;
-/// Nodes over which the norm of the field is averaged: five minutes.
-const NORM_NODES: u16 = 600;
 
 /// The states, and what is known of them and of the globals together.
 #[derive(Clone, Copy)]
@@ -35,9 +34,7 @@ pub(super) struct Node<T> {
     /// Earth field, of the norm.
     pub field: V3<T>,
     pub has_field: bool,
-    /// Sum and number of the norms of the nodes' fields, for the mean.
-    norms: T,
-    norm_count: u16,
+    pub norms: FieldNorm<T>,
     /// Rows of the root: the states, then the globals.
     pub root: [[T; NODE + GLOBALS]; NODE],
 }
@@ -57,8 +54,7 @@ impl<T: Real> Node<T> {
             position: zero3(),
             field: zero3(),
             has_field: false,
-            norms: T::ZERO,
-            norm_count: 0,
+            norms: FieldNorm::zero(),
             root: [[T::ZERO; NODE + GLOBALS]; NODE],
         }
     }
@@ -98,9 +94,9 @@ impl<T: Real> Node<T> {
         let is_seen = self.has_field && square(&body) > T::of(0.01) * square(field);
         let pair = is_seen.then(|| (body / norm(&body), earth / norm(&earth)));
         let Some((body, earth)) = pair else {
-            let (norms, norm_count) = (self.norms, self.norm_count);
+            let norms = self.norms;
             self.start(force, noise);
-            (self.norms, self.norm_count) = (norms, norm_count);
+            self.norms = norms;
             return;
         };
         let body = from_rows(&body, &up.cross(&body), &up);
@@ -147,14 +143,14 @@ impl<T: Real> Update<T> {
         }
     }
 
-    /// Writes the rows of a node.
+    /// Writes the rows of a node. `unknown`: variance of its rotation by what is not known of bias and P, rad^2.
     #[allow(clippy::too_many_lines)]
     pub fn assemble(
         &mut self,
         node: &mut Node<T>,
         pre: &Preintegration<T>,
         parameters: &Parameters<T>,
-        (settings, sigma): (&Settings, &[T; GLOBALS]),
+        (settings, sigma, unknown): (&Settings, &[T; GLOBALS], T),
         kind: Kind,
     ) {
         let noise = &settings.noise;
@@ -192,7 +188,9 @@ impl<T: Real> Update<T> {
         let peak = of((noise.freedom + 3.0) / noise.freedom);
 
         let angle = of(noise.rotation_share) * pre.angle;
-        let variance = of(noise.rotation_rad_rts * noise.rotation_rad_rts) * seconds + angle * angle;
+        // Of a Gaussian error x the linear model leaves x^2 / 2, of mean square 3 / 4 of the squared variance.
+        let curvature = of(0.75) * unknown * unknown;
+        let variance = of(noise.rotation_rad_rts * noise.rotation_rad_rts) * seconds + angle * angle + curvature;
         let block = Block { rows: rotated, weight: weight(variance / peak), sigma };
         rows::rotation(block, &node.attitude, &pre.by_gyro);
 
@@ -202,11 +200,15 @@ impl<T: Real> Update<T> {
             if !node.has_field {
                 (node.field, node.has_field) = (mean, true);
             }
-            let length = norm(&pre.field) * share;
-            node.count_norm(length);
-            let deviation = length / node.mean_norm() - T::ONE;
+            let length = pre.field_norms * share;
+            node.norms.add(pre, share);
+            let deviation = length / node.norms.at(parameters) - T::ONE;
+            let scatter = pre.field_variance();
+            // What the readings' own scatter does not explain is the field's.
+            let disturbed = deviation * deviation - scatter;
+            let disturbed = if disturbed > T::ZERO { disturbed } else { T::ZERO };
             let own = of(noise.field_share * if kind == Kind::Rest { noise.field_at_rest } else { 1.0 });
-            let variance = own * own + deviation * deviation + pre.field_variance * share * share;
+            let variance = own * own + disturbed + scatter;
             let innovation = mean - node.field;
             let freedom = of(noise.freedom);
             let weight = weight(variance * (freedom + square(&innovation) / variance) / (freedom + of(3.0)));
@@ -304,20 +306,5 @@ impl<T: Real> Update<T> {
         node.velocity = self.predicted.velocity + three(VELOCITY);
         node.position = self.predicted.position + three(POSITION);
         node.field += three(9);
-    }
-}
-
-impl<T: Real> Node<T> {
-    fn count_norm(&mut self, length: T) {
-        if self.norm_count >= NORM_NODES {
-            self.norms -= self.mean_norm();
-            self.norm_count -= 1;
-        }
-        self.norms += length;
-        self.norm_count += 1;
-    }
-
-    fn mean_norm(&self) -> T {
-        self.norms / T::of(f32::from(self.norm_count))
     }
 }

@@ -62,8 +62,11 @@ pub(super) struct Preintegration<T> {
     pub field_by_lag: V3<T>,
     pub field_by_gyro: ByGyro<T>,
     pub fields: u16,
-    /// Sum of the variances of the increments' mean fields.
-    pub field_variance: T,
+    /// Sum of the norms of the corrected fields.
+    pub field_norms: T,
+    /// Their first, turned, and the sum of the others' squared distances from it.
+    first_field: V3<T>,
+    field_distances: T,
     pub velocity: Path<T>,
     pub position: Path<T>,
     pub forces: u16,
@@ -80,6 +83,7 @@ pub(super) struct Preintegration<T> {
     /// Sums of the vectors as read, for a rest.
     pub forces_read: V3<T>,
     pub fields_read: V3<T>,
+    pub field_squares_read: M3<T>,
 }
 
 impl<T: Real> Preintegration<T> {
@@ -95,7 +99,9 @@ impl<T: Real> Preintegration<T> {
             field_by_lag: zero3(),
             field_by_gyro: [zero3(); GYRO],
             fields: 0,
-            field_variance: T::ZERO,
+            field_norms: T::ZERO,
+            first_field: zero3(),
+            field_distances: T::ZERO,
             velocity: Path::zero(),
             position: Path::zero(),
             forces: 0,
@@ -108,6 +114,7 @@ impl<T: Real> Preintegration<T> {
             first_rate: zero3(),
             forces_read: zero3(),
             fields_read: zero3(),
+            field_squares_read: zero33(),
         }
     }
 
@@ -138,7 +145,6 @@ impl<T: Real> Preintegration<T> {
             }
         }
         if let Some(field) = &increment.field {
-            self.field_variance += increment.field_variance;
             self.add_field(field, &rate, &middle, &at_middle, with);
         }
         if let Some(force) = &increment.force {
@@ -163,9 +169,14 @@ impl<T: Real> Preintegration<T> {
         let corrected = with.mag_matrix * read + with.hard_iron;
         // A field that is late by tau is tau w x h further on.
         let change = corrected.cross(rate);
+        self.field_norms += norm(&corrected);
         let turned = middle * (corrected + change * with.mag_lag);
         let seen = read + read.cross(rate) * with.mag_lag;
+        if self.fields == 0 {
+            self.first_field = turned;
+        }
         self.field += turned;
+        self.field_distances += square(&(turned - self.first_field));
         self.field_by_lag += middle * change;
         self.field_by_iron += middle;
         for i in 0..3 {
@@ -178,6 +189,7 @@ impl<T: Real> Preintegration<T> {
             *sum += by.cross(&turned);
         }
         self.fields_read += read;
+        self.field_squares_read += read * read.transpose();
         self.fields += 1;
     }
 
@@ -225,6 +237,16 @@ impl<T: Real> Preintegration<T> {
         let n = T::of(f32::from(self.increments));
         let mean = self.rates / n;
         (self.variances / n + self.squares / n - mean.component_mul(&mean), mean + self.first_rate)
+    }
+
+    /// Variance of the mean field, of each axis, by how much the turned fields scatter.
+    pub fn field_variance(&self) -> T {
+        if self.fields < 2 {
+            return T::ZERO;
+        }
+        let n = T::of(f32::from(self.fields));
+        let scatter = (self.field_distances - square(&(self.field - self.first_field * n)) / n) / (n - T::ONE);
+        if scatter > T::ZERO { scatter / (T::of(3.0) * n) } else { T::ZERO }
     }
 
     /// Mean variance of specific force within its increments, (m/s^2)^2.

@@ -4,6 +4,7 @@ use super::{
     Centre, Estimator, Item, Kind, Task,
     columns::{GLOBALS, NUISANCES},
     increment::Increment,
+    preintegration::GYRO,
     real::{Real, V3, norm, zero3},
     rows::GLOBAL,
     walk,
@@ -114,7 +115,6 @@ impl<T: Real> Estimator<T> {
             }
             if self.field_unit > T::ZERO {
                 *field /= self.field_unit;
-                increment.field_variance /= self.field_unit * self.field_unit;
             }
         }
         let before = core::mem::replace(&mut self.held_before, increment.force);
@@ -150,9 +150,23 @@ impl<T: Real> Estimator<T> {
             self.motion_s += self.pre.seconds;
         }
         self.unwalked_s += self.pre.seconds;
-        let settings = (&self.settings, &self.sigma);
+        let settings = (&self.settings, &self.sigma, self.unknown_rotation());
         self.update.assemble(&mut self.node, &self.pre, &self.parameters, settings, self.kind);
         self.task = Task::Eliminating;
+    }
+
+    /// Variance of the node's rotation by what is not known of bias and P, rad^2.
+    fn unknown_rotation(&self) -> T {
+        let sigma = self.sigma.iter().skip(NUISANCES);
+        let mut by = [[T::ZERO; GYRO]; 3];
+        for ((k, of), sigma) in self.pre.by_gyro.iter().enumerate().zip(sigma) {
+            for (by, of) in by.iter_mut().zip(of.iter()) {
+                if let Some(slot) = by.get_mut(k) {
+                    *slot = *of * *sigma;
+                }
+            }
+        }
+        by.iter().fold(T::ZERO, |sum, by| sum + self.globals.variance(by))
     }
 
     /// A rest before anything else: its mean rate is the bias to begin with, its mean force the attitude.
