@@ -18,7 +18,8 @@ use super::{
 const INFLATIONS: [f32; 3] = [1.0, 2.0, 4.0];
 /// Scales of P's prior, of which nobody knows how good the factory's calibration still is: log-uniform from the data sheet's width down to a
 /// 512th of it, which is nothing.
-const SCALES: [f32; 10] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25, 0.001_953_125];
+const SCALES: [f32; 10] =
+    [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25, 0.001_953_125];
 /// Information, over the prior's, below which a direction says nothing.
 const LEAST_INFORMATION: f32 = 1e-4;
 /// A direction counts as decided by the data when they leave less than half of the prior's deviation.

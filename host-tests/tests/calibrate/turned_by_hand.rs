@@ -4,6 +4,7 @@
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
     compensation::GyroModel,
+    config::Motion,
     identification::{Decision, WindowReport},
 };
 use mwd::flight::fly;
