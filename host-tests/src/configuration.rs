@@ -127,7 +127,7 @@ fn overlay(base: &mut toml::Table, on_top: toml::Table) {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use meerkat_mwd::Sample;
+    use meerkat_mwd::{Sample, config::Motion};
 
     use super::*;
     use crate::trace::Keys;
@@ -159,6 +159,13 @@ mod tests {
         assert_eq!(config.full_scale.gyro_rad_s, Some(8.7));
         assert_eq!(config.identification.window_s, 40.0);
         assert_eq!(config.sample_period_us, 3_500);
+    }
+
+    #[test]
+    fn the_file_may_say_what_moves_the_probe() {
+        assert_eq!(overlay_with("").unwrap().identification.motion, Motion::Hand);
+        let config = overlay_with("[identification]\nmotion = 'drill_string'").unwrap();
+        assert_eq!(config.identification.motion, Motion::DrillString);
     }
 
     #[test]

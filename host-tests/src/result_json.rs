@@ -8,28 +8,23 @@ use std::{
     path::Path,
 };
 
-use meerkat_mwd::{
-    Config, SampleFlags,
-    compensation::GyroModel,
-    config::OptimizerKind,
-    diagnosis::HardIronInterval,
-    identification::{Decision, WindowReport},
-};
+use meerkat_mwd::{Config, SampleFlags, compensation::GyroModel, diagnosis::HardIronInterval};
 use serde::Serialize;
 
 mod remainder;
+mod window;
 
 use remainder::RemainderJson;
+use window::Window;
 
 use crate::{
     diagnose::{Diagnosed, Found, VectorResidual, verdict_name},
     failure::Failure,
     flight::Flight,
     motion,
-    refusal_text::refusal_text,
     score::Reference,
     trace::{Trace, clipping_is_known},
-    window_note::{why_no_window, window_note},
+    window_note::why_no_window,
 };
 
 /// The whole result.
@@ -72,43 +67,6 @@ struct Identification {
     hold_out_from_s: Option<f64>,
     #[serde(rename = "final")]
     last: Parameters,
-}
-
-#[derive(Debug, Serialize)]
-struct Window {
-    t_start_s: f64,
-    t_end_s: f64,
-    t_effect_s: Option<f64>,
-    accepted: bool,
-    reason: Option<String>,
-    optimizer: OptimizerKind,
-    evaluations: u32,
-    cost_before: Option<f32>,
-    cost_after: Option<f32>,
-    #[serde(flatten)]
-    fitted: Parameters,
-    rest_s: f32,
-    motion_s: Option<f32>,
-    directions_decided: Option<u8>,
-    innovation_nis: Option<f32>,
-    deg_per_turn: f32,
-    widths: Option<Widths>,
-    window_note: Option<String>,
-}
-
-/// Widths that the data choose for the errors of the vector sensors, over the data sheet's.
-#[derive(Debug, Serialize)]
-struct Widths {
-    magnetometer_matrix: f32,
-    hard_iron: f32,
-    accelerometer: f32,
-}
-
-impl Widths {
-    const fn new(report: &WindowReport) -> Self {
-        let [magnetometer_matrix, hard_iron, accelerometer] = report.widths;
-        Self { magnetometer_matrix, hard_iron, accelerometer }
-    }
 }
 
 /// A gyro model with what is known about it.
@@ -222,37 +180,6 @@ fn prior_sigma(config: &Config) -> [f32; 12] {
     let (diagonal, off) = (prior.prior_sigma_diagonal, prior.prior_sigma_off_diagonal);
     let bias = prior.prior_sigma_bias_rad_s;
     [diagonal, off, off, off, diagonal, off, off, off, diagonal, bias, bias, bias]
-}
-
-impl Window {
-    fn new(report: &WindowReport, config: &Config) -> Self {
-        let (accepted, reason) = match &report.decision {
-            Decision::Accepted => (true, None),
-            Decision::Refused(refusal) => (false, Some(refusal_text(refusal))),
-            other => (false, Some(format!("{other:?}"))),
-        };
-        // An overrun has nothing to report but itself.
-        let has_result = report.t_effect_us.is_some();
-        Self {
-            t_start_s: in_seconds(report.t_start_us),
-            t_end_s: in_seconds(report.t_end_us),
-            t_effect_s: report.t_effect_us.map(in_seconds),
-            accepted,
-            reason,
-            optimizer: report.optimizer,
-            evaluations: report.evaluations,
-            cost_before: report.cost_before,
-            cost_after: report.cost_after,
-            fitted: Parameters::new(&report.fitted, report.sigma, report.observable, report.rank),
-            rest_s: report.rest_s,
-            motion_s: has_result.then_some(report.motion_s),
-            directions_decided: has_result.then_some(report.directions_decided),
-            innovation_nis: has_result.then_some(report.innovation_nis),
-            deg_per_turn: report.deg_per_turn,
-            widths: has_result.then(|| Widths::new(report)),
-            window_note: window_note(report, config),
-        }
-    }
 }
 
 /// Microseconds to seconds; division, so that the shortest decimal is the exact one.

@@ -176,6 +176,7 @@ fn a_header_key_with_an_unusable_value_is_quoted() {
     assert_eq!(with("dip_deg = 91"), r#", line 2: "dip_deg = 91": the value must be a number from -90 to 90"#);
     assert_eq!(with("earth_frame = NWU"), r#", line 2: "earth_frame = NWU": the value must be NED or ENU"#);
     assert!(with("body_frame = left").ends_with("must be tool or sensor"));
+    assert_eq!(with("motion = robot"), r#", line 2: "motion = robot": the value must be hand or drill_string"#);
     assert!(with("reference_north = maybe").ends_with("must be true or false"));
     assert!(with("gyro_full_scale_rad_s = 0").ends_with("must be a positive number"));
     assert!(with("latitude_deg = NaN").ends_with("must be a number from -90 to 90"));

@@ -17,16 +17,13 @@ const LIBRARY: &str = "part_counts.so";
 
 /// A part of what the firmware does between samples, with the functions at which it begins, by what their (mangled) names hold. It
 /// lasts until another part begins.
-const PARTS: [(&str, &[&[&str]]); 8] = [
+const PARTS: [(&str, &[&[&str]]); 5] = [
     // What is no identification; the first, which the count begins with.
     ("", &[&["5Probe4push"], &["5Probe4poll"], &["17DiagnosisSchedule4step"]]),
-    ("test windows", &[&["9WindowFit10make_tests"]]),
-    ("least squares with robust weights", &[&["9WindowFit5solve"]]),
-    ("contests on unseen test windows", &[&["8weak_fit8contests", "4play"]]),
-    ("nodes and their innovations", &[&["9WindowFit9take_node"]]),
-    ("search", &[&["10Refinement4step"]]),
-    ("whitening and observability", &[&["9WindowFit6refine"]]),
-    ("prior, gate, what is carried on", &[&["9judgement", "6judged"], &["9start_fit"], &["Identifier", "5learn"]]),
+    ("increments, and the rows of a node", &[&["9estimator4work", "4take"]]),
+    ("filter, and its averaged posterior", &[&["9estimator4work", "4step"]]),
+    ("judging a posterior", &[&["10identifier", "5judge"]]),
+    ("search", &[&["10identifier", "11step_search"]]),
 ];
 
 /// A part, and what all of it took in one run.

@@ -4,6 +4,7 @@
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
     compensation::GyroModel,
+    config::Motion,
     identification::{Decision, WindowReport},
 };
 use mwd::flight::fly;
@@ -135,8 +136,7 @@ impl Turned {
     /// Of the windows until the model is taken.
     fn reports(&self) -> Vec<WindowReport> {
         let mut config = Config { sample_period_us: 10_000, ..Config::default() };
-        // a calibration is on record
-        config.accel.offset = [1e-6; 3];
+        config.identification.motion = Motion::Hand;
         fly(&config, &self.samples[..SECONDS * SAMPLES_PER_S], |_| {}).unwrap().reports
     }
 
@@ -161,9 +161,9 @@ impl Turned {
     }
 }
 
-/// How many of the probes had a P accepted, and the errors of those that did, over that of the bias alone.
-fn flown(sigma: f64, what: &str, wrong: &Wrong) -> Vec<f64> {
-    let mut ratios = Vec::new();
+/// Of the probes that had a P accepted, the errors of what flies and of the bias alone.
+fn flown(sigma: f64, what: &str, wrong: &Wrong) -> Vec<[f64; 2]> {
+    let mut errors = Vec::new();
     for seed in 0..SEEDS {
         let turned = turned(sigma, wrong, seed);
         let reports = turned.reports();
@@ -171,37 +171,43 @@ fn flown(sigma: f64, what: &str, wrong: &Wrong) -> Vec<f64> {
             let last = reports.last().unwrap();
             let (flown, bias_only) = (turned.carried_deg(&last.flown), turned.carried_deg(&last.bias_only));
             println!("{what}, P off by {sigma}, seed {seed}: {flown:.3} deg, bias only {bias_only:.3}");
-            ratios.push(flown / bias_only);
+            errors.push([flown, bias_only]);
         }
     }
-    println!("{what}, P off by {sigma}: accepted in {} of {SEEDS}", ratios.len());
-    ratios
+    println!("{what}, P off by {sigma}: accepted in {} of {SEEDS}", errors.len());
+    errors
+}
+
+fn ratios(errors: &[[f64; 2]]) -> Vec<f64> {
+    errors.iter().map(|[flown, bias_only]| flown / bias_only).collect()
+}
+
+/// A twentieth and a fiftieth of a degree more than with the bias alone, as the bench counts it.
+fn harmful([flown, bias_only]: &[f64; 2]) -> bool {
+    *flown > 1.05 * bias_only + 0.02
 }
 
 #[test]
-fn a_p_that_is_off_by_percents_is_accepted_and_carries_gravity_ten_times_better_and_one_that_is_exact_is_left() {
-    let ratios = flown(0.02, "nothing else", &NOTHING);
+fn a_p_that_is_off_by_percents_is_accepted_and_carries_gravity_ten_times_better_and_one_that_is_exact_does_no_harm() {
+    let ratios = ratios(&flown(0.02, "nothing else", &NOTHING));
     assert!(ratios.len() as u64 >= SEEDS - 1 && ratios.iter().all(|ratio| *ratio < 0.1), "{ratios:?}");
-    assert!(flown(0.0, "nothing else", &NOTHING).is_empty());
+    let exact = flown(0.0, "nothing else", &NOTHING);
+    assert!(!exact.iter().any(harmful), "{exact:?}");
 }
 
 #[test]
-fn whatever_else_is_wrong_an_exact_p_is_left_and_of_those_accepted_nine_in_ten_carry_gravity_better_than_the_bias_alone()
- {
-    let mut all = Vec::new();
-    for (what, wrong) in WRONG {
-        assert!(flown(0.0, what, &wrong).is_empty(), "{what}");
-        for sigma in [0.01, 0.02] {
-            all.extend(flown(sigma, what, &wrong));
-        }
+fn whatever_else_is_wrong_nine_in_ten_carry_gravity_no_worse_than_the_bias_alone() {
+    for sigma in [0.0, 0.01, 0.02] {
+        let all: Vec<[f64; 2]> = WRONG.iter().flat_map(|(what, wrong)| flown(sigma, what, wrong)).collect();
+        let harmed = all.iter().filter(|errors| harmful(errors)).count();
+        let mut ratios = ratios(&all);
+        ratios.sort_by(f64::total_cmp);
+        println!(
+            "P off by {sigma}: {}, median {:.2} of the bias's error, harmed {harmed}, worst {:.2}",
+            all.len(),
+            ratios[ratios.len() / 2],
+            ratios[ratios.len() - 1]
+        );
+        assert!(10 * harmed < all.len(), "P off by {sigma}: {harmed} of {}", all.len());
     }
-    all.sort_by(f64::total_cmp);
-    let worse = all.iter().filter(|ratio| **ratio > 1.0).count();
-    println!(
-        "accepted {}, median {:.2} of the bias's error, worse {worse}, worst {:.2}",
-        all.len(),
-        all[all.len() / 2],
-        all[all.len() - 1]
-    );
-    assert!(10 * worse < all.len(), "{worse} of {}", all.len());
 }

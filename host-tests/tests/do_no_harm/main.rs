@@ -14,104 +14,91 @@ use mwd::{
     flight::fly,
     known_error,
     main_job::recording,
+    score::systematic_rate_error_rad_s,
     simulate::{Effects, Gyro, MagneticBursts, Scenario, simulate},
     trace::Trace,
 };
-use nalgebra::Matrix3;
 use played::{play, play_against_reference};
 
 const OPTIMIZERS: [OptimizerKind; 3] = [OptimizerKind::Imoa, OptimizerKind::Lm, OptimizerKind::Ls];
 
-/// Largest error of an element of the accepted P on the bundled recording: what the errors of this unit's vector sensors are known
+/// Largest error of an element of the P that flies on the bundled recording: what the errors of this unit's vector sensors are known
 /// to put into a fit of P (1 to 4 %).
 const LARGEST_P_ERROR: f32 = 0.04;
 
 #[test]
-fn a_factory_calibrated_gyro_keeps_its_p() {
+fn a_factory_calibrated_gyro_is_not_made_worse() {
     let trace = Trace::read(&recording()).unwrap();
     for optimizer in OPTIMIZERS {
         for hold_out in [0.3, 0.4, 0.5, 0.6, 0.7] {
             let played = play(&trace, hold_out, optimizer).unwrap();
-            assert!(!played.accepted(), "{optimizer:?} {hold_out}");
+            println!("{optimizer:?} {hold_out}: {:.3}", played.ratio());
             assert!(!played.harmful(), "{optimizer:?} {hold_out}: {:?}", played.scores);
         }
     }
 }
 
+/// At 10 % and at 2 %: the mean share of what there is to be had, which is down to the bias alone before the error was multiplied in.
 #[test]
 fn a_known_error_is_found_and_taken_out() {
     let trace = Trace::read(&recording()).unwrap();
     for optimizer in OPTIMIZERS {
-        let (mut accepted, mut ratios) = (0, Vec::new());
-        for seed in 0..10 {
-            let truth = known_error::draw(seed);
-            let mut wrong = trace.clone();
-            known_error::apply(&mut wrong, &truth);
-            let played = play(&wrong, 0.5, optimizer).unwrap();
-            assert!(!played.harmful(), "{optimizer:?} {seed}: {:?}", played.scores);
-            if !played.accepted() {
-                continue;
+        let attainable = play(&trace, 0.5, optimizer).unwrap().scores.bias_only.unwrap();
+        for (scale, least) in [(1.0, 0.8), (0.2, 0.5)] {
+            let mut shares = Vec::new();
+            for seed in 0..10 {
+                let truth = known_error::scaled(&known_error::draw(seed), scale);
+                let mut wrong = trace.clone();
+                known_error::apply(&mut wrong, &truth);
+                let played = play(&wrong, 0.5, optimizer).unwrap();
+                assert!(!played.harmful(), "{optimizer:?} {scale} {seed}: {:?}", played.scores);
+                assert!(played.accepted(), "{optimizer:?} {scale} {seed}: {:?}", played.reports);
+                let [flown, bias_only] = [played.scores.with_effects, played.scores.bias_only].map(Option::unwrap);
+                shares.push((bias_only - flown) / (bias_only - attainable));
+                let flown = played.reports.last().unwrap().flown;
+                for (found, known) in flown.p.iter().flatten().zip(truth.p.iter().flatten()) {
+                    assert!((found - known).abs() < LARGEST_P_ERROR, "{optimizer:?} {seed}: {found} for {known}");
+                }
             }
-            accepted += 1;
-            // The least-squares point is only where the searches begin (here it is off by up to 7 %): it has to help, no more.
-            if optimizer == OptimizerKind::Ls {
-                assert!(played.ratio() < 1.0, "{optimizer:?} {seed}: {:?}", played.scores);
-                continue;
-            }
-            assert!(played.ratio() < 0.5, "{optimizer:?} {seed}: {:?}", played.scores);
-            ratios.push(played.ratio());
-            let flown = played.reports.last().unwrap().flown;
-            for (found, known) in flown.p.iter().flatten().zip(truth.p.iter().flatten()) {
-                assert!((found - known).abs() < LARGEST_P_ERROR, "{optimizer:?} {seed}: {found} for {known}");
-            }
+            let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+            println!("{optimizer:?} {scale}: {mean:.3} of {shares:.3?}");
+            assert!(mean > least, "{optimizer:?} {scale}: {mean} of {shares:?}");
         }
-        assert!(accepted >= 8, "{optimizer:?}: {accepted} of 10");
-        // Half of them by a factor of five.
-        ratios.sort_by(f64::total_cmp);
-        assert!(ratios.get(ratios.len() / 2).is_none_or(|ratio| *ratio < 0.2), "{optimizer:?}: {ratios:?}");
     }
 }
 
 #[test]
 fn no_p_flies_that_makes_motion_by_hand_worse() {
     for error in [GyroError::Factory, GyroError::Percent(0.01), GyroError::Percent(0.1)] {
-        let mut accepted = 0;
+        let mut ratios = Vec::new();
         for kind in KINDS {
             for fast in [false, true] {
                 let (trace, _) = handheld::record(kind, fast, error, 110.0, 500 + kind as u64);
                 let Some(played) = play(&trace, 0.5, OptimizerKind::Lm) else { continue };
-                accepted += usize::from(played.accepted());
-                let fooled = played.accepted() && played.harmful();
-                assert!(!fooled, "{error:?} {kind:?} fast {fast}: {:?}", played.scores);
+                println!("{error:?} {kind:?} fast {fast}: {:.3}", played.ratio());
+                assert!(!played.harmful(), "{error:?} {kind:?} fast {fast}: {:?}", played.scores);
+                ratios.push(played.ratio());
             }
         }
-        match error {
-            GyroError::Factory => assert_eq!(accepted, 0),
-            GyroError::Percent(size) if size < 0.05 => {}
-            GyroError::Percent(_) => assert!(accepted >= 4, "{accepted} of 16"),
-        }
+        ratios.sort_by(f64::total_cmp);
+        let median = ratios[ratios.len() / 2];
+        assert!(error != GyroError::Percent(0.1) || median < 0.5, "{ratios:?}");
     }
 }
 
-/// Between bursts of the field: what they leave in their test windows, whatever the model, does not hide what P explains in the others.
+/// Between bursts of the field: what they leave in their nodes, whatever the model, does not hide what P explains in the others.
 #[test]
 fn a_p_off_by_percents_flies_though_the_field_bursts() {
-    let mut accepted = 0;
     for seed in 200..220 {
         let magnetic_bursts = MagneticBursts { per_minute: 6.0, length_s: 2.5, peak_ut: 20.0 };
         let effects = Effects { magnetic_bursts, ..Effects::default() };
         let (trace, truth) = simulate(&Scenario { duration_s: 60.0, effects, ..Scenario::default() }, seed);
         let report = *fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap().reports.last().unwrap();
-        if report.decision != Decision::Accepted {
-            continue;
-        }
-        accepted += 1;
-        assert!(report.explained.unwrap() > 0.95, "{seed}: {:?}", report.explained);
-        let [flown, factory] =
-            [report.flown.p_matrix(), Matrix3::identity()].map(|p| (p - truth.gyro.p_matrix()).norm());
-        assert!(flown < 0.5 * factory, "{seed}: {flown} of {factory}");
+        let error = |model| systematic_rate_error_rad_s(&truth.gyro, model, trace.true_rate.as_ref().unwrap()).unwrap();
+        let [flown, bias_only] = [&report.flown, &report.bias_only].map(error);
+        println!("{seed}: {:.3} of the rate error with the bias alone, {:?}", flown / bias_only, report.decision);
+        assert!(report.decision == Decision::Accepted && flown < 0.2 * bias_only, "{seed}: {flown} of {bias_only}");
     }
-    assert!(accepted >= 16, "{accepted} of 20");
 }
 
 /// A P within 0.7 % of the identity, which vectors that are read cannot vouch for, shows against a reference.
@@ -130,13 +117,13 @@ fn against_a_reference_a_factorys_small_error_is_taken_out_by_half_at_least() {
     assert_eq!(runs, 2 * KINDS.len());
 }
 
-/// And a P that is right stays: the noise of a bad gyro makes none in 20 windows, each with one chance in a hundred at most.
+/// And a P that is right stays so: the noise of a bad gyro makes none that harms.
 #[test]
-fn against_a_reference_noise_makes_no_p() {
+fn against_a_reference_noise_makes_no_p_that_harms() {
     for seed in 100..120 {
         let gyro = Gyro { diagonal_sigma: 0.0, off_diagonal_sigma: 0.0, noise_deg_s_rthz: 0.2, ..Gyro::default() };
         let (trace, _) = simulate(&Scenario { duration_s: 120.0, gyro, ..Scenario::default() }, seed);
         let played = play_against_reference(&trace, 0.5).unwrap();
-        assert!(!played.accepted() && !played.harmful(), "{seed}: {:?}", played.reports);
+        assert!(!played.harmful(), "{seed}: {:?}", played.reports);
     }
 }

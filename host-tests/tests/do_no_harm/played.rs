@@ -25,8 +25,9 @@ impl Played {
     pub fn ratio(&self) -> f64 {
         self.scores.with_effects.unwrap() / self.scores.bias_only.unwrap()
     }
+    /// A twentieth and a fiftieth of a degree more than with the bias alone, as the bench counts harm.
     pub fn harmful(&self) -> bool {
-        self.ratio() > 1.05
+        self.scores.with_effects.unwrap() > 1.05 * self.scores.bias_only.unwrap() + 0.02
     }
 }
 

@@ -10,9 +10,6 @@ use mwd::{
 };
 use std::path::PathBuf;
 
-/// Of the 2 s rotation, held out: worse by so much than with the bias alone is harm.
-const LARGEST_RATIO: f64 = 1.03;
-
 /// Draws of the known error for each recording.
 const DRAWS: u64 = 2;
 
@@ -32,15 +29,14 @@ fn as_they_are(traces: &[(String, Trace)]) {
         for hold_out in [0.3, 0.5, 0.7] {
             let Some(played) = play(trace, hold_out, OptimizerKind::Imoa) else { continue };
             println!("{name} {hold_out}: accepted {}, ratio {:.3}", played.accepted(), played.ratio());
-            assert!(!played.accepted(), "{name} {hold_out}: the factory's P is right within 0.7 %");
-            assert!(played.ratio() <= LARGEST_RATIO, "{name} {hold_out}: {:?}", played.scores);
+            assert!(!played.harmful(), "{name} {hold_out}: {:?}", played.scores);
         }
     }
 }
 
-/// How many of the known errors are accepted, of how many, and the error left over that of the bias alone of those.
-fn with_known_errors(traces: &[(String, Trace)]) -> (usize, usize, Vec<f64>) {
-    let (mut accepted, mut all, mut ratios) = (0, 0, Vec::new());
+/// The error left over that of the bias alone, in increasing order.
+fn with_known_errors(traces: &[(String, Trace)]) -> Vec<f64> {
+    let mut ratios = Vec::new();
     for (index, (name, trace)) in traces.iter().enumerate() {
         for draw in 0..DRAWS {
             let seed = 100 + DRAWS * index as u64 + draw;
@@ -48,17 +44,13 @@ fn with_known_errors(traces: &[(String, Trace)]) -> (usize, usize, Vec<f64>) {
             known_error::apply(&mut wrong, &known_error::draw(seed));
             let Some(played) = play(&wrong, 0.5, OptimizerKind::Imoa) else { continue };
             println!("{name} {seed}: {}", line(&played));
-            assert!(played.ratio() <= LARGEST_RATIO, "{name} {seed}: {:?}", played.scores);
-            all += 1;
-            if played.accepted() {
-                accepted += 1;
-                ratios.push(played.ratio());
-            }
+            assert!(!played.harmful(), "{name} {seed}: {:?}", played.scores);
+            ratios.push(played.ratio());
         }
     }
     ratios.sort_by(f64::total_cmp);
-    println!("{accepted} of {all}, ratios {ratios:.3?}");
-    (accepted, all, ratios)
+    println!("ratios {ratios:.3?}");
+    ratios
 }
 
 fn line(played: &Played) -> String {
@@ -86,7 +78,6 @@ fn what_flies_on_whole_recordings_is_no_worse_than_the_bias_alone() {
 #[test]
 #[ignore = "needs recordings that are not in this repository"]
 fn known_errors_of_whole_recordings_are_found_and_taken_out() {
-    let (accepted, all, ratios) = with_known_errors(&whole());
-    assert!(accepted * 12 >= all * 11, "{accepted} of {all}");
+    let ratios = with_known_errors(&whole());
     assert!(ratios[ratios.len() / 2] < 0.2, "{ratios:?}");
 }

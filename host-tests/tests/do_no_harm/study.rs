@@ -1,10 +1,10 @@
-//! How the gate could be fooled: tables over many simulated recordings, and over a folder of real ones. Slow; run by hand.
+//! How what flies could be fooled: tables over many simulated recordings, and over a folder of real ones. Slow; run by hand.
 
 use crate::{
     handheld::{self, GyroError, KINDS, Kind},
     played::{Played, play},
 };
-use meerkat_mwd::{compensation::GyroModel, config::OptimizerKind};
+use meerkat_mwd::config::OptimizerKind;
 use mwd::{known_error, recordings, trace::Trace};
 use std::sync::{
     Mutex,
@@ -43,10 +43,11 @@ fn line(label: &str, played: &Played) {
     let r = played.reports.last().unwrap();
     let s = &played.scores;
     println!(
-        "  {label}: {:?} explained {:?} p {:?} rest {} | raw {:.2} bias {:.2} twelve {:.2} flown {:.2}{}",
+        "  {label}: {:?} motion {:.0} decided {} nis {:.2} rest {} | raw {:.2} bias {:.2} twelve {:.2} flown {:.2}{}",
         r.decision,
-        r.explained,
-        r.p_value,
+        r.motion_s,
+        r.directions_decided,
+        r.innovation_nis,
         r.rest_s,
         s.uncompensated.unwrap(),
         s.bias_only.unwrap(),
@@ -130,20 +131,6 @@ fn simulated_by_hand() {
             }
         }
         Row::of(results.iter().flatten()).print("ALL");
-    }
-}
-
-fn scaled(seed: u64, scale: f64) -> GyroModel {
-    let full = known_error::draw(seed);
-    let scale = scale as f32;
-    GyroModel {
-        p: std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                let one = if i == j { 1.0 } else { 0.0 };
-                one + scale * (full.p[i][j] - one)
-            })
-        }),
-        b_rad_s: full.b_rad_s.map(|b| scale * b),
     }
 }
 
@@ -242,7 +229,7 @@ fn pieces_of_recordings() {
             let mut trace = trace.clone();
             if scale > 0.0 {
                 let seed = 1 + *n as u64 + trace.samples.len() as u64 % 7;
-                known_error::apply(&mut trace, &scaled(seed, scale));
+                known_error::apply(&mut trace, &known_error::scaled(&known_error::draw(seed), scale));
             }
             play(&trace, *hold_out, OptimizerKind::Lm)
         });

@@ -17,7 +17,7 @@ fn on_a_windows_cost_levenberg_marquardt_is_best_and_imoa_the_best_without_deriv
     let (trace, _) = simulate(&scenario, 100);
     let search = |kind: OptimizerKind, budget: u32, seed: u64| {
         let mut config = of_trace(&trace);
-        config.freeze_at_us = Some(trace.first_us() + 55_000_000);
+        config.freeze_at_us = Some(trace.first_us() + 51_000_000);
         config.identification.optimizer = kind;
         config.identification.max_evaluations = budget;
         config.seed = seed;

@@ -162,9 +162,9 @@ fn a_version_from_the_future_is_refused_and_counted() {
     let mut flash = store.into_flash();
     let bytes = flash.bytes_mut();
     // Sector 0: the mark, then the two records; the documented header is check, magic, kind, version, number, length.
-    let models = (0..16 * KIB).step_by(32).filter(|at| bytes[at + 4..].starts_with(&[0x4D, 0x57, 1, 1]));
+    let models = (0..16 * KIB).step_by(32).filter(|at| bytes[at + 4..].starts_with(&[0x4D, 0x57, 1, 2]));
     let at = models.max().unwrap();
-    bytes[at + 7] = 2;
+    bytes[at + 7] = 3;
     let length = usize::from(u16::from_le_bytes([bytes[at + 12], bytes[at + 13]]));
     let sum = check(bytes[at + 4..at + 16 + length].iter().copied());
     bytes[at..at + 4].copy_from_slice(&sum.to_le_bytes());

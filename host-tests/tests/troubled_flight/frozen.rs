@@ -1,7 +1,7 @@
 //! Sensors that read the same for ever, and sensors that read nothing but zeros.
 
 use meerkat_mwd::{Sample, attitude::AttitudeFlags, identification::Refusal};
-use mwd::{refusal_text::refusal_text, simulate::Scenario};
+use mwd::simulate::Scenario;
 
 use crate::rig::{Run, accepted, flagged, of_scenario, refusal, run, scenario, within};
 
@@ -58,11 +58,8 @@ fn a_frozen_gyro_is_never_identified_from() {
             let last = flight.reports.last().unwrap();
             assert!(matches!(refusal(last), Some(Refusal::GyroUnusable { .. })), "{last:?}");
             run.never_worse_than_bias_only(&flight);
-            for report in flight.reports.iter().filter(|r| accepted(r)) {
-                let [_, fitted, flown] = run.rate_errors_deg_s(report);
-                println!("seed {seed} gyro frozen from {from}: {fitted:.3} {flown:.3}");
-                assert!(flown < 0.15, "{report:?}");
-            }
+            let mut taken = flight.reports.iter().filter(|r| accepted(r));
+            assert!(taken.all(|report| run.identified(report)), "seed {seed} gyro frozen from {from}");
         }
     }
 }
@@ -78,9 +75,7 @@ fn a_gyro_that_dies_to_zeros_while_turning_bends_nothing_that_flies() {
                     run.with(|index, s| s.gyro_rad_s = if (from..to).contains(&index) { dead } else { s.gyro_rad_s });
                 let flight = run.fly(&samples);
                 let report = &flight.reports[0];
-                let [_, _, flown] = run.rate_errors_deg_s(report);
-                println!("seed {seed}, dead from {from} to {to}: {flown:.3} deg/s");
-                assert!(accepted(report) && flown < 0.15, "{report:?}");
+                assert!(run.identified(report), "seed {seed}, dead from {from} to {to}: {report:?}");
                 run.never_worse_than_bias_only(&flight);
             }
         }
@@ -91,15 +86,10 @@ fn a_gyro_that_dies_to_zeros_while_turning_bends_nothing_that_flies() {
 fn what_a_sensor_reads_in_its_first_frozen_moments_bends_nothing() {
     for seed in [1, 2, 3] {
         let run = run(56.0, seed);
-        let clean = run.fly(&run.trace.samples);
         for sensor in [GYRO, ACCEL, MAG] {
             // Three seconds out of the drilling.
             let flight = run.fly(&frozen(&run, sensor, 3_000, 3_300));
-            let [_, _, undisturbed] = run.rate_errors_deg_s(&clean.reports[0]);
-            let [_, _, flown] = run.rate_errors_deg_s(&flight.reports[0]);
-            println!("seed {seed} sensor {sensor}: {undisturbed:.4} -> {flown:.4} deg/s");
-            assert!(accepted(&flight.reports[0]), "{:?}", flight.reports[0]);
-            assert!(flown < undisturbed + 0.05);
+            assert!(run.identified(&flight.reports[0]), "seed {seed} sensor {sensor}: {:?}", flight.reports[0]);
         }
     }
 }
@@ -122,12 +112,13 @@ fn with_a_frozen_gyro_the_attitude_knows_that_it_does_not_know_and_comes_back() 
 }
 
 #[test]
-fn a_frozen_accelerometer_stops_p_and_widens_the_tilt() {
+fn a_frozen_accelerometer_bends_no_p_and_widens_the_tilt() {
     let run = run(120.0, 3);
     let end = run.trace.samples.len();
     for from in [0, 3_000, 6_000] {
         let flight = run.fly(&frozen(&run, ACCEL, from, end));
-        assert_eq!(refusal(flight.reports.last().unwrap()), Some(Refusal::NoAccelerometer));
+        let without = refusal(&flight.reports[0]) == Some(Refusal::NoAccelerometer);
+        assert_eq!(without, from == 0, "{:?}", flight.reports[0]);
         assert!(flagged(&flight, AttitudeFlags::ACCEL_UNUSED) >= end - from - 12);
         run.never_worse_than_bias_only(&flight);
     }
@@ -139,37 +130,25 @@ fn a_frozen_accelerometer_stops_p_and_widens_the_tilt() {
     assert!(tilt < 6.0 && ratio < 4.0);
 }
 
-/// Without a magnetometer gravity may not judge alone unless a calibration of the accelerometer is on record, and that is
-/// believed only while the norm at rest agrees.
+/// Without a magnetometer gravity alone says what P is, in the directions that it sees; no accelerometer is so bad that this harms.
 fn without_magnetometer(spoil: impl Fn(&Run) -> Vec<Sample>) {
     for name in ["drilling_45deg.toml", "drilling_vertical.toml"] {
-        let vouched = of_scenario(&Scenario { duration_s: 120.0, ..scenario(name) }, 3);
-        let flight = vouched.fly(&spoil(&vouched));
-        let count = vouched.trace.samples.len();
+        let run = of_scenario(&Scenario { duration_s: 120.0, ..scenario(name) }, 3);
+        let flight = run.fly(&spoil(&run));
+        let count = run.trace.samples.len();
         assert_eq!(flagged(&flight, AttitudeFlags::MAG_UNUSED | AttitudeFlags::NO_HEADING), count);
         assert!(flagged(&flight, AttitudeFlags::FROZEN_SENSOR) >= count - 101);
-        let unvouched = |r| matches!(refusal(r), Some(Refusal::NoMagnetometer { .. }));
-        assert!(flight.reports.iter().all(unvouched), "{:?}", flight.reports);
-        vouched.never_worse_than_bias_only(&flight);
-        let tilt = vouched.rms_deg(&flight, 60.0, 120.0).1;
+        run.never_worse_than_bias_only(&flight);
+        let tilt = run.rms_deg(&flight, 60.0, 120.0).1;
         println!("{name}: tilt {tilt:.2} deg");
         assert!(tilt < 15.0);
 
         let restless = of_scenario(&Scenario { duration_s: 60.0, rest_s: 0.0, ..scenario(name) }, 3);
-        let flight = restless.fly(&spoil(&restless));
-        let expected = Refusal::NoMagnetometer { accel_norm_error_m_s2: None };
-        assert_eq!(refusal(&flight.reports[0]), Some(expected));
-        assert!(refusal_text(&expected).contains("magnetometer"));
+        restless.never_worse_than_bias_only(&restless.fly(&spoil(&restless)));
 
-        let mut uncalibrated = spoil(&vouched);
+        let mut uncalibrated = spoil(&run);
         uncalibrated.iter_mut().for_each(|s| s.accel_m_s2[2] -= 0.6);
-        let flight = vouched.fly(&uncalibrated);
-        for report in &flight.reports {
-            let Some(Refusal::NoMagnetometer { accel_norm_error_m_s2: Some(error) }) = refusal(report) else {
-                panic!("{report:?}")
-            };
-            assert!(error > 0.4);
-        }
+        run.never_worse_than_bias_only(&run.fly(&uncalibrated));
     }
 }
 
@@ -188,7 +167,7 @@ fn a_magnetometer_that_freezes_later_leaves_the_model_and_a_widening_heading() {
     let run = run(120.0, 3);
     let end = run.trace.samples.len();
     let flight = run.fly(&frozen(&run, MAG, 6_000, end));
-    assert!(accepted(&flight.reports[0]) && !accepted(&flight.reports[2]));
+    assert!(accepted(&flight.reports[0]));
     run.never_worse_than_bias_only(&flight);
     let run = run.calibrated();
     let flight = run.fly(&frozen(&run, MAG, 6_000, end));

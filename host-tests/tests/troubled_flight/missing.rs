@@ -16,7 +16,7 @@ fn gaps(samples: &[Sample], period_us: u64) -> u32 {
 }
 
 #[test]
-fn a_tenth_of_the_rows_missing_costs_the_attitude_little_and_every_cut_window_is_reported() {
+fn a_tenth_of_the_rows_missing_costs_the_attitude_little_and_no_window_is_late() {
     for seed in [1, 2, 3] {
         let run = run(120.0, seed);
         let mut dice = Dice::new(seed);
@@ -25,14 +25,10 @@ fn a_tenth_of_the_rows_missing_costs_the_attitude_little_and_every_cut_window_is
         let counters = flight.counters;
         assert_eq!(counters.gaps, gaps(&kept, 10_000));
         assert_eq!(flagged(&flight, AttitudeFlags::AFTER_GAP) as u32, counters.gaps);
-        // Each gap closes a window; so does each regular close. What is still at work or open at the end has no report yet.
-        let closed = flight.reports.len() as u32 + 1 >= counters.gaps;
-        assert!(closed && counters.overruns == 0 && counters.reports_lost == 0, "{counters:?}");
-        for report in &flight.reports {
-            let short = report.t_end_us - report.t_start_us < 20_000_000;
-            let said = matches!(refusal(report), Some(Refusal::WindowTooShort { cut_by_gap: true, .. }));
-            assert_eq!(short, said, "{report:?}");
-        }
+        assert!(counters.overruns == 0 && counters.reports_lost == 0, "{counters:?}");
+        // Windows close every 25 s of time, whatever is missing in them.
+        let ends: Vec<f64> = flight.reports.iter().map(|r| (r.t_end_us as f64 * 1e-6).round()).collect();
+        assert_eq!(ends, [50.0, 75.0, 100.0]);
         run.never_worse_than_bias_only(&flight);
 
         let run = run.calibrated();
@@ -63,10 +59,7 @@ fn a_tenth_of_a_sensors_cells_missing_does_not_stop_identification() {
             let held = flagged(&flight, AttitudeFlags::GYRO_HELD);
             let gyro = missing == SampleFlags::GYRO_MISSING;
             assert_eq!((flight.counters.gyro_missing as usize, held), if gyro { (absent, absent) } else { (0, 0) });
-            let [_, _, flown] = run.rate_errors_deg_s(&flight.reports[0]);
-            println!("{sensor} seed {seed}: {flown:.4} deg/s {:?}", flight.reports[0].decision);
-            assert!(accepted(&flight.reports[0]), "{:?}", flight.reports[0]);
-            assert!(flown < 0.15, "{flown}");
+            assert!(run.identified(&flight.reports[0]), "{sensor} seed {seed}: {:?}", flight.reports[0]);
 
             let run = run.calibrated();
             let (all, all_tilt) = run.rms_deg(&run.fly(&run.trace.samples), 5.0, 60.0);
@@ -92,7 +85,7 @@ fn too_many_missing_readings_are_named_as_the_reason() {
 }
 
 #[test]
-fn after_a_gap_of_three_seconds_the_attitude_recovers_and_identification_begins_again() {
+fn after_a_gap_of_three_seconds_the_attitude_recovers_and_identification_goes_on() {
     for seed in [1, 2, 3] {
         let run = run(125.0, seed);
         let samples = without(&run, 60.0, 63.0);
@@ -105,12 +98,10 @@ fn after_a_gap_of_three_seconds_the_attitude_recovers_and_identification_begins_
             .map(|o| o.t_us)
             .collect();
         assert_eq!(after, [63_000_000]);
-        // The window in progress ends with the last sample before the gap, and the next begins with the first after it.
         let spans: Vec<_> = flight.reports.iter().map(|r| (r.t_start_us, r.t_end_us, r.t_effect_us)).collect();
-        assert_eq!(spans.len(), 3, "{spans:?}");
-        assert_eq!((spans[0].1, spans[0].2), (50_000_000, Some(55_000_000)));
-        assert_eq!((spans[1].1, spans[1].2), (59_990_000, Some(68_000_000)), "five seconds after the gap");
-        assert_eq!((spans[2].0, spans[2].1), (63_000_000, 113_000_000));
+        let seconds = |s: u64| s * 1_000_000;
+        let window = |end_s: u64| (seconds(end_s - 50), seconds(end_s), Some(seconds(end_s + 1)));
+        assert_eq!(spans, [50, 75, 100].map(window));
         assert!(accepted(&flight.reports[0]));
         run.never_worse_than_bias_only(&flight);
 
@@ -133,8 +124,7 @@ fn the_rest_of_the_flight_is_identified_when_the_gap_comes_first() {
         let run = run(100.0, 3);
         let flight = run.fly(&without(&run, from_s, to_s));
         let last = flight.reports.iter().rfind(|r| accepted(r)).expect("an accepted window");
-        let [_, _, flown] = run.rate_errors_deg_s(last);
-        assert!(flown < 0.1, "{flown}");
+        assert!(run.identified(last), "{from_s}");
     }
 }
 
@@ -142,12 +132,10 @@ fn the_rest_of_the_flight_is_identified_when_the_gap_comes_first() {
 #[test]
 fn a_gap_costs_no_result() {
     let run = run(130.0, 3);
-    for (from_s, to_s) in [(51.0, 59.0), (54.99, 60.0), (40.0, 48.0), (60.0, 69.0)] {
+    for (from_s, to_s) in [(50.01, 59.0), (50.5, 59.0), (50.99, 60.0), (40.0, 48.0), (60.0, 69.0)] {
         let flight = run.fly(&without(&run, from_s, to_s));
         assert!(flight.reports.iter().any(accepted), "{from_s}: {:?}", flight.reports);
-        // A window cut while the one before it is being worked on has no time of its own, and says so.
-        let busy = from_s > 50.0 && from_s < 55.0;
-        assert_eq!(flight.counters.overruns, u32::from(busy), "{from_s}");
+        assert_eq!(flight.counters.overruns, 0, "{from_s}");
         run.never_worse_than_bias_only(&flight);
     }
 }
@@ -169,14 +157,13 @@ fn the_last_result_takes_effect_at_the_first_sample_of_the_hold_out_wherever_tha
 fn nothing_new_takes_effect_after_a_freeze_even_across_a_gap() {
     let mut run = run(100.0, 3);
     run.config.freeze_at_us = Some(60_000_000);
-    for (from_s, to_s) in [(30.0, 70.0), (50.0, 58.0), (56.0, 62.0), (54.0, 90.0)] {
+    for (from_s, to_s) in [(30.0, 70.0), (50.0, 58.0), (58.0, 62.0), (59.5, 62.0), (54.0, 90.0)] {
         let flight = run.fly(&without(&run, from_s, to_s));
         for report in &flight.reports {
             let in_time = report.t_effect_us.is_none_or(|t| t <= 60_000_000);
-            let due_in_the_gap = report.t_end_us <= 55_000_000 && report.t_effect_us == Some((to_s * 1e6) as u64);
+            let due_in_the_gap = report.t_end_us <= 59_000_000 && report.t_effect_us == Some((to_s * 1e6) as u64);
             assert!(in_time || due_in_the_gap, "{from_s}: {report:?}");
         }
-        let overruns = flight.reports.iter().filter(|r| refusal(r) == Some(Refusal::Overrun)).count();
-        assert_eq!(flight.counters.overruns as usize, overruns, "{from_s}");
+        assert_eq!(flight.counters.overruns, 0, "{from_s}");
     }
 }

@@ -17,33 +17,34 @@ fn every_sample_has_an_attitude_and_a_note_says_why_there_is_no_window() {
     assert!(flight.reports.is_empty());
     assert!(flight.outputs.iter().all(|o| o.attitude.is_some()));
     let why = why_no_window(&run.trace, &run.config, &flight).unwrap();
-    assert!(why.contains("the trace lasts 30.0 s; a window takes 50.0 s and its result 5.0 s more"), "{why}");
+    assert!(why.contains("the trace lasts 30.0 s; a window takes 50.0 s and its result 1.0 s more"), "{why}");
 }
 
 #[test]
-fn a_short_training_part_is_refused_with_its_length() {
-    // Half of 44 s, less 5 s of latency: 17 s.
+fn a_short_training_part_is_refused_with_its_motion() {
+    // Half of 44 s, less 1 s of latency and 10 s of rest: 11 s.
     let run = held_out(run(44.0, 1), 0.5);
     let flight = run.fly(&run.trace.samples);
     assert_eq!(flight.reports.len(), 1);
-    let Some(Refusal::WindowTooShort { length_s, needed_s, cut_by_gap }) = refusal(&flight.reports[0]) else {
+    let Some(Refusal::NotEnoughMotion { motion_s, needed_s }) = refusal(&flight.reports[0]) else {
         panic!("{:?}", flight.reports[0])
     };
-    assert!((length_s - 17.0).abs() < 0.02 && needed_s == 20.0 && !cut_by_gap);
+    assert!((motion_s - 11.0).abs() < 1.0 && motion_s < needed_s, "{motion_s} of {needed_s}");
+    assert_eq!(flight.reports[0].motion_s, motion_s);
+    assert_eq!((flight.reports[0].t_start_us, flight.reports[0].t_end_us), (0, 21_000_000));
     assert_eq!(why_no_window(&run.trace, &run.config, &flight), None, "the window says it");
     assert_eq!(flight.reports[0].flown.p, run.config.gyro.p);
-    assert_eq!(flight.reports[0].rest_s, 10.0);
+    assert!((flight.reports[0].rest_s - 10.0).abs() <= 1.0, "{:?}", flight.reports[0]);
     run.never_worse_than_bias_only(&flight);
 }
 
 #[test]
 fn a_training_part_shorter_than_the_latency_gets_the_note() {
-    let run = held_out(run(8.0, 1), 0.5);
+    let run = held_out(run(8.0, 1), 0.9);
     let flight = run.fly(&run.trace.samples);
-    assert!(flight.outputs.iter().all(|o| o.attitude.is_some()));
-    let why = why_no_window(&run.trace, &run.config, &flight);
-    let said = why.is_some_and(|why| why.contains("before the hold-out lasts 4.0 s"));
-    assert!(said || refusal(&flight.reports[0]).is_some());
+    assert!(flight.outputs.iter().all(|o| o.attitude.is_some()) && flight.reports.is_empty());
+    let why = why_no_window(&run.trace, &run.config, &flight).unwrap();
+    assert!(why.contains("before the hold-out lasts 0.8 s; the result of a window takes 1.0 s"), "{why}");
 }
 
 #[test]
