@@ -160,18 +160,4 @@ impl<T: Real> Estimator<T> {
         }
         model
     }
-
-    /// The deviations of a model in units of the prior's widths, P row-major and then b.
-    pub(super) fn deviations(&self, model: &GyroModel) -> [T; 12] {
-        let mut deviations = [T::ZERO; 12];
-        let factory = self.settings.factory.p;
-        let p =
-            model.p.as_flattened().iter().zip(factory.as_flattened()).map(|(p, factory)| T::of(*p) - T::of(*factory));
-        let b = model.b_rad_s.iter().zip(self.bias.iter()).map(|(b, mean)| T::of(*b) - *mean);
-        let sigma = self.sigma.iter().skip(P.from).take(9).chain(self.sigma.iter().skip(BIAS.from).take(3));
-        for ((slot, x), sigma) in deviations.iter_mut().zip(p.chain(b)).zip(sigma) {
-            *slot = x / *sigma;
-        }
-        deviations
-    }
 }

@@ -23,38 +23,33 @@ const SPREAD: f32 = 5.0 + ROWS as f32;
 pub(super) struct Centre {
     /// The mean, in units of the prior's widths.
     mean: [f32; GYRO],
-    /// Gradient of the nodes' quadratic there.
-    pull: [f32; GYRO],
+    /// Of the posterior's information.
     factor: Cholesky<12, 78>,
+    /// Share of the rows' information that is in the posterior's whatever the inflation.
+    share: f32,
 }
 
 impl Centre {
-    /// Of the rows that are kept, about a mean; `None` where they do not make a positive definite matrix.
-    pub fn new(rows: &LeftOver, mean: &[f32; GYRO]) -> Option<Self> {
-        let mut normal = Packed::zero();
-        let mut pull = [0.0; GYRO];
-        for k in 0..GYRO {
-            normal.add(k, k, 1.0);
-        }
-        for index in 0..rows.count() {
-            let innovations = rows.innovations(index, mean);
-            for (row, innovation) in rows.node(index).iter().zip(innovations) {
-                let [row @ .., _] = *row;
-                normal.add_outer(&row, 1.0);
-                for (pull, x) in pull.iter_mut().zip(row) {
-                    *pull += innovation * x;
-                }
+    /// Of a posterior with this covariance, inflated by `inflation` at most; `None` where that is not positive definite.
+    pub fn new(mean: &[f32; GYRO], covariance: &[f32; 78], inflation: f32) -> Option<Self> {
+        let covariance = Packed::<12, 78>(*covariance).cholesky()?;
+        let mut information = Packed::zero();
+        for i in 0..GYRO {
+            let mut unit = [0.0; GYRO];
+            unit[i] = 1.0;
+            for (j, value) in covariance.solve(&unit).iter().enumerate().take(i + 1) {
+                information.add(i, j, *value);
             }
         }
-        normal.cholesky().map(|factor| Self { mean: *mean, pull, factor })
+        information.cholesky().map(|factor| Self { mean: *mean, factor, share: 1.0 / inflation })
     }
 }
 
-/// Cost of a change of (P row-major, b) from the posterior's mean, in whitened coordinates: deviations of the fit of the kept rows with the
-/// prior. Half the robust sum of squares: sum over nodes of s / 2 log(1 + |e|^2 / s), s = nu + 9, half the squared distance from the mean in the
-/// prior's widths, and a linear term that makes the mean the optimum if Student's t were a Gaussian: what is older than the rows, and how
-/// far the posterior was shrunk, stay in. A node's weight is 1 without an innovation (the density's own, (nu + 9) / nu, would take quiet nodes
-/// for a noise that is smaller than it is). What the search then finds is what robust weights of whole nodes change, and nothing else.
+/// Cost of a change of (P row-major, b) from the posterior's mean, in posterior deviations. Half the squared distance, which is the posterior
+/// with all that is older than the rows and with how far it was shrunk; and for each node of the window what a heavier tail changes of it:
+/// s / 2 log(1 + |e|^2 / s) - |e|^2 / 2, s = nu + 9, times the share of the rows' information that the posterior surely has. A node's weight
+/// is 1 without an innovation: the density's own, (nu + 9) / nu, would take quiet nodes for a noise that is smaller than it is. What the
+/// search then finds is what robust weights of whole nodes change, and nothing else; without outliers the mean is the optimum.
 pub struct WindowCost<'a> {
     rows: &'a LeftOver,
     centre: &'a Centre,
@@ -127,45 +122,36 @@ impl WindowCost<'_> {
 impl Cost<12> for WindowCost<'_> {
     fn evaluate(&self, y: &[f32; 12]) -> f32 {
         let change = self.change(y);
-        let half = 0.5 * SPREAD;
-        let robust = self.squares(&change).fold(0.0, |sum, (_, _, square)| sum + half * libm::log1pf(square / SPREAD));
-        robust + 0.5 * dot(&change, &change) - dot(&self.centre.pull, &change)
+        let robust = self.squares(&change).fold(0.0, |sum, (_, _, square)| {
+            sum + 0.5 * (SPREAD * libm::log1pf(square / SPREAD) - square)
+        });
+        0.5 * dot(y, y) + self.centre.share * robust
     }
 }
 
 impl LeastSquaresCost<12, 78> for WindowCost<'_> {
     fn normal_equations(&self, y: &[f32; 12], normal: &mut Packed<12, 78>, descent: &mut [f32; 12]) {
         let change = self.change(y);
-        let (mut inside, mut pull) = (Packed::<12, 78>::zero(), self.centre.pull);
-        for (k, (pull, change)) in pull.iter_mut().zip(&change).enumerate() {
-            inside.add(k, k, 1.0);
-            *pull -= change;
+        let factor = &self.centre.factor;
+        let mut pull = [0.0; GYRO];
+        *normal = Packed::zero();
+        for k in 0..GYRO {
+            normal.add(k, k, 1.0);
         }
         for (index, innovations, square) in self.squares(&change) {
-            let weight = SPREAD / (SPREAD + square);
+            // Of the rows' own information only what is taken off it.
+            let weight = self.centre.share * (SPREAD / (SPREAD + square) - 1.0);
             for (row, innovation) in self.rows.node(index).iter().zip(innovations) {
                 let [row @ .., _] = *row;
-                inside.add_outer(&row, weight);
+                normal.add_outer(&factor.solve_lower(&row), weight);
                 for (pull, x) in pull.iter_mut().zip(row) {
                     *pull -= weight * innovation * x;
                 }
             }
         }
-        // In whitened coordinates: L^-1 N L^-T and L^-1 pull.
-        let factor = &self.centre.factor;
         *descent = factor.solve_lower(&pull);
-        let mut half = [[0.0; GYRO]; GYRO];
-        for (k, row) in half.iter_mut().enumerate() {
-            let column: [f32; GYRO] = core::array::from_fn(|i| inside.get(i, k));
-            *row = factor.solve_lower(&column);
-        }
-        *normal = Packed::zero();
-        for i in 0..GYRO {
-            let column: [f32; GYRO] = core::array::from_fn(|k| half[k][i]);
-            let solved = factor.solve_lower(&column);
-            for (j, value) in solved.iter().enumerate().take(i + 1) {
-                normal.add(i, j, *value);
-            }
+        for (descent, y) in descent.iter_mut().zip(y) {
+            *descent -= y;
         }
     }
 }

@@ -87,7 +87,10 @@ impl<T: Real> Estimator<T> {
         let averaged = self.averaging.result();
         let posterior = self.posterior_of(&averaged);
         self.centre.clear();
-        if let Some(centre) = Centre::new(&self.left_over, &self.deviations(&posterior.gyro).map(|x| x.narrow())) {
+        let inflations = self.settings.widths.inflations;
+        let inflation = inflations.iter().fold(1.0_f32, |most, x| if *x > most { *x } else { most });
+        let (mean, covariance) = (averaged.mean.map(|x| x.narrow()), averaged.covariance.map(|x| x.narrow()));
+        if let Some(centre) = Centre::new(&mean, &covariance, inflation) {
             // Just emptied, so there is room.
             let _ = self.centre.push(centre);
         }
