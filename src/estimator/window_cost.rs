@@ -18,6 +18,11 @@ const GYRO: usize = COLUMNS - 1;
 /// Freedom of Student's t of a node, 5, and its rows: the squared innovation at which a node has half of its weight.
 const SPREAD: f32 = 5.0 + ROWS as f32;
 
+/// Weight of a node with this squared innovation.
+fn weight(square: f32) -> f32 {
+    SPREAD / (SPREAD + square)
+}
+
 /// What makes the cost one about the posterior's mean.
 #[derive(Clone, Copy)]
 pub(super) struct Centre {
@@ -27,11 +32,13 @@ pub(super) struct Centre {
     factor: Cholesky<12, 78>,
     /// Share of the rows' information that is in the posterior's whatever the inflation.
     share: f32,
+    /// Mean weight of the nodes at the mean.
+    usual: f32,
 }
 
 impl Centre {
     /// Of a posterior with this covariance, inflated by `inflation` at most; `None` where that is not positive definite.
-    pub fn new(mean: &[f32; GYRO], covariance: &[f32; 78], inflation: f32) -> Option<Self> {
+    pub fn new(rows: &LeftOver, mean: &[f32; GYRO], covariance: &[f32; 78], inflation: f32) -> Option<Self> {
         let covariance = Packed::<12, 78>(*covariance).cholesky()?;
         let mut information = Packed::zero();
         for i in 0..GYRO {
@@ -41,15 +48,20 @@ impl Centre {
                 information.add(i, j, *value);
             }
         }
-        information.cholesky().map(|factor| Self { mean: *mean, factor, share: 1.0 / inflation })
+        let weights = (0..rows.count()).fold(0.0, |sum, index| {
+            let innovations = rows.innovations(index, mean);
+            sum + weight(dot(&innovations, &innovations))
+        });
+        let usual = if rows.count() > 0 { weights / rows.count() as f32 } else { 1.0 };
+        information.cholesky().map(|factor| Self { mean: *mean, factor, share: 1.0 / inflation, usual })
     }
 }
 
 /// Cost of a change of (P row-major, b) from the posterior's mean, in posterior deviations. Half the squared distance, which is the posterior
 /// with all that is older than the rows and with how far it was shrunk; and for each node of the window what a heavier tail changes of it:
-/// s / 2 log(1 + |e|^2 / s) - |e|^2 / 2, s = nu + 9, times the share of the rows' information that the posterior surely has. A node's weight
-/// is 1 without an innovation: the density's own, (nu + 9) / nu, would take quiet nodes for a noise that is smaller than it is. What the
-/// search then finds is what robust weights of whole nodes change, and nothing else; without outliers the mean is the optimum.
+/// s / 2 log(1 + |e|^2 / s) - u |e|^2 / 2, s = nu + 9, u the mean weight of the nodes there, times the share of the rows' information that the
+/// posterior surely has. What the search then finds is what weights change that differ from node to node, and nothing else: of nodes that
+/// are all as quiet, or all as noisy, the mean is the optimum.
 pub struct WindowCost<'a> {
     rows: &'a LeftOver,
     centre: &'a Centre,
@@ -123,7 +135,7 @@ impl Cost<12> for WindowCost<'_> {
     fn evaluate(&self, y: &[f32; 12]) -> f32 {
         let change = self.change(y);
         let robust = self.squares(&change).fold(0.0, |sum, (_, _, square)| {
-            sum + 0.5 * (SPREAD * libm::log1pf(square / SPREAD) - square)
+            sum + 0.5 * (SPREAD * libm::log1pf(square / SPREAD) - self.centre.usual * square)
         });
         0.5 * dot(y, y) + self.centre.share * robust
     }
@@ -139,8 +151,8 @@ impl LeastSquaresCost<12, 78> for WindowCost<'_> {
             normal.add(k, k, 1.0);
         }
         for (index, innovations, square) in self.squares(&change) {
-            // Of the rows' own information only what is taken off it.
-            let weight = self.centre.share * (SPREAD / (SPREAD + square) - 1.0);
+            // Of the rows' own information only by how much it differs from the usual.
+            let weight = self.centre.share * (weight(square) - self.centre.usual);
             for (row, innovation) in self.rows.node(index).iter().zip(innovations) {
                 let [row @ .., _] = *row;
                 normal.add_outer(&factor.solve_lower(&row), weight);

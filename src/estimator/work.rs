@@ -90,7 +90,7 @@ impl<T: Real> Estimator<T> {
         let inflations = self.settings.widths.inflations;
         let inflation = inflations.iter().fold(1.0_f32, |most, x| if *x > most { *x } else { most });
         let (mean, covariance) = (averaged.mean.map(|x| x.narrow()), averaged.covariance.map(|x| x.narrow()));
-        if let Some(centre) = Centre::new(&mean, &covariance, inflation) {
+        if let Some(centre) = Centre::new(&self.left_over, &mean, &covariance, inflation) {
             // Just emptied, so there is room.
             let _ = self.centre.push(centre);
         }

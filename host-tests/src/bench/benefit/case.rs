@@ -64,8 +64,7 @@ impl Recording {
         known_error::apply(&mut trace, &truth);
         let whole = of_trace(&trace);
         trace.mark_clipped(&whole.full_scale);
-        let mut config = Config { freeze_at_us: Some(freeze_at_us(&trace, HOLD_OUT)), effects: std::env::var_os("NOEFF").is_none(), ..whole };
-        if std::env::var_os("NOSEARCH").is_some() { config.identification.optimizer = meerkat_mwd::config::OptimizerKind::Ls; }
+        let config = Config { freeze_at_us: Some(freeze_at_us(&trace, HOLD_OUT)), ..whole };
         let flight = fly(&config, &trace.samples, |_| {})?;
 
         let start_us = trace.first_us();
