@@ -14,12 +14,9 @@ use super::{
     widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, VARIABLES, Widths, column},
 };
 
-/// Inflations of the covariance: by hand the formal one is 2 to 6 times too small where motion is slow.
-const INFLATIONS: [f32; 3] = [1.0, 2.0, 4.0];
 /// Scales of P's prior, of which nobody knows how good the factory's calibration still is: log-uniform from the data sheet's width down to a
-/// 512th of it, which is nothing.
-const SCALES: [f32; 10] =
-    [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25, 0.001_953_125];
+/// 256th of it, which is nothing.
+const SCALES: [f32; 9] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25];
 /// Information, over the prior's, below which a direction says nothing.
 const LEAST_INFORMATION: f32 = 1e-4;
 /// A direction counts as decided by the data when they leave less than half of the prior's deviation.
@@ -183,7 +180,8 @@ impl<T: Real> Averaging<T> {
         let widths = [(0, mag), (1, iron), (2, accel)]
             .map(|(group, index)| T::of(self.grid.parts[group][index] / self.grid.sheet[group]).logarithm());
         let evidence = self.evidence.iter().fold(T::ZERO, |sum, x| sum + *x);
-        self.sum.add(&self.levels.2, evidence, widths);
+        let inflations = &self.grid.inflations[..self.grid.inflation_count];
+        self.sum.add(&self.levels.2, inflations, evidence, widths);
         self.stage += 1;
         true
     }
@@ -226,7 +224,7 @@ fn narrowed<T: Real, const N: usize, const M: usize>(
 
 impl<T: Real> Sum<T> {
     /// Adds one set of widths: the mean over inflations and scales of what bias and P then are.
-    fn add<const M: usize>(&mut self, of: &Gaussian<T, GYRO, M>, evidence: T, widths: [T; GROUPS]) {
+    fn add<const M: usize>(&mut self, of: &Gaussian<T, GYRO, M>, inflations: &[f32], evidence: T, widths: [T; GROUPS]) {
         let c = |i: usize, j: usize| of.covariance[if i >= j { triangle(i) + j } else { triangle(j) + i }];
         let mut values = [[T::ZERO; NINE]; NINE];
         for i in 0..NINE {
@@ -259,7 +257,7 @@ impl<T: Real> Sum<T> {
         // That of the prior that is inside.
         let inside = likelihood(T::ONE, T::ONE);
         let mut mixed = Mixed::zero();
-        for inflation in INFLATIONS.map(T::of) {
+        for inflation in inflations.iter().copied().map(T::of) {
             for scale in SCALES.map(T::of) {
                 let squared = scale * scale;
                 let log = evidence + likelihood(inflation, squared) - inside;

@@ -15,18 +15,21 @@ const NODES: u16 = 600;
 pub(super) struct FieldNorm<T> {
     mean: V3<T>,
     product: M3<T>,
+    /// Mean of the norms as they were calibrated at their time.
+    pub of_their_time: T,
     count: u16,
 }
 
 impl<T: Real> FieldNorm<T> {
     pub const fn zero() -> Self {
-        Self { mean: zero3(), product: zero33(), count: 0 }
+        Self { mean: zero3(), product: zero33(), of_their_time: T::ZERO, count: 0 }
     }
 
     /// Adds a node; `share`: one over its increments with a field.
     pub fn add(&mut self, pre: &Preintegration<T>, share: T) {
         self.count = if self.count < NODES { self.count + 1 } else { NODES };
         let weight = T::ONE / T::of(f32::from(self.count));
+        self.of_their_time += (pre.field_norms * share - self.of_their_time) * weight;
         self.mean += (pre.fields_read * share - self.mean) * weight;
         self.product += (pre.field_squares_read * share - self.product) * weight;
     }

@@ -202,7 +202,8 @@ impl<T: Real> Update<T> {
             }
             let length = pre.field_norms * share;
             node.norms.add(pre, share);
-            let deviation = length / node.norms.at(parameters) - T::ONE;
+            let usual = if noise.norms_of_their_time { node.norms.of_their_time } else { node.norms.at(parameters) };
+            let deviation = length / usual - T::ONE;
             let scatter = pre.field_variance();
             // What the readings' own scatter does not explain is the field's.
             let disturbed = deviation * deviation - scatter;

@@ -1,20 +1,18 @@
 //! What the globals may change by while the filter runs.
 
-use super::columns::{BIAS, GLOBALS, P};
+use super::{
+    columns::{BIAS, P},
+    settings::Noise,
+};
 
 /// How often they walk, seconds.
 pub(super) const EVERY_S: f32 = 10.0;
-/// Walk of the bias, rad/s per root second: 3e-3 deg/s. A tighter one is overconfident by 17 % on real recordings.
-const BIAS_RAD_S_RTS: f32 = 5.2e-5;
-/// Walk of each element of P, per root second: 1e-4 to 3e-4 cost nothing.
-const P_RTS: f32 = 2e-4;
-
 /// Variance that a global gains in a second, in squared units of its width.
-pub(super) fn variance_per_s(column: usize, sigma: f32) -> f32 {
-    let walk = if column >= P.from && column < GLOBALS {
-        P_RTS
+pub(super) fn variance_per_s(column: usize, sigma: f32, noise: &Noise) -> f32 {
+    let walk = if P.columns().contains(&column) {
+        noise.p_walk_rts
     } else if BIAS.columns().contains(&column) {
-        BIAS_RAD_S_RTS
+        noise.bias_walk_rad_s_rts
     } else {
         return 0.0;
     };

@@ -235,7 +235,7 @@ impl<T: Real> Estimator<T> {
 
     fn widen(&mut self) {
         for (column, sigma) in self.settings.sigma.iter().enumerate() {
-            let variance = T::of(walk::variance_per_s(column, *sigma)) * self.unwalked_s;
+            let variance = T::of(walk::variance_per_s(column, *sigma, &self.settings.noise)) * self.unwalked_s;
             self.globals.widen(column, variance);
         }
         self.unwalked_s = T::ZERO;
