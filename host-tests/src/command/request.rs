@@ -50,7 +50,7 @@ pub enum Request {
         /// The configuration of surveys
         file: PathBuf,
     },
-    /// Fly the model of a window whose acceptance refused it. Needs --key
+    /// Fly the model of the latest window, whether or not it was accepted. Needs --key
     AcceptModel {
         /// End of the window, microseconds, as its report says
         window_end_us: u64,
