@@ -113,7 +113,7 @@ impl<T: Real> Estimator<T> {
         for (slot, (i, j)) in p_covariance.iter_mut().zip(pairs) {
             *slot = variance(i, j) * unit(i) * unit(j);
         }
-        let [b @ ..] = [9, 10, 11].map(|k| averaged.mean.get(k).copied().unwrap_or(T::ZERO));
+        let b = [9, 10, 11].map(|k| averaged.mean.get(k).copied().unwrap_or(T::ZERO));
         Posterior {
             gyro: self.model(&averaged.mean),
             bias_only: GyroModel { b_rad_s: self.bias_of(&b), ..self.settings.factory },
