@@ -49,7 +49,7 @@ fn posterior<T: Real>(samples: &[(u64, [Reading; 3])], budget: u32) -> Posterior
 
 fn largest_difference(a: &GyroModel, b: &GyroModel) -> f32 {
     let p = a.p.as_flattened().iter().zip(b.p.as_flattened());
-    p.fold(0.0, |most, (a, b)| most.max((a - b).abs()))
+    p.fold(0.0, |most, (a, b)| if (a - b).abs() > most { (a - b).abs() } else { most })
 }
 
 #[test]
