@@ -143,8 +143,8 @@ impl<T: Real> Estimator<T> {
         if self.has_diverged() {
             return Err(Unfit::Diverged { nis: self.innovation.narrow() });
         }
-        let share = self.fieldless_share.narrow();
-        if share > MOST_FIELDLESS || !self.node.has_field {
+        let share = if self.node.has_field { self.fieldless_share.narrow() } else { 1.0 };
+        if share > MOST_FIELDLESS {
             return Err(Unfit::NoMagnetometer { share });
         }
         let sigmas = averaged.mean.iter().take(9).fold(0.0_f32, |most, x| {
