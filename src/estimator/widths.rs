@@ -45,10 +45,10 @@ impl Widths {
         with_lags: false,
     };
 
-    /// In a drill string: from the data sheets' to a hundredth, which is nothing. In steady rotation the data sheets' widths equal the third
+    /// In a drill string: from the data sheets' to next to nothing, which is a third of a percent of it: less, f32 does not tell apart. In steady rotation the data sheets' widths equal the third
     /// column of P, and a sensor that is better has to show it. The formal covariance is honest (0 to 70 deg, 30 to 180 rpm).
     pub const DRILL_STRING: Self = Self {
-        parts: [[0.01, 0.1, 1.0]; GROUPS],
+        parts: [[0.003, 0.05, 1.0]; GROUPS],
         count: [3; GROUPS],
         inflations: [1.0; 3],
         inflation_count: 1,
