@@ -15,8 +15,14 @@ use std::{
 
 /// The chip's target: a Cortex-M4 with a single-precision FPU.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// STM32F405 machines, best first: the Olimex board is in QEMU 8 and later, the Netduino has the same chip with more RAM.
-const MACHINES: [&str; 2] = ["olimex-stm32-h405", "netduinoplus2"];
+/// In QEMU 8 and later, which have the STM32F405's memory as the chip has it.
+const OLIMEX: &str = "olimex-stm32-h405";
+/// In QEMU before: the chip's CCM is missing, and 64 KiB more SRAM stand for it.
+const NETDUINO: &str = "netduinoplus2";
+/// STM32F405 machines, best first.
+const MACHINES: [&str; 2] = [OLIMEX, NETDUINO];
+/// Tells the build scripts of images for the emulator that the CCM, and with it the stack, is behind the SRAM.
+const CCM_BEHIND_SRAM: &str = "MWD_CCM_BEHIND_SRAM";
 /// Limits of what the compiler inlines and unrolls, and runs of instructions that occur often made one, as in `.cargo/config.toml`: three quarters of
 /// the flash, and no more instructions in the attitude filter.
 pub const RUSTFLAGS: [&str; 4] = [
@@ -79,7 +85,18 @@ impl Toolchain {
     pub fn cargo_build(&self) -> Command {
         let mut cargo = self.compiler.cargo("build");
         cargo.args(["--release", "--locked", "--target", TARGET, "--target-dir"]).arg(self.target_dir());
+        if self.ccm_is_behind_sram() {
+            cargo.env(CCM_BEHIND_SRAM, "1");
+        } else {
+            cargo.env_remove(CCM_BEHIND_SRAM);
+        }
         cargo
+    }
+
+    /// Whether the emulated machine has more SRAM where the chip has its CCM.
+    #[must_use]
+    pub fn ccm_is_behind_sram(&self) -> bool {
+        self.machine == NETDUINO
     }
 
     /// Where the release build of `binary` ends up.
