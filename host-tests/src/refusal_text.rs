@@ -42,6 +42,15 @@ pub fn refusal_text(refusal: &Refusal) -> String {
             "the magnetometer is not calibrated: its offset is {:.0} % of the field; calibrate it from turns in all directions",
             100.0 * hard_iron_share
         ),
+        Refusal::NoMagnetometer { share } => format!(
+            "{:.0} % of the motion has no usable field, and without one rotation about gravity cannot be seen; check the magnetometer, \
+             and whether a magnet is near",
+            100.0 * share
+        ),
+        Refusal::Implausible { sigmas } => format!(
+            "P is {sigmas:.1} deviations of its prior from the factory's, more than any data sheet allows; check the gyro's axes, signs, \
+             units and full scale"
+        ),
         // Variants may be added to the library before they have words here.
         ref other => format!("{other:?}"),
     }

@@ -6,7 +6,7 @@ use super::{ConfigError, all_positive};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct DiagnosisConfig {
-    /// Latest samples that a diagnosis looks at, seconds; one begins where the one before ended. Default 36: fewer than the 50 that are
+    /// Latest samples that a diagnosis looks at, seconds; one begins where the one before ended. Default 36: fewer than the 46 that are
     /// kept, so that there is time to go through them again and again before they are overwritten.
     pub window_s: f32,
     /// What a diagnosis finds takes effect this long after it began, seconds. Default 10, what the chip needs at the usual share of its
@@ -23,7 +23,7 @@ impl DiagnosisConfig {
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         check(self.window_s >= 24.0, "diagnosis.window_s", "at least 24, for its groups of test windows")?;
         check(self.latency_s <= self.window_s, "diagnosis.latency_s", "at most window_s")?;
-        check(self.window_s + self.latency_s <= 50.0, "diagnosis.window_s", "at most 50 less latency_s, what is kept")
+        check(self.window_s + self.latency_s <= 46.0, "diagnosis.window_s", "at most 46 less latency_s, what is kept")
     }
 }
 

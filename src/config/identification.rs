@@ -86,6 +86,9 @@ impl IdentificationConfig {
             ],
         )?;
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
+        let prior_sigmas = [self.prior_sigma_diagonal, self.prior_sigma_off_diagonal, self.prior_sigma_bias_rad_s];
+        let within = |sigma: &f32| (1e-6..=1.0).contains(sigma);
+        check(prior_sigmas.iter().all(within), "identification.prior_sigma_*", "1e-6 to 1")?;
         check(self.window_s <= 50.0, "identification.window_s", "at most 50, the capacity of the window")?;
         check(self.latency_s <= 5.0, "identification.latency_s", "at most 5, the capacity behind the window")?;
         check(self.update_s >= self.latency_s, "identification.update_s", "at least latency_s")?;

@@ -27,8 +27,8 @@ use increment_ring::{IncrementRing, Scales};
 use nalgebra::Vector3;
 use surroundings::SurroundingsRing;
 
-/// Increments kept: the longest window and latency together (50 s of at least 20 ms) and some more.
-const INCREMENTS: usize = 2_600;
+/// Increments kept: the longest window and latency together (46 s of at least 20 ms) and some more.
+const INCREMENTS: usize = 2_320;
 
 /// Everything that is gathered from samples as they come: increments and rests.
 pub(super) struct SampleStream {

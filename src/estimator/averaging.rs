@@ -44,14 +44,53 @@ pub(super) struct Averaged<T> {
 pub(super) struct Averaging<T> {
     stage: usize,
     grid: Widths,
+    /// All variables at the widths that the filter runs with.
     base: Gaussian<T, VARIABLES, { triangle(VARIABLES) }>,
-    levels: (
-        Gaussian<T, { LEFT_AFTER[0] }, { triangle(LEFT_AFTER[0]) }>,
-        Gaussian<T, { LEFT_AFTER[1] }, { triangle(LEFT_AFTER[1]) }>,
-        Gaussian<T, { LEFT_AFTER[2] }, { triangle(LEFT_AFTER[2]) }>,
-    ),
     evidence: [T; GROUPS],
     sum: Sum<T>,
+}
+
+/// What is left when a group is taken out, for its other widths: in scratch memory between updates of the filter.
+struct Levels<'a, T> {
+    after: [Slices<'a, T>; GROUPS],
+    work: Slices<'a, T>,
+}
+
+/// Mean and packed covariance of some variables.
+struct Slices<'a, T> {
+    mean: &'a mut [T],
+    covariance: &'a mut [T],
+}
+
+impl<T: Real> Slices<'_, T> {
+    /// Takes the first variables of another.
+    fn take_part(&mut self, mean: &[T], covariance: &[T]) {
+        let (n, m) = (self.mean.len(), self.covariance.len());
+        self.mean.copy_from_slice(&mean[..n]);
+        self.covariance.copy_from_slice(&covariance[..m]);
+    }
+}
+
+impl<T: Real> Slices<'_, T> {
+    /// Takes all of a smaller one.
+    fn take(&mut self, mean: &[T], covariance: &[T]) {
+        self.mean[..mean.len()].copy_from_slice(mean);
+        self.covariance[..covariance.len()].copy_from_slice(covariance);
+    }
+}
+
+/// Cuts the scratch memory up; `None` where it is too small.
+fn levels<T>(scratch: &mut [T]) -> Option<Levels<'_, T>> {
+    fn cut<'a, T>(rest: &mut &'a mut [T], variables: usize) -> Option<Slices<'a, T>> {
+        let (mean, next) = core::mem::take(rest).split_at_mut_checked(variables)?;
+        let (covariance, next) = next.split_at_mut_checked(triangle(variables))?;
+        *rest = next;
+        Some(Slices { mean, covariance })
+    }
+    let mut rest = scratch;
+    let [a, b, c] = LEFT_AFTER;
+    let after = [cut(&mut rest, a)?, cut(&mut rest, b)?, cut(&mut rest, c)?];
+    Some(Levels { after, work: cut(&mut rest, VARIABLES)? })
 }
 
 #[derive(Clone, Copy)]
@@ -63,12 +102,6 @@ struct Gaussian<T, const N: usize, const M: usize> {
 impl<T: Real, const N: usize, const M: usize> Gaussian<T, N, M> {
     const fn zero() -> Self {
         Self { mean: [T::ZERO; N], covariance: [T::ZERO; M] }
-    }
-
-    /// Takes the first variables of another.
-    fn marginal_of<const L: usize, const K: usize>(&mut self, other: &Gaussian<T, L, K>) {
-        self.mean.copy_from_slice(&other.mean[..N]);
-        self.covariance.copy_from_slice(&other.covariance[..M]);
     }
 }
 
@@ -116,14 +149,7 @@ impl<T: Real> Sum<T> {
 
 impl<T: Real> Averaging<T> {
     pub const fn zero() -> Self {
-        Self {
-            stage: 0,
-            grid: Widths::UNSET,
-            base: Gaussian::zero(),
-            levels: (Gaussian::zero(), Gaussian::zero(), Gaussian::zero()),
-            evidence: [T::ZERO; GROUPS],
-            sum: Sum::zero(),
-        }
+        Self { stage: 0, grid: Widths::UNSET, base: Gaussian::zero(), evidence: [T::ZERO; GROUPS], sum: Sum::zero() }
     }
 
     /// Begins: `scratch` takes the inverse of the root, a column a row.
@@ -156,32 +182,43 @@ impl<T: Real> Averaging<T> {
         }
     }
 
-    /// One width of each group; `false` when all are done.
-    pub fn step(&mut self) -> bool {
+    /// One width of each group; `false` when all are done. `scratch` must be left alone from one to the next.
+    pub fn step(&mut self, scratch: &mut [[T; WIDTH]]) -> bool {
         let [mags, irons, accels] = self.grid.count;
         if self.stage >= mags * irons * accels {
             return false;
         }
-        let (mag, iron, accel) = (self.stage / (irons * accels), self.stage / accels % irons, self.stage % accels);
-        let part = |group: usize, index: usize| T::of(self.grid.parts[group][index]);
-        if iron == 0 && accel == 0 {
-            let mut all = self.base;
-            self.evidence[0] = narrowed(&mut all, 0, part(0, mag), self.grid.with_lags);
-            self.levels.0.marginal_of(&all);
+        let Some(mut levels) = levels(scratch.as_flattened_mut()) else { return false };
+        let chosen = [self.stage / (irons * accels), self.stage / accels % irons, self.stage % accels];
+        // The first group whose width is another one than before, and all after it.
+        let from = if chosen[2] > 0 {
+            2
+        } else if chosen[1] > 0 {
+            1
+        } else {
+            0
+        };
+        for group in from..GROUPS {
+            let [before @ .., _] = &levels.after;
+            match group.checked_sub(1).and_then(|before_it| before.get(before_it)) {
+                None => levels.work.take(&self.base.mean, &self.base.covariance),
+                Some(before) => levels.work.take(before.mean, before.covariance),
+            }
+            let variables = if group == 0 { VARIABLES } else { LEFT_AFTER[group - 1] };
+            let width = T::of(self.grid.parts[group][chosen[group]]);
+            self.evidence[group] = narrowed(&mut levels.work, variables, group, width, self.grid.with_lags);
+            levels.after[group].take_part(levels.work.mean, levels.work.covariance);
         }
-        if accel == 0 {
-            let mut rest = self.levels.0;
-            self.evidence[1] = narrowed(&mut rest, 1, part(1, iron), self.grid.with_lags);
-            self.levels.1.marginal_of(&rest);
+        let mut widths = [T::ZERO; GROUPS];
+        for (group, (width, index)) in widths.iter_mut().zip(chosen).enumerate() {
+            *width = T::of(self.grid.parts[group][index] / self.grid.sheet[group]).logarithm();
         }
-        let mut rest = self.levels.1;
-        self.evidence[2] = narrowed(&mut rest, 2, part(2, accel), self.grid.with_lags);
-        self.levels.2.marginal_of(&rest);
-        let widths = [(0, mag), (1, iron), (2, accel)]
-            .map(|(group, index)| T::of(self.grid.parts[group][index] / self.grid.sheet[group]).logarithm());
         let evidence = self.evidence.iter().fold(T::ZERO, |sum, x| sum + *x);
+        let mut of = Gaussian::<T, GYRO, { triangle(GYRO) }>::zero();
+        of.mean.copy_from_slice(&levels.after[2].mean[..GYRO]);
+        of.covariance.copy_from_slice(&levels.after[2].covariance[..triangle(GYRO)]);
         let inflations = &self.grid.inflations[..self.grid.inflation_count];
-        self.sum.add(&self.levels.2, inflations, evidence, widths);
+        self.sum.add(&of, inflations, evidence, widths);
         self.stage += 1;
         true
     }
@@ -207,15 +244,10 @@ impl<T: Real> Averaging<T> {
 
 /// Narrows the priors of a group, the last of the variables, and takes these out of the mean and covariance that stay; the logarithm of the
 /// evidence.
-fn narrowed<T: Real, const N: usize, const M: usize>(
-    all: &mut Gaussian<T, N, M>,
-    group: usize,
-    width: T,
-    with_lags: bool,
-) -> T {
+fn narrowed<T: Real>(all: &mut Slices<T>, variables: usize, group: usize, width: T, with_lags: bool) -> T {
     let mut evidence = T::ZERO;
-    for n in (N - COUNTS[group] + 1..=N).rev() {
-        let stays = n == N && HAS_LAG[group] && !with_lags;
+    for n in (variables - COUNTS[group] + 1..=variables).rev() {
+        let stays = n == variables && HAS_LAG[group] && !with_lags;
         let width = if stays { T::ONE } else { width };
         evidence += narrow_last(&mut all.mean[..n], &mut all.covariance[..triangle(n)], width);
     }

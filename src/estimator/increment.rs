@@ -1,11 +1,15 @@
 //! Samples become increments of 40 ms: what the gyro turned, and the vectors' means turned to the middle. Nothing else of them is kept.
 
-use super::real::{Real, V3, identity, rotation, rotation_vector, square, widened, zero3, zero33};
+use super::real::{Real, V3, identity, norm, rotation, rotation_vector, square, widened, zero3, zero33};
 use crate::sample::Reading;
 use nalgebra::Matrix3;
 
 /// Increments a second, about: 12.5 are as good by hand, and 25 are enough for the rates of drilling.
 const INCREMENTS_PER_S: f32 = 25.0;
+/// Most that a probe can turn between two readings for its rotation to be known, rad.
+const MOST_RAD: f32 = 1.5;
+/// A longer gap is told piece by piece, seconds.
+const LONGEST_GAP_S: f32 = 1.0;
 
 /// One increment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,25 +126,30 @@ impl<T: Real> Builder<T> {
         let (force, field) = (good(force), good(field));
         let step_s = T::of(step_s);
         let longest = self.period_s * T::of(3.0);
-        let Some(rate) = good(rate) else {
-            self.waiting_s += step_s;
-            self.is_lost |= self.has_begun && self.waiting_s > longest;
-            return None;
-        };
         let interval_s = self.waiting_s + step_s;
+        // What turns by more from one reading to the next is no rotation that they show.
+        let shown = |rate: &V3<T>| norm(rate) * self.period_s < T::of(MOST_RAD);
+        let Some(rate) = good(rate).filter(shown) else {
+            self.waiting_s = interval_s;
+            if interval_s < T::of(LONGEST_GAP_S) {
+                self.is_lost |= interval_s > longest;
+                return None;
+            }
+            return Some(self.gap(bias));
+        };
         self.waiting_s = T::ZERO;
         let before = (self.rate_before, self.force_before, self.field_before);
         (self.rate_before, self.force_before, self.field_before) = (rate, force, field);
         if !self.has_begun {
-            self.has_begun = true;
+            (self.has_begun, self.is_lost) = (true, false);
             self.begin(bias);
             return None;
         }
         if self.is_lost || interval_s > longest {
-            let lost_s = self.seconds + interval_s;
+            self.waiting_s = interval_s;
+            let gap = self.gap(bias);
             self.is_lost = false;
-            self.begin(bias);
-            return Some(Item::Gap(lost_s));
+            return Some(gap);
         }
         self.add(interval_s, [before.0, rate], [before.1, force], [before.2, field]);
         if self.samples < self.per_increment {
@@ -149,6 +158,15 @@ impl<T: Real> Builder<T> {
         let increment = self.end(t_us);
         self.begin(bias);
         Some(Item::Increment(increment))
+    }
+
+    /// What was gathered, and waited for, is a gap.
+    fn gap(&mut self, bias: &V3<T>) -> Item<T> {
+        let lost_s = self.seconds + self.waiting_s;
+        self.waiting_s = T::ZERO;
+        self.is_lost = true;
+        self.begin(bias);
+        Item::Gap(lost_s)
     }
 
     fn begin(&mut self, bias: &V3<T>) {
@@ -167,23 +185,26 @@ impl<T: Real> Builder<T> {
         let centred = now + (before - now) * self.held - self.bias;
         let half = rotation(&(centred * (seconds * T::of(0.5))));
         let middle = self.rotation * half;
-        let mean = |pair: [Option<V3<T>>; 2]| match pair {
-            [Some(before), Some(now)] => Some((before + now) * T::of(0.5)),
-            _ => None,
+        let end = middle * half;
+        // Of a sensor that is read less often than the gyro each reading stands where it was read.
+        let turned = |pair: [Option<V3<T>>; 2]| match pair {
+            [Some(before), Some(now)] => Some(middle * ((before + now) * T::of(0.5))),
+            [None, Some(now)] => Some(end * now),
+            [_, None] => None,
         };
-        if let Some(force) = mean(forces) {
-            self.force += middle * force;
+        if let Some(force) = turned(forces) {
+            self.force += force;
             self.forces += 1;
         }
         if let [Some(before), Some(now)] = forces {
             self.steps += square(&(now - before));
             self.pairs += 1;
         }
-        if let Some(field) = mean(fields) {
-            self.field += middle * field;
+        if let Some(field) = turned(fields) {
+            self.field += field;
             self.fields += 1;
         }
-        self.rotation = middle * half;
+        self.rotation = end;
         self.rates += centred;
         self.squares += centred.component_mul(&centred);
         self.samples += 1;
@@ -193,10 +214,7 @@ impl<T: Real> Builder<T> {
     fn end(&self, end_us: u64) -> Increment<T> {
         let turned = rotation_vector(&self.rotation);
         let back = rotation(&(turned * T::of(-0.5)));
-        let mean = |sum: &V3<T>, count: u16| {
-            // Half of it has to be read.
-            (2 * count >= self.per_increment).then(|| back * (sum / T::of(f32::from(count))))
-        };
+        let mean = |sum: &V3<T>, count: u16| (count > 0).then(|| back * (sum / T::of(f32::from(count))));
         let n = T::of(f32::from(self.samples));
         let rates = self.rates / n;
         Increment {

@@ -33,10 +33,10 @@ pub use settings::{Noise, Settings};
 pub use widths::Widths;
 pub use window_cost::WindowCost;
 
-use crate::sample::Reading;
+use crate::{compensation::GyroModel, sample::Reading};
 use alignment::Alignment;
 use averaging::Averaging;
-use columns::GLOBALS;
+use columns::{GLOBALS, P};
 use globals::Globals;
 use heapless::{Deque, Vec};
 use increment::{Builder, Increment, Item};
@@ -49,8 +49,8 @@ use real::{M3, V3, widened, zero3, zero33};
 use rest::Rests;
 use window_cost::Centre;
 
-/// Increments that wait for work: 1.2 s.
-const WAITING: usize = 32;
+/// Increments that wait for work: 0.9 s.
+const WAITING: usize = 24;
 
 /// What is being worked on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,9 +73,12 @@ pub struct Estimator<T = f32> {
     sigma: [T; GLOBALS],
     factory_p: M3<T>,
     builder: Builder<T>,
+    has_sample: bool,
     last_us: u64,
     waiting: Deque<Item<T>, WAITING>,
     lost: u32,
+    /// Length of the increments that found no room, seconds.
+    dropped_s: T,
     task: Task,
     /// The increment whose neighbours give it the derivative of force, and the one before it.
     held: Vec<Increment<T>, 1>,
@@ -101,8 +104,9 @@ pub struct Estimator<T = f32> {
     centre: Vec<Centre, 1>,
     posterior: Vec<Posterior, 1>,
     motion_s: T,
-    /// Share of the latest time without a rate.
+    /// Shares of the latest time without a rate, and of the latest motion without a field.
     lost_share: T,
+    fieldless_share: T,
     /// Seconds through which nobody knows how the probe turned, until the attitude is aligned anew.
     gap_s: T,
     /// Raw bias about which rotations are composed: of what flies, so that it changes at the instants at which that does.
@@ -123,9 +127,11 @@ impl<T: Real> Estimator<T> {
             sigma: [T::ZERO; GLOBALS],
             factory_p: zero33(),
             builder: Builder::zero(),
+            has_sample: false,
             last_us: 0,
             waiting: Deque::new(),
             lost: 0,
+            dropped_s: T::ZERO,
             task: Task::Next,
             held: Vec::new(),
             held_before: None,
@@ -147,6 +153,7 @@ impl<T: Real> Estimator<T> {
             posterior: Vec::new(),
             motion_s: T::ZERO,
             lost_share: T::ZERO,
+            fieldless_share: T::ZERO,
             gap_s: T::ZERO,
             composed_about: zero3(),
             unwalked_s: T::ZERO,
@@ -161,12 +168,13 @@ impl<T: Real> Estimator<T> {
         self.sigma = settings.sigma.map(T::of);
         let p = settings.factory.p_matrix();
         self.factory_p = M3::from_fn(|i, j| p.get((i, j)).map_or(T::ZERO, |x| T::of(*x)));
-        self.last_us = 0;
+        self.has_sample = false;
+        self.dropped_s = T::ZERO;
         self.waiting.clear();
         self.lost = 0;
         self.compose_about(settings.factory.b_rad_s);
         self.builder.start(settings.sample_period_s, settings.is_instant);
-        self.lost_share = T::ZERO;
+        (self.lost_share, self.fieldless_share) = (T::ZERO, T::ZERO);
         self.rests.start();
         let [x, y, z] = self.settings.factory.b_rad_s.map(T::of);
         self.bias = V3::new(x, y, z);
@@ -180,6 +188,25 @@ impl<T: Real> Estimator<T> {
         self.waiting.clear();
         self.begin();
         self.posterior.clear();
+    }
+
+    /// A model of an earlier session, with its deviations (P row-major, then b): what was learnt of P then is what is known of it now. The
+    /// bias is another one at every start, and is as unknown as without.
+    pub fn restore(&mut self, model: &GyroModel, sigma: &[f32; 12]) {
+        let factory = self.settings.factory.p;
+        let changes = model.p.as_flattened().iter().zip(factory.as_flattened()).map(|(p, factory)| p - factory);
+        for ((column, change), sigma) in P.columns().zip(changes).zip(sigma) {
+            let Some(unit) = self.settings.sigma.get(column).copied().filter(|unit| *unit > 0.0) else { continue };
+            let known = if *sigma < unit && *sigma > 0.0 { unit / sigma } else { 1.0 };
+            if let (Some(x), Some(row)) = (self.globals.x.get_mut(column), self.globals.root.get_mut(column)) {
+                *x = T::of(change / unit);
+                if let Some(diagonal) = row.get_mut(column) {
+                    *diagonal = T::of(known);
+                }
+            }
+        }
+        self.compose_about(model.b_rad_s);
+        self.linearise();
     }
 
     fn begin(&mut self) {
@@ -210,9 +237,8 @@ impl<T: Real> Estimator<T> {
 
     /// Takes one sample: raw rate, rad/s; specific force, m/s^2, and field, of any unit, calibrated. Time must increase.
     pub fn push(&mut self, t_us: u64, rate: Reading, force: Reading, field: Reading) {
-        let step_us = t_us.saturating_sub(self.last_us);
-        let step_s = if self.last_us == 0 { 0.0 } else { step_us as f32 * 1e-6 };
-        self.last_us = t_us;
+        let step_s = if self.has_sample { t_us.saturating_sub(self.last_us) as f32 * 1e-6 } else { 0.0 };
+        (self.has_sample, self.last_us) = (true, t_us);
         if let Some(item) = self.builder.push((t_us, step_s), &self.composed_about, [rate, force, field]) {
             self.queue(item);
         }
@@ -236,8 +262,17 @@ impl<T: Real> Estimator<T> {
     }
 
     fn queue(&mut self, item: Item<T>) {
-        if self.waiting.push_back(item).is_err() {
+        if self.dropped_s > T::ZERO && self.waiting.push_back(Item::Gap(self.dropped_s)).is_ok() {
+            self.dropped_s = T::ZERO;
+        }
+        if let Err(item) = self.waiting.push_back(item) {
             self.lost = self.lost.saturating_add(1);
+            // What was lost is a gap to those after it.
+            self.dropped_s += match item {
+                Item::Increment(increment) => increment.seconds,
+                Item::Gap(seconds) => seconds,
+                Item::Close => T::ZERO,
+            };
         }
     }
 

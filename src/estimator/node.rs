@@ -158,12 +158,8 @@ impl<T: Real> Update<T> {
         self.rows = [[T::ZERO; WIDTH]; SCRATCH];
         self.next = 0;
         for (row, root) in self.rows.iter_mut().zip(&node.root) {
-            for j in 0..NODE {
-                row[j] = root[j];
-            }
-            for j in 0..GLOBALS {
-                row[GLOBAL + j] = root[NODE + j];
-            }
+            row[..NODE].copy_from_slice(&root[..NODE]);
+            row[GLOBAL..CONSTANT].copy_from_slice(&root[NODE..]);
         }
         let seconds = pre.seconds;
         let gravity = V3::new(T::ZERO, T::ZERO, of(-settings.gravity_m_s2));
@@ -291,12 +287,8 @@ impl<T: Real> Update<T> {
             by[j] = sum / row[NEW + j];
         }
         for (root, row) in node.root.iter_mut().zip(rows) {
-            for c in 0..NODE {
-                root[c] = row[NEW + c];
-            }
-            for c in 0..GLOBALS {
-                root[NODE + c] = row[GLOBAL + c];
-            }
+            root[..NODE].copy_from_slice(&row[NEW..NEW + NODE]);
+            root[NODE..].copy_from_slice(&row[GLOBAL..CONSTANT]);
         }
         let three = |from: usize| V3::new(by[from], by[from + 1], by[from + 2]);
         let turn = three(0);

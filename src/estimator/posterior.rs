@@ -15,7 +15,11 @@ const LEAST_MOTION_S: f32 = 14.0;
 /// over 1. Sound runs stay under 1.07.
 const DIVERGED: f32 = 1.2;
 /// Share of the latest time without a rate at which the gyro is of no use.
-const LEAST_READ: f32 = 0.5;
+const MOST_LOST: f32 = 0.5;
+/// Share of the latest motion without a field at which there is no magnetometer.
+const MOST_FIELDLESS: f32 = 0.8;
+/// Deviations of the prior from the factory's P at which a P is none that a data sheet allows: one in 16,000 by chance.
+const MOST_SIGMAS: f32 = 4.0;
 /// Hard iron, of the earth's field, at which the magnetometer needs a calibration first.
 const MOST_HARD_IRON: f32 = 0.5;
 /// A parameter is observed when less than half of the prior's deviation is left.
@@ -71,6 +75,16 @@ pub enum Unfit {
     },
     /// The accelerometer reads nothing usable.
     NoAccelerometer,
+    /// Too little of the motion has a field: rotation about gravity cannot be seen.
+    NoMagnetometer {
+        /// Share of the motion without one.
+        share: f32,
+    },
+    /// P is farther from the factory's than any part's data sheet allows.
+    Implausible {
+        /// How many deviations of the prior.
+        sigmas: f32,
+    },
     /// The magnetometer's offset is too large: it needs a calibration first.
     MagnetometerUncalibrated {
         /// Hard iron, of the earth's field.
@@ -99,7 +113,7 @@ impl<T: Real> Estimator<T> {
         for (slot, (i, j)) in p_covariance.iter_mut().zip(pairs) {
             *slot = variance(i, j) * unit(i) * unit(j);
         }
-        let [b @ ..] = [9, 10, 11].map(|k| averaged.mean.get(k).copied().unwrap_or(T::ZERO));
+        let b = [9, 10, 11].map(|k| averaged.mean.get(k).copied().unwrap_or(T::ZERO));
         Posterior {
             gyro: self.model(&averaged.mean),
             bias_only: GyroModel { b_rad_s: self.bias_of(&b), ..self.settings.factory },
@@ -110,13 +124,13 @@ impl<T: Real> Estimator<T> {
             widths: averaged.widths.map(|x| x.narrow()),
             nis: self.innovation.narrow(),
             motion_s: self.motion_s.narrow(),
-            fitness: self.fitness(),
+            fitness: self.fitness(averaged),
         }
     }
 
-    fn fitness(&self) -> Result<(), Unfit> {
+    fn fitness(&self, averaged: &Averaged<T>) -> Result<(), Unfit> {
         let share = self.lost_share.narrow();
-        if share > LEAST_READ {
+        if share > MOST_LOST {
             return Err(Unfit::GyroUnusable { share });
         }
         if !self.is_aligned {
@@ -129,11 +143,21 @@ impl<T: Real> Estimator<T> {
         if self.has_diverged() {
             return Err(Unfit::Diverged { nis: self.innovation.narrow() });
         }
-        if self.node.has_field {
-            let hard_iron_share = (norm(&self.parameters.hard_iron) / norm(&self.node.field)).narrow();
-            if hard_iron_share > MOST_HARD_IRON {
-                return Err(Unfit::MagnetometerUncalibrated { hard_iron_share });
-            }
+        let share = self.fieldless_share.narrow();
+        if share > MOST_FIELDLESS || !self.node.has_field {
+            return Err(Unfit::NoMagnetometer { share });
+        }
+        let sigmas = averaged.mean.iter().take(9).fold(0.0_f32, |most, x| {
+            let size = libm::fabsf(x.narrow());
+            // A NaN stays.
+            if size <= most { most } else { size }
+        });
+        if !matches!(sigmas.partial_cmp(&MOST_SIGMAS), Some(core::cmp::Ordering::Less)) {
+            return Err(Unfit::Implausible { sigmas });
+        }
+        let hard_iron_share = (norm(&self.parameters.hard_iron) / norm(&self.node.field)).narrow();
+        if hard_iron_share > MOST_HARD_IRON {
+            return Err(Unfit::MagnetometerUncalibrated { hard_iron_share });
         }
         Ok(())
     }

@@ -167,6 +167,15 @@ impl Settings {
             put(HARD_IRON.from, &[0.3; 3]);
             put(ACCEL_MATRIX.from, &[0.02; 9]);
         }
+        if id.vectors_from_reference {
+            // They have no errors of their own, but for the common lag.
+            sigma = [0.0; GLOBALS];
+        }
+        let mut put = |from: usize, widths: &[f32]| {
+            for (slot, width) in sigma.iter_mut().skip(from).zip(widths) {
+                *slot = *width;
+            }
+        };
         put(BIAS.from, &[id.prior_sigma_bias_rad_s; 3]);
         let (on, off) = (id.prior_sigma_diagonal, id.prior_sigma_off_diagonal);
         put(P.from, &[on, off, off, off, on, off, off, off, on]);

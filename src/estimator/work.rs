@@ -47,7 +47,7 @@ impl<T: Real> Estimator<T> {
                 COLUMN_UNITS
             }
             Task::Averaging => {
-                if !self.averaging.step() {
+                if !self.averaging.step(&mut self.update.rows) {
                     self.conclude();
                     return CENTRE_UNITS;
                 }
@@ -102,15 +102,9 @@ impl<T: Real> Estimator<T> {
         }
     }
 
-    /// Takes note of time with a rate or without one.
-    fn read(&mut self, seconds: T, lost: T) {
-        let share = seconds / T::of(READ_S);
-        self.lost_share += (lost - self.lost_share) * if share < T::ONE { share } else { T::ONE };
-    }
-
     /// An increment whose neighbours are known.
     fn take(&mut self, increment: &Increment<T>, after: Option<V3<T>>) {
-        self.read(increment.seconds, T::ZERO);
+        settle(&mut self.lost_share, T::ZERO, increment.seconds);
         let mut increment = *increment;
         if let Some(field) = &mut increment.field {
             if self.field_unit == T::ZERO {
@@ -151,6 +145,8 @@ impl<T: Real> Estimator<T> {
         }
         if self.kind == Kind::Moving {
             self.motion_s += self.pre.seconds;
+            let fieldless = if self.pre.fields == 0 { T::ONE } else { T::ZERO };
+            settle(&mut self.fieldless_share, fieldless, self.pre.seconds);
         }
         self.unwalked_s += self.pre.seconds;
         let settings = (&self.settings, &self.sigma, self.unknown_rotation());
@@ -252,7 +248,7 @@ impl<T: Real> Estimator<T> {
 
     /// Seconds through which nobody knows how the probe turned.
     fn gap(&mut self, seconds: T) {
-        self.read(seconds, T::ONE);
+        settle(&mut self.lost_share, T::ONE, seconds);
         self.pre.start();
         self.rests.interrupt();
         self.held_before = None;
@@ -260,4 +256,10 @@ impl<T: Real> Estimator<T> {
         self.alignment.start();
         self.gap_s += seconds;
     }
+}
+
+/// Brings the share of the latest time up to date: over `seconds` it was `now`.
+fn settle<T: Real>(share: &mut T, now: T, seconds: T) {
+    let part = seconds / T::of(READ_S);
+    *share += (now - *share) * if part < T::ONE { part } else { T::ONE };
 }

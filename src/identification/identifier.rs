@@ -74,8 +74,9 @@ impl Identifier {
 
     /// Flies this model from the first sample on; to be called between `configure` and `start`.
     #[cfg(feature = "storage")]
-    pub const fn restore(&mut self, gyro: &GyroModel) {
+    pub fn restore(&mut self, gyro: &GyroModel, sigma: &[f32; 12]) {
         self.flown = *gyro;
+        self.estimator.restore(gyro, sigma);
     }
 
     pub const fn flown(&self) -> &GyroModel {

@@ -102,6 +102,16 @@ pub enum Refusal {
         /// Mean squared innovation over its degrees of freedom.
         nis: f32,
     },
+    /// Too little of the motion has a field: rotation about gravity cannot be seen.
+    NoMagnetometer {
+        /// Share of the motion without one.
+        share: f32,
+    },
+    /// P is farther from the factory's than any part's data sheet allows.
+    Implausible {
+        /// How many deviations of the prior.
+        sigmas: f32,
+    },
     /// The magnetometer's offset is too large: it needs a calibration first.
     MagnetometerUncalibrated {
         /// Hard iron, of the field's norm.
@@ -116,6 +126,8 @@ impl From<Unfit> for Refusal {
             Unfit::Diverged { nis } => Self::Diverged { nis },
             Unfit::GyroUnusable { share } => Self::GyroUnusable { share },
             Unfit::NoAccelerometer => Self::NoAccelerometer,
+            Unfit::NoMagnetometer { share } => Self::NoMagnetometer { share },
+            Unfit::Implausible { sigmas } => Self::Implausible { sigmas },
             Unfit::MagnetometerUncalibrated { hard_iron_share } => Self::MagnetometerUncalibrated { hard_iron_share },
         }
     }

@@ -136,7 +136,7 @@ impl StabilityGate {
 pub(super) const fn agrees(decision: Decision) -> Option<bool> {
     match decision {
         Decision::Accepted => Some(true),
-        Decision::Refused(Refusal::Diverged { .. }) => Some(false),
+        Decision::Refused(Refusal::Diverged { .. } | Refusal::Implausible { .. }) => Some(false),
         Decision::Refused(_) => None,
     }
 }

@@ -136,6 +136,8 @@ impl Trial {
             Refusal::GyroUnusable { .. } => "gyro unusable",
             Refusal::Diverged { .. } => "diverged",
             Refusal::MagnetometerUncalibrated { .. } => "magnetometer uncalibrated",
+            Refusal::NoMagnetometer { .. } => "no magnetometer",
+            Refusal::Implausible { .. } => "implausible",
             _ => "other",
         })
     }

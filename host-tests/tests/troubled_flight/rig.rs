@@ -183,7 +183,8 @@ pub fn sound_report(report: &WindowReport) {
         Decision::Accepted => 0.0,
         Decision::Refused(refusal) => match refusal {
             Refusal::NotEnoughMotion { motion_s, .. } => motion_s,
-            Refusal::GyroUnusable { share } => share,
+            Refusal::GyroUnusable { share } | Refusal::NoMagnetometer { share } => share,
+            Refusal::Implausible { sigmas } => sigmas,
             Refusal::Diverged { nis } => nis,
             Refusal::MagnetometerUncalibrated { hard_iron_share } => hard_iron_share,
             _ => 0.0,

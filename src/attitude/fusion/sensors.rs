@@ -20,15 +20,19 @@ impl AttitudeFilter {
     /// take the place of the configured ones where they are smaller.
     pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {
         let Some((config, _)) = self.settings() else { return };
+        // What was learnt of the bias that flew holds for the one that flies.
+        self.bias_rad_s += new.p_matrix() * (Vector3::from(old.b_rad_s) - Vector3::from(new.b_rad_s));
         if old.p == new.p {
-            self.bias_rad_s += new.p_matrix() * (Vector3::from(old.b_rad_s) - Vector3::from(new.b_rad_s));
             return;
         }
-        self.bias_rad_s = Vector3::zeros();
         let change = new.p_matrix() - old.p_matrix();
         let of_axes = change.column_iter().map(|column| column.norm_squared() / 3.0);
         let change = of_axes.fold(0.0, |most, x| if x > most { x } else { most });
-        if change > DOUBTED * DOUBTED * self.scale_sigma * self.scale_sigma && self.heading_blocks > 1 {
+        let is_other = change > DOUBTED * DOUBTED * self.scale_sigma * self.scale_sigma;
+        if is_other {
+            self.bias_rad_s = Vector3::zeros();
+        }
+        if is_other && self.heading_blocks > 1 {
             // the heading was carried by a gyro that is worse than was thought: it is taken from the next field
             self.errors.open(HEADING, PI * PI);
             self.heading_blocks = 1;
@@ -45,6 +49,9 @@ impl AttitudeFilter {
         };
         let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
         self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, config.gyro_scale_sigma);
+        if !is_other {
+            return;
+        }
         for (k, sigma) in sigma.iter().skip(9).enumerate() {
             let sigma = between(*sigma, LEAST_BIAS_RAD_S, config.gyro_bias_sigma_rad_s);
             self.errors.open(BIAS + k, sigma * sigma);

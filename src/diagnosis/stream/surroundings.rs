@@ -2,7 +2,7 @@
 pub(crate) const SHARED: u32 = 10;
 
 /// Entries: as many as the increments that are kept need, and one in progress.
-const ENTRIES: usize = 263;
+const ENTRIES: usize = 235;
 
 /// What changes slowly, in means over a fifth of a second: how hard it shakes, and how warm it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,7 +116,7 @@ mod tests {
             ring.add(None, None);
             ring.complete(index);
         }
-        for index in 400..3_000 {
+        for index in 700..3_000 {
             let entry = (index / SHARED - 1) as f32;
             let found = ring.get(index);
             for square in [found.square_force_m2_s4, found.largest_square_m2_s4] {
