@@ -23,14 +23,8 @@ const NETDUINO: &str = "netduinoplus2";
 const MACHINES: [&str; 2] = [OLIMEX, NETDUINO];
 /// Tells the build scripts of images for the emulator that the CCM, and with it the stack, is behind the SRAM.
 const CCM_BEHIND_SRAM: &str = "MWD_CCM_BEHIND_SRAM";
-/// Limits of what the compiler inlines and unrolls, and runs of instructions that occur often made one, as in `.cargo/config.toml`: three quarters of
-/// the flash, and no more instructions in the attitude filter.
-pub const RUSTFLAGS: [&str; 4] = [
-    "-Cllvm-args=-inline-threshold=0",
-    "-Cllvm-args=-inlinehint-threshold=70",
-    "-Cllvm-args=-unroll-threshold=20",
-    "-Cllvm-args=-enable-machine-outliner=always",
-];
+/// As in `.cargo/config.toml`: the processor's own timings, by which the compiler takes a product and a sum for the slower chained pair.
+pub const RUSTFLAGS: [&str; 1] = ["-Ctarget-cpu=cortex-m4"];
 const QEMU: &str = "qemu-system-arm";
 /// Debian's own compiler with the source of the core library, for when the server of rustup's targets cannot be reached.
 const DEBIAN_RUST: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
