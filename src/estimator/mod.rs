@@ -306,3 +306,6 @@ impl<T: Real> Estimator<T> {
         self.rests.seconds(seconds)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -15,7 +15,7 @@ const LEAST_MOTION_S: f32 = 14.0;
 /// over 1. Sound runs stay under 1.07.
 const DIVERGED: f32 = 1.2;
 /// Share of the latest time without a rate at which the gyro is of no use.
-const MOST_LOST: f32 = 0.5;
+const MOST_LOST: f32 = 0.8;
 /// Share of the latest motion without a field at which there is no magnetometer.
 const MOST_FIELDLESS: f32 = 0.8;
 /// Deviations of the prior from the factory's P at which a P is none that a data sheet allows: one in 16,000 by chance.
@@ -143,8 +143,8 @@ impl<T: Real> Estimator<T> {
         if self.has_diverged() {
             return Err(Unfit::Diverged { nis: self.innovation.narrow() });
         }
-        let share = self.fieldless_share.narrow();
-        if share > MOST_FIELDLESS || !self.node.has_field {
+        let share = if self.node.has_field { self.fieldless_share.narrow() } else { 1.0 };
+        if share > MOST_FIELDLESS {
             return Err(Unfit::NoMagnetometer { share });
         }
         let sigmas = averaged.mean.iter().take(9).fold(0.0_f32, |most, x| {

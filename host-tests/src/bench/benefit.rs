@@ -7,6 +7,7 @@ mod case;
 mod error_multiplied_in;
 mod least_over_shifts;
 mod nees;
+mod troubled;
 
 use anyhow::Context;
 
@@ -17,12 +18,26 @@ use super::{
 };
 use crate::recordings::{FOLDER, bundled, given};
 use case::{Case, Errors, Recording};
+use troubled::Trouble;
 
 /// Sizes of the error, in the order of the rows; 0 leaves the recording as it is.
 const SCALES: [f64; 5] = [1.0, 0.3, 0.2, 0.1, 0.0];
 
 /// Those that are shown of each recording.
 const SHOWN: [f64; 3] = [1.0, 0.2, 0.0];
+
+/// What is amiss in the first half, and the error beside it.
+const TROUBLES: [(&str, Trouble, f64); 9] = [
+    ("a gap of 0.1 s every 10 s", Trouble::Gaps(100_000), 1.0),
+    ("a gap of 1 s every 10 s", Trouble::Gaps(1_000_000), 1.0),
+    ("a gap of 5 s every 10 s", Trouble::Gaps(5_000_000), 1.0),
+    ("a gap of 1 s every 10 s, as recorded", Trouble::Gaps(1_000_000), 0.0),
+    ("start in motion", Trouble::StartInMotion, 1.0),
+    ("start in motion, as recorded", Trouble::StartInMotion, 0.0),
+    ("no magnetometer for 20 s", Trouble::NoField, 1.0),
+    ("no magnetometer for 20 s, as recorded", Trouble::NoField, 0.0),
+    ("P's diagonal within 30 %, off-diagonal 15 %, b 6 deg/s", Trouble::None, 3.0),
+];
 
 /// The cases of one recording.
 struct Flown {
@@ -31,8 +46,9 @@ struct Flown {
 }
 
 pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
-    let flown = flown(effort)?;
-    Ok(vec![by_scale(&flown), by_recording(&flown), harmed(&flown)])
+    let recordings = recordings()?;
+    let flown = flown(&recordings, effort)?;
+    Ok(vec![by_scale(&flown), by_recording(&flown), harmed(&flown), troubled(&recordings, effort)?])
 }
 
 /// Errors drawn for a recording.
@@ -46,18 +62,21 @@ fn draws(effort: Effort, scale: f64) -> u64 {
     }
 }
 
-fn flown(effort: Effort) -> anyhow::Result<Vec<Flown>> {
+fn recordings() -> anyhow::Result<Vec<Recording>> {
     let mut paths = given().context(FOLDER)?;
     if paths.is_empty() {
         paths = bundled()?;
     }
     let read = each_seed(0..paths.len() as u64, |index| Recording::read(paths.get(index as usize).context("a path")?))?;
-    let recordings: Vec<Recording> = read.into_iter().flatten().collect();
+    Ok(read.into_iter().flatten().collect())
+}
+
+fn flown(recordings: &[Recording], effort: Effort) -> anyhow::Result<Vec<Flown>> {
     let of_one = || SCALES.into_iter().flat_map(|scale| (0..draws(effort, scale)).map(move |draw| (scale, draw)));
     let cases: Vec<_> = recordings.iter().flat_map(|recording| of_one().map(move |case| (recording, case))).collect();
     let mut done = each_seed(0..cases.len() as u64, |index| {
         let (recording, (scale, draw)) = cases.get(index as usize).context("a case")?;
-        recording.fly_with(*scale, *draw)
+        recording.fly_with(Trouble::None, *scale, *draw)
     })?
     .into_iter();
     let of_recording = |recording: &Recording| Flown {
@@ -152,6 +171,32 @@ fn harmed(flown: &[Flown]) -> Table {
         }
     }
     table
+}
+
+fn troubled(recordings: &[Recording], effort: Effort) -> anyhow::Result<Table> {
+    let mut table = Table::new(
+        "With something amiss in the first half; without a rest bias only is the raw rate",
+        &["trouble", "share, mean", "median", "harmed", "of cases", "flown / bias only, worst", "mean"],
+    );
+    for (name, trouble, scale) in TROUBLES {
+        let draws = draws(effort, scale);
+        let cases = each_seed(0..recordings.len() as u64 * draws, |index| {
+            let recording = recordings.get((index / draws) as usize).context("a recording")?;
+            recording.fly_with(trouble, scale, index % draws)
+        })?;
+        let shares: Vec<f64> = cases.iter().filter_map(|case| case.errors.share()).collect();
+        let ratios: Vec<f64> = cases.iter().map(|case| case.errors.ratio()).collect();
+        table.row([
+            name.into(),
+            number(mean(&shares), 2),
+            number(middle(&shares), 2),
+            number(cases.iter().filter(|case| case.errors.harmed()).count() as f64, 0),
+            number(cases.len() as f64, 0),
+            number(largest(&ratios), 2),
+            number(mean(&ratios), 2),
+        ]);
+    }
+    Ok(table)
 }
 
 fn number(value: f64, decimals: usize) -> Cell {

@@ -11,6 +11,7 @@ use super::{
     least_over_shifts::{Window, error_deg, windows},
     middle,
     nees::nees,
+    troubled::Trouble,
 };
 use crate::{
     configuration::{freeze_at_us, of_trace},
@@ -22,7 +23,7 @@ use crate::{
 };
 
 /// Share of a recording that is kept back for the scores.
-const HOLD_OUT: f64 = 0.5;
+pub(super) const HOLD_OUT: f64 = 0.5;
 
 /// A median of fewer samples at rest is no bias.
 const REST_SAMPLES: usize = 50;
@@ -50,24 +51,26 @@ impl Recording {
     pub(super) fn read(path: &Path) -> anyhow::Result<Option<Self>> {
         let trace = Trace::read(path)?;
         let windows = windows(&trace, freeze_at_us(&trace, HOLD_OUT));
-        let attainable_deg = error_deg(&windows, &less_bias(&trace));
+        let attainable_deg = error_deg(&windows, &less_bias(&trace, freeze_at_us(&trace, HOLD_OUT), trace.first_us()));
         Ok(attainable_deg.map(|attainable_deg| Self { name: name(path), trace, windows, attainable_deg }))
     }
 
-    /// Multiplies an error in and flies the samples, first half with identification, second half frozen.
+    /// Puts a trouble into the first half, multiplies an error in and flies the samples, first half with identification, second half frozen.
     ///
     /// # Errors
     /// The recording cannot be flown.
-    pub(super) fn fly_with(&self, scale: f64, draw: u64) -> anyhow::Result<Case> {
+    pub(super) fn fly_with(&self, trouble: Trouble, scale: f64, draw: u64) -> anyhow::Result<Case> {
         let truth = drawn(&self.name, draw, scale);
-        let mut trace = self.trace.clone();
+        let mut trace = trouble.of(&self.trace);
         known_error::apply(&mut trace, &truth);
         let whole = of_trace(&trace);
         trace.mark_clipped(&whole.full_scale);
-        let config = Config { freeze_at_us: Some(freeze_at_us(&trace, HOLD_OUT)), ..whole };
+        let half_us = freeze_at_us(&self.trace, HOLD_OUT);
+        let config = Config { freeze_at_us: Some(half_us), ..whole };
         let flight = fly(&config, &trace.samples, |_| {})?;
 
-        let start_us = trace.first_us();
+        // Windows count from the recording's own beginning.
+        let start_us = self.trace.first_us();
         let outputs = flight.outputs.iter().map(|o| (seconds_since(start_us, o.t_us), rate(o.rate_rad_s)));
         let flown = RateTrack::from_points(outputs);
         let error =
@@ -76,7 +79,7 @@ impl Recording {
             scale,
             draw,
             errors: Errors {
-                bias_only_deg: error(&less_bias(&trace))?,
+                bias_only_deg: error(&less_bias(&trace, half_us, start_us))?,
                 flown_deg: error(&flown)?,
                 attainable_deg: self.attainable_deg,
             },
@@ -87,8 +90,7 @@ impl Recording {
 }
 
 /// The raw rate less its median at rest in the first half; as it is where there is hardly any rest.
-fn less_bias(trace: &Trace) -> RateTrack {
-    let half_us = freeze_at_us(trace, HOLD_OUT);
+fn less_bias(trace: &Trace, half_us: u64, start_us: u64) -> RateTrack {
     let is_read = |sample: &Sample| !sample.flags.contains(SampleFlags::GYRO_MISSING);
     let moves = trace.movement.iter().flatten();
     let at_rest = trace.samples.iter().zip(moves).filter(|(s, moves)| !**moves && s.t_us < half_us && is_read(s));
@@ -99,7 +101,7 @@ fn less_bias(trace: &Trace) -> RateTrack {
     } else {
         Vector3::zeros()
     };
-    let point = |s: &Sample| (seconds_since(trace.first_us(), s.t_us), rate(s.gyro_rad_s) - bias);
+    let point = |s: &Sample| (seconds_since(start_us, s.t_us), rate(s.gyro_rad_s) - bias);
     RateTrack::from_points(trace.samples.iter().filter(|s| is_read(s)).map(point))
 }
 
@@ -188,7 +190,7 @@ mod tests {
             let movement = Some((0..=200).map(|i| (at_rest..150).contains(&i)).collect());
             let mut trace = Trace { samples, movement, ..Trace::default() };
             trace.samples[3].flags = SampleFlags::GYRO_MISSING;
-            less_bias(&trace)
+            less_bias(&trace, freeze_at_us(&trace, HOLD_OUT), trace.first_us())
         };
         let rested = with(52);
         assert_eq!(rested.rate_rad_s.len(), 200);

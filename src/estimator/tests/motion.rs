@@ -1,0 +1,85 @@
+//! A sensor unit at rest, then turned and carried about by hand, with a gyro that is off.
+
+use super::std::vec::Vec;
+use crate::{compensation::GyroModel, sample::Reading};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+const PERIOD_S: f64 = 0.01;
+const REST_S: f64 = 6.0;
+
+pub struct Simulated {
+    pub samples: Vec<(u64, [Reading; 3])>,
+    pub truth: GyroModel,
+}
+
+struct Random(Xoshiro128PlusPlus);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        f64::from(self.0.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
+    }
+
+    /// Of unit variance, near enough to normal.
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() * 0.5
+    }
+
+    fn vector(&mut self, sigma: f64) -> Vector3<f64> {
+        Vector3::new(self.normal(), self.normal(), self.normal()) * sigma
+    }
+}
+
+impl Simulated {
+    pub fn new(seed: u64, seconds: f64) -> Self {
+        let mut random = Random(Xoshiro128PlusPlus::seed_from_u64(seed + 1));
+        // Off centre: no element is near the factory's.
+        let p = Matrix3::from_fn(|i, j| {
+            let size = if i == j { 0.05 } else { 0.025 };
+            let off = random.uniform() * size;
+            f64::from(u8::from(i == j)) + off + 0.5 * size.copysign(off)
+        });
+        let bias = random.vector(0.01);
+        let (inverse, mut attitude) = (p.try_inverse().unwrap(), Rotation3::identity());
+        let mag = Matrix3::identity() + Matrix3::from_fn(|_, _| random.normal() * 0.005);
+        let (iron, field) = (random.vector(1.0), Vector3::new(0.0, 20.0, -44.0));
+        // Five sines an axis, of rate and of place.
+        let sines: [[[f64; 3]; 5]; 6] = core::array::from_fn(|axis| {
+            core::array::from_fn(|_| {
+                let size = if axis < 3 { 1.0 } else { 0.06 };
+                [0.3 + 0.4 * random.uniform().abs(), size * (0.6 + 0.4 * random.uniform()), 3.0 * random.uniform()]
+            })
+        });
+        let swing = |axis: usize, t: f64, derivative: u8| -> f64 {
+            sines[axis].iter().fold(0.0, |sum, [hz, size, phase]| {
+                let w = 2.0 * core::f64::consts::PI * hz;
+                sum + match derivative {
+                    0 => size * libm::sin(w * t + phase),
+                    _ => -size * w * w * libm::sin(w * t + phase),
+                }
+            })
+        };
+        let mut samples = Vec::new();
+        for k in 0..(seconds / PERIOD_S) as u64 {
+            let t = k as f64 * PERIOD_S;
+            let moving = if t > REST_S { 1.0_f64.min((t - REST_S) / 2.0) } else { 0.0 };
+            // The mean over the interval that the sample ends.
+            let middle = t - 0.5 * PERIOD_S;
+            let rate = Vector3::from_fn(|axis, _| moving * swing(axis, middle, 0));
+            attitude *= Rotation3::from_scaled_axis(rate * PERIOD_S);
+            let acceleration = Vector3::from_fn(|axis, _| moving * swing(axis + 3, t, 2));
+            let force = attitude.inverse() * (acceleration + Vector3::new(0.0, 0.0, 9.806_65));
+            let read = mag * (attitude.inverse() * field) + iron;
+            let raw = inverse * rate + bias + random.vector(2e-3);
+            let readings = [raw, force + random.vector(0.02), read + random.vector(0.15)];
+            samples.push((k * 10_000, readings.map(|v| Reading::Good(v.cast::<f32>()))));
+        }
+        let p = p.map(|x| x as f32);
+        let truth = GyroModel {
+            p: core::array::from_fn(|i| core::array::from_fn(|j| p[(i, j)])),
+            b_rad_s: bias.cast::<f32>().into(),
+        };
+        Self { samples, truth }
+    }
+}
