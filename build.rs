@@ -6,6 +6,7 @@ fn main() {
     println!("cargo:rerun-if-changed=src/bin/probe/nrf52840.x");
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=DEFMT_LOG");
+    println!("cargo:rerun-if-env-changed=MWD_CCM_BEHIND_SRAM");
     if std::env::var_os("DEFMT_LOG").is_none() {
         // Without a word defmt logs errors alone.
         println!("cargo:rustc-env=DEFMT_LOG=info");
@@ -23,6 +24,11 @@ fn main() {
         println!("cargo:rustc-link-arg-bins=-Tnrf52840.x");
     } else {
         println!("cargo:rustc-link-search={here}");
+        let emulated = feature("BOARD_EMULATED") || feature("BOARD_TRACE");
+        if emulated && std::env::var_os("MWD_CCM_BEHIND_SRAM").is_some() {
+            // Before the script, which asks whether it is defined.
+            println!("cargo:rustc-link-arg-bins=--defsym=_ccm_behind_sram=1");
+        }
         println!("cargo:rustc-link-arg-bins=-Tlink.x");
     }
     if feature("DEFMT") {

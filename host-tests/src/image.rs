@@ -7,16 +7,18 @@ use std::fmt;
 pub const FLASH_START: u64 = 0x0800_0000;
 /// Where its RAM begins.
 pub const RAM_START: u64 = 0x2000_0000;
-/// One past its contiguous RAM, 128 KiB.
-pub const RAM_END: u64 = RAM_START + 128 * 1024;
+/// Where its CCM begins, which holds the stack and nothing else.
+const CCM_START: u64 = 0x1000_0000;
+/// The CCM, bytes.
+const CCM_BYTES: u64 = 64 * 1024;
 /// Most stack that the firmware may use, bytes.
 pub const STACK_LIMIT_BYTES: u64 = 12 * 1024;
 /// Longest time from the acquisition of a sample to its attitude, microseconds.
 pub const DELAY_LIMIT_US: u64 = 2_000;
-/// Static data that the firmware may have, bytes: the rest of the RAM, 24 KiB, is its stack.
-pub const RAM_LIMIT_BYTES: u64 = 104 * 1024;
-/// Flash that the firmware may take, bytes.
-pub const FLASH_LIMIT_BYTES: u64 = 256 * 1024;
+/// Static data that the firmware may have, bytes: the STM32F405's contiguous SRAM.
+pub const RAM_LIMIT_BYTES: u64 = 128 * 1024;
+/// Flash that the firmware may take, bytes: half of the STM32F405's.
+pub const FLASH_LIMIT_BYTES: u64 = 512 * 1024;
 /// Flash that the sensors' drivers and the hardware's library of a real board may take beside it, bytes.
 pub const DRIVERS_LIMIT_BYTES: u64 = 24 * 1024;
 
@@ -27,24 +29,43 @@ pub struct ChipMemory {
     pub flash_start: u64,
     /// What an image may take of it; the rest is kept for stored models.
     pub flash_bytes: u64,
-    /// Contiguous RAM from [`RAM_START`] on.
+    /// RAM from [`RAM_START`] on that static data may take.
     pub ram_bytes: u64,
+    /// One past the stack's memory: the stack pointer after reset.
+    pub stack_top: u64,
+    /// Memory that the stack has for itself; `None`: what static data leave of the RAM.
+    pub stack_bytes: Option<u64>,
 }
 
 impl ChipMemory {
-    /// One past the RAM: the stack pointer after reset.
+    /// Memory that an image has for its stack.
     #[must_use]
-    pub const fn ram_end(&self) -> u64 {
-        RAM_START + self.ram_bytes
+    pub fn stack_bytes_beside(&self, size: &ImageSize) -> u64 {
+        self.stack_bytes.unwrap_or(self.ram_bytes.saturating_sub(size.ram_bytes()))
     }
 }
 
 /// STM32F405xG (data sheet DS8626).
-pub const STM32F405: ChipMemory =
-    ChipMemory { flash_start: FLASH_START, flash_bytes: 1024 * 1024, ram_bytes: RAM_END - RAM_START };
+pub const STM32F405: ChipMemory = ChipMemory {
+    flash_start: FLASH_START,
+    flash_bytes: 1024 * 1024,
+    ram_bytes: 128 * 1024,
+    stack_top: CCM_START + CCM_BYTES,
+    stack_bytes: Some(CCM_BYTES),
+};
+
+/// The same in QEMU before 8.0.
+pub const STM32F405_CCM_BEHIND_SRAM: ChipMemory =
+    ChipMemory { stack_top: RAM_START + STM32F405.ram_bytes + CCM_BYTES, ..STM32F405 };
 
 /// nRF52840 (product specification v1.7).
-pub const NRF52840: ChipMemory = ChipMemory { flash_start: 0, flash_bytes: 960 * 1024, ram_bytes: 256 * 1024 };
+pub const NRF52840: ChipMemory = ChipMemory {
+    flash_start: 0,
+    flash_bytes: 960 * 1024,
+    ram_bytes: 256 * 1024,
+    stack_top: RAM_START + 256 * 1024,
+    stack_bytes: None,
+};
 
 /// Memory of the chip that an image takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,7 +96,7 @@ impl fmt::Display for ImageSize {
         let kib = |bytes: u64| bytes as f64 / 1024.0;
         write!(
             f,
-            "RAM {:.1} KiB (data {:.1}, bss {:.1}) of {} allowed; flash {:.1} KiB of {} allowed",
+            "static RAM {:.1} KiB (data {:.1}, bss {:.1}) of {} allowed; flash {:.1} KiB of {} allowed",
             kib(self.ram_bytes()),
             kib(self.data_bytes),
             kib(self.bss_bytes),

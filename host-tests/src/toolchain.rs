@@ -15,16 +15,16 @@ use std::{
 
 /// The chip's target: a Cortex-M4 with a single-precision FPU.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// STM32F405 machines, best first: the Olimex board is in QEMU 8 and later, the Netduino has the same chip with more RAM.
-const MACHINES: [&str; 2] = ["olimex-stm32-h405", "netduinoplus2"];
-/// Limits of what the compiler inlines and unrolls, and runs of instructions that occur often made one, as in `.cargo/config.toml`: three quarters of
-/// the flash, and no more instructions in the attitude filter.
-pub const RUSTFLAGS: [&str; 4] = [
-    "-Cllvm-args=-inline-threshold=0",
-    "-Cllvm-args=-inlinehint-threshold=70",
-    "-Cllvm-args=-unroll-threshold=20",
-    "-Cllvm-args=-enable-machine-outliner=always",
-];
+/// In QEMU 8 and later, which have the STM32F405's memory as the chip has it.
+const OLIMEX: &str = "olimex-stm32-h405";
+/// In QEMU before: the chip's CCM is missing, and 64 KiB more SRAM stand for it.
+const NETDUINO: &str = "netduinoplus2";
+/// STM32F405 machines, best first.
+const MACHINES: [&str; 2] = [OLIMEX, NETDUINO];
+/// Tells the build scripts of images for the emulator that the CCM, and with it the stack, is behind the SRAM.
+const CCM_BEHIND_SRAM: &str = "MWD_CCM_BEHIND_SRAM";
+/// As in `.cargo/config.toml`: the processor's own timings, by which the compiler takes a product and a sum for the slower chained pair.
+pub const RUSTFLAGS: [&str; 1] = ["-Ctarget-cpu=cortex-m4"];
 const QEMU: &str = "qemu-system-arm";
 /// Debian's own compiler with the source of the core library, for when the server of rustup's targets cannot be reached.
 const DEBIAN_RUST: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
@@ -79,7 +79,18 @@ impl Toolchain {
     pub fn cargo_build(&self) -> Command {
         let mut cargo = self.compiler.cargo("build");
         cargo.args(["--release", "--locked", "--target", TARGET, "--target-dir"]).arg(self.target_dir());
+        if self.ccm_is_behind_sram() {
+            cargo.env(CCM_BEHIND_SRAM, "1");
+        } else {
+            cargo.env_remove(CCM_BEHIND_SRAM);
+        }
         cargo
+    }
+
+    /// Whether the emulated machine has more SRAM where the chip has its CCM.
+    #[must_use]
+    pub fn ccm_is_behind_sram(&self) -> bool {
+        self.machine == NETDUINO
     }
 
     /// Where the release build of `binary` ends up.

@@ -161,9 +161,7 @@ fn the_bundled_recordings_are_bit_identical_on_host_and_chip() {
 
 #[test]
 fn the_instruction_counter_is_exact_and_repeats() {
-    if toolchain().is_none() {
-        return;
-    }
+    let Some(toolchain) = toolchain() else { return };
     let samples = troubled_samples(1_500, 7);
     let first = emulate::fly_emulated(&Config::default(), &samples, Feed::Direct).unwrap();
     let second = emulate::fly_emulated(&Config::default(), &samples, Feed::Direct).unwrap();
@@ -172,8 +170,9 @@ fn the_instruction_counter_is_exact_and_repeats() {
     assert_eq!(first.summary.ticks_per_1000_instructions, 10_752);
     let push = first.summary.push;
     assert!(push.instructions_max >= push.instructions_mean() && push.instructions_mean() > 10, "{push:?}");
-    let stack_bytes = 128 * 1024 - first.image.ram_bytes();
-    assert!(u64::from(first.summary.stack_size_bytes).abs_diff(stack_bytes) < 320, "{:?}", first.summary);
+    // All but the guard.
+    let stack_bytes = Board::Trace.chip(&toolchain).stack_bytes_beside(&first.image);
+    assert_eq!(u64::from(first.summary.stack_size_bytes), stack_bytes - 128, "{:?}", first.summary);
     assert!(first.summary.stack_used_bytes > 256 && first.summary.stack_used_bytes < first.summary.stack_size_bytes);
 }
 
@@ -187,7 +186,7 @@ fn the_image_fits_the_chip() {
     assert!(size.data_bytes < 1024, "a static is not all zero bytes and takes flash too: {size}");
     let table = Image::parse(&elf).unwrap().vector_table().unwrap();
     assert_eq!(table.address, image::FLASH_START);
-    assert_eq!(u64::from(table.stack_pointer), image::RAM_END);
+    assert_eq!(u64::from(table.stack_pointer), Board::Trace.chip(&toolchain).stack_top);
     let code = image::FLASH_START..image::FLASH_START + size.flash_bytes;
     assert!(code.contains(&u64::from(table.reset)) && table.reset % 2 == 1, "{table:x?}");
 }

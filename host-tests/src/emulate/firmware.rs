@@ -32,11 +32,12 @@ pub enum Board {
 }
 
 impl Board {
-    /// The memory of its chip.
+    /// The memory of its chip, or of the machine that stands for it.
     #[must_use]
-    pub const fn chip(self) -> ChipMemory {
+    pub fn chip(self, toolchain: &Toolchain) -> ChipMemory {
         match self {
             Self::Nrf52840 => image::NRF52840,
+            Self::Trace | Self::Emulated if toolchain.ccm_is_behind_sram() => image::STM32F405_CCM_BEHIND_SRAM,
             _ => image::STM32F405,
         }
     }

@@ -11,14 +11,15 @@ fn every_board_starts_where_its_chip_does_and_fits_it() {
     let Some(toolchain) = toolchain() else { return };
     for board in [Board::Emulated, Board::Trace, Board::Stm32f405, Board::Nrf52840] {
         let Firmware { elf, size } = emulate::build_firmware(&toolchain, board).unwrap();
-        let chip = board.chip();
+        let chip = board.chip(&toolchain);
         let table = Image::parse(&elf).unwrap().vector_table().unwrap();
         println!("{board:?}: vector table at {:#010x}, {size}", table.address);
         assert_eq!(table.address, chip.flash_start, "{board:?}");
-        assert_eq!(u64::from(table.stack_pointer), chip.ram_end(), "{board:?}");
+        assert_eq!(u64::from(table.stack_pointer), chip.stack_top, "{board:?}");
         let code = chip.flash_start..chip.flash_start + size.flash_bytes;
         assert!(code.contains(&u64::from(table.reset)) && table.reset % 2 == 1, "{board:?}: {table:x?}");
         assert!(size.flash_bytes <= chip.flash_bytes && size.ram_bytes() <= chip.ram_bytes, "{board:?}: {size}");
+        assert!(chip.stack_bytes_beside(&size) > image::STACK_LIMIT_BYTES, "{board:?}: {size}");
         assert!(size.ram_bytes() <= image::RAM_LIMIT_BYTES, "{board:?}: {size}");
         let drivers = match board {
             Board::Stm32f405 | Board::Nrf52840 => image::DRIVERS_LIMIT_BYTES,

@@ -8,12 +8,12 @@ mod symbols {
     unsafe extern "C" {
         /// The top of the stack, one past its highest byte.
         pub safe static _stack_start: u32;
-        /// The end of the static data: the lowest word the stack may use.
+        /// The end of the stack's memory: the lowest word it may use. Below it are static data, or nothing at all.
         pub safe static _stack_end: u32;
     }
 }
 
-/// Bytes above the static data that nothing may touch.
+/// Bytes at the end of the stack's memory that nothing may touch.
 const GUARD: usize = 128;
 
 /// Where the guard begins: a region has to be at a multiple of its size.
@@ -21,14 +21,14 @@ fn guard_start() -> usize {
     (&raw const symbols::_stack_end as usize).next_multiple_of(GUARD)
 }
 
-/// Makes a stack that runs over a fault, before it runs into the static data. Region 0 of the memory protection unit: no access (Armv7-M
+/// Makes a stack that runs over a fault, before it runs into what may lie below. Region 0 of the memory protection unit: no access (Armv7-M
 /// reference manual, section B3.5).
 pub fn guard(unit: &cortex_m::peripheral::MPU) {
     const NO_ACCESS_NO_EXECUTION: u32 = 1 << 28;
     const SIZE: u32 = GUARD.ilog2() - 1;
     const ENABLE: u32 = 1;
     const DEFAULT_MAP_FOR_THE_REST: u32 = 1 << 2;
-    // SAFETY: only the bytes below the stack are closed, and nothing is there.
+    // SAFETY: only the last bytes of the stack's memory are closed, and nothing is there yet.
     #[allow(unsafe_code)]
     unsafe {
         unit.rnr.write(0);
@@ -45,7 +45,7 @@ pub struct HighWaterMark {
     pub size_bytes: u32,
 }
 
-/// Most stack used so far. All of it: it may have run into the static data.
+/// Most stack used so far. All of it: it has reached the guard.
 pub fn high_water_mark() -> HighWaterMark {
     let top = &raw const symbols::_stack_start;
     let mut deepest = (guard_start() + GUARD) as *const u32;
