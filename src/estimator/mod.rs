@@ -21,6 +21,7 @@ mod real;
 mod rest;
 mod rows;
 mod settings;
+mod share;
 mod square_root;
 mod walk;
 mod widths;
@@ -47,6 +48,7 @@ use parameters::Parameters;
 use preintegration::Preintegration;
 use real::{M3, V3, widened, zero3, zero33};
 use rest::Rests;
+use share::Share;
 use window_cost::Centre;
 
 /// Increments that wait for work: 0.9 s.
@@ -104,9 +106,9 @@ pub struct Estimator<T = f32> {
     centre: Vec<Centre, 1>,
     posterior: Vec<Posterior, 1>,
     motion_s: T,
-    /// Shares of the latest time without a rate, and of the latest motion without a field.
-    lost_share: T,
-    fieldless_share: T,
+    /// Shares of the latest time whose rates came to no node, and of the latest motion without a field.
+    unread: Share<T>,
+    fieldless: Share<T>,
     /// Seconds through which nobody knows how the probe turned, until the attitude is aligned anew.
     gap_s: T,
     /// Raw bias about which rotations are composed: of what flies, so that it changes at the instants at which that does.
@@ -152,8 +154,8 @@ impl<T: Real> Estimator<T> {
             centre: Vec::new(),
             posterior: Vec::new(),
             motion_s: T::ZERO,
-            lost_share: T::ZERO,
-            fieldless_share: T::ZERO,
+            unread: Share::zero(),
+            fieldless: Share::zero(),
             gap_s: T::ZERO,
             composed_about: zero3(),
             unwalked_s: T::ZERO,
@@ -174,7 +176,7 @@ impl<T: Real> Estimator<T> {
         self.lost = 0;
         self.compose_about(settings.factory.b_rad_s);
         self.builder.start(settings.sample_period_s, settings.is_instant);
-        (self.lost_share, self.fieldless_share) = (T::ZERO, T::ZERO);
+        (self.unread, self.fieldless) = (Share::zero(), Share::zero());
         self.rests.start();
         let [x, y, z] = self.settings.factory.b_rad_s.map(T::of);
         self.bias = V3::new(x, y, z);

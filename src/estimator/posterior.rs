@@ -129,11 +129,11 @@ impl<T: Real> Estimator<T> {
     }
 
     fn fitness(&self, averaged: &Averaged<T>) -> Result<(), Unfit> {
-        let share = self.lost_share.narrow();
+        let share = self.unread.get();
         if share > MOST_LOST {
             return Err(Unfit::GyroUnusable { share });
         }
-        if !self.is_aligned {
+        if !self.has_begun {
             return Err(Unfit::NoAccelerometer);
         }
         let motion_s = self.motion_s.narrow();
@@ -143,7 +143,7 @@ impl<T: Real> Estimator<T> {
         if self.has_diverged() {
             return Err(Unfit::Diverged { nis: self.innovation.narrow() });
         }
-        let share = if self.node.has_field { self.fieldless_share.narrow() } else { 1.0 };
+        let share = if self.node.has_field { self.fieldless.get() } else { 1.0 };
         if share > MOST_FIELDLESS {
             return Err(Unfit::NoMagnetometer { share });
         }

@@ -24,8 +24,6 @@ const COLUMN_UNITS: u32 = 20;
 const START_UNITS: u32 = 120;
 const WIDTHS_UNITS: u32 = 150;
 const CENTRE_UNITS: u32 = 500;
-/// Time over which the share without a rate is averaged, seconds.
-const READ_S: f32 = 50.0;
 
 impl<T: Real> Estimator<T> {
     /// One bounded piece of work; its size in units of some 300 instructions, 0 when there is nothing to do.
@@ -104,7 +102,6 @@ impl<T: Real> Estimator<T> {
 
     /// An increment whose neighbours are known.
     fn take(&mut self, increment: &Increment<T>, after: Option<V3<T>>) {
-        settle(&mut self.lost_share, T::ZERO, increment.seconds);
         let mut increment = *increment;
         if let Some(field) = &mut increment.field {
             if self.field_unit == T::ZERO {
@@ -134,6 +131,7 @@ impl<T: Real> Estimator<T> {
     }
 
     fn end_node(&mut self) {
+        self.unread.add(T::ZERO, self.pre.seconds);
         self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };
         if self.kind == Kind::Rest && !self.has_begun {
             self.start_at_rest();
@@ -146,7 +144,7 @@ impl<T: Real> Estimator<T> {
         if self.kind == Kind::Moving {
             self.motion_s += self.pre.seconds;
             let fieldless = if self.pre.fields == 0 { T::ONE } else { T::ZERO };
-            settle(&mut self.fieldless_share, fieldless, self.pre.seconds);
+            self.fieldless.add(fieldless, self.pre.seconds);
         }
         self.unwalked_s += self.pre.seconds;
         let settings = (&self.settings, &self.sigma, self.unknown_rotation());
@@ -248,7 +246,8 @@ impl<T: Real> Estimator<T> {
 
     /// Seconds through which nobody knows how the probe turned.
     fn gap(&mut self, seconds: T) {
-        settle(&mut self.lost_share, T::ONE, seconds);
+        // The node that it cuts short is lost too.
+        self.unread.add(T::ONE, self.pre.seconds + seconds);
         self.pre.start();
         self.rests.interrupt();
         self.held_before = None;
@@ -256,10 +255,4 @@ impl<T: Real> Estimator<T> {
         self.alignment.start();
         self.gap_s += seconds;
     }
-}
-
-/// Brings the share of the latest time up to date: over `seconds` it was `now`.
-fn settle<T: Real>(share: &mut T, now: T, seconds: T) {
-    let part = seconds / T::of(READ_S);
-    *share += (now - *share) * if part < T::ONE { part } else { T::ONE };
 }

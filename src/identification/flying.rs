@@ -163,7 +163,7 @@ mod tests {
     fn a_report_holds_the_whole_covariance_of_p_and_of_the_prior_where_there_is_no_result() {
         let config = Config::default();
         let flight = Flight { config: &config, flown: &FLOWN, bias_only: &FLOWN, rest_is_news: false, rest_s: 2.0 };
-        let update = Update { t_us: 50, effect_us: 51, is_window: true, window_start_us: 10 };
+        let update = Update { t_us: 50, effect_us: 51, is_window: true, window_start_us: 10, since_start_us: 50 };
         let report = flight.judged(&update, &posterior(Ok(())));
         assert_eq!((report.covariance_of_p(0, 0), report.covariance_of_p(3, 1)), (0.0, 7.0));
         assert_eq!((report.covariance_of_p(1, 3), report.covariance_of_p(8, 8)), (7.0, 44.0));

@@ -193,7 +193,7 @@ impl Identifier {
         self.cost_of_mean = cost.evaluate(&[0.0; 12]);
         report.cost_after = finite(self.cost_of_mean);
         let id = &config.identification;
-        self.search = Search::new(id.optimizer, id.max_evaluations, config.seed ^ update.t_us);
+        self.search = Search::new(id.optimizer, id.max_evaluations, config.seed ^ update.since_start_us);
         // Emptied when the update before took effect, so there is room.
         let _ = self.searched.push(report);
         2 * EVALUATION_UNITS + JUDGE_UNITS

@@ -11,6 +11,8 @@ pub(super) struct Update {
     /// Whether a window closes with it, and since when that was open.
     pub is_window: bool,
     pub window_start_us: u64,
+    /// Of `t_us`, since the first sample of all.
+    pub since_start_us: u64,
 }
 
 /// What is being done about an update.
@@ -54,7 +56,7 @@ impl<T> Schedule<T> {
             final_us: 0,
             freeze_us: 0,
             state: State::Idle,
-            update: Update { t_us: 0, effect_us: 0, is_window: false, window_start_us: 0 },
+            update: Update { t_us: 0, effect_us: 0, is_window: false, window_start_us: 0, since_start_us: 0 },
             result: Vec::new(),
         }
     }
@@ -128,6 +130,7 @@ impl<T> Schedule<T> {
             effect_us: if effect_us < self.freeze_us { effect_us } else { self.freeze_us },
             is_window,
             window_start_us: if window_start_us > self.start_us { window_start_us } else { self.start_us },
+            since_start_us: t_us.saturating_sub(self.start_us),
         };
         self.state = State::Asked;
         self.result.clear();

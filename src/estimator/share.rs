@@ -1,0 +1,49 @@
+//! A share of the latest time.
+
+use super::real::Real;
+
+/// Time that a share is of, seconds.
+const OF_S: f32 = 50.0;
+
+/// The mean over all time at first, later that of the last 50 s or so.
+#[derive(Clone, Copy)]
+pub(super) struct Share<T> {
+    value: T,
+    seconds: T,
+}
+
+impl<T: Real> Share<T> {
+    pub const fn zero() -> Self {
+        Self { value: T::ZERO, seconds: T::ZERO }
+    }
+
+    /// Over `seconds` more it was `now`.
+    pub fn add(&mut self, now: T, seconds: T) {
+        let seconds_so_far = self.seconds + seconds;
+        self.seconds = if seconds_so_far < T::of(OF_S) { seconds_so_far } else { T::of(OF_S) };
+        let part = if seconds < self.seconds { seconds / self.seconds } else { T::ONE };
+        self.value += (now - self.value) * part;
+    }
+
+    pub fn get(&self) -> f32 {
+        self.value.narrow()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_the_mean_from_the_first_second_on_and_forgets_what_is_long_ago() {
+        let mut share = Share::<f64>::zero();
+        share.add(1.0, 0.5);
+        assert_eq!(share.get(), 1.0);
+        share.add(0.0, 1.5);
+        assert_eq!(share.get(), 0.25);
+        (0..400).for_each(|_| share.add(1.0, 0.5));
+        assert!(share.get() > 0.95);
+        share.add(0.0, 60.0);
+        assert_eq!(share.get(), 0.0);
+    }
+}
