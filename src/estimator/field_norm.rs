@@ -1,4 +1,6 @@
 //! The mean norm of the field, as the present calibration makes it of all that was read: a node that differs from it is disturbed.
+//!
+//! The paper's eq 8 refuses what errs by more than half; here what the norm errs by widens the field's noise.
 
 use super::{
     parameters::Parameters,

@@ -1,5 +1,8 @@
 //! Increments from one node to the next, composed with the present parameters: rotation, field, velocity and position, each with its
 //! derivatives. All vectors are in the frame of the body at the first node.
+//!
+//! The paper's eq 7 for the field and eq 15 for the specific force, with the exact rotation in the place of its first order, and with
+//! the sign that an earth-fixed vector needs.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 

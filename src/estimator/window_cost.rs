@@ -1,4 +1,7 @@
 //! What the search of a window minimises: the filter's own quadratic, but with Student's t in the place of the Gaussian for each node as a whole.
+//!
+//! It stands in the place of the paper's eq 5, the angle between gravity dead-reckoned over the window and the measured specific force,
+//! which cannot see a rotation about gravity and in drilling is blind.
 
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
