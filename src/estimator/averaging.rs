@@ -7,7 +7,7 @@
 use super::{
     columns::GLOBALS,
     eigen::diagonalise,
-    gaussian::{narrow_last, triangle},
+    gaussian::{element, narrow_last, triangle},
     globals::Globals,
     real::Real,
     rows::WIDTH,
@@ -63,19 +63,17 @@ struct Slices<'a, T> {
 }
 
 impl<T: Real> Slices<'_, T> {
-    /// Takes the first variables of another.
-    fn take_part(&mut self, mean: &[T], covariance: &[T]) {
-        let (n, m) = (self.mean.len(), self.covariance.len());
-        self.mean.copy_from_slice(&mean[..n]);
-        self.covariance.copy_from_slice(&covariance[..m]);
+    /// Takes the variables that both have.
+    fn take(&mut self, mean: &[T], covariance: &[T]) {
+        copy(self.mean, mean);
+        copy(self.covariance, covariance);
     }
 }
 
-impl<T: Real> Slices<'_, T> {
-    /// Takes all of a smaller one.
-    fn take(&mut self, mean: &[T], covariance: &[T]) {
-        self.mean[..mean.len()].copy_from_slice(mean);
-        self.covariance[..covariance.len()].copy_from_slice(covariance);
+/// Copies as much as there is room for.
+fn copy<T: Copy>(to: &mut [T], from: &[T]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
     }
 }
 
@@ -171,13 +169,16 @@ impl<T: Real> Averaging<T> {
         }
         for i in 0..VARIABLES {
             let a = column(i);
-            self.base.mean[i] = globals.x[a];
+            self.base.mean[i] = globals.x.get(a).copied().unwrap_or(T::ZERO);
             for j in 0..=i {
                 let b = column(j);
                 // Column c of the inverse reaches down to row c.
                 let from = if a > b { a } else { b };
                 let rows = scratch.iter().take(GLOBALS).skip(from);
-                self.base.covariance[triangle(i) + j] = rows.fold(T::ZERO, |sum, row| sum + row[a] * row[b]);
+                let of = |row: &[T; WIDTH], column: usize| row.get(column).copied().unwrap_or(T::ZERO);
+                if let Some(element) = self.base.covariance.get_mut(triangle(i) + j) {
+                    *element = rows.fold(T::ZERO, |sum, row| sum + of(row, a) * of(row, b));
+                }
             }
         }
     }
@@ -185,11 +186,17 @@ impl<T: Real> Averaging<T> {
     /// One width of each group; `false` when all are done. `scratch` must be left alone from one to the next.
     pub fn step(&mut self, scratch: &mut [[T; WIDTH]]) -> bool {
         let [mags, irons, accels] = self.grid.count;
+        let quotient = |stage: usize, by: usize| stage.checked_div(by).unwrap_or(0);
+        let remainder = |stage: usize, by: usize| stage.checked_rem(by).unwrap_or(0);
         if self.stage >= mags * irons * accels {
             return false;
         }
         let Some(mut levels) = levels(scratch.as_flattened_mut()) else { return false };
-        let chosen = [self.stage / (irons * accels), self.stage / accels % irons, self.stage % accels];
+        let chosen = [
+            quotient(self.stage, irons * accels),
+            remainder(quotient(self.stage, accels), irons),
+            remainder(self.stage, accels),
+        ];
         // The first group whose width is another one than before, and all after it.
         let from = if chosen[2] > 0 {
             2
@@ -198,26 +205,36 @@ impl<T: Real> Averaging<T> {
         } else {
             0
         };
-        for group in from..GROUPS {
-            let [before @ .., _] = &levels.after;
-            match group.checked_sub(1).and_then(|before_it| before.get(before_it)) {
-                None => levels.work.take(&self.base.mean, &self.base.covariance),
-                Some(before) => levels.work.take(before.mean, before.covariance),
-            }
-            let variables = if group == 0 { VARIABLES } else { LEFT_AFTER[group - 1] };
-            let width = T::of(self.grid.parts[group][chosen[group]]);
-            self.evidence[group] = narrowed(&mut levels.work, variables, group, width, self.grid.with_lags);
-            levels.after[group].take_part(levels.work.mean, levels.work.covariance);
+        let part = |group: usize| {
+            let widths = self.grid.parts.get(group).zip(chosen.get(group));
+            widths.and_then(|(widths, index)| widths.get(*index)).copied().unwrap_or(1.0)
+        };
+        let [after_mag, after_iron, after_accel] = &mut levels.after;
+        let work = &mut levels.work;
+        let with_lags = self.grid.with_lags;
+        let [of_mag, of_iron, of_accel] = &mut self.evidence;
+        if from == 0 {
+            work.take(&self.base.mean, &self.base.covariance);
+            *of_mag = narrowed(work, VARIABLES, 0, T::of(part(0)), with_lags);
+            after_mag.take(work.mean, work.covariance);
         }
+        if from <= 1 {
+            work.take(after_mag.mean, after_mag.covariance);
+            *of_iron = narrowed(work, LEFT_AFTER[0], 1, T::of(part(1)), with_lags);
+            after_iron.take(work.mean, work.covariance);
+        }
+        work.take(after_iron.mean, after_iron.covariance);
+        *of_accel = narrowed(work, LEFT_AFTER[1], 2, T::of(part(2)), with_lags);
+        after_accel.take(work.mean, work.covariance);
         let mut widths = [T::ZERO; GROUPS];
-        for (group, (width, index)) in widths.iter_mut().zip(chosen).enumerate() {
-            *width = T::of(self.grid.parts[group][index] / self.grid.sheet[group]).logarithm();
+        for (group, (width, sheet)) in widths.iter_mut().zip(self.grid.sheet).enumerate() {
+            *width = T::of(part(group) / sheet).logarithm();
         }
         let evidence = self.evidence.iter().fold(T::ZERO, |sum, x| sum + *x);
         let mut of = Gaussian::<T, GYRO, { triangle(GYRO) }>::zero();
-        of.mean.copy_from_slice(&levels.after[2].mean[..GYRO]);
-        of.covariance.copy_from_slice(&levels.after[2].covariance[..triangle(GYRO)]);
-        let inflations = &self.grid.inflations[..self.grid.inflation_count];
+        copy(&mut of.mean, after_accel.mean);
+        copy(&mut of.covariance, after_accel.covariance);
+        let inflations = self.grid.inflations.get(..self.grid.inflation_count).unwrap_or_default();
         self.sum.add(&of, inflations, evidence, widths);
         self.stage += 1;
         true
@@ -230,7 +247,9 @@ impl<T: Real> Averaging<T> {
         let mut covariance = self.sum.square.map(|x| x * share);
         for i in 0..GYRO {
             for j in 0..=i {
-                covariance[triangle(i) + j] -= mean[i] * mean[j];
+                if let Some(covariance) = covariance.get_mut(triangle(i) + j) {
+                    *covariance -= mean[i] * mean[j];
+                }
             }
         }
         Averaged {
@@ -246,10 +265,12 @@ impl<T: Real> Averaging<T> {
 /// evidence.
 fn narrowed<T: Real>(all: &mut Slices<T>, variables: usize, group: usize, width: T, with_lags: bool) -> T {
     let mut evidence = T::ZERO;
-    for n in (variables - COUNTS[group] + 1..=variables).rev() {
-        let stays = n == variables && HAS_LAG[group] && !with_lags;
-        let width = if stays { T::ONE } else { width };
-        evidence += narrow_last(&mut all.mean[..n], &mut all.covariance[..triangle(n)], width);
+    let (Some(count), Some(has_lag)) = (COUNTS.get(group), HAS_LAG.get(group)) else { return evidence };
+    for n in (variables - count + 1..=variables).rev() {
+        let width = if n == variables && *has_lag && !with_lags { T::ONE } else { width };
+        if let (Some(mean), Some(covariance)) = (all.mean.get_mut(..n), all.covariance.get_mut(..triangle(n))) {
+            evidence += narrow_last(mean, covariance, width);
+        }
     }
     evidence
 }
@@ -257,7 +278,7 @@ fn narrowed<T: Real>(all: &mut Slices<T>, variables: usize, group: usize, width:
 impl<T: Real> Sum<T> {
     /// Adds one set of widths: the mean over inflations and scales of what bias and P then are.
     fn add<const M: usize>(&mut self, of: &Gaussian<T, GYRO, M>, inflations: &[f32], evidence: T, widths: [T; GROUPS]) {
-        let c = |i: usize, j: usize| of.covariance[if i >= j { triangle(i) + j } else { triangle(j) + i }];
+        let c = |i: usize, j: usize| if i >= j { element(&of.covariance, i, j) } else { element(&of.covariance, j, i) };
         let mut values = [[T::ZERO; NINE]; NINE];
         for i in 0..NINE {
             for j in 0..NINE {
@@ -325,12 +346,14 @@ impl<T: Real> Sum<T> {
         for b in 0..3 {
             let row = NINE + b;
             for k in 0..NINE {
-                let cross = (0..NINE).fold(T::ZERO, |sum, i| sum + of.covariance[triangle(row) + i] * vectors[i][k]);
+                let cross = (0..NINE).fold(T::ZERO, |sum, i| sum + element(&of.covariance, row, i) * vectors[i][k]);
                 by[row][k] = cross / values[k][k];
             }
             for d in 0..=b {
                 let explained = (0..NINE).fold(T::ZERO, |sum, k| sum + by[row][k] * by[NINE + d][k] * values[k][k]);
-                own[triangle(b) + d] = of.covariance[triangle(row) + NINE + d] - explained;
+                if let Some(own) = own.get_mut(triangle(b) + d) {
+                    *own = element(&of.covariance, row, NINE + d) - explained;
+                }
             }
         }
         let share = T::ONE / mixed.weight;
@@ -365,9 +388,11 @@ impl<T: Real> Sum<T> {
             for j in 0..=i {
                 let mut x = (0..NINE).fold(mean[i] * mean[j], |sum, l| sum + row[l] * by[j][l]);
                 if j >= NINE {
-                    x += own[triangle(i - NINE) + j - NINE];
+                    x += element(&own, i - NINE, j - NINE);
                 }
-                self.square[triangle(i) + j] += weight * x;
+                if let Some(square) = self.square.get_mut(triangle(i) + j) {
+                    *square += weight * x;
+                }
             }
         }
     }

@@ -1,12 +1,15 @@
 //! A Gaussian of a few variables as mean and packed covariance, from which the last variable is taken out at a time.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Every index is bounded by the length of the mean.
-
 use super::real::Real;
 
 /// Elements of the lower triangle of `n` variables.
 pub(super) const fn triangle(n: usize) -> usize {
     n * (n + 1) / 2
+}
+
+/// Element (i, j <= i) of a packed triangle; 0 beyond it.
+pub(super) fn element<T: Real>(covariance: &[T], i: usize, j: usize) -> T {
+    covariance.get(triangle(i) + j).copied().unwrap_or(T::ZERO)
 }
 
 /// Makes the prior of the last variable, which is N(0, 1) inside the Gaussian, N(0, width^2), and takes the variable out: what is left are the
@@ -19,19 +22,21 @@ pub(super) fn narrow_last<T: Real>(mean: &mut [T], covariance: &mut [T], width: 
     let n = others.len();
     let Some((before, rest)) = covariance.split_at_mut_checked(triangle(n)) else { return T::ZERO };
     let squared = width * width;
-    if squared >= T::ONE || rest.len() <= n {
+    if squared >= T::ONE {
         return T::ZERO;
     }
     let noise = squared / (T::ONE - squared);
-    let innovation = rest[n] + noise;
-    let mut place = 0;
-    for i in 0..n {
-        let gain = rest[i] / innovation;
-        others[i] -= gain * *last;
-        for j in 0..=i {
-            before[place] -= gain * rest[j];
-            place += 1;
+    let Some((variance, row)) = rest.get(..=n).and_then(<[T]>::split_last) else { return T::ZERO };
+    let innovation = *variance + noise;
+    let mut lower = before;
+    for (i, (other, own)) in others.iter_mut().zip(row).enumerate() {
+        let gain = *own / innovation;
+        *other -= gain * *last;
+        let Some((elements, next)) = core::mem::take(&mut lower).split_at_mut_checked(i + 1) else { break };
+        for (element, with) in elements.iter_mut().zip(row) {
+            *element -= gain * *with;
         }
+        lower = next;
     }
     let half = T::of(0.5);
     -half * (innovation / (T::ONE + noise)).logarithm() - half * *last * *last / innovation
@@ -39,6 +44,7 @@ pub(super) fn narrow_last<T: Real>(mean: &mut [T], covariance: &mut [T], width: 
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::indexing_slicing)]
     use super::*;
 
     #[test]

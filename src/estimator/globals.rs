@@ -4,13 +4,12 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
-    columns::{GLOBALS, NODE, NUISANCES},
+    columns::{GLOBALS, NUISANCES},
     real::Real,
-    square_root::reflect,
+    rows::{GLOBAL, WIDTH},
+    square_root::{reflect, reflect_behind},
 };
 
-/// Rows that a node leaves over.
-pub(super) const LEFT: usize = NODE;
 /// The globals and a constant.
 pub(super) const WIDE: usize = GLOBALS + 1;
 
@@ -19,13 +18,11 @@ pub(super) struct Globals<T> {
     pub x: [T; GLOBALS],
     /// Upper triangular; the constants are zero between updates.
     pub root: [[T; WIDE]; GLOBALS],
-    /// What a node left over, while it is taken in.
-    pub left: [[T; WIDE]; LEFT],
 }
 
 impl<T: Real> Globals<T> {
     pub const fn zero() -> Self {
-        Self { x: [T::ZERO; GLOBALS], root: [[T::ZERO; WIDE]; GLOBALS], left: [[T::ZERO; WIDE]; LEFT] }
+        Self { x: [T::ZERO; GLOBALS], root: [[T::ZERO; WIDE]; GLOBALS] }
     }
 
     /// The prior.
@@ -36,16 +33,11 @@ impl<T: Real> Globals<T> {
         }
     }
 
-    /// Takes in one column of the left-over rows.
-    pub fn absorb(&mut self, column: usize) {
+    /// Takes in one column of the rows that a node left over.
+    pub fn absorb(&mut self, left: &mut [[T; WIDTH]], column: usize) {
         if let Some(pivot) = self.root.get_mut(column) {
-            reflect(pivot, &mut self.left, column);
+            reflect_behind(pivot, left, column, GLOBAL);
         }
-    }
-
-    /// Sum of the squared innovations, once all columns are in: chi-square of three quarters of a node's rows.
-    pub fn innovation(&self) -> T {
-        self.left.iter().fold(T::ZERO, |sum, row| sum + row[GLOBALS] * row[GLOBALS])
     }
 
     /// Moves the globals to the optimum and returns by how much.

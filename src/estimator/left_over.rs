@@ -1,12 +1,10 @@
 //! The rows that the nodes of the last 50 s of motion left over, when their states and the nuisances were eliminated: what each says of P and b
 //! alone. For the population search.
 
-#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
-
 use super::{
     columns::{BIAS, GLOBALS, P},
-    globals::WIDE,
     real::Real,
+    rows::{GLOBAL, WIDTH},
     square_root::reflect_first,
 };
 
@@ -44,20 +42,22 @@ impl LeftOver {
     }
 
     /// Takes a node's rows, made about the globals `x`; their constants become those at the prior's mean.
-    pub fn push<T: Real>(&mut self, left: &[[T; WIDE]], x: &[T; GLOBALS]) {
+    pub fn push<T: Real>(&mut self, left: &[[T; WIDTH]], x: &[T; GLOBALS]) {
         let mut rows = [[0.0_f32; COLUMNS]; ROWS];
         let mut largest = 0.0_f32;
         for (row, left) in rows.iter_mut().zip(left) {
-            let mut constant = left[GLOBALS];
+            let Some((row_constant, row)) = row.split_last_mut() else { break };
+            let mut constant = left.last().copied().unwrap_or(T::ZERO);
+            let of = |column: usize| left.get(GLOBAL + column).copied().unwrap_or(T::ZERO);
             let columns = P.columns().chain(BIAS.columns());
             for (slot, column) in row.iter_mut().zip(columns) {
-                constant -= left[column] * x[column];
-                *slot = left[column].narrow();
+                constant -= of(column) * x.get(column).copied().unwrap_or(T::ZERO);
+                *slot = of(column).narrow();
             }
-            row[COLUMNS - 1] = constant.narrow();
+            *row_constant = constant.narrow();
         }
         for column in 0..ROWS {
-            reflect_first(&mut rows[column..], column);
+            reflect_first(rows.get_mut(column..).unwrap_or_default(), column);
         }
         let mut is_finite = true;
         for value in rows.as_flattened() {
@@ -70,11 +70,12 @@ impl LeftOver {
         }
         let scale = largest / f32::from(i16::MAX);
         let values = rows.iter().enumerate().flat_map(|(k, row)| row.iter().skip(k));
-        for (stored, value) in self.rows[self.next].iter_mut().zip(values) {
+        let (Some(stored), Some(kept)) = (self.rows.get_mut(self.next), self.scales.get_mut(self.next)) else { return };
+        for (stored, value) in stored.iter_mut().zip(values) {
             *stored = libm::roundf(*value / scale) as i16;
         }
-        self.scales[self.next] = scale;
-        self.next = (self.next + 1) % NODES;
+        *kept = scale;
+        self.next = if self.next + 1 < NODES { self.next + 1 } else { 0 };
         self.count = if self.count < NODES { self.count + 1 } else { NODES };
     }
 
@@ -108,6 +109,7 @@ impl LeftOver {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::indexing_slicing)]
     use super::*;
 
     #[test]
@@ -116,10 +118,10 @@ mod tests {
         let mut x = [0.0_f64; GLOBALS];
         (x[P.from + 2], x[BIAS.from]) = (0.5, -1.0);
         for node in 0..NODES + 3 {
-            let mut left = [[0.0_f64; WIDE]; ROWS];
-            left[4][P.from + 2] = 10.0;
-            left[4][BIAS.from] = 4.0;
-            left[4][GLOBALS] = node as f64;
+            let mut left = [[0.0_f64; WIDTH]; ROWS];
+            left[4][GLOBAL + P.from + 2] = 10.0;
+            left[4][GLOBAL + BIAS.from] = 4.0;
+            left[4][WIDTH - 1] = node as f64;
             ring.push(&left, &x);
         }
         assert_eq!(ring.count(), NODES);

@@ -268,7 +268,13 @@ impl<T: Real> Update<T> {
 
     /// Rows that hold the globals alone.
     pub fn left_over(&mut self) -> &mut [[T; WIDTH]] {
-        self.rows.get_mut(2 * NODE..).unwrap_or_default()
+        self.rows.get_mut(2 * NODE..NODE + ROWS).unwrap_or_default()
+    }
+
+    /// Sum of the squared innovations, once the globals have all their columns: chi-square of the rows less the states.
+    pub fn innovation(&self) -> T {
+        let left = self.rows.get(2 * NODE..NODE + ROWS).unwrap_or_default();
+        left.iter().fold(T::ZERO, |sum, row| sum + row[CONSTANT] * row[CONSTANT])
     }
 
     /// Moves the states, given the change of the globals.

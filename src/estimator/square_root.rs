@@ -1,47 +1,57 @@
 //! Triangular roots of information by Householder reflections. Normal equations are never formed: in f32 they lose their positive definiteness
 //! in three of four recordings.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
-
 use super::real::Real;
 
 /// Reflects column `column` of `pivot` and `rows` into the pivot; all from `column` on are changed. Rows that are zero there are left alone. A
 /// pivot without any part in the column stays as it is.
 pub(super) fn reflect<T: Real, const W: usize>(pivot: &mut [T; W], rows: &mut [[T; W]], column: usize) {
-    let below = rows.iter().fold(T::ZERO, |sum, row| sum + row[column] * row[column]);
+    reflect_behind(pivot, rows, column, 0);
+}
+
+/// The same where the rows have `skip` columns before those of the pivot.
+pub(super) fn reflect_behind<T: Real, const W: usize, const L: usize>(
+    pivot: &mut [T; W],
+    rows: &mut [[T; L]],
+    column: usize,
+    skip: usize,
+) {
+    let of = |row: &[T; L]| row.get(skip + column).copied().unwrap_or(T::ZERO);
+    let below = rows.iter().fold(T::ZERO, |sum, row| sum + of(row) * of(row));
     if below == T::ZERO {
         return;
     }
-    let x = pivot[column];
-    let norm = (x * x + below).root();
-    let alpha = if x > T::ZERO { -norm } else { norm };
-    let v = x - alpha;
-    // Of the reflection I - 2 v v^T / |v|^2: -2 / |v|^2 = 1 / (alpha v).
+    let Some((x, right)) = pivot.get_mut(column..).and_then(<[T]>::split_first_mut) else { return };
+    let norm = (*x * *x + below).root();
+    let alpha = if *x > T::ZERO { -norm } else { norm };
+    let v = *x - alpha;
     let beta = T::ONE / (alpha * v);
+    *x = alpha;
     let mut dots = [T::ZERO; W];
-    for c in column + 1..W {
-        dots[c] = v * pivot[c];
+    for (dot, x) in dots.iter_mut().zip(right.iter()) {
+        *dot = v * *x;
     }
     for row in rows.iter() {
-        let factor = row[column];
+        let factor = of(row);
         if factor != T::ZERO {
-            for c in column + 1..W {
-                dots[c] += factor * row[c];
+            for (dot, x) in dots.iter_mut().zip(row.iter().skip(skip + column + 1)) {
+                *dot += factor * *x;
             }
         }
     }
-    for c in column + 1..W {
-        dots[c] *= beta;
-        pivot[c] += v * dots[c];
+    for (dot, x) in dots.iter_mut().zip(right.iter_mut()) {
+        *dot *= beta;
+        *x += v * *dot;
     }
-    pivot[column] = alpha;
     for row in rows.iter_mut() {
-        let factor = row[column];
+        let factor = of(row);
         if factor != T::ZERO {
-            for c in column + 1..W {
-                row[c] += factor * dots[c];
+            for (dot, x) in dots.iter().zip(row.iter_mut().skip(skip + column + 1)) {
+                *x += factor * *dot;
             }
-            row[column] = T::ZERO;
+            if let Some(x) = row.get_mut(skip + column) {
+                *x = T::ZERO;
+            }
         }
     }
 }
@@ -55,6 +65,7 @@ pub(super) fn reflect_first<T: Real, const W: usize>(rows: &mut [[T; W]], column
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::indexing_slicing)]
     use super::*;
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;

@@ -6,7 +6,6 @@ use super::{
     increment::Increment,
     preintegration::GYRO,
     real::{Real, V3, norm, zero3},
-    rows::GLOBAL,
     walk,
 };
 use core::f32::consts::PI;
@@ -32,7 +31,7 @@ impl<T: Real> Estimator<T> {
             Task::Next => self.next(),
             Task::Eliminating => {
                 if !self.update.eliminate() {
-                    self.start_absorbing();
+                    self.task = Task::Absorbing(0);
                 }
                 COLUMN_UNITS
             }
@@ -196,27 +195,17 @@ impl<T: Real> Estimator<T> {
         self.gap_s = T::ZERO;
     }
 
-    fn start_absorbing(&mut self) {
-        let left = self.update.left_over();
-        for (slot, row) in self.globals.left.iter_mut().zip(left) {
-            for (slot, value) in slot.iter_mut().zip(row.iter().skip(GLOBAL)) {
-                *slot = *value;
-            }
-        }
-        self.task = Task::Absorbing(0);
-    }
-
     fn absorb(&mut self, column: usize) {
         if column == NUISANCES && self.kind == Kind::Moving {
-            self.left_over.push(&self.globals.left, &self.globals.x);
+            self.left_over.push(self.update.left_over(), &self.globals.x);
         }
-        self.globals.absorb(column);
+        self.globals.absorb(self.update.left_over(), column);
         if column + 1 < GLOBALS {
             self.task = Task::Absorbing(column + 1);
             return;
         }
         if self.kind == Kind::Moving {
-            let square = self.globals.innovation() / T::of(FREEDOM);
+            let square = self.update.innovation() / T::of(FREEDOM);
             self.innovations = if self.innovations < INNOVATIONS { self.innovations + 1 } else { INNOVATIONS };
             self.innovation += (square - self.innovation) / T::of(f32::from(self.innovations));
         }

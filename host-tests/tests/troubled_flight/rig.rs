@@ -121,7 +121,10 @@ impl Run {
     pub fn never_worse_than_bias_only(&self, flight: &Flight) {
         for report in flight.reports.iter().filter(|r| r.t_effect_us.is_some()) {
             let [bias_only, _, flown] = self.rate_errors_deg_s(report);
-            assert!(flown <= 1.05 * bias_only + WINDOW_DEG_S, "{flown} deg/s against {bias_only} with bias only: {report:?}");
+            assert!(
+                flown <= 1.05 * bias_only + WINDOW_DEG_S,
+                "{flown} deg/s against {bias_only} with bias only: {report:?}"
+            );
         }
     }
 }

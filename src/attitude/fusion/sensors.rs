@@ -29,15 +29,17 @@ impl AttitudeFilter {
         let of_axes = change.column_iter().map(|column| column.norm_squared() / 3.0);
         let change = of_axes.fold(0.0, |most, x| if x > most { x } else { most });
         let is_other = change > DOUBTED * DOUBTED * self.scale_sigma * self.scale_sigma;
-        if is_other {
-            self.bias_rad_s = Vector3::zeros();
+        self.sigmas_stale = true;
+        if !is_other {
+            // Within what the gyro was thought to be: nothing is known anew.
+            return;
         }
-        if is_other && self.heading_blocks > 1 {
+        self.bias_rad_s = Vector3::zeros();
+        if self.heading_blocks > 1 {
             // the heading was carried by a gyro that is worse than was thought: it is taken from the next field
             self.errors.open(HEADING, PI * PI);
             self.heading_blocks = 1;
         }
-        self.sigmas_stale = true;
         let between = |x: f32, least: f32, most: f32| {
             if x > most {
                 most
@@ -49,9 +51,6 @@ impl AttitudeFilter {
         };
         let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
         self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, config.gyro_scale_sigma);
-        if !is_other {
-            return;
-        }
         for (k, sigma) in sigma.iter().skip(9).enumerate() {
             let sigma = between(*sigma, LEAST_BIAS_RAD_S, config.gyro_bias_sigma_rad_s);
             self.errors.open(BIAS + k, sigma * sigma);
