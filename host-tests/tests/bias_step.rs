@@ -54,8 +54,8 @@ fn rate_error_deg_s(trace: &Trace, flight: &Flight, from_s: f64, to_s: f64) -> f
     (seconds.iter().sum::<f64>() / seconds.len() as f64).sqrt().to_degrees()
 }
 
-/// Steps of 0.2 to 0.5 deg/s at hard shocks. Of 80 runs with other seeds too 73 are named; the others were too near the end of a diagnosis,
-/// or their shock fell between two samples and does not stand out of the vibration.
+/// Steps of 0.2 to 0.5 deg/s at hard shocks. Of 24 runs 18 are named; some of the others were too near the end of a diagnosis, or their shock
+/// fell between two samples and does not stand out of the vibration.
 #[test]
 fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
     const SEEDS: u64 = 12;
