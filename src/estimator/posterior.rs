@@ -14,6 +14,8 @@ const LEAST_MOTION_S: f32 = 14.0;
 /// Mean squared innovation, over its degrees of freedom, of a filter that has diverged: four deviations of the mean of 120 nodes of nine
 /// over 1. Sound runs stay under 1.07.
 const DIVERGED: f32 = 1.2;
+/// The same before there are so many nodes: this over the root of their number.
+const DIVERGED_EARLY: f32 = 1.9;
 /// Share of the latest time without a rate at which the gyro is of no use.
 const MOST_LOST: f32 = 0.8;
 /// Share of the latest motion without a field at which there is no magnetometer.
@@ -140,8 +142,10 @@ impl<T: Real> Estimator<T> {
         if motion_s < LEAST_MOTION_S {
             return Err(Unfit::NotEnoughMotion { motion_s, needed_s: LEAST_MOTION_S });
         }
-        if self.has_diverged() {
-            return Err(Unfit::Diverged { nis: self.innovation.narrow() });
+        let early = 1.0 + DIVERGED_EARLY / libm::sqrtf(f32::from(self.innovations));
+        let nis = self.innovation.narrow();
+        if self.has_diverged() || nis > DIVERGED && nis > early {
+            return Err(Unfit::Diverged { nis });
         }
         let share = if self.node.has_field { self.fieldless.get() } else { 1.0 };
         if share > MOST_FIELDLESS {

