@@ -4,6 +4,7 @@
 fn main() {
     println!("cargo:rerun-if-changed=memory.x");
     println!("cargo:rerun-if-changed=src/bin/probe/nrf52840.x");
+    println!("cargo:rerun-if-changed=src/bin/probe/ccm");
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=DEFMT_LOG");
     println!("cargo:rerun-if-env-changed=MWD_CCM_BEHIND_SRAM");
@@ -25,10 +26,9 @@ fn main() {
     } else {
         println!("cargo:rustc-link-search={here}");
         let emulated = feature("BOARD_EMULATED") || feature("BOARD_TRACE");
-        if emulated && std::env::var_os("MWD_CCM_BEHIND_SRAM").is_some() {
-            // Before the script, which asks whether it is defined.
-            println!("cargo:rustc-link-arg-bins=--defsym=_ccm_behind_sram=1");
-        }
+        let behind = emulated && std::env::var_os("MWD_CCM_BEHIND_SRAM").is_some();
+        let ccm = if behind { "behind_the_sram" } else { "beside_the_core" };
+        println!("cargo:rustc-link-search={here}/src/bin/probe/ccm/{ccm}");
         println!("cargo:rustc-link-arg-bins=-Tlink.x");
     }
     if feature("DEFMT") {

@@ -8,7 +8,7 @@ use super::{
     columns::GLOBALS,
     eigen::diagonalise,
     gaussian::{element, narrow_last, triangle},
-    globals::Globals,
+    globals::{Globals, WIDE},
     real::Real,
     rows::WIDTH,
     widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, VARIABLES, Widths, column},
@@ -44,14 +44,14 @@ pub(super) struct Averaged<T> {
 pub(super) struct Averaging<T> {
     stage: usize,
     grid: Widths,
-    /// All variables at the widths that the filter runs with.
-    base: Gaussian<T, VARIABLES, { triangle(VARIABLES) }>,
     evidence: [T; GROUPS],
     sum: Sum<T>,
 }
 
-/// What is left when a group is taken out, for its other widths: in scratch memory between updates of the filter.
+/// All variables at the widths that the filter runs with, and what is left when a group is taken out, for its other widths: in scratch memory
+/// between updates of the filter.
 struct Levels<'a, T> {
+    base: Slices<'a, T>,
     after: [Slices<'a, T>; GROUPS],
     work: Slices<'a, T>,
 }
@@ -77,18 +77,39 @@ fn copy<T: Copy>(to: &mut [T], from: &[T]) {
     }
 }
 
+/// Cuts so many variables off the memory; `None` where it is too small.
+fn cut<'a, T>(rest: &mut &'a mut [T], variables: usize) -> Option<Slices<'a, T>> {
+    let (mean, next) = core::mem::take(rest).split_at_mut_checked(variables)?;
+    let (covariance, next) = next.split_at_mut_checked(triangle(variables))?;
+    *rest = next;
+    Some(Slices { mean, covariance })
+}
+
 /// Cuts the scratch memory up; `None` where it is too small.
 fn levels<T>(scratch: &mut [T]) -> Option<Levels<'_, T>> {
-    fn cut<'a, T>(rest: &mut &'a mut [T], variables: usize) -> Option<Slices<'a, T>> {
-        let (mean, next) = core::mem::take(rest).split_at_mut_checked(variables)?;
-        let (covariance, next) = next.split_at_mut_checked(triangle(variables))?;
-        *rest = next;
-        Some(Slices { mean, covariance })
-    }
     let mut rest = scratch;
+    let base = cut(&mut rest, VARIABLES)?;
     let [a, b, c] = LEFT_AFTER;
     let after = [cut(&mut rest, a)?, cut(&mut rest, b)?, cut(&mut rest, c)?];
-    Some(Levels { after, work: cut(&mut rest, VARIABLES)? })
+    Some(Levels { base, after, work: cut(&mut rest, VARIABLES)? })
+}
+
+/// The inverse of a triangular root, column by column: packed, element (row i, column c) at (c, i) of a lower triangle.
+fn invert<T: Real>(root: &[[T; WIDE]; GLOBALS], inverse: &mut [T]) {
+    let mut rest = inverse;
+    for c in 0..GLOBALS {
+        let Some((own, next)) = core::mem::take(&mut rest).split_at_mut_checked(c + 1) else { return };
+        for i in (0..=c).rev() {
+            let unit = if i == c { T::ONE } else { T::ZERO };
+            let Some(row) = root.get(i) else { return };
+            let known = row.iter().zip(own.iter()).skip(i + 1);
+            let sum = known.fold(unit, |sum, (a, x)| sum - *a * *x);
+            if let (Some(slot), Some(diagonal)) = (own.get_mut(i), row.get(i)) {
+                *slot = sum / *diagonal;
+            }
+        }
+        rest = next;
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -147,38 +168,31 @@ impl<T: Real> Sum<T> {
 
 impl<T: Real> Averaging<T> {
     pub const fn zero() -> Self {
-        Self { stage: 0, grid: Widths::UNSET, base: Gaussian::zero(), evidence: [T::ZERO; GROUPS], sum: Sum::zero() }
+        Self { stage: 0, grid: Widths::UNSET, evidence: [T::ZERO; GROUPS], sum: Sum::zero() }
     }
 
-    /// Begins: `scratch` takes the inverse of the root, a column a row.
+    /// Begins: `scratch` takes mean and covariance, and for a moment the inverse of the root.
     pub fn start(&mut self, globals: &Globals<T>, widths: &Widths, scratch: &mut [[T; WIDTH]]) {
         self.stage = 0;
         self.grid = *widths;
         self.sum = Sum::zero();
-        let root = &globals.root;
-        // Rows of the inverse are kept transposed: row c of the scratch holds column c.
-        for c in 0..GLOBALS {
-            let Some(inverse) = scratch.get_mut(c) else { return };
-            for i in (0..=c).rev() {
-                let mut sum = if i == c { T::ONE } else { T::ZERO };
-                for k in i + 1..=c {
-                    sum -= root[i][k] * inverse[k];
-                }
-                inverse[i] = sum / root[i][i];
-            }
-        }
-        for i in 0..VARIABLES {
+        let scratch = scratch.as_flattened_mut();
+        // At the end, where it is in nobody's way; column c has c + 1 elements.
+        let Some(place) = scratch.len().checked_sub(triangle(GLOBALS)) else { return };
+        let (front, inverse) = scratch.split_at_mut(place);
+        invert(&globals.root, inverse);
+        let mut rest = front;
+        let Some(base) = cut(&mut rest, VARIABLES) else { return };
+        let mut elements = base.covariance.iter_mut();
+        for (i, mean) in base.mean.iter_mut().enumerate() {
             let a = column(i);
-            self.base.mean[i] = globals.x.get(a).copied().unwrap_or(T::ZERO);
-            for j in 0..=i {
+            *mean = globals.x.get(a).copied().unwrap_or(T::ZERO);
+            for (j, covariance) in (0..=i).zip(&mut elements) {
                 let b = column(j);
                 // Column c of the inverse reaches down to row c.
                 let from = if a > b { a } else { b };
-                let rows = scratch.iter().take(GLOBALS).skip(from);
-                let of = |row: &[T; WIDTH], column: usize| row.get(column).copied().unwrap_or(T::ZERO);
-                if let Some(element) = self.base.covariance.get_mut(triangle(i) + j) {
-                    *element = rows.fold(T::ZERO, |sum, row| sum + of(row, a) * of(row, b));
-                }
+                *covariance =
+                    (from..GLOBALS).fold(T::ZERO, |sum, c| sum + element(inverse, c, a) * element(inverse, c, b));
             }
         }
     }
@@ -214,7 +228,7 @@ impl<T: Real> Averaging<T> {
         let with_lags = self.grid.with_lags;
         let [of_mag, of_iron, of_accel] = &mut self.evidence;
         if from == 0 {
-            work.take(&self.base.mean, &self.base.covariance);
+            work.take(levels.base.mean, levels.base.covariance);
             *of_mag = narrowed(work, VARIABLES, 0, T::of(part(0)), with_lags);
             after_mag.take(work.mean, work.covariance);
         }

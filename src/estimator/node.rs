@@ -114,8 +114,8 @@ fn from_rows<T: Real>(a: &V3<T>, b: &V3<T>, c: &V3<T>) -> M3<T> {
     M3::new(a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z)
 }
 
-/// Rows of an update; the inverse of the globals' root takes one more.
-const SCRATCH: usize = if NODE + ROWS > GLOBALS { NODE + ROWS } else { GLOBALS };
+/// Rows of an update, 36; what the average needs takes two more.
+const SCRATCH: usize = NODE + ROWS + 2;
 
 /// An update in progress, column by column.
 #[derive(Clone, Copy)]

@@ -40,26 +40,34 @@ use semihosting::process;
 use sensors::Modelled;
 use serial::Serial;
 
+// Below the stack. Not all zero at first: a value would stand in flash, too.
+#[allow(unsafe_code)]
+#[unsafe(link_section = ".ccm.surveyor")]
+static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
+#[allow(unsafe_code)]
+#[unsafe(link_section = ".ccm.memory")]
+static mut MEMORY: MaybeUninit<Memory<FileFlash>> = MaybeUninit::uninit();
+
 #[entry]
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
-    // Not all zero at first: a value here would stand in flash, too.
-    static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
     static mut LINE: Line = Line::new();
     static mut COMMANDS: Commands = Commands::new();
-    static mut MEMORY: MaybeUninit<Memory<FileFlash>> = MaybeUninit::uninit();
     static mut QUEUE: SampleQueue = SampleQueue::new();
     static mut MODELLED: Modelled = Modelled::new();
+    // SAFETY: nothing else names them, and `entry` lets nobody call `main` again.
+    #[allow(unsafe_code)]
+    let (surveyor, memory) = unsafe { (&mut *&raw mut SURVEYOR, &mut *&raw mut MEMORY) };
 
     let pipeline = Pipeline {
         probe: PROBE,
-        surveyor: SURVEYOR.write(Surveyor::new()),
+        surveyor: surveyor.write(Surveyor::new()),
         line: LINE,
         commands: COMMANDS,
         memory: None,
     };
-    match run(pipeline, MEMORY, (QUEUE, MODELLED)) {
+    match run(pipeline, memory, (QUEUE, MODELLED)) {
         Ok(()) => process::exit(0),
         Err(message) => {
             complain(&[Text(message)]);

@@ -41,20 +41,31 @@ use stm32f4xx_hal::{
 
 const BAUD: u32 = 921_600;
 
+// Below the stack. Not all zero at first: a value would stand in flash, too.
+#[allow(unsafe_code)]
+#[unsafe(link_section = ".ccm.surveyor")]
+static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
+#[allow(unsafe_code)]
+#[unsafe(link_section = ".ccm.memory")]
+static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
+#[allow(unsafe_code)]
+#[unsafe(link_section = ".ccm.sensors")]
+static mut SENSORS: MaybeUninit<BoardSensors> = MaybeUninit::uninit();
+
 #[entry]
 #[allow(clippy::too_many_arguments)] // Its statics are arguments to what `entry` makes of it.
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
-    // Not all zero at first: a value here would stand in flash, too.
-    static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
     static mut LINE: Line = Line::new();
     static mut COMMANDS: Commands = Commands::new();
-    static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
-    static mut SENSORS: MaybeUninit<BoardSensors> = MaybeUninit::uninit();
     static mut OUTGOING: Outgoing = Outgoing::new();
     static mut INCOMING: Incoming = Incoming::new();
+    // SAFETY: nothing else names them, and `entry` lets nobody call `main` again.
+    #[allow(unsafe_code)]
+    let (surveyor, memory, sensors) =
+        unsafe { (&mut *&raw mut SURVEYOR, &mut *&raw mut MEMORY, &mut *&raw mut SENSORS) };
 
     let (Some(chip), Some(core)) = (Peripherals::take(), Core::take()) else { fault::stop("started twice") };
     stack::guard(&core.MPU);
@@ -86,13 +97,13 @@ fn main() -> ! {
     let (producer, samples) = SAMPLES.split();
     let serial = SerialQueues { outgoing, incoming };
     let mut board = SensorBoard { samples, serial, watchdog, reset_reason };
-    let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
+    let memory = Memory::start(memory, models, &settings.config, || board.feed_watchdog());
     let pipeline =
-        Pipeline { probe: PROBE, surveyor: SURVEYOR.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
+        Pipeline { probe: PROBE, surveyor: surveyor.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };
-    start_sensors(SENSORS, (inertial, magnetic), Acquisition::new(producer));
+    start_sensors(sensors, (inertial, magnetic), Acquisition::new(producer));
     systick::start(core.SYST, core.SCB, sample_period_us);
     loop {
         application.turn();
