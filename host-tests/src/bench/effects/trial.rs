@@ -117,7 +117,7 @@ mod tests {
     use super::*;
     use crate::bench::median;
 
-    /// A soft iron that nobody declared is worth more than a factor of five, held out; here it is asked for a half.
+    /// A soft iron that nobody declared is among the filter's own unknowns, so that rotation does not wait for its name; attitude does.
     #[test]
     fn the_loop_changes_nothing_where_nothing_is_and_takes_out_what_is() {
         let mut ratios = Vec::new();
@@ -135,8 +135,9 @@ mod tests {
             });
             let (found, errors) = diagnose_and_score(&iron.unwrap(), seed, &LIBRARY).unwrap();
             assert!(!found.names.is_empty(), "{seed}");
-            ratios.push(errors.rotation[1] / errors.rotation[0]);
+            assert!(errors.rotation.iter().all(|with| 5.0 * with < errors.bias_only), "{seed}: {:?}", errors.rotation);
+            ratios.push(errors.attitude[1] / errors.attitude[0]);
         }
-        assert!(median(&ratios) < 0.5, "{ratios:?}");
+        assert!(median(&ratios) < 0.9, "{ratios:?}");
     }
 }
