@@ -7,8 +7,10 @@ use std::fmt;
 pub const FLASH_START: u64 = 0x0800_0000;
 /// Where its RAM begins.
 pub const RAM_START: u64 = 0x2000_0000;
-/// Where its CCM begins, which holds the stack and nothing else.
+/// Where its CCM begins, which holds the stack, and below it statics that nothing initialises.
 const CCM_START: u64 = 0x1000_0000;
+/// What those may take of it, as `memory.x` says, bytes.
+const BELOW_THE_STACK_BYTES: u64 = 12 * 1024;
 /// The CCM, bytes.
 const CCM_BYTES: u64 = 64 * 1024;
 /// Most stack that the firmware may use, bytes.
@@ -51,7 +53,7 @@ pub const STM32F405: ChipMemory = ChipMemory {
     flash_bytes: 1024 * 1024,
     ram_bytes: 128 * 1024,
     stack_top: CCM_START + CCM_BYTES,
-    stack_bytes: Some(CCM_BYTES),
+    stack_bytes: Some(CCM_BYTES - BELOW_THE_STACK_BYTES),
 };
 
 /// The same in QEMU before 8.0.

@@ -141,8 +141,8 @@ fn every_optimizer_is_bit_identical_on_host_and_chip() {
         let mut config = configuration::of_trace(&trace);
         config.identification.optimizer = kind;
         let Some(emulated) = fly_on_both(&config, &trace.samples) else { return };
-        // Levenberg-Marquardt is done after four to six; the start's own is one.
-        let searched = |report: &WindowReport| report.optimizer == kind && report.evaluations > 3;
+        // Levenberg-Marquardt may be done after two; the start's own is one.
+        let searched = |report: &WindowReport| report.optimizer == kind && report.evaluations > 1;
         let evaluations: Vec<u32> = emulated.flight.reports.iter().map(|report| report.evaluations).collect();
         assert!(emulated.flight.reports.iter().any(searched), "{kind:?} did not search: {evaluations:?}");
     }

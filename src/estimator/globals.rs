@@ -106,8 +106,8 @@ impl<T: Real> Globals<T> {
 
     /// Makes one column of the root triangular again.
     pub fn triangular(&mut self, column: usize) {
-        let (above, below) = self.root.split_at_mut(column + 1);
-        if let Some(pivot) = above.last_mut() {
+        let split = self.root.split_at_mut_checked(column + 1);
+        if let Some(([.., pivot], below)) = split {
             reflect(pivot, below, column);
         }
     }

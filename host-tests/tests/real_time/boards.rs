@@ -20,7 +20,6 @@ fn every_board_starts_where_its_chip_does_and_fits_it() {
         assert!(code.contains(&u64::from(table.reset)) && table.reset % 2 == 1, "{board:?}: {table:x?}");
         assert!(size.flash_bytes <= chip.flash_bytes && size.ram_bytes() <= chip.ram_bytes, "{board:?}: {size}");
         assert!(chip.stack_bytes_beside(&size) > image::STACK_LIMIT_BYTES, "{board:?}: {size}");
-        assert!(size.ram_bytes() <= image::RAM_LIMIT_BYTES, "{board:?}: {size}");
         let drivers = match board {
             Board::Stm32f405 | Board::Nrf52840 => image::DRIVERS_LIMIT_BYTES,
             _ => 0,
