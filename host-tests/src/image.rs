@@ -85,6 +85,9 @@ pub struct ImageSize {
 /// The section of what stands for hardware, as the linker script names it.
 const MODELS_SECTION: &str = ".models";
 
+/// The section of what nothing initialises, in CCM below the stack: the linker script holds it to its memory.
+const BELOW_THE_STACK_SECTION: &str = ".ccm";
+
 impl ImageSize {
     /// Static RAM, bytes, without the stack.
     #[must_use]
@@ -156,6 +159,9 @@ impl<'elf> Image<'elf> {
         for section in self.file.sections() {
             let SectionFlags::Elf { sh_flags, .. } = section.flags() else { continue };
             if !sh_flags.contains(elf::SHF_ALLOC) {
+                continue;
+            }
+            if section.name() == Ok(BELOW_THE_STACK_SECTION) {
                 continue;
             }
             if section.name() == Ok(MODELS_SECTION) {
