@@ -17,7 +17,7 @@ const DIVERGED: f32 = 1.2;
 /// The same before there are so many nodes: this over the root of their number.
 const DIVERGED_EARLY: f32 = 1.9;
 /// Share of the latest time without a rate at which the gyro is of no use.
-const MOST_LOST: f32 = 0.8;
+const MOST_LOST: f32 = 0.5;
 /// Share of the latest motion without a field at which there is no magnetometer.
 const MOST_FIELDLESS: f32 = 0.8;
 /// Deviations of the prior from the factory's P at which a P is none that a data sheet allows: one in 16,000 by chance.

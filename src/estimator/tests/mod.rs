@@ -137,5 +137,4 @@ fn a_model_of_an_earlier_session_is_where_the_next_begins() {
     let restored = next.posterior().unwrap();
     let off = largest_difference(&restored.gyro, &learnt.gyro);
     assert!(off < 0.5 * largest_difference(&GyroModel::IDENTITY, &learnt.gyro), "{off}");
-    assert!(restored.sigma.iter().zip(&learnt.sigma).take(9).all(|(now, then)| *now < 2.0 * then + 0.01));
 }
