@@ -65,7 +65,7 @@ pub(super) fn reflect_first<T: Real, const W: usize>(rows: &mut [[T; W]], column
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::indexing_slicing)]
+    #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
     use super::*;
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
