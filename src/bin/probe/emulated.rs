@@ -57,7 +57,7 @@ fn main() -> ! {
     static mut QUEUE: SampleQueue = SampleQueue::new();
     static mut MODELLED: Modelled = Modelled::new();
     // SAFETY: nothing else names them, and `entry` lets nobody call `main` again.
-    #[allow(unsafe_code)]
+    #[allow(unsafe_code, clippy::deref_addrof)] // A reference to a `static mut` goes by way of its address.
     let (surveyor, memory) = unsafe { (&mut *&raw mut SURVEYOR, &mut *&raw mut MEMORY) };
 
     let pipeline = Pipeline {

@@ -63,7 +63,7 @@ fn main() -> ! {
     static mut OUTGOING: Outgoing = Outgoing::new();
     static mut INCOMING: Incoming = Incoming::new();
     // SAFETY: nothing else names them, and `entry` lets nobody call `main` again.
-    #[allow(unsafe_code)]
+    #[allow(unsafe_code, clippy::deref_addrof)] // A reference to a `static mut` goes by way of its address.
     let (surveyor, memory, sensors) =
         unsafe { (&mut *&raw mut SURVEYOR, &mut *&raw mut MEMORY, &mut *&raw mut SENSORS) };
 
