@@ -34,10 +34,10 @@ pub use settings::{Noise, Settings};
 pub use widths::Widths;
 pub use window_cost::WindowCost;
 
-use crate::{compensation::GyroModel, sample::Reading};
+use crate::sample::Reading;
 use alignment::Alignment;
 use averaging::Averaging;
-use columns::{GLOBALS, P};
+use columns::GLOBALS;
 use globals::Globals;
 use heapless::{Deque, Vec};
 use increment::{Builder, Increment, Item};
@@ -50,9 +50,6 @@ use real::{M3, V3, widened, zero3, zero33};
 use rest::Rests;
 use share::Share;
 use window_cost::Centre;
-
-/// By how much an element of P may have changed while the probe was off: sensitivity is within 1 % (LSM6DSO, data sheet table 3).
-const DRIFT: f32 = 0.01;
 
 /// Increments that wait for work: 0.9 s.
 const WAITING: usize = 24;
@@ -193,26 +190,6 @@ impl<T: Real> Estimator<T> {
         self.waiting.clear();
         self.begin();
         self.posterior.clear();
-    }
-
-    /// A model of an earlier session, with its deviations (P row-major, then b): what was learnt of P then is, but for a drift while the
-    /// probe was off, what is known of it now. The bias is another one at every start, and is as unknown as without.
-    pub fn restore(&mut self, model: &GyroModel, sigma: &[f32; 12]) {
-        let factory = self.settings.factory.p;
-        let changes = model.p.as_flattened().iter().zip(factory.as_flattened()).map(|(p, factory)| p - factory);
-        for ((column, change), sigma) in P.columns().zip(changes).zip(sigma) {
-            let Some(unit) = self.settings.sigma.get(column).copied().filter(|unit| *unit > 0.0) else { continue };
-            let sigma = libm::sqrtf(sigma * sigma + DRIFT * DRIFT);
-            let known = if sigma < unit { unit / sigma } else { 1.0 };
-            if let (Some(x), Some(row)) = (self.globals.x.get_mut(column), self.globals.root.get_mut(column)) {
-                *x = T::of(change / unit);
-                if let Some(diagonal) = row.get_mut(column) {
-                    *diagonal = T::of(known);
-                }
-            }
-        }
-        self.compose_about(model.b_rad_s);
-        self.linearise();
     }
 
     fn begin(&mut self) {

@@ -74,9 +74,9 @@ impl Identifier {
 
     /// Flies this model from the first sample on; to be called between `configure` and `start`.
     #[cfg(feature = "storage")]
-    pub fn restore(&mut self, gyro: &GyroModel, sigma: &[f32; 12]) {
+    pub fn restore(&mut self, gyro: &GyroModel) {
         self.flown = *gyro;
-        self.estimator.restore(gyro, sigma);
+        self.estimator.compose_about(gyro.b_rad_s);
     }
 
     pub const fn flown(&self) -> &GyroModel {

@@ -30,7 +30,7 @@ impl Probe {
             return Err(NotRestored::NotAtTheBeginning);
         }
         self.may_restore(model)?;
-        self.identifier.restore(&model.gyro, &model.sigma);
+        self.identifier.restore(&model.gyro);
         self.diagnosis.restore(&model.effects);
         self.attitude_effects = self.effects().of_attitude(self.library());
         self.filter.mag_delay_known(self.mag_delay_sigma_s());

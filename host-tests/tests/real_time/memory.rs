@@ -110,7 +110,7 @@ fn cut_the_second_model(words: impl Iterator<Item = u32>) {
     for cut in words {
         probe.set_flash(&first);
         let how = RealTime { power_cut_after: Some(cut), ..RealTime::default() };
-        let was_cut = probe.drill(LONG_S, 5, how).is_none();
+        let was_cut = probe.drill(LONG_S, 3, how).is_none();
         let flies = probe.boot().restored_model;
         outcomes.push((cut, was_cut, flies));
     }

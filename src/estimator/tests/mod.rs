@@ -125,16 +125,3 @@ fn without_a_sensor_nothing_flies_and_the_reason_is_told() {
     let still: Vec<_> = samples.iter().take(900).copied().collect();
     assert!(matches!(posterior::<f32>(&still, u32::MAX).fitness, Err(Unfit::NotEnoughMotion { .. })));
 }
-
-#[test]
-fn a_model_of_an_earlier_session_is_where_the_next_begins() {
-    let simulated = Simulated::new(8, 60.0);
-    let learnt = posterior::<f32>(&simulated.samples, u32::MAX);
-    let mut next = estimator::<f32>();
-    next.restore(&learnt.gyro, &learnt.sigma);
-    next.close();
-    while next.step() > 0 {}
-    let restored = next.posterior().unwrap();
-    let off = largest_difference(&restored.gyro, &learnt.gyro);
-    assert!(off < 0.5 * largest_difference(&GyroModel::IDENTITY, &learnt.gyro), "{off}");
-}
