@@ -9,6 +9,7 @@ mod averaging;
 pub mod columns;
 mod eigen;
 mod field_norm;
+mod gate;
 mod gaussian;
 mod globals;
 mod increment;
@@ -23,6 +24,7 @@ mod rows;
 mod settings;
 mod share;
 mod square_root;
+mod update;
 mod walk;
 mod widths;
 mod window_cost;
@@ -43,12 +45,13 @@ use heapless::{Deque, Vec};
 use increment::{Builder, Increment, Item};
 use left_over::LeftOver;
 use nalgebra::Vector3;
-use node::{Kind, Node, Update};
+use node::{Kind, Node};
 use parameters::Parameters;
 use preintegration::Preintegration;
 use real::{M3, V3, widened, zero3, zero33};
 use rest::Rests;
 use share::Share;
+use update::Update;
 use window_cost::Centre;
 
 /// Increments that wait for work: 0.9 s.
@@ -109,6 +112,8 @@ pub struct Estimator<T = f32> {
     /// Shares of the latest time whose rates came to no node, and of the latest motion without a field.
     unread: Share<T>,
     fieldless: Share<T>,
+    /// Seconds for which the field has contradicted everything else, without a break, and those for which force has.
+    contradicted_s: [T; 2],
     /// Seconds through which nobody knows how the probe turned, until the attitude is aligned anew.
     gap_s: T,
     /// Raw bias about which rotations are composed: of what flies, so that it changes at the instants at which that does.
@@ -156,6 +161,7 @@ impl<T: Real> Estimator<T> {
             motion_s: T::ZERO,
             unread: Share::zero(),
             fieldless: Share::zero(),
+            contradicted_s: [T::ZERO; 2],
             gap_s: T::ZERO,
             composed_about: zero3(),
             unwalked_s: T::ZERO,
@@ -206,6 +212,7 @@ impl<T: Real> Estimator<T> {
         self.centre.clear();
         (self.motion_s, self.gap_s, self.unwalked_s) = (T::ZERO, T::ZERO, T::ZERO);
         (self.innovation, self.innovations) = (T::ZERO, 0);
+        self.contradicted_s = [T::ZERO; 2];
         self.linearise();
     }
 

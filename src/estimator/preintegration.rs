@@ -86,7 +86,6 @@ pub(super) struct Preintegration<T> {
     /// Sums of the vectors as read, for a rest.
     pub forces_read: V3<T>,
     pub fields_read: V3<T>,
-    pub field_squares_read: M3<T>,
 }
 
 impl<T: Real> Preintegration<T> {
@@ -117,7 +116,6 @@ impl<T: Real> Preintegration<T> {
             first_rate: zero3(),
             forces_read: zero3(),
             fields_read: zero3(),
-            field_squares_read: zero33(),
         }
     }
 
@@ -192,7 +190,6 @@ impl<T: Real> Preintegration<T> {
             *sum += by.cross(&turned);
         }
         self.fields_read += read;
-        self.field_squares_read += read * read.transpose();
         self.fields += 1;
     }
 

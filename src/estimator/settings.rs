@@ -13,7 +13,7 @@ use crate::{
 /// constants for motion by hand by 1,500 log units, and be wrong by a factor of 14 to 58 in variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Rotation, rad per root second.
+    /// Rotation, rad per root second: the gyro's noise, and by hand at least what the model leaves out.
     pub rotation_rad_rts: f32,
     /// Rotation, share of the angle that was turned.
     pub rotation_share: f32,
@@ -39,9 +39,10 @@ pub struct Noise {
     pub acceleration_freedom: f32,
     /// Freedom of Student's t of field and rotation.
     pub freedom: f32,
-    /// Whether a field is disturbed where its norm differs from the mean of the norms as they were calibrated at their time, which widens the
-    /// noise as long as the calibration moves, too; else from the norm of all readings as it is calibrated now.
-    pub norms_of_their_time: bool,
+    /// Whether the earth's field is the same over the whole path. Then one is disturbed where its norm differs from that of the estimated
+    /// field, and where it contradicts by a turn alone the gyro is wrong. Else it is disturbed where its norm differs from the mean of the norms
+    /// as they were calibrated at their time, which widens the noise as long as the calibration moves, too.
+    pub field_is_even: bool,
     /// Whether gravity as it is predicted, not as it is read, multiplies the accelerometer's errors: where vibration is larger than gravity.
     pub predicted_gravity: bool,
 }
@@ -62,7 +63,7 @@ impl Noise {
         acceleration_m_s_rts: 0.0,
         acceleration_freedom: 0.0,
         freedom: 5.0,
-        norms_of_their_time: true,
+        field_is_even: false,
         predicted_gravity: false,
     };
 
@@ -81,7 +82,7 @@ impl Noise {
         acceleration_m_s_rts: 0.12,
         acceleration_freedom: 3.0,
         freedom: 5.0,
-        norms_of_their_time: false,
+        field_is_even: true,
         predicted_gravity: true,
     };
 
@@ -100,7 +101,7 @@ impl Noise {
         acceleration_m_s_rts: 0.0,
         acceleration_freedom: 0.0,
         freedom: 0.0,
-        norms_of_their_time: false,
+        field_is_even: false,
         predicted_gravity: false,
     };
 }
@@ -179,12 +180,18 @@ impl Settings {
         put(BIAS.from, &[id.prior_sigma_bias_rad_s; 3]);
         let (on, off) = (id.prior_sigma_diagonal, id.prior_sigma_off_diagonal);
         put(P.from, &[on, off, off, off, on, off, off, off, on]);
+        let mut noise = if drilling { Noise::DRILL_STRING } else { Noise::HAND };
+        let gyro = config.attitude.gyro_noise_rad_s_rthz;
+        // By hand what the model leaves out is no less.
+        if drilling || gyro > noise.rotation_rad_rts {
+            noise.rotation_rad_rts = gyro;
+        }
         Self {
             sample_period_s: config.sample_period_us as f32 * 1e-6,
             is_instant: config.latency.gyro_s.is_some(),
             gravity_m_s2: config.earth.gravity_m_s2,
             factory: config.gyro,
-            noise: if drilling { Noise::DRILL_STRING } else { Noise::HAND },
+            noise,
             sigma,
             widths: if drilling { Widths::DRILL_STRING } else { Widths::HAND },
             rest_deviation_rad_s: id.rest_gyro_deviation_rad_s,

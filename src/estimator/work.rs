@@ -2,10 +2,11 @@
 
 use super::{
     Centre, Estimator, Item, Kind, Task,
-    columns::{GLOBALS, NUISANCES},
+    columns::{GLOBALS, HARD_IRON, NUISANCES},
     increment::Increment,
     preintegration::GYRO,
     real::{Real, V3, norm, zero3},
+    update::{Agreement, Readings, Taken},
     walk,
 };
 use core::f32::consts::PI;
@@ -16,6 +17,8 @@ const NODE_S: f32 = 0.5;
 const FREEDOM: f32 = 9.0;
 /// Nodes over which the innovations are averaged: a minute.
 pub(super) const INNOVATIONS: u16 = 120;
+/// Field or force that contradict for so long are no disturbance, and what they contradict is wrong, seconds.
+const CONTRADICTED_S: f32 = 20.0;
 
 /// Work units (some 300 instructions) of the pieces.
 const INCREMENT_UNITS: u32 = 20;
@@ -130,25 +133,67 @@ impl<T: Real> Estimator<T> {
     }
 
     fn end_node(&mut self) {
-        self.unread.add(T::ZERO, self.pre.seconds);
+        let seconds = self.pre.seconds;
         self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };
         if self.kind == Kind::Rest && !self.has_begun {
+            self.unread.add(T::ZERO, seconds);
             self.start_at_rest();
             return;
         }
         if !self.is_aligned {
+            self.unread.add(T::ZERO, seconds);
             self.align();
             return;
         }
-        if self.kind == Kind::Moving {
-            self.motion_s += self.pre.seconds;
-            let fieldless = if self.pre.fields == 0 { T::ONE } else { T::ZERO };
-            self.fieldless.add(fieldless, self.pre.seconds);
+        let taken = Taken {
+            pre: &self.pre,
+            parameters: &self.parameters,
+            globals: &self.globals,
+            settings: &self.settings,
+            sigma: &self.sigma,
+            unknown: self.unknown_rotation(),
+            kind: self.kind,
+        };
+        let agreement = self.update.assemble(&mut self.node, &taken);
+        if agreement.is_turned {
+            self.gap(T::ZERO);
+            return;
         }
-        self.unwalked_s += self.pre.seconds;
-        let settings = (&self.settings, &self.sigma, self.unknown_rotation());
-        self.update.assemble(&mut self.node, &self.pre, &self.parameters, settings, self.kind);
+        self.unread.add(T::ZERO, seconds);
+        if self.is_contradicted_for_long(&agreement) {
+            return;
+        }
+        if self.kind == Kind::Moving {
+            self.motion_s += seconds;
+            let fieldless = if agreement.field == Readings::Used { T::ZERO } else { T::ONE };
+            self.fieldless.add(fieldless, seconds);
+        }
+        self.unwalked_s += seconds;
         self.task = Task::Eliminating;
+    }
+
+    /// What has contradicted the readings of field or force for too long to be right is forgotten: the attitude, and for the field the earth's and
+    /// the hard iron, of which a shock may have made another.
+    fn is_contradicted_for_long(&mut self, agreement: &Agreement) -> bool {
+        let mut is_long = [false; 2];
+        let sensors = [agreement.field, agreement.force];
+        for ((readings, seconds), is_long) in sensors.into_iter().zip(&mut self.contradicted_s).zip(&mut is_long) {
+            *seconds = if readings == Readings::Contradicted { *seconds + self.pre.seconds } else { T::ZERO };
+            *is_long = *seconds > T::of(CONTRADICTED_S);
+            if *is_long {
+                *seconds = T::ZERO;
+            }
+        }
+        let [by_field, by_force] = is_long;
+        if by_field {
+            self.node.has_field = false;
+            HARD_IRON.columns().for_each(|column| self.globals.widen(column, T::ONE));
+            self.task = Task::Walking(0);
+        }
+        if by_field || by_force {
+            self.gap(T::ZERO);
+        }
+        by_field || by_force
     }
 
     /// Variance of the node's rotation by what is not known of bias and P, rad^2.

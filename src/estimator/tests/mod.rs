@@ -11,6 +11,7 @@ use crate::{
     sample::Reading,
 };
 use motion::Simulated;
+use nalgebra::{Rotation3, Vector3};
 use std::{boxed::Box, vec::Vec};
 
 fn settings() -> Settings {
@@ -124,4 +125,44 @@ fn without_a_sensor_nothing_flies_and_the_reason_is_told() {
     assert!(matches!(fitness(2), Err(Unfit::NoMagnetometer { .. })), "{:?}", fitness(2));
     let still: Vec<_> = samples.iter().take(900).copied().collect();
     assert!(matches!(posterior::<f32>(&still, u32::MAX).fitness, Err(Unfit::NotEnoughMotion { .. })));
+}
+
+/// The samples with the field changed from one second to another, and back.
+fn with_field(
+    simulated: &Simulated,
+    from_s: u64,
+    to_s: u64,
+    change: impl Fn(Vector3<f32>) -> Vector3<f32>,
+) -> Posterior {
+    let within = from_s * 1_000_000..to_s * 1_000_000;
+    let changed = simulated.samples.iter().map(|(t_us, readings)| match readings {
+        [rate, force, Reading::Good(field)] if within.contains(t_us) => {
+            (*t_us, [*rate, *force, Reading::Good(change(*field))])
+        }
+        _ => (*t_us, *readings),
+    });
+    posterior::<f32>(&changed.collect::<Vec<_>>(), u32::MAX)
+}
+
+#[test]
+fn a_field_that_is_turned_for_seconds_is_none() {
+    for seed in 10..14 {
+        let simulated = Simulated::new(seed, 60.0);
+        let clean = largest_difference(&posterior::<f32>(&simulated.samples, u32::MAX).gyro, &simulated.truth);
+        // Its norm stays.
+        let hit =
+            with_field(&simulated, 30, 34, |field| Rotation3::from_scaled_axis(Vector3::new(0.5, 0.0, 0.3)) * field);
+        let error = largest_difference(&hit.gyro, &simulated.truth);
+        assert_eq!(hit.fitness, Ok(()), "seed {seed}");
+        assert!(error < 1.1 * clean + 1e-4, "seed {seed}: {error}, clean {clean}");
+    }
+}
+
+#[test]
+fn a_hard_iron_that_stays_another_is_learnt_anew() {
+    let simulated = Simulated::new(15, 140.0);
+    let other = with_field(&simulated, 60, 140, |field| field + Vector3::new(15.0, 0.0, -10.0));
+    assert_eq!(other.fitness, Ok(()));
+    let before = largest_difference(&GyroModel::IDENTITY, &simulated.truth);
+    assert!(largest_difference(&other.gyro, &simulated.truth) < 0.25 * before);
 }

@@ -1,0 +1,142 @@
+//! Whether three readings agree with everything known: their innovations have the covariance of all the unknowns and their own noise.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{
+    columns::{GLOBALS, NODE},
+    globals::Globals,
+    node::Node,
+    real::{M3, Real, V3, square, zero33},
+    rows::{CONSTANT, GLOBAL, WIDTH},
+};
+
+/// Chi-square of three innovations above which they contradict: one in 10,000 does by chance.
+const CONTRADICTED: f32 = 21.1;
+/// The same of one innovation: one in 1,000.
+const CONTRADICTED_ALONG: f32 = 10.8;
+
+/// Innovations and the covariance that the unknowns give them, over the variance of the readings' own noise.
+pub(super) struct Innovation<T> {
+    value: V3<T>,
+    covariance: M3<T>,
+}
+
+impl<T: Real> Innovation<T> {
+    /// Of three rows on old states and globals, weighted with their own noise.
+    pub fn new(rows: &[[T; WIDTH]], node: &Node<T>, globals: &Globals<T>) -> Self {
+        // R^-T h of each row's coefficients h.
+        let mut solved = [[T::ZERO; NODE + GLOBALS]; 3];
+        let mut value = V3::new(T::ZERO, T::ZERO, T::ZERO);
+        for ((y, row), value) in solved.iter_mut().zip(rows).zip(value.iter_mut()) {
+            y[..NODE].copy_from_slice(&row[..NODE]);
+            y[NODE..].copy_from_slice(&row[GLOBAL..CONSTANT]);
+            *value = row[CONSTANT];
+            for (i, root) in node.root.iter().enumerate() {
+                substitute(y, i, &root[i..]);
+            }
+            for (i, root) in globals.root.iter().enumerate() {
+                substitute(y, NODE + i, &root[i..GLOBALS]);
+            }
+        }
+        let mut covariance = zero33();
+        for i in 0..3 {
+            for j in 0..3 {
+                covariance[(i, j)] = solved[i].iter().zip(&solved[j]).fold(T::ZERO, |sum, (a, b)| sum + *a * *b);
+            }
+        }
+        Self { value, covariance }
+    }
+
+    /// Whether they are larger than chance makes them where the readings' noise has so many times the variance that the rows have.
+    pub fn is_contradicted(&self, noise: T) -> bool {
+        // Cholesky's factor, with the innovations solved on the way.
+        let mut lower = [[T::ZERO; 3]; 3];
+        let mut solved = [T::ZERO; 3];
+        let mut chi_square = T::ZERO;
+        for i in 0..3 {
+            let mut innovation = self.value[i];
+            for j in 0..=i {
+                let mut sum = self.covariance[(i, j)];
+                for k in 0..j {
+                    sum -= lower[i][k] * lower[j][k];
+                }
+                lower[i][j] = if i == j { (sum + noise).root() } else { sum / lower[j][j] };
+                if j < i {
+                    innovation -= lower[i][j] * solved[j];
+                }
+            }
+            solved[i] = innovation / lower[i][i];
+            chi_square += solved[i] * solved[i];
+        }
+        chi_square > T::of(CONTRADICTED)
+    }
+
+    /// Whether their part along a direction, of any length, is.
+    pub fn is_contradicted_along(&self, direction: &V3<T>) -> bool {
+        let along = self.value.dot(direction);
+        let variance = direction.dot(&(self.covariance * direction)) + square(direction);
+        along * along > T::of(CONTRADICTED_ALONG) * variance
+    }
+}
+
+/// One step of the solution of R^T y = h: the row of R from its diagonal on.
+fn substitute<T: Real>(y: &mut [T], i: usize, root: &[T]) {
+    let Some((diagonal, right)) = root.split_first() else { return };
+    let Some((x, below)) = y.get_mut(i..).and_then(<[T]>::split_first_mut) else { return };
+    *x /= *diagonal;
+    if *x != T::ZERO {
+        for (y, r) in below.iter_mut().zip(right) {
+            *y -= *r * *x;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix3, SMatrix, Vector3};
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn chi_square_is_that_of_the_joint_covariance() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(3);
+        let mut uniform = || f64::from(generator.next_u32()) / f64::from(u32::MAX) - 0.5;
+        let (mut node, mut globals) = (Node::<f64>::zero(), Globals::<f64>::zero());
+        let mut root = SMatrix::<f64, 49, 49>::zeros();
+        for i in 0..49 {
+            for j in i..49 {
+                root[(i, j)] = uniform() + if i == j { 2.0 } else { 0.0 };
+                if i < NODE {
+                    node.root[i][j] = root[(i, j)];
+                } else {
+                    globals.root[i - NODE][j - NODE] = root[(i, j)];
+                }
+            }
+        }
+        let mut rows = [[0.0; WIDTH]; 3];
+        rows.as_flattened_mut().iter_mut().for_each(|x| *x = uniform());
+        let h = SMatrix::<f64, 3, 49>::from_fn(|i, j| rows[i][if j < NODE { j } else { GLOBAL + j - NODE }]);
+        let states = h * (root.transpose() * root).try_inverse().unwrap() * h.transpose();
+        let innovation = Innovation::new(&rows, &node, &globals);
+        assert!((innovation.covariance - states).amax() < 1e-12 * states.amax());
+        let value = Vector3::from_fn(|i, _| rows[i][CONSTANT]);
+        for noise in [0.5, 1.0, 3.0] {
+            let covariance = states + Matrix3::identity() * noise;
+            let chi_square = value.dot(&(covariance.try_inverse().unwrap() * value));
+            // Just below and just above the limit.
+            for (factor, expected) in [(0.999, false), (1.001, true)] {
+                let scale = factor * (f64::from(CONTRADICTED) / chi_square).sqrt();
+                let scaled = Innovation { value: value * scale, ..innovation };
+                assert_eq!(scaled.is_contradicted(noise), expected);
+            }
+        }
+        let along = Vector3::new(0.3, -1.0, 0.4);
+        let sigma = (along.dot(&(states * along)) + along.norm_squared()).sqrt();
+        for (factor, expected) in [(0.999, false), (1.001, true)] {
+            let size = factor * f64::from(CONTRADICTED_ALONG).sqrt() * sigma / value.dot(&along);
+            let scaled = Innovation { value: value * size, ..innovation };
+            assert_eq!(scaled.is_contradicted_along(&(along * 1.0)), expected);
+        }
+    }
+}
