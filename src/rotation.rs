@@ -98,17 +98,6 @@ pub(crate) fn matrix(q: &Quaternion<f32>) -> Matrix3<f32> {
     )
 }
 
-/// m v, without the loops of nalgebra's product, which take three times as many instructions.
-#[inline(always)]
-#[allow(dead_code)] // The estimator's.
-pub(crate) fn times(m: &Matrix3<f32>, v: &Vector3<f32>) -> Vector3<f32> {
-    Vector3::new(
-        m.m11 * v.x + m.m12 * v.y + m.m13 * v.z,
-        m.m21 * v.x + m.m22 * v.y + m.m23 * v.z,
-        m.m31 * v.x + m.m32 * v.y + m.m33 * v.z,
-    )
-}
-
 /// A quaternion whose norm is within 1e-3 of one, brought to within rounding of one by one Newton step.
 pub(crate) fn renormalised(q: &Quaternion<f32>) -> Quaternion<f32> {
     q * (1.5 - 0.5 * q.norm_squared())

@@ -1,9 +1,6 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::{
-    cholesky::{factorise, solve_lower, solve_upper},
-    vectors::{add_scaled, dot},
-};
+use super::cholesky::{factorise, solve_lower, solve_upper};
 
 /// A symmetric D x D matrix, lower triangle row by row: element (i, j <= i) at i (i + 1) / 2 + j. `T` must be D (D + 1) / 2.
 #[derive(Clone, Copy, Debug)]
@@ -87,12 +84,6 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         add_outers(&mut self.0, [a, b, c], weight);
     }
 
-    /// Adds `weight * other`.
-    #[allow(dead_code)] // The estimator's.
-    pub(crate) fn add_scaled(&mut self, other: &Self, weight: f32) {
-        add_scaled(&mut self.0, &other.0, weight);
-    }
-
     pub(crate) fn times(&self, x: &[f32; D]) -> [f32; D] {
         let mut y = [0.0; D];
         let mut rest = self.0.as_slice();
@@ -108,12 +99,6 @@ impl<const D: usize, const T: usize> Packed<D, T> {
             rest = next;
         }
         y
-    }
-
-    /// x^T N x.
-    #[allow(dead_code)] // The estimator's.
-    pub(crate) fn quadratic(&self, x: &[f32; D]) -> f32 {
-        dot(x, &self.times(x))
     }
 
     /// The Cholesky factor; `None` when the matrix is not positive definite to f32's precision, or not finite.
@@ -144,7 +129,6 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
         x
     }
 
-    #[allow(dead_code)] // The estimator's.
     /// L^T x: maps parameters to whitened coordinates.
     pub fn times_upper(&self, x: &[f32; D]) -> [f32; D] {
         let mut y = [0.0; D];
@@ -161,6 +145,7 @@ impl<const D: usize, const T: usize> Cholesky<D, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::algebra::dot;
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -186,7 +171,7 @@ mod tests {
                 assert!((back - expected).abs() < 1e-5);
             }
             // |L^T x|^2 = x^T N x
-            assert!((dot(&whitened, &whitened) - n.quadratic(&x)).abs() < 1e-5);
+            assert!((dot(&whitened, &whitened) - dot(&x, &n.times(&x))).abs() < 1e-5);
         }
     }
 

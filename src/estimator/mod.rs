@@ -19,6 +19,7 @@ mod parameters;
 mod posterior;
 mod preintegration;
 mod real;
+mod refusal;
 mod rest;
 mod rows;
 mod settings;
@@ -30,8 +31,9 @@ mod widths;
 mod window_cost;
 mod work;
 
-pub use posterior::{Posterior, Unfit};
+pub use posterior::Posterior;
 pub use real::Real;
+pub use refusal::Refusal;
 pub use settings::{Noise, Settings};
 pub use widths::Widths;
 pub use window_cost::WindowCost;

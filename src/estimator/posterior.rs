@@ -1,7 +1,7 @@
 //! What all samples so far say of the gyro's errors, and whether that may fly.
 
 use super::{
-    Estimator,
+    Estimator, Refusal,
     averaging::Averaged,
     columns::{BIAS, P},
     gaussian::triangle,
@@ -49,49 +49,7 @@ pub struct Posterior {
     /// Seconds of motion that it comes from.
     pub motion_s: f32,
     /// Whether it may fly.
-    pub fitness: Result<(), Unfit>,
-}
-
-/// Why a posterior may not fly.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum Unfit {
-    /// Too little motion with a gyro that can be used.
-    NotEnoughMotion {
-        /// How much there was, seconds.
-        motion_s: f32,
-        /// How much there has to be, seconds.
-        needed_s: f32,
-    },
-    /// The innovations are larger than the filter thinks.
-    Diverged {
-        /// Mean squared innovation over its degrees of freedom.
-        nis: f32,
-    },
-    /// The gyro's readings are missing, clipped or frozen too often.
-    GyroUnusable {
-        /// Share of the time without a rate.
-        share: f32,
-    },
-    /// The accelerometer reads nothing usable.
-    NoAccelerometer,
-    /// Too little of the motion has a field: rotation about gravity cannot be seen.
-    NoMagnetometer {
-        /// Share of the motion without one.
-        share: f32,
-    },
-    /// P is farther from the factory's than any part's data sheet allows.
-    Implausible {
-        /// How many deviations of the prior.
-        sigmas: f32,
-    },
-    /// The magnetometer's offset is too large: it needs a calibration first.
-    MagnetometerUncalibrated {
-        /// Hard iron, of the earth's field.
-        hard_iron_share: f32,
-    },
+    pub fitness: Result<(), Refusal>,
 }
 
 impl<T: Real> Estimator<T> {
@@ -130,26 +88,26 @@ impl<T: Real> Estimator<T> {
         }
     }
 
-    fn fitness(&self, averaged: &Averaged<T>) -> Result<(), Unfit> {
+    fn fitness(&self, averaged: &Averaged<T>) -> Result<(), Refusal> {
         let share = self.unread.get();
         if share > MOST_LOST {
-            return Err(Unfit::GyroUnusable { share });
+            return Err(Refusal::GyroUnusable { share });
         }
         if !self.has_begun {
-            return Err(Unfit::NoAccelerometer);
+            return Err(Refusal::NoAccelerometer);
         }
         let motion_s = self.motion_s.narrow();
         if motion_s < LEAST_MOTION_S {
-            return Err(Unfit::NotEnoughMotion { motion_s, needed_s: LEAST_MOTION_S });
+            return Err(Refusal::NotEnoughMotion { motion_s, needed_s: LEAST_MOTION_S });
         }
         let early = 1.0 + DIVERGED_EARLY / libm::sqrtf(f32::from(self.innovations));
         let nis = self.innovation.narrow();
         if self.has_diverged() || nis > DIVERGED && nis > early {
-            return Err(Unfit::Diverged { nis });
+            return Err(Refusal::Diverged { nis });
         }
         let share = if self.node.has_field { self.fieldless.get() } else { 1.0 };
         if share > MOST_FIELDLESS {
-            return Err(Unfit::NoMagnetometer { share });
+            return Err(Refusal::NoMagnetometer { share });
         }
         let sigmas = averaged.mean.iter().take(9).fold(0.0_f32, |most, x| {
             let size = libm::fabsf(x.narrow());
@@ -157,11 +115,11 @@ impl<T: Real> Estimator<T> {
             if size <= most { most } else { size }
         });
         if !matches!(sigmas.partial_cmp(&MOST_SIGMAS), Some(core::cmp::Ordering::Less)) {
-            return Err(Unfit::Implausible { sigmas });
+            return Err(Refusal::Implausible { sigmas });
         }
         let hard_iron_share = (norm(&self.parameters.hard_iron) / norm(&self.node.field)).narrow();
         if hard_iron_share > MOST_HARD_IRON {
-            return Err(Unfit::MagnetometerUncalibrated { hard_iron_share });
+            return Err(Refusal::MagnetometerUncalibrated { hard_iron_share });
         }
         Ok(())
     }

@@ -96,7 +96,7 @@ fn decide(flown: &GyroModel, posterior: &Posterior, rest_is_news: bool) -> (Deci
     let refusal = match posterior.fitness {
         Ok(()) if posterior.gyro.is_valid() => return (Decision::Accepted, posterior.gyro),
         Ok(()) => Refusal::Diverged { nis: posterior.nis },
-        Err(unfit) => unfit.into(),
+        Err(refusal) => refusal,
     };
     let b_rad_s = posterior.bias_only.b_rad_s;
     let is_told = rest_is_news && b_rad_s.iter().all(|b| b.is_finite());
@@ -114,12 +114,11 @@ pub(super) fn deg_per_turn(before: &GyroModel, after: &GyroModel) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::Unfit;
 
     const FLOWN: GyroModel =
         GyroModel { p: [[1.02, 0.0, 0.0], [0.0, 0.99, 0.0], [0.0, 0.01, 1.0]], b_rad_s: [0.01, 0.0, -0.01] };
 
-    fn posterior(fitness: Result<(), Unfit>) -> Posterior {
+    fn posterior(fitness: Result<(), Refusal>) -> Posterior {
         Posterior {
             gyro: GyroModel { b_rad_s: [0.02; 3], ..GyroModel::IDENTITY },
             bias_only: GyroModel { b_rad_s: [0.03; 3], ..GyroModel::IDENTITY },
@@ -138,7 +137,7 @@ mod tests {
     fn the_mean_flies_where_it_may_and_else_p_stays_and_the_bias_follows_a_new_rest() {
         let fit = posterior(Ok(()));
         assert_eq!(decide(&FLOWN, &fit, false), (Decision::Accepted, fit.gyro));
-        let unfit = posterior(Err(Unfit::NotEnoughMotion { motion_s: 3.0, needed_s: 10.0 }));
+        let unfit = posterior(Err(Refusal::NotEnoughMotion { motion_s: 3.0, needed_s: 10.0 }));
         let refused = Decision::Refused(Refusal::NotEnoughMotion { motion_s: 3.0, needed_s: 10.0 });
         assert_eq!(decide(&FLOWN, &unfit, false), (refused, FLOWN));
         assert_eq!(decide(&FLOWN, &unfit, true), (refused, GyroModel { b_rad_s: [0.03; 3], ..FLOWN }));

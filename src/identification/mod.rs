@@ -6,7 +6,7 @@ mod report;
 mod schedule;
 mod search;
 
-pub use crate::estimator::WindowCost;
+pub use crate::estimator::{Refusal, WindowCost};
 pub(crate) use identifier::Identifier;
-pub use report::{Decision, Refusal, WindowReport};
+pub use report::{Decision, WindowReport};
 pub use search::{RADIUS, Searched};

@@ -1,4 +1,4 @@
-use crate::{compensation::GyroModel, config::OptimizerKind, estimator::Unfit};
+use crate::{compensation::GyroModel, config::OptimizerKind, estimator::Refusal};
 
 /// What came of one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,62 +73,4 @@ pub enum Decision {
     Accepted,
     /// P stays as it was; only the bias may have moved.
     Refused(Refusal),
-}
-
-/// Why P was refused.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum Refusal {
-    /// Too little motion with a gyro that can be used.
-    NotEnoughMotion {
-        /// How much there was since the start, seconds.
-        motion_s: f32,
-        /// How much there has to be, seconds.
-        needed_s: f32,
-    },
-    /// The result was not ready at the instant at which it would have taken effect.
-    Overrun,
-    /// The accelerometer reads nothing usable.
-    NoAccelerometer,
-    /// The gyro's readings are missing, clipped or frozen too often.
-    GyroUnusable {
-        /// Share of the time without a rate.
-        share: f32,
-    },
-    /// The innovations are larger than the estimator thinks, or its mean is no model.
-    Diverged {
-        /// Mean squared innovation over its degrees of freedom.
-        nis: f32,
-    },
-    /// Too little of the motion has a field: rotation about gravity cannot be seen.
-    NoMagnetometer {
-        /// Share of the motion without one.
-        share: f32,
-    },
-    /// P is farther from the factory's than any part's data sheet allows.
-    Implausible {
-        /// How many deviations of the prior.
-        sigmas: f32,
-    },
-    /// The magnetometer's offset is too large: it needs a calibration first.
-    MagnetometerUncalibrated {
-        /// Hard iron, of the field's norm.
-        hard_iron_share: f32,
-    },
-}
-
-impl From<Unfit> for Refusal {
-    fn from(unfit: Unfit) -> Self {
-        match unfit {
-            Unfit::NotEnoughMotion { motion_s, needed_s } => Self::NotEnoughMotion { motion_s, needed_s },
-            Unfit::Diverged { nis } => Self::Diverged { nis },
-            Unfit::GyroUnusable { share } => Self::GyroUnusable { share },
-            Unfit::NoAccelerometer => Self::NoAccelerometer,
-            Unfit::NoMagnetometer { share } => Self::NoMagnetometer { share },
-            Unfit::Implausible { sigmas } => Self::Implausible { sigmas },
-            Unfit::MagnetometerUncalibrated { hard_iron_share } => Self::MagnetometerUncalibrated { hard_iron_share },
-        }
-    }
 }

@@ -4,7 +4,7 @@ extern crate std;
 
 mod motion;
 
-use super::{Estimator, Posterior, Real, Settings, Unfit};
+use super::{Estimator, Posterior, Real, Refusal, Settings};
 use crate::{
     compensation::GyroModel,
     config::{Config, Motion},
@@ -120,11 +120,11 @@ fn without_a_sensor_nothing_flies_and_the_reason_is_told() {
         samples.iter().map(|(t_us, readings)| (*t_us, taken(*readings))).collect()
     };
     let fitness = |sensor| posterior::<f32>(&without(sensor), u32::MAX).fitness;
-    assert!(matches!(fitness(0), Err(Unfit::GyroUnusable { .. })), "{:?}", fitness(0));
-    assert_eq!(fitness(1), Err(Unfit::NoAccelerometer));
-    assert!(matches!(fitness(2), Err(Unfit::NoMagnetometer { .. })), "{:?}", fitness(2));
+    assert!(matches!(fitness(0), Err(Refusal::GyroUnusable { .. })), "{:?}", fitness(0));
+    assert_eq!(fitness(1), Err(Refusal::NoAccelerometer));
+    assert!(matches!(fitness(2), Err(Refusal::NoMagnetometer { .. })), "{:?}", fitness(2));
     let still: Vec<_> = samples.iter().take(900).copied().collect();
-    assert!(matches!(posterior::<f32>(&still, u32::MAX).fitness, Err(Unfit::NotEnoughMotion { .. })));
+    assert!(matches!(posterior::<f32>(&still, u32::MAX).fitness, Err(Refusal::NotEnoughMotion { .. })));
 }
 
 /// The samples with the field changed from one second to another, and back.

@@ -1,0 +1,126 @@
+//! P's posterior along the eigenvectors of its covariance: there its nine elements are independent, so that any
+//! inflation of the covariance and any scale of P's prior can be weighed element by element, and averaged over.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{Gaussian, NINE};
+use crate::estimator::{eigen::diagonalise, gaussian::element, real::Real};
+
+/// Scales of P's prior, of which nobody knows how good the factory's calibration still is: log-uniform from the
+/// data sheet's width down to a 256th of it, which is nothing.
+const SCALES: [f32; 9] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25];
+/// Information, over the prior's, below which a direction says nothing.
+const LEAST_INFORMATION: f32 = 1e-4;
+/// A direction counts as decided by the data when they leave less than half of the prior's deviation.
+const DECIDED_INFORMATION: f32 = 3.0;
+
+/// P's posterior by direction. Its prior has mean 0 and variance 1 in each.
+pub(super) struct Directions<T> {
+    /// Unit vectors, direction k in column k.
+    pub vectors: [[T; NINE]; NINE],
+    /// Variances, on the diagonal.
+    pub values: [[T; NINE]; NINE],
+    /// Means.
+    pub at: [T; NINE],
+    /// Information of the data alone.
+    lambda: [T; NINE],
+    /// Information of the data times the mean that they alone ask for.
+    pull: [T; NINE],
+}
+
+impl<T: Real> Directions<T> {
+    pub fn of(of: &Gaussian<T>) -> Self {
+        let c = |i: usize, j: usize| if i >= j { element(&of.covariance, i, j) } else { element(&of.covariance, j, i) };
+        let mut values = [[T::ZERO; NINE]; NINE];
+        for i in 0..NINE {
+            for j in 0..NINE {
+                values[i][j] = c(i, j);
+            }
+        }
+        let vectors = diagonalise(&mut values);
+        let mut lambda = [T::ZERO; NINE];
+        let mut pull = [T::ZERO; NINE];
+        let mut at = [T::ZERO; NINE];
+        for k in 0..NINE {
+            let variance = values[k][k];
+            at[k] = (0..NINE).fold(T::ZERO, |sum, i| sum + vectors[i][k] * of.mean[i]);
+            let information = T::ONE / variance - T::ONE;
+            let least = T::of(LEAST_INFORMATION);
+            lambda[k] = if information > least { information } else { least };
+            pull[k] = at[k] * (lambda[k] + T::ONE);
+        }
+        Self { vectors, values, at, lambda, pull }
+    }
+
+    /// Number of directions that the data decide.
+    pub fn decided(&self) -> u8 {
+        self.lambda.iter().filter(|x| **x > T::of(DECIDED_INFORMATION)).count() as u8
+    }
+
+    /// Log evidence of an inflation of the covariance and a (squared) scale of the prior, but for a constant.
+    fn likelihood(&self, inflation: T, squared_scale: T) -> T {
+        let half = T::of(0.5);
+        let Self { lambda, pull, .. } = self;
+        (0..NINE).fold(T::ZERO, |sum, k| {
+            let spread = inflation + lambda[k] * squared_scale;
+            sum - half * spread.logarithm() + half * pull[k] * pull[k] / lambda[k] * (T::ONE - T::ONE / spread)
+        })
+    }
+
+    /// Averages over inflations and scales; `evidence` is the log evidence of the other sensors' widths.
+    pub fn mixed(&self, inflations: &[f32], evidence: T) -> Mixed<T> {
+        // Of the prior that the posterior already has inside.
+        let inside = self.likelihood(T::ONE, T::ONE);
+        let mut mixed = Mixed::zero();
+        for inflation in inflations.iter().copied().map(T::of) {
+            for scale in SCALES.map(T::of) {
+                let squared = scale * scale;
+                let log = evidence + self.likelihood(inflation, squared) - inside;
+                let shrunk = inflation / squared;
+                let variance = self.lambda.map(|information| inflation / (information + shrunk));
+                let mut mean = self.pull;
+                for (mean, information) in mean.iter_mut().zip(&self.lambda) {
+                    *mean /= *information + shrunk;
+                }
+                mixed.add(log, &mean, &variance);
+            }
+        }
+        mixed
+    }
+}
+
+/// Weighted sums over inflations and scales, by direction.
+pub(super) struct Mixed<T> {
+    /// Logarithm of the unit of the weights.
+    pub log: T,
+    pub weight: T,
+    pub mean: [T; NINE],
+    /// Second moments.
+    pub square: [[T; NINE]; NINE],
+}
+
+impl<T: Real> Mixed<T> {
+    fn zero() -> Self {
+        Self { log: T::ZERO, weight: T::ZERO, mean: [T::ZERO; NINE], square: [[T::ZERO; NINE]; NINE] }
+    }
+
+    fn add(&mut self, log: T, mean: &[T; NINE], variance: &[T; NINE]) {
+        if self.weight == T::ZERO {
+            self.log = log;
+        } else if log > self.log {
+            let factor = (self.log - log).exponential();
+            self.weight *= factor;
+            self.mean.iter_mut().chain(self.square.as_flattened_mut()).for_each(|x| *x *= factor);
+            self.log = log;
+        }
+        let weight = (log - self.log).exponential();
+        self.weight += weight;
+        for k in 0..NINE {
+            self.mean[k] += weight * mean[k];
+            for l in 0..NINE {
+                self.square[k][l] += weight * mean[k] * mean[l];
+            }
+            self.square[k][k] += weight * variance[k];
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! The scratch memory of the averaging, cut up: one Gaussian for each group of variables that has been taken out.
+
+use crate::estimator::{
+    gaussian::triangle,
+    widths::{GROUPS, LEFT_AFTER, VARIABLES},
+};
+
+/// Gaussians in the filter's scratch memory, which is free between its updates.
+pub(super) struct Levels<'a, T> {
+    /// All variables at the widths that the filter runs with.
+    pub base: Slices<'a, T>,
+    /// What is left when each group is taken out at its present width: the next group's widths start from it.
+    pub after: [Slices<'a, T>; GROUPS],
+    /// Room to take variables out in.
+    pub work: Slices<'a, T>,
+}
+
+/// Mean and packed covariance of the first variables.
+pub(super) struct Slices<'a, T> {
+    pub mean: &'a mut [T],
+    pub covariance: &'a mut [T],
+}
+
+impl<'a, T: Copy> Levels<'a, T> {
+    /// Cuts the scratch memory up; `None` where it is too small.
+    pub fn cut(scratch: &'a mut [T]) -> Option<Self> {
+        let mut rest = scratch;
+        let base = Slices::cut(&mut rest, VARIABLES)?;
+        let [a, b, c] = LEFT_AFTER;
+        let after = [Slices::cut(&mut rest, a)?, Slices::cut(&mut rest, b)?, Slices::cut(&mut rest, c)?];
+        Some(Levels { base, after, work: Slices::cut(&mut rest, VARIABLES)? })
+    }
+}
+
+impl<'a, T: Copy> Slices<'a, T> {
+    /// Cuts so many variables off the memory; `None` where it is too small.
+    pub fn cut(rest: &mut &'a mut [T], variables: usize) -> Option<Self> {
+        let (mean, next) = core::mem::take(rest).split_at_mut_checked(variables)?;
+        let (covariance, next) = next.split_at_mut_checked(triangle(variables))?;
+        *rest = next;
+        Some(Slices { mean, covariance })
+    }
+
+    /// Takes the variables that both have.
+    pub fn take(&mut self, mean: &[T], covariance: &[T]) {
+        copy(self.mean, mean);
+        copy(self.covariance, covariance);
+    }
+}
+
+/// Copies as much as there is room for.
+pub(super) fn copy<T: Copy>(to: &mut [T], from: &[T]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::node::Update;
+
+    #[test]
+    fn the_rows_of_an_update_have_room_for_all_levels() {
+        let mut update = Update::<f32>::zero();
+        let needed = |variables: usize| variables + triangle(variables);
+        let all = 2 * needed(VARIABLES) + LEFT_AFTER.map(needed).iter().sum::<usize>();
+        let scratch = update.rows.as_flattened_mut();
+        assert!(scratch.get_mut(..all).is_some_and(|enough| Levels::cut(enough).is_some()));
+        assert!(scratch.get_mut(..all - 1).is_some_and(|few| Levels::cut(few).is_none()));
+    }
+}

@@ -1,0 +1,143 @@
+//! The posterior of P and b as a mixture: one Gaussian at each set of widths, weighed by its evidence.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{
+    Averaged, GYRO, Gaussian, NINE,
+    directions::{Directions, Mixed},
+};
+use crate::estimator::{
+    gaussian::{element, triangle},
+    real::Real,
+    widths::GROUPS,
+};
+
+/// Weighted sums over the sets of widths.
+#[derive(Clone, Copy)]
+pub(super) struct Sum<T> {
+    /// Logarithm of the unit of the weights.
+    log: T,
+    weight: T,
+    /// Largest log weight so far, and how many directions of P the data decide at the widths it belongs to.
+    best: T,
+    decided: u8,
+    mean: [T; GYRO],
+    /// Second moments, packed.
+    square: [T; triangle(GYRO)],
+    /// Logarithms of the widths.
+    widths: [T; GROUPS],
+}
+
+impl<T: Real> Sum<T> {
+    pub const fn zero() -> Self {
+        Self {
+            log: T::ZERO,
+            weight: T::ZERO,
+            best: T::ZERO,
+            decided: 0,
+            mean: [T::ZERO; GYRO],
+            square: [T::ZERO; triangle(GYRO)],
+            widths: [T::ZERO; GROUPS],
+        }
+    }
+
+    /// Brings the unit of the weights up to `log`, and gives a weight of `log` in it.
+    fn weight(&mut self, log: T) -> T {
+        if self.weight == T::ZERO {
+            self.log = log;
+        } else if log > self.log {
+            let factor = (self.log - log).exponential();
+            self.weight *= factor;
+            let sums = self.mean.iter_mut().chain(&mut self.square).chain(&mut self.widths);
+            sums.for_each(|x| *x *= factor);
+            self.log = log;
+        }
+        (log - self.log).exponential()
+    }
+
+    /// Adds P and b at one set of widths, averaged over inflations and scales. `evidence` and `widths` are logarithms.
+    pub fn add(&mut self, of: &Gaussian<T>, inflations: &[f32], evidence: T, widths: [T; GROUPS]) {
+        let directions = Directions::of(of);
+        let mixed = directions.mixed(inflations, evidence);
+        if self.weight == T::ZERO || mixed.log > self.best {
+            (self.best, self.decided) = (mixed.log, directions.decided());
+        }
+        self.add_mixed(of, &directions, &mixed, widths);
+    }
+
+    /// The average of all that was added.
+    pub fn averaged(&self) -> Averaged<T> {
+        let share = T::ONE / self.weight;
+        let mean = self.mean.map(|x| x * share);
+        let mut covariance = self.square.map(|x| x * share);
+        for i in 0..GYRO {
+            for j in 0..=i {
+                if let Some(covariance) = covariance.get_mut(triangle(i) + j) {
+                    *covariance -= mean[i] * mean[j];
+                }
+            }
+        }
+        Averaged { mean, covariance, decided: self.decided, widths: self.widths.map(|x| (x * share).exponential()) }
+    }
+
+    /// Adds an average over inflations and scales, brought back from the directions to P and b.
+    fn add_mixed(&mut self, of: &Gaussian<T>, directions: &Directions<T>, mixed: &Mixed<T>, widths: [T; GROUPS]) {
+        let Directions { vectors, values, at, .. } = directions;
+        // How P and the bias change along each direction: P's rows are the directions, the bias follows by regression.
+        let mut by = [[T::ZERO; NINE]; GYRO];
+        by[..NINE].copy_from_slice(vectors);
+        let mut own = [T::ZERO; triangle(3)];
+        for b in 0..3 {
+            let row = NINE + b;
+            for k in 0..NINE {
+                let cross = (0..NINE).fold(T::ZERO, |sum, i| sum + element(&of.covariance, row, i) * vectors[i][k]);
+                by[row][k] = cross / values[k][k];
+            }
+            for d in 0..=b {
+                let explained = (0..NINE).fold(T::ZERO, |sum, k| sum + by[row][k] * by[NINE + d][k] * values[k][k]);
+                if let Some(own) = own.get_mut(triangle(b) + d) {
+                    *own = element(&of.covariance, row, NINE + d) - explained;
+                }
+            }
+        }
+        let share = T::ONE / mixed.weight;
+        let mut mean = [T::ZERO; GYRO];
+        for i in 0..GYRO {
+            let base = if i < NINE { T::ZERO } else { of.mean[i] };
+            mean[i] = (0..NINE).fold(base, |sum, k| {
+                let from = if i < NINE { T::ZERO } else { at[k] };
+                sum + by[i][k] * (mixed.mean[k] * share - from)
+            });
+        }
+        // Covariance of the directions about their mean.
+        let mut spread = [[T::ZERO; NINE]; NINE];
+        for k in 0..NINE {
+            for l in 0..NINE {
+                spread[k][l] = mixed.square[k][l] * share - mixed.mean[k] * mixed.mean[l] * share * share;
+            }
+        }
+        let weight = self.weight(mixed.log + mixed.weight.logarithm());
+        self.weight += weight;
+        for (sum, x) in self.mean.iter_mut().zip(&mean) {
+            *sum += weight * *x;
+        }
+        for (sum, x) in self.widths.iter_mut().zip(&widths) {
+            *sum += weight * *x;
+        }
+        for i in 0..GYRO {
+            let mut row = [T::ZERO; NINE];
+            for (l, slot) in row.iter_mut().enumerate() {
+                *slot = (0..NINE).fold(T::ZERO, |sum, k| sum + by[i][k] * spread[k][l]);
+            }
+            for j in 0..=i {
+                let mut x = (0..NINE).fold(mean[i] * mean[j], |sum, l| sum + row[l] * by[j][l]);
+                if j >= NINE {
+                    x += element(&own, i - NINE, j - NINE);
+                }
+                if let Some(square) = self.square.get_mut(triangle(i) + j) {
+                    *square += weight * x;
+                }
+            }
+        }
+    }
+}

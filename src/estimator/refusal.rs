@@ -1,0 +1,44 @@
+/// Why P was refused. Telemetry numbers the reasons in this order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Refusal {
+    /// Too little motion with a gyro that can be used.
+    NotEnoughMotion {
+        /// How much there was since the start, seconds.
+        motion_s: f32,
+        /// How much there has to be, seconds.
+        needed_s: f32,
+    },
+    /// The result was not ready at the instant at which it would have taken effect. The estimator itself never
+    /// says so: it does not know that instant.
+    Overrun,
+    /// The accelerometer reads nothing usable.
+    NoAccelerometer,
+    /// The gyro's readings are missing, clipped or frozen too often.
+    GyroUnusable {
+        /// Share of the time without a rate.
+        share: f32,
+    },
+    /// The innovations are larger than the estimator thinks, or its mean is no model.
+    Diverged {
+        /// Mean squared innovation over its degrees of freedom.
+        nis: f32,
+    },
+    /// Too little of the motion has a field: rotation about gravity cannot be seen.
+    NoMagnetometer {
+        /// Share of the motion without one.
+        share: f32,
+    },
+    /// P is farther from the factory's than any part's data sheet allows.
+    Implausible {
+        /// How many deviations of the prior.
+        sigmas: f32,
+    },
+    /// The magnetometer's offset is too large: it needs a calibration first.
+    MagnetometerUncalibrated {
+        /// Hard iron, of the field's norm.
+        hard_iron_share: f32,
+    },
+}
