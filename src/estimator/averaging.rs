@@ -37,6 +37,8 @@ pub(super) struct Averaged<T> {
     pub covariance: [T; triangle(GYRO)],
     /// Directions of P that the data decide, at the most likely widths.
     pub decided: u8,
+    /// Which elements they observe: less than half of the prior's deviation is left.
+    pub observable: [bool; GYRO],
     /// Geometric mean of the widths, over the data sheets'.
     pub widths: [T; GROUPS],
 }

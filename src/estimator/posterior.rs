@@ -24,8 +24,6 @@ const MOST_FIELDLESS: f32 = 0.8;
 const MOST_SIGMAS: f32 = 4.0;
 /// Hard iron, of the earth's field, at which the magnetometer needs a calibration first.
 const MOST_HARD_IRON: f32 = 0.5;
-/// A parameter is observed when less than half of the prior's deviation is left.
-const OBSERVED: f32 = 0.5;
 
 /// What all samples so far say of the gyro's errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +54,6 @@ impl<T: Real> Estimator<T> {
     /// The posterior of an average, at the present state of the filter.
     pub(super) fn posterior_of(&self, averaged: &Averaged<T>) -> Posterior {
         let mut sigma = [0.0; 12];
-        let mut observable = [false; 12];
         let mut p_covariance = [0.0; 45];
         // P row-major, then b, as the average has them.
         let unit = |k: usize| {
@@ -64,10 +61,8 @@ impl<T: Real> Estimator<T> {
             self.settings.sigma.get(column).copied().unwrap_or(0.0)
         };
         let variance = |i: usize, j: usize| averaged.covariance.get(triangle(i) + j).map_or(0.0, |x| x.narrow());
-        for (k, (sigma, observable)) in sigma.iter_mut().zip(&mut observable).enumerate() {
-            let deviation = libm::sqrtf(variance(k, k));
-            *observable = deviation < OBSERVED;
-            *sigma = deviation * unit(k);
+        for (k, sigma) in sigma.iter_mut().enumerate() {
+            *sigma = libm::sqrtf(variance(k, k)) * unit(k);
         }
         let pairs = (0..9).flat_map(|i| (0..=i).map(move |j| (i, j)));
         for (slot, (i, j)) in p_covariance.iter_mut().zip(pairs) {
@@ -80,7 +75,7 @@ impl<T: Real> Estimator<T> {
             sigma,
             p_covariance,
             decided: averaged.decided,
-            observable,
+            observable: averaged.observable,
             widths: averaged.widths.map(|x| x.narrow()),
             nis: self.innovation.narrow(),
             motion_s: self.motion_s.narrow(),

@@ -58,7 +58,7 @@ pub(super) fn copy<T: Copy>(to: &mut [T], from: &[T]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::node::Update;
+    use crate::estimator::update::Update;
 
     #[test]
     fn the_rows_of_an_update_have_room_for_all_levels() {

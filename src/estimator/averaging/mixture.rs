@@ -12,15 +12,19 @@ use crate::estimator::{
     widths::GROUPS,
 };
 
+/// Share of the prior's variance that is left of a parameter that is observed: half of its deviation.
+const OBSERVED: f32 = 0.25;
+
 /// Weighted sums over the sets of widths.
 #[derive(Clone, Copy)]
 pub(super) struct Sum<T> {
     /// Logarithm of the unit of the weights.
     log: T,
     weight: T,
-    /// Largest log weight so far, and how many directions of P the data decide at the widths it belongs to.
+    /// Largest log weight so far, and at the widths it belongs to how many directions of P the data decide, and which of P and b they observe.
     best: T,
     decided: u8,
+    observable: [bool; GYRO],
     mean: [T; GYRO],
     /// Second moments, packed.
     square: [T; triangle(GYRO)],
@@ -35,6 +39,7 @@ impl<T: Real> Sum<T> {
             weight: T::ZERO,
             best: T::ZERO,
             decided: 0,
+            observable: [false; GYRO],
             mean: [T::ZERO; GYRO],
             square: [T::ZERO; triangle(GYRO)],
             widths: [T::ZERO; GROUPS],
@@ -61,6 +66,9 @@ impl<T: Real> Sum<T> {
         let mixed = directions.mixed(inflations, evidence);
         if self.weight == T::ZERO || mixed.log > self.best {
             (self.best, self.decided) = (mixed.log, directions.decided());
+            for (i, observable) in self.observable.iter_mut().enumerate() {
+                *observable = element(&of.covariance, i, i) < T::of(OBSERVED);
+            }
         }
         self.add_mixed(of, &directions, &mixed, widths);
     }
@@ -77,7 +85,8 @@ impl<T: Real> Sum<T> {
                 }
             }
         }
-        Averaged { mean, covariance, decided: self.decided, widths: self.widths.map(|x| (x * share).exponential()) }
+        let widths = self.widths.map(|x| (x * share).exponential());
+        Averaged { mean, covariance, decided: self.decided, observable: self.observable, widths }
     }
 
     /// Adds an average over inflations and scales, brought back from the directions to P and b.
