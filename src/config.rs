@@ -17,6 +17,7 @@ mod optimizer_kind;
 mod survey;
 mod survey_errors;
 mod survey_limits;
+mod vector_errors;
 
 pub use attitude::AttitudeConfig;
 pub use diagnosis::DiagnosisConfig;
@@ -31,6 +32,7 @@ pub use optimizer_kind::OptimizerKind;
 pub use survey::SurveyConfig;
 pub use survey_errors::SurveyErrors;
 pub use survey_limits::SurveyLimits;
+pub use vector_errors::VectorErrors;
 
 use crate::compensation::{GyroModel, VectorModel};
 use error::all_positive;

@@ -1,4 +1,4 @@
-use super::{ConfigError, Motion, OptimizerKind, all_positive};
+use super::{ConfigError, Motion, OptimizerKind, VectorErrors, all_positive};
 
 /// The estimator of the gyro's errors, when what it has learnt flies, and the search of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -8,6 +8,8 @@ use super::{ConfigError, Motion, OptimizerKind, all_positive};
 pub struct IdentificationConfig {
     /// What moves the probe. Default `drill_string`.
     pub motion: Motion,
+    /// What the calibrations of accelerometer and magnetometer leave. Default: data sheets.
+    pub vector_errors: VectorErrors,
     /// From one update of what flies to the next, seconds. Default 5.
     pub update_s: f32,
     /// Length of a window, which is reported and searched, seconds. Default 50.
@@ -43,6 +45,7 @@ impl IdentificationConfig {
     /// All zero, for a static before its configuration.
     pub(crate) const UNSET: Self = Self {
         motion: Motion::Hand,
+        vector_errors: VectorErrors::UNSET,
         update_s: 0.0,
         window_s: 0.0,
         step_s: 0.0,
@@ -85,6 +88,7 @@ impl IdentificationConfig {
                 "identification.max_bias_rad_s",
             ],
         )?;
+        self.vector_errors.validate()?;
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         let prior_sigmas = [self.prior_sigma_diagonal, self.prior_sigma_off_diagonal, self.prior_sigma_bias_rad_s];
         let within = |sigma: &f32| (1e-6..=1.0).contains(sigma);
@@ -106,6 +110,7 @@ impl Default for IdentificationConfig {
     fn default() -> Self {
         Self {
             motion: Motion::DrillString,
+            vector_errors: VectorErrors::default(),
             update_s: 5.0,
             window_s: 50.0,
             step_s: 25.0,

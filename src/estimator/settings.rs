@@ -154,19 +154,19 @@ impl Settings {
                 *slot = *width;
             }
         };
-        put(MAG_LAG.from, &[0.015]);
-        put(ACCEL_LAG.from, &[0.005]);
+        let errors = &id.vector_errors;
+        put(MAG_LAG.from, &[errors.mag_lag_s]);
+        put(ACCEL_LAG.from, &[errors.accel_lag_s]);
+        let widths = if drilling { Widths::DRILL_STRING } else { Widths::HAND };
+        // By hand three to four times as wide, to be narrowed when the posterior is asked for.
+        let [of_mag, of_iron, of_accel] = widths.sheet;
+        put(MAG_MATRIX.from, &[errors.mag_matrix / of_mag; MAG_MATRIX.count]);
+        put(HARD_IRON.from, &[errors.hard_iron / of_iron; HARD_IRON.count]);
+        // On a drill string the antisymmetric part is left out, which defines the body frame; by hand the bias, which the matrix holds.
+        let accel_matrix = [errors.accel_matrix / of_accel; ACCEL_MATRIX.count];
+        put(ACCEL_MATRIX.from, if drilling { &accel_matrix[..6] } else { &accel_matrix });
         if drilling {
-            put(MAG_MATRIX.from, &[0.03; 8]);
-            put(HARD_IRON.from, &[0.1; 3]);
-            // Without the antisymmetric part, which defines the body frame.
-            put(ACCEL_MATRIX.from, &[0.005; 6]);
-            put(ACCEL_BIAS.from, &[0.2; 3]);
-        } else {
-            // Three to four times those of data sheets, to be narrowed when the posterior is asked for.
-            put(MAG_MATRIX.from, &[0.1; 8]);
-            put(HARD_IRON.from, &[0.3; 3]);
-            put(ACCEL_MATRIX.from, &[0.02; 9]);
+            put(ACCEL_BIAS.from, &[errors.accel_bias_m_s2; 3]);
         }
         if id.vectors_from_reference {
             // They have no errors of their own, but for the common lag.
@@ -193,7 +193,7 @@ impl Settings {
             factory: config.gyro,
             noise,
             sigma,
-            widths: if drilling { Widths::DRILL_STRING } else { Widths::HAND },
+            widths,
             rest_deviation_rad_s: id.rest_gyro_deviation_rad_s,
             most_bias_rad_s: id.max_bias_rad_s,
         }

@@ -15,7 +15,7 @@ mod verdict;
 
 use std::{io, path::Path};
 
-use meerkat_mwd::{Config, Sample, SampleFlags, compensation::VectorModel};
+use meerkat_mwd::{Config, Sample, SampleFlags, compensation::VectorModel, config::VectorErrors};
 
 pub use account::print_account;
 pub use alignment::Alignment;
@@ -42,6 +42,8 @@ pub struct Record {
     pub accel: VectorModel,
     /// The magnetometer's.
     pub mag: VectorModel,
+    /// What their calibrations left.
+    pub left: VectorErrors,
 }
 
 /// All that a calibration found.
@@ -105,7 +107,7 @@ pub fn calibrate(traces: &[Trace], config: Option<&Path>, hold_out: Option<f64>)
         later.extend(rests(last, &config).into_iter().map(with_gravity));
         turns.extend(magnetometer::turn(first));
         fields_ut.push(config.earth.magnetic_field_ut.map(f64::from));
-        found.record = Record { accel: config.accel, mag: config.mag };
+        found.record = Record { accel: config.accel, mag: config.mag, left: config.identification.vector_errors };
         found.traces.push(trace.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()));
         found.notes.extend(trace.notes.iter().cloned());
         found.notes.extend(clipping_note(&samples.samples, &config));

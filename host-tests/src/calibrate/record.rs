@@ -2,7 +2,7 @@
 
 use std::{fmt::Write, path::Path};
 
-use meerkat_mwd::compensation::VectorModel;
+use meerkat_mwd::{compensation::VectorModel, config::VectorErrors};
 
 use super::{Calibration, alignment::Alignment, model::NAMES, sensor::SensorCalibration, verdict::Verdict};
 use crate::failure::Failure;
@@ -61,7 +61,46 @@ pub fn text(calibration: &Calibration) -> Option<String> {
         let _ = writeln!(out, "[{table}]\nmatrix = [\n    {first},\n    {second},\n    {third},\n]");
         let _ = writeln!(out, "offset = {} # {unit}", row(model.offset));
     }
+    left(&mut out, calibration);
     Some(out)
+}
+
+/// Between a calibration and its use, kelvin: what a data sheet gives a kelvin is left of a calibrated error.
+const WARMING_K: f64 = 20.0;
+/// Accelerometer, a kelvin: sensitivity 0.01 %, zero-g level 0.1 mg (LSM6DSO).
+const ACCEL_A_KELVIN: [f64; 2] = [1e-4, 0.1e-3 * 9.806_65];
+/// Magnetometer, a kelvin: sensitivity 0.03 %, offset 0.03 uT (IIS2MDC).
+const MAG_A_KELVIN: [f64; 2] = [3e-4, 0.03];
+
+/// What the calibrations leave of the sensors' errors; as it was on record where there is no new one.
+fn left(out: &mut String, calibration: &Calibration) {
+    let of = |sensor: &SensorCalibration, a_kelvin: [f64; 2]| {
+        let sigma = sensor.fit.sigma();
+        let rms = |from: usize, count: usize, a_kelvin: f64| {
+            let mean_square = sigma.rows(from, count).norm_squared() / count as f64;
+            (mean_square + (WARMING_K * a_kelvin) * (WARMING_K * a_kelvin)).sqrt()
+        };
+        [rms(0, 6, a_kelvin[0]), rms(6, 3, a_kelvin[1])]
+    };
+    let mut errors = calibration.record.left;
+    if let Some(accel) = calibration.accel.as_ref().filter(|sensor| sensor.is_new()) {
+        let [matrix, bias_m_s2] = of(accel, ACCEL_A_KELVIN);
+        (errors.accel_matrix, errors.accel_bias_m_s2) = (matrix as f32, bias_m_s2 as f32);
+    }
+    if let Some(mag) = calibration.mag.as_ref().filter(|sensor| sensor.is_new()) {
+        let [matrix, offset_ut] = of(mag, MAG_A_KELVIN);
+        // No norm tells how the axes are turned: without an alignment that stays as it was.
+        if let Some(alignment) = calibration.alignment.as_ref().filter(|alignment| alignment.refused.is_none()) {
+            let turn = alignment.sigma_rad.iter().map(|sigma| sigma * sigma).sum::<f64>() / 3.0;
+            errors.mag_matrix = (matrix * matrix + turn).sqrt() as f32;
+        }
+        errors.hard_iron = (offset_ut / mag.norm) as f32;
+    }
+    let VectorErrors { mag_matrix, hard_iron, mag_lag_s, accel_matrix, accel_bias_m_s2, accel_lag_s } = errors;
+    out.push_str("\n# What the calibrations leave, 1-sigma, with the drift of data sheets over 20 K.\n");
+    let _ = writeln!(out, "[identification.vector_errors]\nmag_matrix = {mag_matrix:?}\nhard_iron = {hard_iron:?}");
+    let _ = writeln!(out, "mag_lag_s = {mag_lag_s:?}\naccel_matrix = {accel_matrix:?}");
+    let _ = writeln!(out, "accel_bias_m_s2 = {accel_bias_m_s2:?}\naccel_lag_s = {accel_lag_s:?}");
 }
 
 fn comment(out: &mut String, sensor: &SensorCalibration, unit: &str, alignment: Option<&Alignment>) {

@@ -1,6 +1,6 @@
 //! The written record is a configuration.
 
-use meerkat_mwd::compensation::VectorModel;
+use meerkat_mwd::{compensation::VectorModel, config::VectorErrors};
 use mwd::{
     calibrate::{calibrate, record},
     configuration::of_file,
@@ -22,6 +22,14 @@ fn the_record_comes_back_to_the_last_bit() {
         let config = of_file(&trace, Some(&file)).unwrap();
         assert_eq!((config.accel, config.mag), (found.accel_model(), found.mag_model()));
         assert!(config.accel != VectorModel::IDENTITY && config.mag != VectorModel::IDENTITY);
+        let (left, sheet) = (config.identification.vector_errors, VectorErrors::default());
+        let pairs = [
+            (left.accel_matrix, sheet.accel_matrix),
+            (left.accel_bias_m_s2, sheet.accel_bias_m_s2),
+            (left.mag_matrix, sheet.mag_matrix),
+            (left.hard_iron, sheet.hard_iron),
+        ];
+        assert!(pairs.iter().all(|(left, sheet)| left < sheet), "a calibration says less than a data sheet: {left:?}");
         let text = std::fs::read_to_string(&file).unwrap();
         assert!(text.contains("1-sigma") && text.contains("held out"), "{text}");
 
@@ -42,10 +50,13 @@ fn a_sensor_without_new_values_keeps_those_of_the_old_record() {
     let trace = probe.turned(&attitudes, &mut random);
     let directory = tempfile::tempdir().unwrap();
     let (old, new) = (directory.path().join("old.toml"), directory.path().join("new.toml"));
-    std::fs::write(&old, "[mag]\nmatrix = [[1.1, 0, 0], [0, 1, 0], [0, 0, 1]]\noffset = [5.5, 0, 0]\n").unwrap();
+    let left = "[identification.vector_errors]\nhard_iron = 0.07\n";
+    let mag = "[mag]\nmatrix = [[1.1, 0, 0], [0, 1, 0], [0, 0, 1]]\noffset = [5.5, 0, 0]\n";
+    std::fs::write(&old, [mag, left].concat()).unwrap();
     let found = calibrate(std::slice::from_ref(&trace), Some(&old), None).unwrap();
     record::write(&found, &new).unwrap();
     let config = of_file(&trace, Some(&new)).unwrap();
     assert_eq!(config.mag.offset, [5.5, 0.0, 0.0]);
+    assert_eq!(config.identification.vector_errors.hard_iron, 0.07);
     assert_eq!(config.accel, found.accel_model());
 }
