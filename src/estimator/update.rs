@@ -244,7 +244,8 @@ fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) -
     let scatter = pre.field_variance();
     rows::field(Block { rows: &mut *rows, weight: weight(own), sigma }, &reading);
     let expected = Innovation::new(rows, node, taken.globals);
-    if expected.is_contradicted((own + scatter) / own) {
+    // By the usual scatter: that of a field which comes or goes within the node is large.
+    if expected.is_contradicted((own + node.norms.scatter().unwrap_or(scatter)) / own) {
         rows.as_flattened_mut().fill(T::ZERO);
         let is_turned = noise.field_is_even && !expected.is_contradicted_along(&node.field);
         return (Readings::Contradicted, is_turned);
