@@ -30,7 +30,7 @@ pub fn refusal_text(refusal: &Refusal) -> String {
                 .to_owned()
         }
         Refusal::GyroUnusable { share } => format!(
-            "the gyro gives too few usable readings: {:.0} % of the time they are missing, clipped or frozen; check its full scale \
+            "the gyro gives too few usable readings: {:.0} % of the time they are missing, clipped or frozen, or contradict the field; check its full scale \
              and its wiring",
             100.0 * share
         ),

@@ -6,7 +6,7 @@ use super::{
     columns::{GLOBALS, NODE},
     globals::Globals,
     node::Node,
-    real::{M3, Real, V3, square, zero33},
+    real::{M3, Real, V3, zero33},
     rows::{CONSTANT, GLOBAL, WIDTH},
 };
 
@@ -71,11 +71,10 @@ impl<T: Real> Innovation<T> {
         chi_square > T::of(CONTRADICTED)
     }
 
-    /// Whether their part along a direction, of any length, is.
-    pub fn is_contradicted_along(&self, direction: &V3<T>) -> bool {
-        let along = self.value.dot(direction);
-        let variance = direction.dot(&(self.covariance * direction)) + square(direction);
-        along * along > T::of(CONTRADICTED_ALONG) * variance
+    /// Whether an innovation along a direction (of length 1), weighted as the rows are, is.
+    pub fn is_contradicted_along(&self, direction: &V3<T>, innovation: T) -> bool {
+        let variance = direction.dot(&(self.covariance * direction)) + T::ONE;
+        innovation * innovation > T::of(CONTRADICTED_ALONG) * variance
     }
 }
 
@@ -131,12 +130,11 @@ mod tests {
                 assert_eq!(scaled.is_contradicted(noise), expected);
             }
         }
-        let along = Vector3::new(0.3, -1.0, 0.4);
-        let sigma = (along.dot(&(states * along)) + along.norm_squared()).sqrt();
-        for (factor, expected) in [(0.999, false), (1.001, true)] {
-            let size = factor * f64::from(CONTRADICTED_ALONG).sqrt() * sigma / value.dot(&along);
-            let scaled = Innovation { value: value * size, ..innovation };
-            assert_eq!(scaled.is_contradicted_along(&(along * 1.0)), expected);
+        let along = Vector3::new(0.3, -1.0, 0.4).normalize();
+        let sigma = (along.dot(&(states * along)) + 1.0).sqrt();
+        for (factor, expected) in [(0.999, false), (1.001, true), (-1.001, true)] {
+            let size = factor * f64::from(CONTRADICTED_ALONG).sqrt() * sigma;
+            assert_eq!(innovation.is_contradicted_along(&along, size), expected);
         }
     }
 }

@@ -111,8 +111,9 @@ pub struct Estimator<T = f32> {
     centre: Vec<Centre, 1>,
     posterior: Vec<Posterior, 1>,
     motion_s: T,
-    /// Shares of the latest time whose rates came to no node, and of the latest motion without a field.
+    /// Shares of the latest time whose rates came to no node, of the latest motion whose rates contradict the field, and of the latest motion without a field.
     unread: Share<T>,
+    turned: Share<T>,
     fieldless: Share<T>,
     /// Seconds for which the field has contradicted everything else, without a break, and those for which force has.
     contradicted_s: [T; 2],
@@ -162,6 +163,7 @@ impl<T: Real> Estimator<T> {
             posterior: Vec::new(),
             motion_s: T::ZERO,
             unread: Share::zero(),
+            turned: Share::zero(),
             fieldless: Share::zero(),
             contradicted_s: [T::ZERO; 2],
             gap_s: T::ZERO,
@@ -184,7 +186,7 @@ impl<T: Real> Estimator<T> {
         self.lost = 0;
         self.compose_about(settings.factory.b_rad_s);
         self.builder.start(settings.sample_period_s, settings.is_instant);
-        (self.unread, self.fieldless) = (Share::zero(), Share::zero());
+        (self.unread, self.turned, self.fieldless) = (Share::zero(), Share::zero(), Share::zero());
         self.rests.start();
         let [x, y, z] = self.settings.factory.b_rad_s.map(T::of);
         self.bias = V3::new(x, y, z);

@@ -18,6 +18,9 @@ const DIVERGED: f32 = 1.2;
 const DIVERGED_EARLY: f32 = 1.9;
 /// Share of the latest time without a rate at which the gyro is of no use.
 const MOST_LOST: f32 = 0.5;
+/// Share of the latest motion whose rates contradict the field at which they are no bursts: after each that does the attitude is aligned anew, so
+/// that a gyro that is always wrong contradicts half of the time.
+const MOST_TURNED: f32 = 0.25;
 /// Share of the latest motion without a field at which there is no magnetometer.
 const MOST_FIELDLESS: f32 = 0.8;
 /// Deviations of the prior from the factory's P at which a P is none that a data sheet allows: one in 16,000 by chance.
@@ -84,9 +87,10 @@ impl<T: Real> Estimator<T> {
     }
 
     fn fitness(&self, averaged: &Averaged<T>) -> Result<(), Refusal> {
-        let share = self.unread.get();
-        if share > MOST_LOST {
-            return Err(Refusal::GyroUnusable { share });
+        for (share, most) in [(self.unread.get(), MOST_LOST), (self.turned.get(), MOST_TURNED)] {
+            if share > most {
+                return Err(Refusal::GyroUnusable { share });
+            }
         }
         if !self.has_begun {
             return Err(Refusal::NoAccelerometer);

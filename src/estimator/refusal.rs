@@ -16,9 +16,9 @@ pub enum Refusal {
     Overrun,
     /// The accelerometer reads nothing usable.
     NoAccelerometer,
-    /// The gyro's readings are missing, clipped or frozen too often.
+    /// The gyro's readings are missing, clipped or frozen too often, or contradict field and gravity.
     GyroUnusable {
-        /// Share of the time without a rate.
+        /// Share of the time without a rate that can be used.
         share: f32,
     },
     /// The innovations are larger than the estimator thinks, or its mean is no model.

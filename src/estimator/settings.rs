@@ -9,6 +9,9 @@ use crate::{
     config::{Config, Motion},
 };
 
+/// No gyro is better, rad/s/rtHz: 2e-4 deg a root hour.
+const LEAST_GYRO_NOISE: f32 = 5e-8;
+
 /// Noise of the sensors and bounds of the motion. It is of the sensor and the motion and is configured: evidence would choose a drill string's
 /// constants for motion by hand by 1,500 log units, and be wrong by a factor of 14 to 58 in variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -182,6 +185,7 @@ impl Settings {
         put(P.from, &[on, off, off, off, on, off, off, off, on]);
         let mut noise = if drilling { Noise::DRILL_STRING } else { Noise::HAND };
         let gyro = config.attitude.gyro_noise_rad_s_rthz;
+        let gyro = if gyro > LEAST_GYRO_NOISE { gyro } else { LEAST_GYRO_NOISE };
         // By hand what the model leaves out is no less.
         if drilling || gyro > noise.rotation_rad_rts {
             noise.rotation_rad_rts = gyro;

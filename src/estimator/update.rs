@@ -236,6 +236,7 @@ fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) -
     if !node.has_field {
         (node.field, node.has_field) = (mean, true);
     }
+    let length = pre.field_norms * share;
     let innovation = mean - node.field;
     let reading = FieldReading { attitude: &node.attitude, pre, share, mean, innovation };
     let at_rest = if taken.kind == Kind::Rest { noise.field_at_rest } else { 1.0 };
@@ -247,12 +248,14 @@ fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) -
     // By the usual scatter: that of a field which comes or goes within the node is large.
     if expected.is_contradicted((own + node.norms.scatter().unwrap_or(scatter)) / own) {
         rows.as_flattened_mut().fill(T::ZERO);
-        let is_turned = noise.field_is_even && !expected.is_contradicted_along(&node.field);
+        let size = norm(&node.field);
+        let longer = (length - size) * weight(own);
+        let is_turned = noise.field_is_even && !expected.is_contradicted_along(&(node.field / size), longer);
         return (Readings::Contradicted, is_turned);
     }
     node.norms.add(pre, share);
     let usual = if noise.field_is_even { norm(&node.field) } else { node.norms.of_their_time() };
-    let deviation = pre.field_norms * share / usual - T::ONE;
+    let deviation = length / usual - T::ONE;
     // What the readings' own scatter does not explain is the field's.
     let disturbed = deviation * deviation - scatter;
     let disturbed = if disturbed > T::ZERO { disturbed } else { T::ZERO };

@@ -155,6 +155,9 @@ impl<T: Real> Estimator<T> {
             kind: self.kind,
         };
         let agreement = self.update.assemble(&mut self.node, &taken);
+        if self.kind == Kind::Moving {
+            self.turned.add(if agreement.is_turned { T::ONE } else { T::ZERO }, seconds);
+        }
         if agreement.is_turned {
             self.gap(T::ZERO);
             return;
