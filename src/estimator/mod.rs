@@ -8,6 +8,8 @@ mod alignment;
 mod averaging;
 pub mod columns;
 mod eigen;
+#[cfg(feature = "explanation")]
+mod explanation;
 mod field_norm;
 mod gate;
 mod gaussian;
@@ -31,6 +33,8 @@ mod widths;
 mod window_cost;
 mod work;
 
+#[cfg(feature = "explanation")]
+pub use explanation::{MovedByRows, WidthEvidence};
 pub use posterior::Posterior;
 pub use real::Real;
 pub use refusal::Refusal;

@@ -6,7 +6,6 @@
 mod case;
 mod error_multiplied_in;
 mod least_over_shifts;
-mod nees;
 mod troubled;
 
 use anyhow::Context;
