@@ -76,6 +76,8 @@ enum Task {
     Walking(usize),
     /// The posterior is averaged.
     Averaging,
+    /// It is averaged, and handed out.
+    Concluding,
 }
 
 /// The filter, in `f32` on the chip. All zero bytes before [`Estimator::configure`].
