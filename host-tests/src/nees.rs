@@ -1,7 +1,7 @@
 //! Normalised estimation error squared (NEES) of P: whether its stated covariance holds (Bar-Shalom, Li,
 //! Kirubarajan 2001, Estimation with Applications to Tracking and Navigation, section 5.4).
 
-use meerkat_mwd::identification::WindowReport;
+use meerkat_mwd::{compensation::GyroModel, identification::WindowReport};
 use nalgebra::{SMatrix, SVector};
 
 /// Elements of P.
@@ -14,6 +14,13 @@ pub type Covariance = SMatrix<f64, ELEMENTS, ELEMENTS>;
 #[must_use]
 pub fn covariance(report: &WindowReport) -> Covariance {
     Covariance::from_fn(|row, column| f64::from(report.covariance_of_p(row, column)))
+}
+
+/// P of a model, row by row.
+#[must_use]
+pub fn p_of(model: &GyroModel) -> [f64; ELEMENTS] {
+    let mut elements = model.p.as_flattened().iter();
+    std::array::from_fn(|_| elements.next().copied().map_or(f64::NAN, f64::from))
 }
 
 /// Squared error of P in units of its covariance, over the number of elements: 1 on the mean where the covariance is right. `None` where

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 use crate::{
     diagnose::bench_mode::{attitudes, vectors_from},
-    nees::Covariance,
+    nees::{Covariance, p_of},
     trace::Trace,
 };
 
@@ -34,13 +34,11 @@ impl KnownP {
             return Some(Self { source: "the simulator's", p, covariance: Covariance::zeros() });
         }
         let found = from_reference(trace, config)?;
-        let mut elements = found.gyro.p.as_flattened().iter();
-        let p = std::array::from_fn(|_| elements.next().copied().map_or(f64::NAN, f64::from));
         let covariance = Covariance::from_fn(|row, column| {
             let (long, short) = (row.max(column), row.min(column));
             found.p_covariance.get(long * (long + 1) / 2 + short).copied().map_or(f64::NAN, f64::from)
         });
-        Some(Self { source: "from the reference attitude", p, covariance })
+        Some(Self { source: "from the reference attitude", p: p_of(&found.gyro), covariance })
     }
 }
 

@@ -16,7 +16,7 @@ use crate::{
     configuration::{freeze_at_us, of_trace},
     flight::{Flight, fly},
     known_error,
-    nees::{covariance, normalised},
+    nees::{covariance, normalised, p_of},
     recordings::name,
     score::{RateTrack, seconds_since},
     trace::Trace,
@@ -93,9 +93,7 @@ impl Recording {
 /// error counts as one of the estimate.
 fn nees(flight: &Flight, truth: &GyroModel) -> Option<f64> {
     let window = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some())?;
-    let mut elements = truth.p.as_flattened().iter();
-    let truth = std::array::from_fn(|_| elements.next().copied().map_or(f64::NAN, f64::from));
-    normalised(window.fitted.p.as_flattened(), &covariance(window), &truth)
+    normalised(window.fitted.p.as_flattened(), &covariance(window), &p_of(truth))
 }
 
 /// The raw rate less its median at rest in the first half; as it is where there is hardly any rest.
