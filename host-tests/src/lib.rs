@@ -20,6 +20,7 @@ pub mod main_job;
 pub mod mock_flash;
 pub mod monitor;
 pub mod motion;
+pub mod nees;
 pub mod normal_gravity;
 pub mod page;
 pub mod rates_csv;

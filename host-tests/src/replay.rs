@@ -15,7 +15,7 @@ use crate::{
     cli::ReplayArgs,
     configuration::configuration,
     diagnose::diagnosed,
-    explain::print_explanation,
+    explain::{Explanation, print_explanation},
     failure::Failure,
     flight::{Flight, fly_on, started, surveys},
     page::write_page,
@@ -127,8 +127,14 @@ pub fn deliver(
         let probe = started(config, stored_model(args)?.as_ref())?;
         write_surveys_csv(&surveys(probe, &trace.samples)?, path)?;
     }
+    let explanation = if args.explain {
+        Some(Explanation::of(started(config, stored_model(args)?.as_ref())?, trace, config, flight))
+    } else {
+        None
+    };
     if let Some(path) = &args.json {
-        result_json(trace, config, flight, &diagnosed, reference).write(path)?;
+        let result = result_json(trace, config, flight, &diagnosed, reference);
+        explanation.iter().fold(result, |result, explanation| result.explained(explanation)).write(path)?;
     }
     if let Some(path) = &args.html {
         write_page(path, &html::page(trace, config, flight, &diagnosed, reference.as_ref(), place))?;
@@ -136,8 +142,8 @@ pub fn deliver(
     let mut out = io::stdout().lock();
     writeln!(out, "flown {place}")?;
     print_summary(&mut out, trace, config, flight, &diagnosed, reference.as_ref())?;
-    if args.explain {
-        print_explanation(&mut out, flight)?;
+    if let Some(explanation) = &explanation {
+        print_explanation(&mut out, flight, explanation)?;
     }
     Ok(reference)
 }

@@ -19,6 +19,7 @@ use window::Window;
 
 use crate::{
     diagnose::{Diagnosed, Found, VectorResidual, verdict_name},
+    explain::Explanation,
     failure::Failure,
     flight::Flight,
     motion,
@@ -238,6 +239,15 @@ pub fn result_json(
 }
 
 impl ResultJson {
+    /// With what each window rests on.
+    #[must_use]
+    pub fn explained(mut self, explanation: &Explanation) -> Self {
+        for (window, explained) in self.identification.windows.iter_mut().zip(explanation.windows()) {
+            window.explanation = *explained;
+        }
+        self
+    }
+
     /// Writes the result, indented.
     ///
     /// # Errors

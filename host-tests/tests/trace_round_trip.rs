@@ -47,14 +47,15 @@ fn keys() -> impl Strategy<Value = Keys> {
     let positive = || option::of(1e-3..1e3_f64);
     let texts = (option::of("[a-z]( ?[=#,\"a-z]){0,9}"), option::of("[A-Z0-9.]{1,9}"), any::<[bool; 3]>());
     let earth = (option::of(-180.0..180.0_f64), positive(), positive(), option::of(-90.0..90.0_f64));
-    let sensors = ([positive(), positive(), positive()], option::of(0.0..0.1_f64));
+    let true_p = option::of(proptest::array::uniform9(-2.0..2.0_f64));
+    let sensors = ([positive(), positive(), positive()], option::of(0.0..0.1_f64), true_p);
     let motion = option::of(prop_oneof![Just(Motion::Hand), Just(Motion::DrillString)]);
     (texts, earth, option::of(-90.0..90.0_f64), sensors, motion).prop_map(
         |(
             (source, licence, [enu, tool, reference_north]),
             (declination, gravity, field, dip),
             latitude,
-            (scales, delay),
+            (scales, delay, true_gyro_p),
             motion,
         )| {
             Keys {
@@ -69,6 +70,7 @@ fn keys() -> impl Strategy<Value = Keys> {
                 accel_full_scale_m_s2: scales[1],
                 mag_full_scale_ut: scales[2],
                 gyro_delay_s: delay,
+                true_gyro_p,
                 motion,
                 reference_north,
                 source,

@@ -144,6 +144,18 @@ impl<T: Real> Averaging<T> {
         true
     }
 
+    /// Whether nothing has been averaged yet.
+    #[cfg(feature = "explanation")]
+    pub const fn is_fresh(&self) -> bool {
+        self.stage == 0
+    }
+
+    /// Logarithm of the evidence of all that was averaged, but for a constant of the grid's size.
+    #[cfg(feature = "explanation")]
+    pub fn log_evidence(&self) -> T {
+        self.sum.log_evidence()
+    }
+
     /// The average.
     pub fn result(&self) -> Averaged<T> {
         self.sum.averaged()

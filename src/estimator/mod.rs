@@ -8,6 +8,8 @@ mod alignment;
 mod averaging;
 pub mod columns;
 mod eigen;
+#[cfg(feature = "explanation")]
+mod explanation;
 mod field_norm;
 mod gate;
 mod gaussian;
@@ -31,6 +33,8 @@ mod widths;
 mod window_cost;
 mod work;
 
+#[cfg(feature = "explanation")]
+pub use explanation::{MovedByRows, WidthEvidence};
 pub use posterior::Posterior;
 pub use real::Real;
 pub use refusal::Refusal;
@@ -72,6 +76,8 @@ enum Task {
     Walking(usize),
     /// The posterior is averaged.
     Averaging,
+    /// It is averaged, and handed out.
+    Concluding,
 }
 
 /// The filter, in `f32` on the chip. All zero bytes before [`Estimator::configure`].

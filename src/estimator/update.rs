@@ -20,7 +20,17 @@ const REST_RATE_RAD_S: f32 = 8.7e-4;
 /// Speed at rest, m/s.
 const REST_SPEED_M_S: f32 = 0.01;
 /// Rows of an update, 36; what the average needs takes two more.
-const SCRATCH: usize = NODE + ROWS + 2;
+pub(super) const SCRATCH: usize = NODE + ROWS + 2;
+
+/// Blocks of three new rows that have a constant.
+#[cfg(feature = "explanation")]
+pub(super) const FIELD_READ: usize = 1;
+#[cfg(feature = "explanation")]
+pub(super) const VELOCITY_BOUND: usize = 5;
+#[cfg(feature = "explanation")]
+pub(super) const POSITION_BOUND: usize = 6;
+#[cfg(feature = "explanation")]
+pub(super) const BY_REST: usize = 7;
 
 /// An update in progress, column by column.
 #[derive(Clone, Copy)]
@@ -152,6 +162,23 @@ impl<T: Real> Update<T> {
         }
         self.next += 1;
         true
+    }
+
+    /// Whether the rows have been written and none of their states eliminated.
+    #[cfg(feature = "explanation")]
+    pub const fn is_fresh(&self) -> bool {
+        self.next == 0
+    }
+
+    /// Sets all constants to zero but those of one block of three rows.
+    #[cfg(feature = "explanation")]
+    pub fn keep_constants(&mut self, block: usize) {
+        let kept = NODE + 3 * block..NODE + 3 * block + 3;
+        for (index, row) in self.rows.iter_mut().enumerate() {
+            if !kept.contains(&index) {
+                row[CONSTANT] = T::ZERO;
+            }
+        }
     }
 
     /// Rows that hold the globals alone.

@@ -57,6 +57,27 @@ impl Widths {
     };
 }
 
+#[cfg(feature = "explanation")]
+impl Widths {
+    /// The grid of one set of widths alone.
+    pub(super) fn only(&self, set: [usize; GROUPS]) -> Self {
+        let mut one = Self { count: [1; GROUPS], ..*self };
+        for ((one, all), index) in one.parts.iter_mut().zip(&self.parts).zip(set) {
+            one[0] = all.get(index).copied().unwrap_or(1.0);
+        }
+        one
+    }
+
+    /// Which widths of a set are the data sheet's.
+    pub(super) fn sheets(&self, set: [usize; GROUPS]) -> [bool; GROUPS] {
+        let is_sheet = |group: usize| {
+            let width = self.parts.get(group).zip(set.get(group)).and_then(|(parts, index)| parts.get(*index));
+            width == self.sheet.get(group)
+        };
+        core::array::from_fn(is_sheet)
+    }
+}
+
 /// The order of the variables whose covariance is looked at: P and bias first, then group by group, each group's lag behind it, to be taken out
 /// from the end.
 pub(super) const VARIABLES: usize = 12 + COUNTS[2] + COUNTS[1] + COUNTS[0];

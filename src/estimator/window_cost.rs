@@ -21,6 +21,11 @@ const GYRO: usize = COLUMNS - 1;
 /// Freedom of Student's t of a node, 5, and its rows: the squared innovation at which a node has half of its weight.
 const SPREAD: f32 = 5.0 + ROWS as f32;
 
+/// Share of the posterior's information that the rows may take away where no node has any weight: a tenth stays.
+const MOST_TAKEN: f32 = 0.9;
+/// Halvings of the share before nothing is left of it.
+const HALVINGS: u8 = 10;
+
 /// Weight of a node with this squared innovation.
 fn weight(square: f32) -> f32 {
     SPREAD / (SPREAD + square)
@@ -33,7 +38,7 @@ pub(super) struct Centre {
     mean: [f32; GYRO],
     /// Of the posterior's information.
     factor: Cholesky<12, 78>,
-    /// Share of the rows' information that is in the posterior's whatever the inflation.
+    /// Share of the rows' information that is in the posterior's whatever the inflation, and wherever the nodes' weights go.
     share: f32,
     /// Mean weight of the nodes at the mean.
     usual: f32,
@@ -57,6 +62,45 @@ impl Centre {
         });
         let usual = if rows.count() > 0 { weights / rows.count() as f32 } else { 1.0 };
         information.cholesky().map(|factor| Self { mean: *mean, factor, share: 1.0 / inflation, usual })
+    }
+
+    /// Lowers the share until the cost has a minimum. Far away no node has any weight, and what is left is the posterior's information less the
+    /// rows' at their usual weight. In the rows' there can be more of some direction: a posterior that is averaged over widths, or whose P has
+    /// walked since, knows less. A cost without a bound then has its best point at the edge of the search box.
+    #[inline(never)]
+    pub fn bound(&mut self, rows: &LeftOver) {
+        let mut left = Packed::<12, 78>::zero();
+        for index in 0..rows.count() {
+            let node = rows.node(index);
+            let (triples, _) = node.as_chunks::<3>();
+            for triple in triples {
+                left.add_outers(&triple.map(|[row @ .., _]| row), 1.0);
+            }
+        }
+        // In posterior deviations, where the posterior's own information is the identity.
+        let mut half = [[0.0; GYRO]; GYRO];
+        for (i, half) in half.iter_mut().enumerate() {
+            *half = self.factor.solve_lower(&core::array::from_fn(|j| left.get(i, j)));
+        }
+        let mut whitened = Packed::<12, 78>::zero();
+        let row = |i: usize| self.factor.solve_lower(&half.map(|half| half.get(i).copied().unwrap_or(0.0)));
+        for i in 0..GYRO {
+            for (j, x) in row(i).iter().enumerate().take(i + 1) {
+                whitened.add(i, j, *x);
+            }
+        }
+        for _ in 0..HALVINGS {
+            let mut rest = Packed::<12, 78>::zero();
+            for i in 0..GYRO {
+                rest.add(i, i, MOST_TAKEN);
+            }
+            rest.add_scaled(&whitened, -self.share * self.usual);
+            if rest.cholesky().is_some() {
+                return;
+            }
+            self.share *= 0.5;
+        }
+        self.share = 0.0;
     }
 }
 
@@ -168,5 +212,45 @@ impl LeastSquaresCost<12, 78> for WindowCost<'_> {
         for (descent, y) in descent.iter_mut().zip(y) {
             *descent -= y;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::{
+        columns::{GLOBALS, P},
+        rows::{GLOBAL, WIDTH},
+    };
+
+    /// Two nodes that know eighteen times as much of one element as a posterior whose every deviation is 0.1.
+    fn rows() -> LeftOver {
+        let mut rows = LeftOver::zero();
+        for constant in [1.0, -1.0] {
+            let mut left = [[0.0_f64; WIDTH]; ROWS];
+            (left[0][GLOBAL + P.from], left[1][GLOBAL + P.from + 4]) = (30.0, 3.0);
+            left[0][WIDTH - 1] = constant;
+            rows.push(&left, &[0.0; GLOBALS]);
+        }
+        rows
+    }
+
+    #[test]
+    fn no_point_of_the_search_box_costs_less_than_the_mean_of_nodes_that_are_all_alike() {
+        let rows = rows();
+        let mut covariance = [0.0; 78];
+        (0..GYRO).for_each(|i| covariance[i * (i + 3) / 2] = 0.01);
+        let mut centre = Centre::new(&rows, &[0.0; GYRO], &covariance, 1.0).unwrap();
+        let lowest = |centre: &Centre| {
+            let cost = WindowCost { rows: &rows, centre, base: GyroModel::IDENTITY, sigma: [0.01; GYRO] };
+            let along = |k: usize, y: f32| cost.evaluate(&core::array::from_fn(|i| if i == k { y } else { 0.0 }));
+            let far = (0..GYRO).flat_map(|k| [-10.0, -3.0, 3.0, 10.0].map(|y| along(k, y)));
+            far.reduce(|least, cost| if cost < least { cost } else { least }).unwrap() - cost.evaluate(&[0.0; GYRO])
+        };
+        let before = lowest(&centre);
+        assert!(before < -10.0, "{before}");
+        centre.bound(&rows);
+        let after = lowest(&centre);
+        assert!(after > 0.0 && centre.share > 0.03, "{after} {}", centre.share);
     }
 }

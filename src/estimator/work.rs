@@ -48,10 +48,15 @@ impl<T: Real> Estimator<T> {
             }
             Task::Averaging => {
                 if !self.averaging.step(&mut self.update.rows) {
-                    self.conclude();
+                    self.centre();
+                    self.task = Task::Concluding;
                     return CENTRE_UNITS;
                 }
                 WIDTHS_UNITS
+            }
+            Task::Concluding => {
+                self.conclude();
+                CENTRE_UNITS
             }
         }
     }
@@ -82,10 +87,9 @@ impl<T: Real> Estimator<T> {
         }
     }
 
-    /// The posterior is averaged.
-    fn conclude(&mut self) {
+    /// The posterior is averaged: what the search goes about.
+    fn centre(&mut self) {
         let averaged = self.averaging.result();
-        let posterior = self.posterior_of(&averaged);
         self.centre.clear();
         let inflations = self.settings.widths.inflations;
         let inflation = inflations.iter().fold(1.0_f32, |most, x| if *x > most { *x } else { most });
@@ -94,6 +98,13 @@ impl<T: Real> Estimator<T> {
             // Just emptied, so there is room.
             let _ = self.centre.push(centre);
         }
+    }
+
+    fn conclude(&mut self) {
+        if let Some(centre) = self.centre.first_mut() {
+            centre.bound(&self.left_over);
+        }
+        let posterior = self.posterior_of(&self.averaging.result());
         self.posterior.clear();
         let _ = self.posterior.push(posterior);
         self.task = Task::Next;

@@ -248,6 +248,11 @@ impl Identifier {
         self.pending.pop_front()
     }
 
+    #[cfg(feature = "explanation")]
+    pub const fn estimator(&self) -> &Estimator {
+        &self.estimator
+    }
+
     /// What the search of the latest window minimises.
     pub fn window_cost(&self) -> Option<WindowCost<'_>> {
         self.estimator.window_cost()

@@ -1,6 +1,8 @@
 //! What a probe can be asked.
 
 use super::{Counters, Probe};
+#[cfg(feature = "explanation")]
+use crate::estimator::Estimator;
 use crate::{
     compensation::{ActiveEffects, Effect, GyroModel},
     config::Config,
@@ -51,6 +53,13 @@ impl Probe {
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_>> {
         self.identifier.window_cost()
+    }
+
+    /// The estimator at its present step: a budget of 1 for [`Probe::poll`] makes it go on by one.
+    #[cfg(feature = "explanation")]
+    #[must_use]
+    pub const fn estimator(&self) -> &Estimator {
+        self.identifier.estimator()
     }
 
     /// Body-fixed magnetic offsets that came while the probe ran, the oldest first: the last eight of

@@ -4,9 +4,9 @@
 //! scores; the probe never sees it.
 
 mod case;
+mod drilled;
 mod error_multiplied_in;
 mod least_over_shifts;
-mod nees;
 mod troubled;
 
 use anyhow::Context;
@@ -48,7 +48,13 @@ struct Flown {
 pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let recordings = recordings()?;
     let flown = flown(&recordings, effort)?;
-    Ok(vec![by_scale(&flown), by_recording(&flown), harmed(&flown), troubled(&recordings, effort)?])
+    Ok(vec![
+        by_scale(&flown),
+        by_recording(&flown),
+        harmed(&flown),
+        troubled(&recordings, effort)?,
+        drilled::table(effort)?,
+    ])
 }
 
 /// Errors drawn for a recording.

@@ -46,7 +46,7 @@ pub struct ReplayArgs {
     /// Look for no effect beyond the 12 parameters
     #[arg(long)]
     pub no_effects: bool,
-    /// After the summary: what each window's report rests on, and which sensor is to blame
+    /// After the summary: what each window's report rests on, which sensor is to blame, what moved P, and how far P is from a known one
     #[arg(long)]
     pub explain: bool,
     /// Through register-level models of an ISM330DHCX and an RM3100 and the adapters for them, as `emulate` does

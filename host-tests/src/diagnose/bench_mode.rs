@@ -90,7 +90,7 @@ fn joint(a: Verdict, b: Verdict) -> Verdict {
 }
 
 /// Body to NED.
-fn attitudes(trace: &Trace) -> Vec<Option<UnitQuaternion<f64>>> {
+pub(crate) fn attitudes(trace: &Trace) -> Vec<Option<UnitQuaternion<f64>>> {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let to_ned = match trace.keys.earth_frame {
         EarthFrame::Ned => UnitQuaternion::identity(),
@@ -105,7 +105,7 @@ fn attitudes(trace: &Trace) -> Vec<Option<UnitQuaternion<f64>>> {
 }
 
 /// The samples with gravity and field as the reference has them.
-fn vectors_from(trace: &Trace, attitudes: &[Option<UnitQuaternion<f64>>]) -> Vec<Sample> {
+pub(crate) fn vectors_from(trace: &Trace, attitudes: &[Option<UnitQuaternion<f64>>]) -> Vec<Sample> {
     let keys = &trace.keys;
     let gravity = keys.gravity_m_s2.unwrap_or(9.806_65);
     let dip = keys.dip_deg.unwrap_or(DIP_DEG).to_radians();

@@ -2,7 +2,7 @@
 //! error before and after, what remains.
 
 mod account;
-mod bench_mode;
+pub(crate) mod bench_mode;
 mod html;
 mod outcome;
 mod remainder_text;

@@ -8,7 +8,7 @@ use meerkat_mwd::{
 use serde::Serialize;
 
 use super::{Parameters, in_seconds};
-use crate::{refusal_text::refusal_text, window_note::window_note};
+use crate::{explain, refusal_text::refusal_text, window_note::window_note};
 
 #[derive(Debug, Serialize)]
 pub(super) struct Window {
@@ -30,6 +30,9 @@ pub(super) struct Window {
     deg_per_turn: f32,
     widths: Option<Widths>,
     window_note: Option<String>,
+    /// With `--explain`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) explanation: Option<explain::Window>,
 }
 
 /// Widths that the data choose for the errors of the vector sensors, over the data sheet's.
@@ -75,6 +78,7 @@ impl Window {
             deg_per_turn: report.deg_per_turn,
             widths: has_result.then(|| Widths::new(report)),
             window_note: window_note(report, config),
+            explanation: None,
         }
     }
 }

@@ -23,6 +23,7 @@ use nalgebra::Vector3;
 
 use crate::{
     cli::SimulateArgs,
+    nees::p_of,
     trace::{BodyFrame, EarthFrame, Keys, Trace},
 };
 pub use contamination::{Contamination, Hits, contaminate};
@@ -223,6 +224,7 @@ fn keys(scenario: &Scenario, seed: u64, truth: &Truth) -> Keys {
         mag_full_scale_ut: full_scales.mag_ut,
         motion: Some(Motion::DrillString),
         gyro_delay_s: (scenario.effects.gyro_lag_ms == 0.0).then_some(0.0),
+        true_gyro_p: Some(p_of(&truth.gyro)),
         source: Some(format!("simulated drilling, seed {seed}; true gyro model: {}", describe(&truth.gyro))),
         ..Keys::default()
     }

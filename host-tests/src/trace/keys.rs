@@ -34,6 +34,8 @@ pub struct Keys {
     pub motion: Option<Motion>,
     /// The reference's north is true north, not magnetic north.
     pub reference_north: bool,
+    /// The gyro's true matrix P at the start, row-major; only a simulator knows it.
+    pub true_gyro_p: Option<[f64; 9]>,
     /// Where the recording comes from.
     pub source: Option<String>,
     /// Under which terms.
@@ -107,6 +109,11 @@ impl Keys {
             "accel_full_scale_m_s2" => self.accel_full_scale_m_s2 = positive()?,
             "mag_full_scale_ut" => self.mag_full_scale_ut = positive()?,
             "gyro_delay_s" => self.gyro_delay_s = number(|x| (0.0..=0.1).contains(&x), "a number from 0 to 0.1")?,
+            "true_gyro_p" => {
+                let read: Vec<f64> = value.split_whitespace().filter_map(|x| x.parse().ok()).collect();
+                let nine = <[f64; 9]>::try_from(read).ok().filter(|p| p.iter().all(|x| x.is_finite()));
+                self.true_gyro_p = Some(nine.ok_or_else(|| bad("nine numbers, row by row"))?);
+            }
             "source" => self.source = Some(value.to_owned()),
             "licence" => self.licence = Some(value.to_owned()),
             _ => return Ok(KeyOutcome::Unknown),
@@ -144,6 +151,7 @@ impl Keys {
             ("accel_full_scale_m_s2", number(self.accel_full_scale_m_s2)),
             ("mag_full_scale_ut", number(self.mag_full_scale_ut)),
             ("gyro_delay_s", number(self.gyro_delay_s)),
+            ("true_gyro_p", self.true_gyro_p.map(|p| p.map(|x| x.to_string()).join(" "))),
         ];
         all.into_iter().filter_map(|(key, value)| Some((key, value?))).collect()
     }

@@ -46,6 +46,12 @@ impl<T: Real> Sum<T> {
         }
     }
 
+    /// Logarithm of all that was added.
+    #[cfg(feature = "explanation")]
+    pub fn log_evidence(&self) -> T {
+        self.log + self.weight.logarithm()
+    }
+
     /// Brings the unit of the weights up to `log`, and gives a weight of `log` in it.
     fn weight(&mut self, log: T) -> T {
         if self.weight == T::ZERO {

@@ -4,6 +4,8 @@ extern crate std;
 
 mod motion;
 
+#[cfg(feature = "explanation")]
+use super::columns;
 use super::{Estimator, Posterior, Real, Refusal, Settings};
 use crate::{
     compensation::GyroModel,
@@ -165,4 +167,71 @@ fn a_hard_iron_that_stays_another_is_learnt_anew() {
     assert_eq!(other.fitness, Ok(()));
     let before = largest_difference(&GyroModel::IDENTITY, &simulated.truth);
     assert!(largest_difference(&other.gyro, &simulated.truth) < 0.25 * before);
+}
+
+/// Drives an estimator step by step, and hands out each step.
+#[cfg(feature = "explanation")]
+fn watched(samples: &[(u64, [Reading; 3])], mut watch: impl FnMut(&Estimator<f64>)) {
+    let mut estimator = estimator::<f64>();
+    for (index, (t_us, [rate, force, field])) in samples.iter().enumerate() {
+        estimator.push(*t_us, *rate, *force, *field);
+        if index + 1 == samples.len() {
+            estimator.close();
+        }
+        while estimator.step() > 0 {
+            watch(&estimator);
+        }
+    }
+}
+
+#[cfg(feature = "explanation")]
+#[test]
+fn what_the_rows_moved_adds_up_to_what_the_filter_moved() {
+    let simulated = Simulated::new(7, 30.0);
+    let (mut sum, mut parts, mut last) = ([0.0_f64; 9], [0.0_f64; 4], [0.0_f64; 9]);
+    watched(&simulated.samples, |estimator| {
+        let settings = settings();
+        for (k, last) in last.iter_mut().enumerate() {
+            *last = estimator.globals.x[columns::P.from + k] * f64::from(settings.sigma[columns::P.from + k]);
+        }
+        if let Some(moved) = estimator.moved_by_rows() {
+            for (part, kind) in parts.iter_mut().zip([moved.field, moved.velocity, moved.position, moved.rest]) {
+                sum.iter_mut().zip(kind).for_each(|(sum, x)| *sum += f64::from(x));
+                *part += kind.iter().map(|x| f64::from(x.abs())).sum::<f64>();
+            }
+        }
+    });
+    let largest = last.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    assert!(largest > 0.02, "{largest}");
+    for (sum, last) in sum.iter().zip(last) {
+        assert!((sum - last).abs() < 1e-5, "{sum} {last}");
+    }
+    let [field, velocity, position, rest] = parts;
+    assert!(field > 0.01 && velocity > 0.001 && position > 0.01 && rest < 0.2 * field, "{parts:?}");
+}
+
+/// Independent of the averaging itself: the evidence of all widths is their mean, so none can have less than its share.
+#[cfg(feature = "explanation")]
+#[test]
+fn the_evidence_names_the_sensor_that_is_not_as_its_data_sheet_says() {
+    let of = |shear: f32| {
+        let bent = |reading: Reading| match reading {
+            // No rotation of the earth's field, and no scale.
+            Reading::Good(v) => Reading::Good(Vector3::new(v.x + shear * v.y, v.y, v.z - shear * v.x)),
+            other => other,
+        };
+        let samples = Simulated::new(8, 60.0).samples;
+        let samples: Vec<_> = samples.into_iter().map(|(t_us, [r, f, m])| (t_us, [r, f, bent(m)])).collect();
+        let (mut found, mut widths) = (None, [0.0; 3]);
+        watched(&samples, |estimator| {
+            found = estimator.width_evidence().or(found);
+            widths = estimator.posterior().map_or(widths, |posterior| posterior.widths);
+        });
+        (found.unwrap(), widths)
+    };
+    let ((sheet, _), (bad, widths)) = (of(0.03), of(0.2));
+    let least = -libm::logf(3.0) - 1e-3;
+    assert!(sheet.of_group.iter().chain(&bad.of_group).all(|x| *x > least), "{sheet:?} {bad:?}");
+    assert!(sheet.of_group[0] < 0.5, "{sheet:?}");
+    assert!(bad.of_group[0] > 5.0 && bad.all > 5.0 && widths[0] > 2.0, "{bad:?} {widths:?}");
 }

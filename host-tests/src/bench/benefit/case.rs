@@ -3,20 +3,20 @@
 use std::path::Path;
 
 use anyhow::Context;
-use meerkat_mwd::{Config, Sample, SampleFlags};
+use meerkat_mwd::{Config, Sample, SampleFlags, compensation::GyroModel};
 use nalgebra::Vector3;
 
 use super::{
     error_multiplied_in::drawn,
     least_over_shifts::{Window, error_deg, windows},
     middle,
-    nees::nees,
     troubled::Trouble,
 };
 use crate::{
     configuration::{freeze_at_us, of_trace},
-    flight::fly,
+    flight::{Flight, fly},
     known_error,
+    nees::{covariance, normalised, p_of},
     recordings::name,
     score::{RateTrack, seconds_since},
     trace::Trace,
@@ -87,6 +87,13 @@ impl Recording {
             nees: nees(&flight, &truth),
         })
     }
+}
+
+/// NEES / 9 of the last window that has a result. `truth` is the error multiplied in: the recording's own P is taken as the identity, so its
+/// error counts as one of the estimate.
+fn nees(flight: &Flight, truth: &GyroModel) -> Option<f64> {
+    let window = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some())?;
+    normalised(window.fitted.p.as_flattened(), &covariance(window), &p_of(truth))
 }
 
 /// The raw rate less its median at rest in the first half; as it is where there is hardly any rest.

@@ -1,0 +1,97 @@
+//! Simulated drilling in the same terms: every window of runs in which identification never stops.
+
+use anyhow::Context;
+use meerkat_mwd::{
+    compensation::GyroModel,
+    identification::{Decision, WindowReport},
+};
+
+use super::{Effort, each_seed, largest, mean, middle, number};
+use crate::{
+    bench::{one_window::scenario, table::Table},
+    configuration::of_trace,
+    flight::fly,
+    nees::{covariance, normalised, p_of},
+    score::systematic_rate_error_rad_s,
+    simulate::simulate,
+};
+
+/// Scenario files, and what they are.
+const SCENARIOS: [(&str, &str); 3] = [
+    ("drilling_vertical", "vertical"),
+    ("drilling_45deg", "45 deg"),
+    ("real_drilling_30hz", "sensors as noisy as real ones, 30 Hz"),
+];
+
+/// What one window was worth.
+struct Window {
+    is_first: bool,
+    accepted: bool,
+    flown_deg_s: f64,
+    bias_only_deg_s: f64,
+    nees: Option<f64>,
+}
+
+pub(super) fn table(effort: Effort) -> anyhow::Result<Table> {
+    let seeds = effort.repetitions(24);
+    let mut table = Table::new(
+        format!(
+            "Simulated drilling, {seeds} runs each, every window; systematic rate error over the whole run, deg/s. NEES / 9 of P against the \
+             simulator's. The simulation's sensors flatter: they have no errors but those of the scenario"
+        ),
+        &[
+            "drilling",
+            "windows",
+            "accepted",
+            "bias only, median",
+            "flown, median",
+            "flown / bias only, worst",
+            "NEES / 9, first windows, median",
+            "later, median",
+            "mean of all",
+            "largest",
+        ],
+    );
+    for (file, name) in SCENARIOS {
+        let windows: Vec<Window> = each_seed(0..seeds, |seed| run(file, seed))?.into_iter().flatten().collect();
+        let all = |of: &dyn Fn(&Window) -> Option<f64>| windows.iter().filter_map(of).collect::<Vec<f64>>();
+        let nees = all(&|window| window.nees);
+        table.row([
+            name.into(),
+            number(windows.len() as f64, 0),
+            number(windows.iter().filter(|window| window.accepted).count() as f64, 0),
+            number(middle(&all(&|window| Some(window.bias_only_deg_s))), 3),
+            number(middle(&all(&|window| Some(window.flown_deg_s))), 3),
+            number(largest(&all(&|window| Some(window.flown_deg_s / window.bias_only_deg_s))), 3),
+            number(middle(&all(&|window| window.nees.filter(|_| window.is_first))), 2),
+            number(middle(&all(&|window| window.nees.filter(|_| !window.is_first))), 2),
+            number(mean(&nees), 2),
+            number(largest(&nees), 2),
+        ]);
+    }
+    Ok(table)
+}
+
+fn run(file: &str, seed: u64) -> anyhow::Result<Vec<Window>> {
+    let (trace, truth) = simulate(&scenario(file)?, seed);
+    let mut config = of_trace(&trace);
+    // What is measured here is the identification by itself.
+    config.effects = false;
+    let rates = trace.true_rate.as_deref().context("a simulated run knows its rate")?;
+    let flight = fly(&config, &trace.samples, |_| {})?;
+    let window = |(index, report): (usize, &WindowReport)| {
+        let truth = truth.gyro_at(trace.samples.partition_point(|sample| sample.t_us < report.t_end_us));
+        let error = |model: &GyroModel| {
+            let error = systematic_rate_error_rad_s(&truth, model, rates).context("no rate to score over")?;
+            anyhow::Ok(error.to_degrees())
+        };
+        anyhow::Ok(Window {
+            is_first: index == 0,
+            accepted: report.decision == Decision::Accepted,
+            flown_deg_s: error(&report.flown)?,
+            bias_only_deg_s: error(&report.bias_only)?,
+            nees: normalised(report.fitted.p.as_flattened(), &covariance(report), &p_of(&truth)),
+        })
+    };
+    flight.reports.iter().enumerate().map(window).collect()
+}

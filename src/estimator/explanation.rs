@@ -1,0 +1,187 @@
+//! What an update rests on, for tools on a host: which rows moved P, and what the data say of the widths. Nothing here changes the filter.
+
+use super::{
+    Estimator, Task,
+    averaging::Averaging,
+    columns::{GLOBALS, P},
+    real::Real,
+    rows::WIDTH,
+    update::{BY_REST, FIELD_READ, POSITION_BOUND, SCRATCH, VELOCITY_BOUND},
+    widths::{GROUPS, Widths},
+};
+
+/// By how much each kind of rows moved P, row-major, in a node or in several. Their sum is by how much the filter's mean moved.
+///
+/// A node's update is linear: gain times the constants of its rows, which are their residuals at the linearisation point. Each kind's share is
+/// the gain of all rows times the constants of that kind. Rows of rotation, of the field's walk, and of the path have none, as the next
+/// states are predicted with them: they say how the others' residuals are shared among attitude, P and the rest, and move nothing themselves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct MovedByRows {
+    /// The field that was read is the earth's: the magnetometer's part.
+    pub field: [f32; 9],
+    /// Velocity is bounded: with the next the accelerometer's part.
+    pub velocity: [f32; 9],
+    /// Position is bounded.
+    pub position: [f32; 9],
+    /// What the gyro reads at rest is its bias.
+    pub rest: [f32; 9],
+}
+
+/// Evidence that the widths of the vector sensors' errors are others than the data sheets': log Bayes factors of a width that is anywhere on the
+/// grid, each equally likely, over the data sheet's. Negative where the data sheet is right, though no lower than minus the logarithm of how
+/// many widths there are. Positive where a sensor is worse than its data sheet, and where it is better: [`super::Posterior::widths`] say which.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct WidthEvidence {
+    /// Of all groups together.
+    pub all: f32,
+    /// Of each alone, averaged over the widths of the others: magnetometer matrix, hard iron, accelerometer.
+    pub of_group: [f32; GROUPS],
+}
+
+impl<T: Real> Estimator<T> {
+    /// Which rows move P in the node whose rows have just been written; `None` at any other step of the work. To be asked after each
+    /// [`Estimator::step`].
+    #[must_use]
+    pub fn moved_by_rows(&self) -> Option<MovedByRows> {
+        let is_fresh = self.task == Task::Eliminating && self.update.is_fresh();
+        is_fresh.then(|| {
+            let [field, velocity, position, rest] =
+                [FIELD_READ, VELOCITY_BOUND, POSITION_BOUND, BY_REST].map(|block| self.moved_by(block));
+            MovedByRows { field, velocity, position, rest }
+        })
+    }
+
+    /// The update with the constants of this block alone.
+    fn moved_by(&self, block: usize) -> [f32; 9] {
+        let (mut update, mut globals) = (self.update, self.globals);
+        update.keep_constants(block);
+        while update.eliminate() {}
+        for column in 0..GLOBALS {
+            globals.absorb(update.left_over(), column);
+        }
+        let change = globals.solve();
+        let mut moved = [0.0; 9];
+        for (moved, column) in moved.iter_mut().zip(P.columns()) {
+            let of = |all: &[T; GLOBALS]| all.get(column).copied().unwrap_or(T::ZERO);
+            *moved = (of(&change) * of(&self.sigma)).narrow();
+        }
+        moved
+    }
+
+    /// Evidence about the widths, when the posterior is about to be averaged; `None` at any other step of the work. To be asked after each
+    /// [`Estimator::step`].
+    #[must_use]
+    pub fn width_evidence(&self) -> Option<WidthEvidence> {
+        if self.task != Task::Averaging || !self.averaging.is_fresh() {
+            return None;
+        }
+        let grid = &self.settings.widths;
+        let mut scratch = [[T::ZERO; WIDTH]; SCRATCH];
+        let mut all = LogMean::new();
+        let mut of_group = [LogMean::new(); GROUPS];
+        let mut sheet = 0.0;
+        for set in Sets::of(grid) {
+            let widths = grid.only(set);
+            let mut one = Averaging::zero();
+            one.start(&self.globals, &widths, &mut scratch);
+            while one.step(&mut scratch) {}
+            let log = one.log_evidence().narrow();
+            all.add(log);
+            let sheets = grid.sheets(set);
+            for (group, mean) in of_group.iter_mut().enumerate() {
+                // Of the sheet's width alone: below the mean of all, group by group.
+                if sheets.get(group) == Some(&true) {
+                    mean.add(log);
+                }
+            }
+            if sheets == [true; GROUPS] {
+                sheet = log;
+            }
+        }
+        let all_widths = all.get();
+        Some(WidthEvidence { all: all_widths - sheet, of_group: of_group.map(|sheets| all_widths - sheets.get()) })
+    }
+}
+
+/// Every choice of one width a group.
+struct Sets {
+    count: [usize; GROUPS],
+    next: usize,
+}
+
+impl Sets {
+    const fn of(grid: &Widths) -> Self {
+        Self { count: grid.count, next: 0 }
+    }
+}
+
+impl Iterator for Sets {
+    type Item = [usize; GROUPS];
+
+    fn next(&mut self) -> Option<[usize; GROUPS]> {
+        let mut rest = self.next;
+        let mut set = [0; GROUPS];
+        for (slot, count) in set.iter_mut().zip(self.count) {
+            *slot = rest.checked_rem(count)?;
+            rest = rest.checked_div(count)?;
+        }
+        self.next += 1;
+        (rest == 0).then_some(set)
+    }
+}
+
+/// Logarithm of the mean of numbers of which the logarithms are known.
+#[derive(Clone, Copy)]
+struct LogMean {
+    unit: f32,
+    sum: f32,
+    count: u16,
+}
+
+impl LogMean {
+    const fn new() -> Self {
+        Self { unit: f32::NEG_INFINITY, sum: 0.0, count: 0 }
+    }
+
+    fn add(&mut self, log: f32) {
+        if log > self.unit {
+            self.sum *= libm::expf(self.unit - log);
+            self.unit = log;
+        }
+        self.sum += libm::expf(log - self.unit);
+        self.count += 1;
+    }
+
+    fn get(&self) -> f32 {
+        self.unit + libm::logf(self.sum / f32::from(self.count))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use std::vec::Vec;
+
+    #[test]
+    fn a_mean_of_logarithms_is_the_logarithm_of_the_mean() {
+        let mut mean = LogMean::new();
+        [200.0_f32, 210.0, 205.0].iter().for_each(|log| mean.add(*log));
+        let expected = 210.0 + ((1.0 + libm::exp(-5.0) + libm::exp(-10.0)) / 3.0).ln() as f32;
+        assert!((mean.get() - expected).abs() < 1e-4, "{}", mean.get());
+    }
+
+    #[test]
+    fn every_set_of_widths_comes_once_and_one_of_them_is_the_data_sheets() {
+        for grid in [Widths::HAND, Widths::DRILL_STRING] {
+            let mut sets: Vec<_> = Sets::of(&grid).collect();
+            assert_eq!(sets.iter().filter(|set| grid.sheets(**set) == [true; GROUPS]).count(), 1);
+            sets.sort_unstable();
+            sets.dedup();
+            assert_eq!(sets.len(), 27);
+        }
+    }
+}
