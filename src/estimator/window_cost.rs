@@ -93,8 +93,10 @@ impl Centre {
             let mut rest = Packed::<12, 78>::zero();
             for i in 0..GYRO {
                 rest.add(i, i, MOST_TAKEN);
+                for j in 0..=i {
+                    rest.add(i, j, -self.share * self.usual * whitened.get(i, j));
+                }
             }
-            rest.add_scaled(&whitened, -self.share * self.usual);
             if rest.cholesky().is_some() {
                 return;
             }
