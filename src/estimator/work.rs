@@ -1,7 +1,7 @@
 //! The work between samples, piece by piece.
 
 use super::{
-    Centre, Estimator, Item, Kind, Task,
+    Centre, Estimator, Item, Kind, Task, Unfit,
     columns::{GLOBALS, NUISANCES},
     increment::Increment,
     preintegration::GYRO,
@@ -83,6 +83,8 @@ impl<T: Real> Estimator<T> {
     fn conclude(&mut self) {
         let averaged = self.averaging.result();
         let posterior = self.posterior_of(&averaged);
+        // Then it is not the gyro any more that the stored model was of.
+        let is_forsaken = self.is_restored && matches!(posterior.fitness, Err(Unfit::Implausible { .. }));
         self.centre.clear();
         let inflations = self.settings.widths.inflations;
         let inflation = inflations.iter().fold(1.0_f32, |most, x| if *x > most { *x } else { most });
@@ -94,7 +96,7 @@ impl<T: Real> Estimator<T> {
         self.posterior.clear();
         let _ = self.posterior.push(posterior);
         self.task = Task::Next;
-        if self.has_diverged() {
+        if self.has_diverged() || is_forsaken {
             self.begin();
         }
     }
@@ -168,7 +170,6 @@ impl<T: Real> Estimator<T> {
     /// A rest before anything else: its mean rate is the bias to begin with, its mean force the attitude.
     fn start_at_rest(&mut self) {
         self.bias = self.rests.rate;
-        self.globals.start();
         self.linearise();
         if self.pre.forces > 0 {
             self.node.start(&self.pre.forces_read, &self.settings.noise);
@@ -196,6 +197,7 @@ impl<T: Real> Estimator<T> {
     }
 
     fn absorb(&mut self, column: usize) {
+        self.updates = self.updates.wrapping_add(1);
         if column == NUISANCES && self.kind == Kind::Moving {
             self.left_over.push(self.update.left_over(), &self.globals.x);
         }
@@ -220,8 +222,8 @@ impl<T: Real> Estimator<T> {
     }
 
     fn widen(&mut self) {
-        for (column, sigma) in self.settings.sigma.iter().enumerate() {
-            let variance = T::of(walk::variance_per_s(column, *sigma, &self.settings.noise)) * self.unwalked_s;
+        for (column, sigma) in self.sigma.iter().enumerate() {
+            let variance = T::of(walk::variance_per_s(column, sigma.narrow(), &self.settings.noise)) * self.unwalked_s;
             self.globals.widen(column, variance);
         }
         self.unwalked_s = T::ZERO;
@@ -229,6 +231,7 @@ impl<T: Real> Estimator<T> {
     }
 
     fn walk(&mut self, column: usize) {
+        self.updates = self.updates.wrapping_add(1);
         self.globals.triangular(column);
         self.task = if column + 1 < GLOBALS { Task::Walking(column + 1) } else { Task::Next };
     }
