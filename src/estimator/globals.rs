@@ -33,6 +33,13 @@ impl<T: Real> Globals<T> {
         }
     }
 
+    /// Whether every number is one and every global has some information.
+    pub fn is_root(&self) -> bool {
+        let mut numbers = self.x.iter().chain(self.root.as_flattened());
+        let mut diagonal = self.root.iter().enumerate().filter_map(|(i, row)| row.get(i));
+        numbers.all(|x| x.is_finite()) && diagonal.all(|x| *x * *x > T::ZERO)
+    }
+
     /// Takes in one column of the rows that a node left over.
     pub fn absorb(&mut self, left: &mut [[T; WIDTH]], column: usize) {
         if let Some(pivot) = self.root.get_mut(column) {
@@ -104,6 +111,45 @@ impl<T: Real> Globals<T> {
         }
     }
 
+    /// One global drifted: x' = kept x + w, where w has the variance 1 - kept^2 in squared units of the prior's width, so that a kept share of
+    /// 1 changes nothing and one of 0 leaves the prior. What is known of the others stays, and so does the triangle.
+    pub fn relax(&mut self, global: usize, kept: T) {
+        if kept >= T::ONE || global >= GLOBALS {
+            return;
+        }
+        // All that is said of it goes into its own row, and into no other.
+        for i in (0..global).rev() {
+            self.rotate(global, i, global);
+        }
+        // With x = (x' - w) / kept the row's noise is no longer 1.
+        let own = &mut self.root[global];
+        let lost = T::ONE - kept * kept;
+        let scale = T::ONE / (kept * kept + own[global] * own[global] * lost).root();
+        for (c, x) in own.iter_mut().enumerate() {
+            *x *= if c == global { scale } else { scale * kept };
+        }
+        self.x[global] *= kept;
+        for i in 0..global {
+            self.rotate(i, global, i);
+        }
+    }
+
+    /// Turns two rows so that the second has nothing in a column (a Givens rotation).
+    fn rotate(&mut self, into: usize, from: usize, column: usize) {
+        let (a, b) = (self.root[into][column], self.root[from][column]);
+        if b == T::ZERO {
+            return;
+        }
+        let norm = (a * a + b * b).root();
+        let (c, s) = (a / norm, b / norm);
+        for k in 0..WIDE {
+            let (a, b) = (self.root[into][k], self.root[from][k]);
+            self.root[into][k] = c * a + s * b;
+            self.root[from][k] = c * b - s * a;
+        }
+        self.root[from][column] = T::ZERO;
+    }
+
     /// Makes one column of the root triangular again.
     pub fn triangular(&mut self, column: usize) {
         let split = self.root.split_at_mut_checked(column + 1);
@@ -149,5 +195,41 @@ mod tests {
             expected[(global, global)] += variance;
         }
         assert!((covariance(&globals) - expected).amax() < 1e-12);
+    }
+
+    #[test]
+    fn a_drift_adds_variance_to_one_global_and_draws_its_mean_to_the_priors() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(3);
+        let mut globals = Globals::<f64>::zero();
+        globals.start();
+        for (i, row) in globals.root.iter_mut().enumerate() {
+            for x in row.iter_mut().take(GLOBALS).skip(i) {
+                *x += f64::from(generator.next_u32()) / f64::from(u32::MAX) - 0.5;
+            }
+            row[i] += if i % 3 == 0 { -4.0 } else { 2.0 };
+        }
+        globals.x = core::array::from_fn(|i| i as f64);
+        let covariance = |globals: &Globals<f64>| {
+            let r = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| globals.root[i][j]);
+            (r.transpose() * r).try_inverse().unwrap()
+        };
+        let mut expected = covariance(&globals);
+        let drifted = [(2, 0.9), (0, 0.5), (9, 0.0), (30, 0.99), (36, 0.0), (20, 1.0)];
+        for (global, kept) in drifted {
+            globals.relax(global, kept);
+            expected.row_mut(global).scale_mut(kept);
+            expected.column_mut(global).scale_mut(kept);
+            expected[(global, global)] += 1.0 - kept * kept;
+        }
+        for (i, row) in globals.root.iter().enumerate() {
+            assert!(row.iter().take(i).all(|x| *x == 0.0), "row {i}");
+        }
+        assert!((covariance(&globals) - expected).amax() < 1e-12);
+        for (i, x) in globals.x.iter().enumerate() {
+            let kept = drifted.iter().find(|(global, _)| *global == i).map_or(1.0, |(_, kept)| *kept);
+            assert_eq!(*x, kept * i as f64);
+        }
+        // Nothing is left of what is forgotten.
+        assert!(globals.root[9].iter().enumerate().all(|(c, x)| (*x == 1.0) == (c == 9)));
     }
 }

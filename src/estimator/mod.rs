@@ -7,6 +7,7 @@
 mod alignment;
 mod averaging;
 pub mod columns;
+mod drift;
 mod eigen;
 #[cfg(feature = "explanation")]
 mod explanation;
@@ -15,6 +16,7 @@ mod gate;
 mod gaussian;
 mod globals;
 mod increment;
+mod learnt;
 mod left_over;
 mod node;
 mod parameters;
@@ -33,8 +35,10 @@ mod widths;
 mod window_cost;
 mod work;
 
+pub use drift::P_DRIFT;
 #[cfg(feature = "explanation")]
 pub use explanation::{MovedByRows, WidthEvidence};
+pub use learnt::{Learnt, LearntHead, NUMBERS, NotContinued};
 pub use posterior::Posterior;
 pub use real::Real;
 pub use refusal::Refusal;
@@ -42,10 +46,10 @@ pub use settings::{Noise, Settings};
 pub use widths::Widths;
 pub use window_cost::WindowCost;
 
-use crate::sample::Reading;
+use crate::{compensation::GyroModel, sample::Reading};
 use alignment::Alignment;
 use averaging::Averaging;
-use columns::GLOBALS;
+use columns::{GLOBALS, P};
 use globals::Globals;
 use heapless::{Deque, Vec};
 use increment::{Builder, Increment, Item};
@@ -83,8 +87,10 @@ enum Task {
 /// The filter, in `f32` on the chip. All zero bytes before [`Estimator::configure`].
 pub struct Estimator<T = f32> {
     settings: Settings,
+    /// The prior's widths, and its centre of P: the factory's, or those of a model that was stored.
     sigma: [T; GLOBALS],
-    factory_p: M3<T>,
+    prior_p: M3<T>,
+    is_restored: bool,
     builder: Builder<T>,
     has_sample: bool,
     last_us: u64,
@@ -111,6 +117,8 @@ pub struct Estimator<T = f32> {
     node: Node<T>,
     update: Update<T>,
     globals: Globals<T>,
+    /// How often the globals have changed.
+    updates: u32,
     averaging: Averaging<T>,
     left_over: LeftOver,
     // Not `Option`s: these would not be all zero bytes.
@@ -141,7 +149,8 @@ impl<T: Real> Estimator<T> {
         Self {
             settings: Settings::UNSET,
             sigma: [T::ZERO; GLOBALS],
-            factory_p: zero33(),
+            prior_p: zero33(),
+            is_restored: false,
             builder: Builder::zero(),
             has_sample: false,
             last_us: 0,
@@ -163,6 +172,7 @@ impl<T: Real> Estimator<T> {
             node: Node::zero(),
             update: Update::zero(),
             globals: Globals::zero(),
+            updates: 0,
             averaging: Averaging::zero(),
             left_over: LeftOver::zero(),
             centre: Vec::new(),
@@ -183,9 +193,6 @@ impl<T: Real> Estimator<T> {
     /// Starts afresh.
     pub fn configure(&mut self, settings: &Settings) {
         self.settings = *settings;
-        self.sigma = settings.sigma.map(T::of);
-        let p = settings.factory.p_matrix();
-        self.factory_p = M3::from_fn(|i, j| p.get((i, j)).map_or(T::ZERO, |x| T::of(*x)));
         self.has_sample = false;
         self.dropped_s = T::ZERO;
         self.waiting.clear();
@@ -200,15 +207,19 @@ impl<T: Real> Estimator<T> {
         self.posterior.clear();
     }
 
-    /// Forgets everything learnt, for instance when the gyro's effects have changed: the factory's P is the centre of the prior again, and the
-    /// bias that of the latest rest.
+    /// Forgets everything learnt, now and in earlier sessions, for instance when the gyro's effects have changed: the factory's P is the centre
+    /// of the prior again, and the bias that of the latest rest.
     pub fn restart(&mut self) {
         self.waiting.clear();
         self.begin();
         self.posterior.clear();
     }
 
+    /// From the factory's prior.
     fn begin(&mut self) {
+        self.sigma = self.settings.sigma.map(T::of);
+        self.prior_p = widened_matrix(&self.settings.factory);
+        self.is_restored = false;
         self.task = Task::Next;
         self.held.clear();
         self.held_before = None;
@@ -216,6 +227,7 @@ impl<T: Real> Estimator<T> {
         (self.is_aligned, self.has_begun) = (false, false);
         self.alignment.start();
         self.globals.start();
+        self.updates = self.updates.wrapping_add(1);
         self.rests.interrupt();
         self.pre.start();
         self.left_over.start();
@@ -232,7 +244,23 @@ impl<T: Real> Estimator<T> {
         for (x, sigma) in x.iter_mut().zip(&self.sigma) {
             *x *= *sigma;
         }
-        self.parameters = Parameters::new(&x, &self.bias, &self.factory_p);
+        self.parameters = Parameters::new(&x, &self.bias, &self.prior_p);
+    }
+
+    /// A model that was stored, with its deviations (P row-major, then b): P's prior is about it, as wide as it was known and may have drifted.
+    /// The bias is another one at every start, and is as unknown as without. Forgotten where the samples contradict it.
+    pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12]) {
+        self.prior_p = widened_matrix(model);
+        for (column, deviation) in P.columns().zip(deviations) {
+            let width = libm::sqrtf(deviation * deviation + P_DRIFT * P_DRIFT);
+            if let Some(sigma) = self.sigma.get_mut(column)
+                && *sigma > T::of(width)
+            {
+                *sigma = T::of(width);
+            }
+        }
+        self.is_restored = true;
+        self.linearise();
     }
 
     /// Takes one sample: raw rate, rad/s; specific force, m/s^2, and field, of any unit, calibrated. Time must increase.
@@ -305,6 +333,12 @@ impl<T: Real> Estimator<T> {
     pub fn rest_seconds(&self, seconds: u32) -> u32 {
         self.rests.seconds(seconds)
     }
+}
+
+/// P of a model, in the estimator's numbers.
+fn widened_matrix<T: Real>(model: &GyroModel) -> M3<T> {
+    let p = model.p_matrix();
+    M3::from_fn(|i, j| p.get((i, j)).map_or(T::ZERO, |x| T::of(*x)))
 }
 
 #[cfg(test)]

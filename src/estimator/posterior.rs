@@ -23,7 +23,8 @@ const MOST_LOST: f32 = 0.5;
 const MOST_TURNED: f32 = 0.25;
 /// Share of the latest motion without a field at which there is no magnetometer.
 const MOST_FIELDLESS: f32 = 0.8;
-/// Deviations of the prior from the factory's P at which a P is none that a data sheet allows: one in 16,000 by chance.
+/// Deviations of the prior from its centre, the factory's P or a stored model's, at which a P is none that a data sheet allows: one in 16,000
+/// by chance.
 const MOST_SIGMAS: f32 = 4.0;
 /// Hard iron, of the earth's field, at which the magnetometer needs a calibration first.
 const MOST_HARD_IRON: f32 = 0.5;
@@ -61,7 +62,7 @@ impl<T: Real> Estimator<T> {
         // P row-major, then b, as the average has them.
         let unit = |k: usize| {
             let column = if k < 9 { P.from + k } else { BIAS.from + k - 9 };
-            self.settings.sigma.get(column).copied().unwrap_or(0.0)
+            self.sigma.get(column).map_or(0.0, |sigma| sigma.narrow())
         };
         let variance = |i: usize, j: usize| averaged.covariance.get(triangle(i) + j).map_or(0.0, |x| x.narrow());
         for (k, sigma) in sigma.iter_mut().enumerate() {
@@ -96,6 +97,8 @@ impl<T: Real> Estimator<T> {
             return Err(Refusal::NoAccelerometer);
         }
         let motion_s = self.motion_s.narrow();
+        // What was learnt before the power was off counts, but says nothing new before the first motion.
+        let motion_s = if self.innovations == 0 { 0.0 } else { motion_s };
         if motion_s < LEAST_MOTION_S {
             return Err(Refusal::NotEnoughMotion { motion_s, needed_s: LEAST_MOTION_S });
         }
@@ -140,8 +143,10 @@ impl<T: Real> Estimator<T> {
         let [p @ .., x, y, z] = *deviations;
         let mut model = GyroModel { b_rad_s: self.bias_of(&[x, y, z]), ..self.settings.factory };
         let sigma = self.sigma.iter().skip(P.from);
-        for ((slot, x), sigma) in model.p.as_flattened_mut().iter_mut().zip(p).zip(sigma) {
-            *slot = (T::of(*slot) + x * *sigma).narrow();
+        // Column-major, so row by row.
+        let centre = self.prior_p.transpose();
+        for (((slot, centre), x), sigma) in model.p.as_flattened_mut().iter_mut().zip(centre.iter()).zip(p).zip(sigma) {
+            *slot = (*centre + x * *sigma).narrow();
         }
         model
     }

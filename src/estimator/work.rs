@@ -1,7 +1,7 @@
 //! The work between samples, piece by piece.
 
 use super::{
-    Centre, Estimator, Item, Kind, Task,
+    Centre, Estimator, Item, Kind, Refusal, Task,
     columns::{GLOBALS, HARD_IRON, NUISANCES},
     increment::Increment,
     preintegration::GYRO,
@@ -105,10 +105,12 @@ impl<T: Real> Estimator<T> {
             centre.bound(&self.left_over);
         }
         let posterior = self.posterior_of(&self.averaging.result());
+        // Then it is not the gyro any more that the stored model was of.
+        let is_forsaken = self.is_restored && matches!(posterior.fitness, Err(Refusal::Implausible { .. }));
         self.posterior.clear();
         let _ = self.posterior.push(posterior);
         self.task = Task::Next;
-        if self.has_diverged() {
+        if self.has_diverged() || is_forsaken {
             self.begin();
         }
     }
@@ -227,7 +229,6 @@ impl<T: Real> Estimator<T> {
     /// A rest before anything else: its mean rate is the bias to begin with, its mean force the attitude.
     fn start_at_rest(&mut self) {
         self.bias = self.rests.rate;
-        self.globals.start();
         self.linearise();
         if self.pre.forces > 0 {
             self.node.start(&self.pre.forces_read, &self.settings.noise);
@@ -255,6 +256,7 @@ impl<T: Real> Estimator<T> {
     }
 
     fn absorb(&mut self, column: usize) {
+        self.updates = self.updates.wrapping_add(1);
         if column == NUISANCES && self.kind == Kind::Moving {
             self.left_over.push(self.update.left_over(), &self.globals.x);
         }
@@ -279,8 +281,8 @@ impl<T: Real> Estimator<T> {
     }
 
     fn widen(&mut self) {
-        for (column, sigma) in self.settings.sigma.iter().enumerate() {
-            let variance = T::of(walk::variance_per_s(column, *sigma, &self.settings.noise)) * self.unwalked_s;
+        for (column, sigma) in self.sigma.iter().enumerate() {
+            let variance = T::of(walk::variance_per_s(column, sigma.narrow(), &self.settings.noise)) * self.unwalked_s;
             self.globals.widen(column, variance);
         }
         self.unwalked_s = T::ZERO;
@@ -288,6 +290,7 @@ impl<T: Real> Estimator<T> {
     }
 
     fn walk(&mut self, column: usize) {
+        self.updates = self.updates.wrapping_add(1);
         self.globals.triangular(column);
         self.task = if column + 1 < GLOBALS { Task::Walking(column + 1) } else { Task::Next };
     }

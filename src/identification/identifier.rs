@@ -4,6 +4,8 @@ use super::{
     schedule::{Schedule, Update},
     search::Search,
 };
+#[cfg(feature = "storage")]
+use crate::estimator::{Learnt, LearntHead, NotContinued};
 use crate::{
     compensation::GyroModel,
     config::Config,
@@ -72,11 +74,41 @@ impl Identifier {
         self.overruns = 0;
     }
 
-    /// Flies this model from the first sample on; to be called between `configure` and `start`.
+    /// Flies this model, known with these deviations (P row-major, then b), from the first sample on; to be called between `configure` and
+    /// `start`.
     #[cfg(feature = "storage")]
-    pub fn restore(&mut self, gyro: &GyroModel) {
+    pub fn restore(&mut self, gyro: &GyroModel, sigma: &[f32; 12]) {
         self.flown = *gyro;
+        self.estimator.restore(gyro, sigma);
         self.estimator.compose_about(gyro.b_rad_s);
+    }
+
+    /// What the estimator has learnt; `None` while it is being updated.
+    #[cfg(feature = "storage")]
+    pub fn learnt(&self, config: &Config) -> Option<Learnt<'_>> {
+        self.estimator.learnt(LearntHead::fingerprint(config))
+    }
+
+    /// Goes on from what was learnt before, as `read` hands it out number by number; to be called between `configure` and `start`.
+    ///
+    /// # Errors
+    /// The estimator then starts without.
+    #[cfg(feature = "storage")]
+    pub fn go_on(
+        &mut self,
+        head: &LearntHead,
+        config: &Config,
+        read: impl FnOnce(&mut dyn FnMut(usize, f32)) -> bool,
+    ) -> Result<(), NotContinued> {
+        if head.fingerprint != LearntHead::fingerprint(config) {
+            return Err(NotContinued::OtherFilter);
+        }
+        let estimator = &mut self.estimator;
+        if !read(&mut |k, number| estimator.set_learnt(k, number)) {
+            self.estimator.drop_learnt();
+            return Err(NotContinued::Incomplete);
+        }
+        self.estimator.go_on(head.motion_s)
     }
 
     pub const fn flown(&self) -> &GyroModel {

@@ -2,6 +2,7 @@
 
 use super::Probe;
 use crate::{
+    estimator::{Learnt, LearntHead, NotContinued, P_DRIFT},
     identification::WindowReport,
     storage::{Implausible, Limits, StabilityGate, StoredModel},
 };
@@ -20,8 +21,8 @@ pub enum NotRestored {
 }
 
 impl Probe {
-    /// Flies a stored model from the first sample on, instead of the factory's. Call it after [`Probe::configure`]; the prior stays the
-    /// factory's, and what the samples say takes its place once there is enough motion.
+    /// Flies a stored model from the first sample on, instead of the factory's. Call it after [`Probe::configure`]; P's prior
+    /// is then about it, and what the samples say takes its place once there is enough motion.
     ///
     /// # Errors
     /// The model does not fly, and the probe is as it was.
@@ -30,18 +31,43 @@ impl Probe {
             return Err(NotRestored::NotAtTheBeginning);
         }
         self.may_restore(model)?;
-        self.identifier.restore(&model.gyro);
+        self.identifier.restore(&model.gyro, &model.sigma);
         self.diagnosis.restore(&model.effects);
         self.attitude_effects = self.effects().of_attitude(self.library());
         self.filter.mag_delay_known(self.mag_delay_sigma_s());
         if model.gyro.p != self.config.gyro.p {
-            // P is as well known as when it was stored. A bias is another one at every start: it is as unknown as without a record.
-            let mut sigma = model.sigma;
+            // P is as well known as when it was stored, but for its drift. A bias is another one at every start: it is as unknown as without
+            // a record.
+            let mut sigma = model.sigma.map(|sigma| libm::sqrtf(sigma * sigma + P_DRIFT * P_DRIFT));
             sigma.iter_mut().skip(9).for_each(|sigma| *sigma = f32::MAX);
             self.filter.model_changed(&self.config.gyro, &model.gyro, &sigma);
         }
         self.last_raw_rad_s = model.gyro.b_rad_s;
         Ok(())
+    }
+
+    /// What the filter has learnt of gyro, accelerometer and magnetometer, to be stored beside the model; `None` for a moment while it is
+    /// updated. It stays as it is until the next [`Probe::poll`].
+    #[must_use]
+    pub fn learnt(&self) -> Option<Learnt<'_>> {
+        self.identifier.learnt(&self.config)
+    }
+
+    /// Has the filter go on from what it had learnt of accelerometer and magnetometer when a model was stored, but for the drift of the time
+    /// without power, and count the motion of then. Call it after [`Probe::restore`] of that model. `read` hands out all
+    /// [`NUMBERS`](crate::estimator::NUMBERS) numbers and returns whether it could.
+    ///
+    /// # Errors
+    /// The filter starts without; what flies is as it was.
+    pub fn go_on(
+        &mut self,
+        head: &LearntHead,
+        read: impl FnOnce(&mut dyn FnMut(usize, f32)) -> bool,
+    ) -> Result<(), NotContinued> {
+        if !self.configured || self.counters.samples > 0 {
+            return Err(NotContinued::NotAtTheBeginning);
+        }
+        self.identifier.go_on(head, &self.config, read)
     }
 
     /// Whether a model may fly with this configuration and library.

@@ -13,6 +13,8 @@ pub enum StorageError<E> {
     Full,
     /// A model is being written: step until it is done.
     Busy,
+    /// The filter went on while what it had learnt was being written, which is then not stored.
+    FilterWentOn,
     /// The model would not be restored.
     Implausible(Implausible),
     /// The counter only rises.

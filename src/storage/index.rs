@@ -118,6 +118,8 @@ impl Index {
                 Some(value) => raise(&mut self.retired, value, place.sector),
                 None => counts.malformed = counts.malformed.saturating_add(1),
             },
+            // They are looked for when their model is chosen.
+            Kind::LEARNT => {}
             _ => counts.malformed = counts.malformed.saturating_add(1),
         }
     }

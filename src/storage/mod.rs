@@ -6,8 +6,9 @@
 //!            ModelStore::open(flash, limits)         reads all sectors, writes nothing
 //!            prepare(NotDrilling::PowerUp)           until it says Ready: the only calls that erase
 //!            restore(temperature) -> Probe::restore  the nearest temperature's model, or why there is none
+//!            learnt_with(number), read_learnt -> Probe::go_on    the filter goes on, too, or starts from the factory's prior
 //! each sample   StabilityGate::sample; step()        32 bytes of a model that is being written
-//! each window   ModelHistory::window; Probe::model_worth_storing -> begin_model
+//! each window   ModelHistory::window; Probe::model_worth_storing -> begin_learnt, step_learnt until it is whole, begin_model
 //! commands      store_counter before the action; ModelHistory -> store_model; retire_models; prepare(NotDrilling::Command)
 //! ```
 //!
@@ -21,6 +22,7 @@
 //! | a word | 16 us | 100 us | the longest stall of a sample's interrupt while drilling |
 //! | one [`ModelStore::step`], 8 words | 0.13 ms | 0.8 ms | after a sample, while a model is being written |
 //! | a model, 5 to 19 steps | 0.6 to 2.4 ms | 4 to 15 ms | spread over as many samples |
+//! | what the filter has learnt, 98 steps | 13 ms | 79 ms | before a model, with the filter's work put off meanwhile |
 //! | [`ModelStore::store_counter`], 16 words | 0.26 ms | 1.6 ms | before a command is done |
 //! | erasing 16 KiB | 250 ms | 500 ms | not while drilling, one in each call of [`ModelStore::prepare`] |
 //! | erasing 128 KiB | 1 s | 2 s | never |
@@ -49,6 +51,7 @@ mod error;
 mod factory;
 mod granules;
 mod index;
+mod learnt_parts;
 mod little_endian;
 mod model_history;
 mod model_store;
@@ -65,6 +68,7 @@ mod stored_model;
 pub use error::StorageError;
 pub use factory::{FactoryCalibration, FactoryRecords, KEY_BYTES, Provisioning};
 pub use index::ScanCounts;
+pub use learnt_parts::LearntProgress;
 pub use model_history::ModelHistory;
 pub use model_store::{ModelStore, Progress, StoreCounts};
 pub use plausibility::{Implausible, Limits};

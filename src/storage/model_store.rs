@@ -2,6 +2,7 @@ use super::{
     Limits, StorageError, StoredModel,
     granules::{Place, holds, walk},
     index::{Index, KEPT, ScanCounts},
+    learnt_parts::WritingLearnt,
     record::{GRANULE, Header, Kind, MAX_RECORD, encode},
     sector::{Sector, State, granules_of},
     stored_model,
@@ -23,6 +24,9 @@ pub struct ModelStore<F, const SECTORS: usize = 3> {
     /// The record that is being written, or has been read.
     pub(super) buffer: [u8; MAX_RECORD],
     writing: Option<Writing>,
+    pub(super) writing_learnt: Option<WritingLearnt>,
+    /// Number under which all parts of what the filter has learnt are there, and their model is not.
+    pub(super) learnt_number: Option<u32>,
     pub(super) counts: StoreCounts,
 }
 
@@ -43,6 +47,8 @@ pub struct StoreCounts {
     pub stored: u32,
     /// Models, counters and retirements refused for want of room.
     pub refused_full: u32,
+    /// What the filter had learnt, refused because models need the room.
+    pub learnt_refused: u32,
     /// Models refused because they would not be restored.
     pub refused_implausible: u32,
     /// Writes and erasures that failed, or were not found in the flash afterwards.
@@ -94,6 +100,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             index: Index::empty(),
             buffer: [0; MAX_RECORD],
             writing: None,
+            writing_learnt: None,
+            learnt_number: None,
             counts: StoreCounts::default(),
         };
         let damaged = store.read_sectors()?;
@@ -128,23 +136,33 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// What counts of all sectors but one.
     #[inline(never)]
     pub(super) fn scan(&mut self, but: Option<u8>) -> Result<Index, StorageError<F::Error>> {
-        let mut index = Index::empty();
+        let (mut index, limits) = (Index::empty(), self.limits);
+        self.each_record(but, &mut |header, payload, place| index.note(header, payload, place, &limits))?;
+        index.retire();
+        Ok(index)
+    }
+
+    /// Every whole record of all sectors but one, in the order in which these were begun, so that the latest copy comes last.
+    #[inline(never)]
+    pub(super) fn each_record(
+        &mut self,
+        but: Option<u8>,
+        each: &mut dyn FnMut(&Header, &[u8], Place),
+    ) -> Result<(), StorageError<F::Error>> {
         let mut after = None;
-        // In the order in which they were begun, so that the latest copy is noted last.
         while let Some((number, sequence)) = self.next_used(after) {
             after = Some((sequence, number));
             if Some(number) == but {
                 continue;
             }
             let base = Place { sector: number, granule: 0 }.address::<F>();
-            let (limits, extent) = (&self.limits, (1, granules_of::<F>()));
+            let extent = (1, granules_of::<F>());
             walk(&mut self.flash, base, extent, &mut self.buffer, &mut |header, payload, granule| {
-                index.note(header, payload, Place { sector: number, granule }, limits);
+                each(header, payload, Place { sector: number, granule });
             })
             .map_err(StorageError::Flash)?;
         }
-        index.retire();
-        Ok(index)
+        Ok(())
     }
 
     /// The used sector after one of this sequence and number, and its sequence.
@@ -160,18 +178,21 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// Nothing is written: it would not be restored, there is no room (both counted), or another one is being written.
     #[inline(never)]
     pub fn begin_model(&mut self, model: &StoredModel) -> Result<(), StorageError<F::Error>> {
-        if self.writing.is_some() {
+        if self.is_writing() {
             return Err(StorageError::Busy);
         }
         if let Err(reason) = self.limits.check(model) {
             self.counts.refused_implausible = self.counts.refused_implausible.saturating_add(1);
             return Err(StorageError::Implausible(reason));
         }
-        let number = self.index.last_number.saturating_add(1);
+        // With the number of its parts the model makes them count.
+        let number = self.learnt_number.take().unwrap_or_else(|| self.index.last_number.saturating_add(1));
         let encoded = encode(&mut self.buffer, Kind::MODEL, stored_model::VERSION, number, |w| model.encode(w));
         let placed = encoded.and_then(|granules| Some((granules, self.take_room(granules, 1, FOR_COUNTERS)?)));
         let Some((granules, place)) = placed else { return self.refuse_full() };
-        self.index.last_number = number;
+        if number > self.index.last_number {
+            self.index.last_number = number;
+        }
         self.writing = Some(Writing { temperature_c: model.temperature_c, number, place, granules, done: 0 });
         Ok(())
     }
@@ -240,10 +261,10 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Err(error)
     }
 
-    /// Whether a model is being written.
+    /// Whether a model is being written, or what the filter has learnt.
     #[must_use]
     pub const fn is_writing(&self) -> bool {
-        self.writing.is_some()
+        self.writing.is_some() || self.writing_learnt.is_some()
     }
 
     /// What was found when the storage was opened.

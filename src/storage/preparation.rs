@@ -106,7 +106,9 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
                 *kept = copied;
             }
         }
-        self.rewrite_singles(from)
+        self.rewrite_singles(from)?;
+        // Last, for they are the longest, and the least loss.
+        self.evacuate_parts(from)
     }
 
     #[inline(never)]
@@ -124,7 +126,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
 
     /// Copies a record as it is, number and check included, so that a copy and its original are the same model. `None`: it has rotted.
     #[inline(never)]
-    fn copy(&mut self, from: Place) -> Result<Option<Place>, StorageError<F::Error>> {
+    pub(super) fn copy(&mut self, from: Place) -> Result<Option<Place>, StorageError<F::Error>> {
         let Some(granules) = self.read_record(from)?.map(|header| header.granules()) else { return Ok(None) };
         let to = self.take_room(granules, 0, 0).ok_or(StorageError::Full)?;
         let bytes = self.buffer.get(..usize::from(granules) * GRANULE).unwrap_or_default();
@@ -137,14 +139,16 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// A sector without which nothing would be missing, the latest first.
     #[inline(never)]
     fn redundant(&mut self) -> Result<Option<u8>, StorageError<F::Error>> {
-        let all = self.scan(None)?;
+        let (all, parts) = (self.scan(None)?, self.newest_parts(None)?.map(|(number, _)| number));
         let mut before = u32::MAX;
         for _ in 0..SECTORS {
             let used = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == State::Used);
             let latest = used.filter(|(_, sector)| sector.sequence < before).max_by_key(|(_, sector)| sector.sequence);
             let Some((number, sector)) = latest else { break };
             before = sector.sequence;
-            if self.scan(Some(number))?.holds_all_of(&all) {
+            if self.scan(Some(number))?.holds_all_of(&all)
+                && self.newest_parts(Some(number))?.map(|(number, _)| number) == parts
+            {
                 return Ok(Some(number));
             }
         }

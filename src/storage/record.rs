@@ -33,6 +33,8 @@ impl Kind {
     pub const MARK: Self = Self(4);
     pub const FACTORY: Self = Self(5);
     pub const KEY: Self = Self(6);
+    /// A part of what the filter had learnt when the model of the same number was stored.
+    pub const LEARNT: Self = Self(7);
 }
 
 /// A record's first bytes.

@@ -48,6 +48,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
+        // Parts without a model may be among those numbers.
+        self.learnt_number = None;
         let last = u64::from(number.saturating_sub(1));
         let sector = self.write_single(Kind::RETIREMENT, last, 1)?;
         self.index.retired = Some(Single { value: last, sector });

@@ -158,6 +158,11 @@ impl Recording {
         let first = self.first_number;
         let since = self.boot.as_ref().map_or(0, |boot| boot.first_sample);
         note(first != since, format!("it begins with sample {first} of the run: a replay starts from another state"));
+        if let Some(motion_s) = self.boot.as_ref().and_then(|boot| boot.goes_on_after_s) {
+            let text =
+                format!("its filter went on after {motion_s:.0} s of motion, which a replay does not know: it differs");
+            note(true, text);
+        }
         note(self.lost > 0, format!("{} samples were lost on the way: a replay differs from there on", self.lost));
         note(self.out_of_order > 0, format!("{} samples whose time did not increase are left out", self.out_of_order));
         note(self.restarted, "the probe started afresh, and the recording ends there".into());

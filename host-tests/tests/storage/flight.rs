@@ -18,14 +18,14 @@ use std::path::Path;
 /// The probe is at rest until then.
 const FIRST_MOTION_US: u64 = 10_000_000;
 
-fn drilling(duration_s: f64, seed: u64) -> (Trace, Config) {
+pub fn drilling(duration_s: f64, seed: u64) -> (Trace, Config) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
     let (trace, _) = simulate(&Scenario { duration_s, ..Scenario::read(&path).unwrap() }, seed);
     let config = of_trace(&trace);
     (trace, config)
 }
 
-fn probe(config: &Config, model: Option<&StoredModel>) -> Box<Probe> {
+pub fn probe(config: &Config, model: Option<&StoredModel>) -> Box<Probe> {
     let mut probe = Box::new(Probe::new());
     probe.configure(config).unwrap();
     if let Some(model) = model {

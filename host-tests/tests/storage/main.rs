@@ -1,9 +1,11 @@
 //! What the probe keeps in flash: there after every power cut, believed only when it is whole and plausible, and worn evenly.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod continued;
 mod factory;
 mod flight;
 mod history;
+mod learnt;
 mod models;
 mod power_cuts;
 mod room;

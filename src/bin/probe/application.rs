@@ -87,6 +87,8 @@ pub struct Application<B: Board> {
     /// Number of the first sample since the pipeline started afresh.
     first_sequence: u32,
     owed_units: u32,
+    /// What the filter has learnt is being written, and its work is put off until that is done: a tenth of a second.
+    filter_stays: bool,
     progress: Progress,
     served: u32,
     /// When the next report of health is due.
@@ -113,6 +115,7 @@ impl<B: Board> Application<B> {
             next_sequence: 0,
             first_sequence: 0,
             owed_units: 0,
+            filter_stays: false,
             progress: Progress::default(),
             served: COUNTS.served(),
             // The first words are the boot's, unless the sensors are dead.
@@ -191,6 +194,11 @@ impl<B: Board> Application<B> {
     /// One bounded piece of identification or diagnosis; whether more is owed.
     #[inline(never)]
     fn work(&mut self) -> bool {
+        if self.filter_stays {
+            let Pipeline { probe, memory, .. } = &mut self.pipeline;
+            self.filter_stays = memory.as_mut().is_some_and(|memory| memory.step(probe));
+            return true;
+        }
         let slice = if self.owed_units < SLICE_UNITS { self.owed_units } else { SLICE_UNITS };
         self.owed_units -= slice;
         if slice > 0 {
@@ -204,10 +212,11 @@ impl<B: Board> Application<B> {
                 line.window(report);
             }
         }
-        if let Some(memory) = &mut self.pipeline.memory {
-            memory.step();
+        let Pipeline { probe, memory, .. } = &mut self.pipeline;
+        if let Some(memory) = memory {
+            self.filter_stays = memory.step(probe);
         }
-        self.owed_units > 0
+        self.filter_stays || self.owed_units > 0
     }
 
     /// One frame out, and what has come in.

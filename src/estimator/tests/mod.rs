@@ -74,6 +74,29 @@ fn a_gyro_that_is_off_by_percents_is_found_within_its_stated_deviations() {
 }
 
 #[test]
+fn a_stored_model_is_where_the_next_run_begins_unless_the_samples_contradict_it() {
+    let simulated = Simulated::new(3, 60.0);
+    let found = |stored: &GyroModel| {
+        let mut estimator = estimator::<f32>();
+        estimator.restore(stored, &[0.002; 12]);
+        for (t_us, [rate, force, field]) in &simulated.samples {
+            estimator.push(*t_us, *rate, *force, *field);
+            while estimator.step() > 0 {}
+        }
+        estimator.close();
+        while estimator.step() > 0 {}
+        let posterior = estimator.posterior().copied().unwrap();
+        (posterior.fitness, largest_difference(&posterior.gyro, &simulated.truth), estimator.is_restored)
+    };
+    let (fitness, off, is_restored) = found(&simulated.truth);
+    assert!(fitness == Ok(()) && off < 0.002 && is_restored, "{fitness:?} {off}");
+    let mut other = simulated.truth;
+    other.p[0][0] += 0.3;
+    let (fitness, _, is_restored) = found(&other);
+    assert!(fitness != Ok(()) && !is_restored, "{fitness:?}");
+}
+
+#[test]
 fn f32_loses_nothing_that_counts() {
     for seed in 0..3 {
         let samples = Simulated::new(seed, 60.0).samples;

@@ -15,6 +15,8 @@ pub struct Boot {
     pub watchdog_resets: u32,
     /// Number of the stored model that flies from the start; `None`: the factory's.
     pub restored_model: Option<u32>,
+    /// Seconds of motion after which the filter goes on, with what it had learnt when that model was stored; `None`: it begins anew.
+    pub goes_on_after_s: Option<f32>,
     /// Number of the first sample since the pipeline started afresh: with the program, or on a command that changes calibration.
     pub first_sample: u32,
     /// The configuration, with the factory's model.
@@ -25,7 +27,7 @@ pub struct Boot {
 
 impl Boot {
     /// What this version of the library speaks. A field that is added, removed or reordered makes it another one.
-    pub const PROTOCOL: u16 = 3;
+    pub const PROTOCOL: u16 = 4;
 
     /// Version of this library.
     pub const VERSION: [u8; 3] = [
@@ -43,6 +45,7 @@ impl Boot {
             reset: ResetReason::PowerOn,
             watchdog_resets: 0,
             restored_model: None,
+            goes_on_after_s: None,
             first_sample: 0,
             config,
             flies: None,

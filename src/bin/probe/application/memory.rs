@@ -11,8 +11,8 @@ use meerkat_mwd::{
     compensation::effects::LIBRARY,
     identification::WindowReport,
     storage::{
-        Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate, StorageError,
-        StoredModel,
+        LearntProgress, Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate,
+        StorageError, StoreReason, StoredModel,
     },
     telemetry::{CommandRefusal, CounterStore},
 };
@@ -29,6 +29,10 @@ pub struct Memory<F> {
     gate: StabilityGate,
     history: ModelHistory,
     restored: Option<u32>,
+    /// Seconds of motion after which the filter goes on.
+    goes_on_after_s: Option<f32>,
+    /// Why the model is stored before which what the filter has learnt is being written.
+    reason: Option<StoreReason>,
 }
 
 impl<F: NorFlash> Memory<F> {
@@ -39,7 +43,7 @@ impl<F: NorFlash> Memory<F> {
     fn open(flash: F, config: &Config) -> Result<Self, StorageError<F::Error>> {
         let store = ModelStore::open(flash, Limits::new(config, &LIBRARY))?;
         let (gate, history) = afresh(config);
-        Ok(Self { store, gate, history, restored: None })
+        Ok(Self { store, gate, history, restored: None, goes_on_after_s: None, reason: None })
     }
 
     /// Opens the ring and makes it ready, in the RAM that is kept for it. Before the first sample: it may have to erase.
@@ -75,6 +79,21 @@ impl<F: NorFlash> Memory<F> {
             && probe.restore(&model).is_ok()
         {
             self.flown(probe, &model, number, None);
+            self.go_on(probe, number);
+        }
+    }
+
+    /// Has the filter go on from what it had learnt when that model was stored, where that was stored, too.
+    #[inline(never)]
+    fn go_on(&mut self, probe: &mut Probe, number: u32) {
+        let Ok(Some(head)) = self.store.learnt_with(number) else { return };
+        let read = |take: &mut dyn FnMut(usize, f32)| matches!(self.store.read_learnt(number, take), Ok(true));
+        match probe.go_on(&head, read) {
+            Ok(()) => {
+                self.goes_on_after_s = Some(head.motion_s);
+                defmt::info!("the filter goes on after {=f32} s of motion", head.motion_s);
+            }
+            Err(why) => defmt::warn!("the filter starts afresh: {}", why),
         }
     }
 
@@ -82,13 +101,13 @@ impl<F: NorFlash> Memory<F> {
     fn flown(&mut self, probe: &Probe, model: &StoredModel, number: u32, previous: Option<StoredModel>) {
         self.gate = StabilityGate::new(&probe.config().gyro, Some(model));
         self.history = ModelHistory::new(model, previous);
-        self.restored = Some(number);
+        (self.restored, self.goes_on_after_s, self.reason) = (Some(number), None, None);
     }
 
     /// The factory's model of a new configuration does.
     pub fn configured(&mut self, config: &Config) {
         (self.gate, self.history) = afresh(config);
-        self.restored = None;
+        (self.restored, self.goes_on_after_s, self.reason) = (None, None, None);
     }
 
     /// Stores what the latest window gave, if that ended then, and flies it; whether it did not fly before.
@@ -159,25 +178,47 @@ impl<F: NorFlash> Memory<F> {
         self.restored
     }
 
+    /// Seconds of motion after which the filter goes on; `None`: it began anew.
+    pub const fn goes_on_after_s(&self) -> Option<f32> {
+        self.goes_on_after_s
+    }
+
     pub fn sample(&mut self, sample: &Sample) {
         self.gate.sample(sample);
     }
 
-    /// Begins to store the model that flies, where this window makes it worth it.
+    /// Begins to store what the filter has learnt and the model that flies, where this window makes it worth it.
     #[inline(never)]
     pub fn window(&mut self, probe: &Probe, report: &WindowReport) {
         let worth_storing = probe.model_worth_storing(report, &mut self.gate);
         self.history.window(report, probe.gyro_model(), probe.effects(), self.gate.temperature_c());
         let Some(model) = worth_storing else { return };
-        // What is refused, or cannot begin, the store counts.
-        let _ = self.store.begin_model(&model);
+        self.reason = Some(model.reason);
+        if self.store.begin_learnt().is_err() {
+            self.begin_model();
+        }
     }
 
-    /// Programs the next piece. What fails is counted, and the next window offers the model again.
+    /// Begins to store the model of the latest window, with or without what the filter has learnt.
+    fn begin_model(&mut self) {
+        let Some(reason) = self.reason.take() else { return };
+        // What is refused, or cannot begin, the store counts.
+        let _ = self.store.begin_model(&StoredModel { reason, ..*self.history.latest() });
+    }
+
+    /// Programs the next piece. What fails is counted, and the next window offers the model again. Whether the filter has to stay as it is until
+    /// the next.
     #[inline(never)]
-    pub fn step(&mut self) {
+    pub fn step(&mut self, probe: &Probe) -> bool {
         if !self.store.is_writing() {
-            return;
+            return false;
+        }
+        if self.store.is_writing_learnt() {
+            match self.store.step_learnt(probe.learnt()) {
+                Ok(LearntProgress::Whole) | Err(_) => self.begin_model(),
+                Ok(_) => {}
+            }
+            return self.store.holds_filter();
         }
         match self.store.step() {
             Ok(Progress::Stored { number }) => {
@@ -188,6 +229,7 @@ impl<F: NorFlash> Memory<F> {
             Ok(_) => {}
             Err(_) => defmt::error!("a model could not be stored"),
         }
+        false
     }
 
     /// No model that is stored is restored any more, and the factory's is about to fly.

@@ -19,6 +19,7 @@ impl<B: Board> Application<B> {
             reset: self.board.reset_reason(),
             watchdog_resets: self.board.watchdog_resets(),
             restored_model: memory.as_ref().and_then(|memory| memory.restored()),
+            goes_on_after_s: memory.as_ref().and_then(|memory| memory.goes_on_after_s()),
             first_sample: self.first_sequence,
             flies: memory.as_ref().and_then(|memory| memory.flies(probe)),
             ..Boot::new(*probe.config())

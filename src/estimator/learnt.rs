@@ -1,0 +1,194 @@
+//! What the filter has learnt, out of it and back into it: the globals' mean and the root of their information, number by number, so that
+//! nobody needs room for all of them.
+
+use super::{
+    Estimator, Task,
+    columns::{GLOBALS, NUISANCES},
+    drift,
+    globals::Globals,
+};
+use crate::config::Config;
+
+/// Numbers of a root that is triangular, and of the mean before it.
+pub const NUMBERS: usize = GLOBALS * (GLOBALS + 1) / 2 + GLOBALS;
+
+/// Of the order of the numbers, and of what they mean.
+const LAYOUT: u32 = 1;
+
+/// What belongs to the numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LearntHead {
+    /// Names what the numbers are relative to: [`LearntHead::fingerprint`] of the configuration.
+    pub fingerprint: u32,
+    /// Which of the filter's updates they are of: numbers of another one do not go with these.
+    pub update: u32,
+    /// Seconds of motion that they come from.
+    pub motion_s: f32,
+}
+
+/// What the filter has learnt, between two of its updates.
+#[derive(Clone, Copy)]
+pub struct Learnt<'a> {
+    /// What belongs to the numbers.
+    pub head: LearntHead,
+    globals: &'a Globals<f32>,
+}
+
+/// Why a filter does not go on from what was stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[non_exhaustive]
+pub enum NotContinued {
+    /// Only a probe that has been configured and has taken no sample can.
+    NotAtTheBeginning,
+    /// It was learnt with another configuration, or by a filter with other unknowns.
+    OtherFilter,
+    /// Numbers are missing.
+    Incomplete,
+    /// A number is infinite or not one, or an unknown has no information.
+    NotARoot,
+}
+
+impl LearntHead {
+    /// Names everything that the numbers are relative to: the unknowns, their priors, and the calibrations that they are deviations from.
+    #[must_use]
+    pub fn fingerprint(config: &Config) -> u32 {
+        let settings = super::Settings::new(config);
+        let counts = [LAYOUT, GLOBALS as u32, NUISANCES as u32, config.sample_period_us];
+        // FNV-1a: what differs is to be seen, not an attack.
+        let add = |hash: u32, word: u32| {
+            word.to_le_bytes().iter().fold(hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
+        };
+        let hash = counts.into_iter().fold(0x811C_9DC5, add);
+        let noise = &settings.noise;
+        let latency = &config.latency;
+        let late = [latency.gyro_s, latency.accel_s, latency.mag_s].map(|late| late.unwrap_or(-1.0));
+        let motion = [noise.rotation_rad_rts, noise.field_share, noise.p_walk_rts, noise.position_m];
+        let models =
+            [&config.accel, &config.mag].into_iter().flat_map(|m| m.matrix.as_flattened().iter().chain(&m.offset));
+        let gyro = config.gyro.p.as_flattened().iter().chain(&config.gyro.b_rad_s);
+        let numbers = settings.sigma.iter().chain(&motion).chain(&late).chain([&settings.gravity_m_s2]);
+        numbers.chain(gyro).chain(models).fold(hash, |hash, x| add(hash, x.to_bits()))
+    }
+}
+
+/// Row and column of the root's number `k`; column `GLOBALS` is that of the mean.
+const fn place(k: usize) -> Option<(usize, usize)> {
+    if k < GLOBALS {
+        return Some((k, GLOBALS));
+    }
+    let (mut row, mut left) = (0, k - GLOBALS);
+    while row < GLOBALS {
+        let count = GLOBALS - row;
+        if left < count {
+            return Some((row, row + left));
+        }
+        left -= count;
+        row += 1;
+    }
+    None
+}
+
+impl Learnt<'_> {
+    /// Number `k` of [`NUMBERS`]: the mean, in units of the prior's widths, and then the root's rows.
+    #[must_use]
+    pub fn number(&self, k: usize) -> f32 {
+        let number = match place(k) {
+            Some((row, GLOBALS)) => self.globals.x.get(row),
+            Some((row, column)) => self.globals.root.get(row).and_then(|row| row.get(column)),
+            None => None,
+        };
+        number.copied().unwrap_or(0.0)
+    }
+}
+
+impl Estimator<f32> {
+    /// What has been learnt; `None` while an update changes it.
+    #[must_use]
+    pub fn learnt(&self, fingerprint: u32) -> Option<Learnt<'_>> {
+        let is_whole = !matches!(self.task, Task::Absorbing(_) | Task::Walking(_));
+        let head = LearntHead { fingerprint, update: self.updates, motion_s: self.motion_s };
+        is_whole.then_some(Learnt { head, globals: &self.globals })
+    }
+
+    /// Sets one number of what was learnt before; [`Estimator::go_on`] when all are set.
+    pub fn set_learnt(&mut self, k: usize, number: f32) {
+        match place(k) {
+            Some((row, GLOBALS)) => {
+                if let Some(x) = self.globals.x.get_mut(row) {
+                    *x = number;
+                }
+            }
+            Some((row, column)) => {
+                if let Some(x) = self.globals.root.get_mut(row).and_then(|row| row.get_mut(column)) {
+                    *x = number;
+                }
+            }
+            None => {}
+        }
+    }
+
+    /// Forgets the numbers that were set.
+    pub fn drop_learnt(&mut self) {
+        self.globals.start();
+    }
+
+    /// Goes on from the numbers that were set, with the drift of the time that the probe was off. Of P nothing is taken from them: where it
+    /// begins is what [`Estimator::restore`] was told of the model that flew. That is the mean over widths, inflations and scales, as the
+    /// numbers alone are not; drawn from them anew, P would begin nearer to the factory's than it had ended.
+    ///
+    /// # Errors
+    /// They are no root; the filter then starts without them.
+    pub fn go_on(&mut self, motion_s: f32) -> Result<(), NotContinued> {
+        let is_root = self.globals.is_root() && motion_s >= 0.0 && motion_s.is_finite();
+        for (column, width) in self.sigma.iter().enumerate() {
+            // A column that is not there has its prior and no more.
+            self.globals.relax(column, drift::kept(column, *width));
+        }
+        // Finite numbers may have been too large to be squared.
+        if !(is_root && self.globals.is_root()) {
+            self.drop_learnt();
+            return Err(NotContinued::NotARoot);
+        }
+        self.motion_s = motion_s;
+        self.linearise();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_has_a_place_of_its_own() {
+        extern crate std;
+        let mut places: std::vec::Vec<_> = (0..NUMBERS).map(|k| place(k).unwrap()).collect();
+        assert_eq!(place(NUMBERS), None);
+        assert_eq!((places[0], places[GLOBALS], places[NUMBERS - 1]), ((0, 37), (0, 0), (36, 36)));
+        assert!(places.iter().all(|(row, column)| row <= column));
+        places.sort_unstable();
+        places.dedup();
+        assert_eq!(places.len(), NUMBERS);
+    }
+
+    #[test]
+    fn a_fingerprint_is_another_one_for_every_part_of_the_configuration_that_counts() {
+        let plain = Config::default();
+        let name = LearntHead::fingerprint(&plain);
+        let other = |change: &dyn Fn(&mut Config)| {
+            let mut config = plain;
+            change(&mut config);
+            LearntHead::fingerprint(&config) != name
+        };
+        assert!(other(&|c| c.identification.motion = crate::config::Motion::Hand));
+        assert!(other(&|c| c.identification.prior_sigma_diagonal = 0.05));
+        assert!(other(&|c| c.gyro.p[1][2] = 1e-6));
+        assert!(other(&|c| c.accel.offset[0] = 1e-3));
+        assert!(other(&|c| c.mag.matrix[2][0] = 1e-3));
+        assert!(other(&|c| c.latency.mag_s = Some(0.001)));
+        assert!(other(&|c| c.earth.gravity_m_s2 = 9.81));
+        assert!(other(&|c| c.sample_period_us = 4_000));
+        assert!(!other(&|c| c.seed = 7));
+    }
+}

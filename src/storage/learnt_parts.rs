@@ -1,0 +1,266 @@
+//! What the filter had learnt, in parts beside the model with which it was stored: written before the model, whose record makes them count.
+//! Parts without their model are as if there were none, and so are parts that are not all there.
+
+use super::{
+    ModelStore, StorageError,
+    granules::{Place, holds},
+    index::KEPT,
+    little_endian::{Reader, Writer},
+    record::{GRANULE, Header, Kind, MAX_RECORD, encode},
+    sector::granules_of,
+};
+use crate::estimator::{Learnt, LearntHead, NUMBERS};
+use embedded_storage::nor_flash::NorFlash;
+
+/// Layout of a part.
+pub(super) const VERSION: u8 = 1;
+/// Numbers in a part: 608 bytes, which with both heads is no more than the longest record.
+const IN_A_PART: usize = 152;
+/// Parts.
+pub(super) const PARTS: usize = NUMBERS.div_ceil(IN_A_PART);
+/// Granules of all parts, at most.
+pub(super) const GRANULES: u16 = (PARTS * MAX_RECORD / GRANULE) as u16;
+
+/// Where they are.
+type Places = [Place; PARTS];
+
+/// Parts on their way into the flash.
+#[derive(Clone, Copy)]
+pub(super) struct WritingLearnt {
+    /// Of the model that is to follow.
+    number: u32,
+    /// Of the numbers of the first part; those of another update do not belong to it.
+    update: Option<u32>,
+    part: u8,
+    /// Where the part is that is in the buffer, its granules, and those that are programmed.
+    place: Place,
+    granules: u16,
+    done: u16,
+}
+
+/// How far the parts have been written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[non_exhaustive]
+pub enum LearntProgress {
+    /// Nothing is being written.
+    Idle,
+    /// The filter is being updated; nothing was written, and [`Probe::poll`](crate::Probe::poll) brings it on.
+    Waiting,
+    /// There is more to be programmed; the filter has to stay as it is.
+    More,
+    /// All parts are there, and [`ModelStore::begin_model`] makes them count.
+    Whole,
+}
+
+fn encode_part(writer: &mut Writer<'_>, learnt: &Learnt<'_>, part: u8) {
+    writer.u8(part);
+    writer.u8(PARTS as u8);
+    writer.u16(NUMBERS as u16);
+    writer.u32(learnt.head.fingerprint);
+    writer.u32(learnt.head.update);
+    let first = usize::from(part) * IN_A_PART;
+    writer.f32s(&[learnt.head.motion_s]);
+    (first..NUMBERS).take(IN_A_PART).for_each(|k| writer.f32s(&[learnt.number(k)]));
+}
+
+/// A part's number and what belongs to it; `None`: not what [`encode_part`] writes.
+fn decode_head(reader: &mut Reader<'_>) -> Option<(usize, LearntHead)> {
+    let (part, parts, numbers) = (usize::from(reader.u8()?), usize::from(reader.u8()?), usize::from(reader.u16()?));
+    let head = LearntHead { fingerprint: reader.u32()?, update: reader.u32()?, motion_s: reader.f32()? };
+    (part < PARTS && parts == PARTS && numbers == NUMBERS).then_some((part, head))
+}
+
+impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
+    /// Begins to store what the filter has learnt, for the model that is stored next; [`ModelStore::step_learnt`] programs it piece by piece.
+    ///
+    /// # Errors
+    /// Nothing is written: there is no room (counted), which in sectors under 16 KiB there never is, or something is being written.
+    pub fn begin_learnt(&mut self) -> Result<(), StorageError<F::Error>> {
+        if self.is_writing() {
+            return Err(StorageError::Busy);
+        }
+        if !self.has_room_for_parts() {
+            self.counts.learnt_refused = self.counts.learnt_refused.saturating_add(1);
+            return Err(StorageError::Full);
+        }
+        let number = self.index.last_number.saturating_add(1);
+        self.index.last_number = number;
+        let place = Place { sector: 0, granule: 0 };
+        self.writing_learnt = Some(WritingLearnt { number, update: None, part: 0, place, granules: 0, done: 0 });
+        self.learnt_number = None;
+        Ok(())
+    }
+
+    /// Programs the next 32 bytes of what the filter has learnt, which is `None` while it is updated.
+    ///
+    /// # Errors
+    /// It will not be stored, and a model stands alone: the filter went on meanwhile, there is no room any more, or the flash failed
+    /// (counted).
+    #[inline(never)]
+    pub fn step_learnt(&mut self, learnt: Option<Learnt<'_>>) -> Result<LearntProgress, StorageError<F::Error>> {
+        let Some(mut writing) = self.writing_learnt.take() else { return Ok(LearntProgress::Idle) };
+        if writing.done == writing.granules {
+            let Some(learnt) = learnt else {
+                if writing.update.is_some() {
+                    return Err(StorageError::FilterWentOn);
+                }
+                self.writing_learnt = Some(writing);
+                return Ok(LearntProgress::Waiting);
+            };
+            if *writing.update.get_or_insert(learnt.head.update) != learnt.head.update {
+                return Err(StorageError::FilterWentOn);
+            }
+            let part = writing.part;
+            let encoded =
+                encode(&mut self.buffer, Kind::LEARNT, VERSION, writing.number, |w| encode_part(w, &learnt, part));
+            let margin = half_of::<F>();
+            let placed = encoded.and_then(|granules| Some((granules, self.take_room(granules, 1, margin)?)));
+            let Some((granules, place)) = placed else { return self.refuse_full() };
+            (writing.place, writing.granules, writing.done) = (place, granules, 0);
+        }
+        let place = Place { granule: writing.place.granule + writing.done, ..writing.place };
+        let begin = usize::from(writing.done) * GRANULE;
+        let bytes = self.buffer.get(begin..begin + GRANULE).unwrap_or_default();
+        if let Err(e) = self.flash.write(place.address::<F>(), bytes) {
+            return self.failed(StorageError::Flash(e));
+        }
+        writing.done += 1;
+        if writing.done == writing.granules {
+            let bytes = self.buffer.get(..begin + GRANULE).unwrap_or_default();
+            match holds(&mut self.flash, writing.place.address::<F>(), bytes) {
+                Ok(true) => {}
+                Ok(false) => return self.failed(StorageError::NotVerified),
+                Err(e) => return self.failed(StorageError::Flash(e)),
+            }
+            writing.part += 1;
+            if usize::from(writing.part) == PARTS {
+                self.learnt_number = Some(writing.number);
+                return Ok(LearntProgress::Whole);
+            }
+        }
+        self.writing_learnt = Some(writing);
+        Ok(LearntProgress::More)
+    }
+
+    /// Whether numbers of the filter are being written, so that it has to stay as it is.
+    #[must_use]
+    pub fn holds_filter(&self) -> bool {
+        self.writing_learnt.is_some_and(|writing| writing.update.is_some())
+    }
+
+    /// Whether what the filter has learnt is to be written, or is being.
+    #[must_use]
+    pub const fn is_writing_learnt(&self) -> bool {
+        self.writing_learnt.is_some()
+    }
+
+    /// What belongs to the numbers that were stored with a model; `None`: there are none, or not all of them.
+    ///
+    /// # Errors
+    /// Something is being written, or the flash cannot be read.
+    pub fn learnt_with(&mut self, number: u32) -> Result<Option<LearntHead>, StorageError<F::Error>> {
+        if self.is_writing() {
+            return Err(StorageError::Busy);
+        }
+        Ok(self.parts_of(number, None)?.map(|(head, _)| head))
+    }
+
+    /// Hands out all numbers that were stored with a model, each with its place in their order. Returns whether they were all there.
+    ///
+    /// # Errors
+    /// Something is being written, or the flash cannot be read.
+    pub fn read_learnt(
+        &mut self,
+        number: u32,
+        take: &mut dyn FnMut(usize, f32),
+    ) -> Result<bool, StorageError<F::Error>> {
+        if self.is_writing() {
+            return Err(StorageError::Busy);
+        }
+        let Some((head, places)) = self.parts_of(number, None)? else { return Ok(false) };
+        for (part, place) in places.into_iter().enumerate() {
+            let header = self.read_record(place)?;
+            let Some(payload) = header.and_then(|header| header.payload(&self.buffer)) else { return Ok(false) };
+            let mut reader = Reader(payload);
+            if decode_head(&mut reader) != Some((part, head)) {
+                return Ok(false);
+            }
+            for k in (part * IN_A_PART..NUMBERS).take(IN_A_PART) {
+                let Some(x) = reader.f32() else { return Ok(false) };
+                take(k, x);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Where the parts that go with a model are, the latest copy of each, in all sectors but one; `None`: not all of them.
+    #[inline(never)]
+    fn parts_of(
+        &mut self,
+        number: u32,
+        but: Option<u8>,
+    ) -> Result<Option<(LearntHead, Places)>, StorageError<F::Error>> {
+        let mut found: [Option<(Place, LearntHead)>; PARTS] = [None; PARTS];
+        self.each_record(but, &mut |header: &Header, payload, place| {
+            if header.kind != Kind::LEARNT || header.version != VERSION || header.number != number {
+                return;
+            }
+            let Some((part, head)) = decode_head(&mut Reader(payload)) else { return };
+            if let Some(slot) = found.get_mut(part) {
+                *slot = Some((place, head));
+            }
+        })?;
+        let Some((_, head)) = found.first().copied().flatten() else { return Ok(None) };
+        let mut places = [Place { sector: 0, granule: 0 }; PARTS];
+        for (slot, found) in places.iter_mut().zip(found) {
+            let Some((place, _)) = found.filter(|(_, other)| *other == head) else { return Ok(None) };
+            *slot = place;
+        }
+        Ok(Some((head, places)))
+    }
+
+    /// The newest model that is kept and has all its parts; and where they are.
+    #[inline(never)]
+    pub(super) fn newest_parts(&mut self, but: Option<u8>) -> Result<Option<(u32, Places)>, StorageError<F::Error>> {
+        let mut below = u32::MAX;
+        for _ in 0..KEPT {
+            let numbers = self.index.kept.iter().flatten().map(|slot| slot.number);
+            let Some(number) = numbers.filter(|number| *number < below).max() else { break };
+            if let Some((_, places)) = self.parts_of(number, but)? {
+                return Ok(Some((number, places)));
+            }
+            below = number;
+        }
+        Ok(None)
+    }
+
+    /// Copies the parts of the newest model that has them, where they are in this sector.
+    #[inline(never)]
+    pub(super) fn evacuate_parts(&mut self, from: u8) -> Result<(), StorageError<F::Error>> {
+        let Some((_, places)) = self.newest_parts(None)? else { return Ok(()) };
+        for place in places.into_iter().filter(|place| place.sector == from) {
+            if self.copy(place)?.is_none() {
+                self.index.counts.damaged = self.index.counts.damaged.saturating_add(1);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether there is room for all parts that models need not: while drilling one sector at least can be begun, or the last one is not half
+    /// full.
+    fn has_room_for_parts(&self) -> bool {
+        let kept = KEPT as u16 * (MAX_RECORD / GRANULE) as u16;
+        // A sector has to take all that counts: models, parts, the mark and single values.
+        if GRANULES + kept + 8 > granules_of::<F>() {
+            return false;
+        }
+        let active = self.active().and_then(|number| self.sectors.get(usize::from(number)));
+        self.ready() > 1 || active.is_some_and(|active| active.free + GRANULES + half_of::<F>() <= granules_of::<F>())
+    }
+}
+
+/// What parts leave of the last sector to models.
+const fn half_of<F: NorFlash>() -> u16 {
+    granules_of::<F>() / 2
+}
