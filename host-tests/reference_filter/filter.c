@@ -9,6 +9,7 @@
  *   - norms of single fields, not of their mean;
  *   - rests judged from two nodes, and rows that say so of the bias;
  *   - nodes that end after half a turn;
+ *   - readings of field and force that contradict everything known are left out (the library also forgets what they contradict for 20 s);
  *   - walks of P and b every 10 s, in the place of a fading memory;
  *   - vibration as the mean of its squares.
  * What it is not: elements of both sensor matrices are unknowns as they are (the library turns them, to the same prior), derivatives are
@@ -18,7 +19,8 @@
  * trace is zero) 8, hard iron 3, magnetometer lag, accelerometer lag, accelerometer matrix 9, b 3, P 9.
  *
  * Standard input, floats in the machine's order: settings (struct settings), then increments (struct increment) to the end.
- * Standard output: the globals' deviations from the prior's mean, their root of information row by row, nodes, nodes at rest.
+ * Standard output: the globals' deviations from the prior's mean, their root of information row by row, the prior's
+ * mean of b, nodes, nodes at rest, nodes whose field and whose force were left out.
  */
 #include <math.h>
 #include <stdio.h>
@@ -45,6 +47,7 @@
 #define REST_LEAST_S 0.4f
 #define REST_TURN 0.017f
 #define WALK_EVERY_S 10.0f
+#define CONTRADICTED 21.1f           /* chi-square of three innovations */
 
 typedef float vector[3];
 typedef float matrix[9];
@@ -67,7 +70,7 @@ struct node {
     matrix attitude;
     vector velocity, position, field;
     int has_field, norms;
-    float mean_norm;
+    float mean_norm, mean_scatter;
     float root[STATES][STATES + GLOBALS];
 };
 
@@ -96,6 +99,7 @@ static struct path path;
 static struct half before;
 static vector rest_rate, bias;
 static float x[GLOBALS], root[GLOBALS][GLOBALS];
+static float fields_out, forces_out;
 
 static void multiply(const float *a, const float *b, float *product) {
     matrix c;
@@ -349,6 +353,37 @@ static void global_rows(float (*b)[WIDTH], float (*by)[GLOBALS], float w) {
         }
 }
 
+static void scale_rows(float (*b)[WIDTH], float by) {
+    for (int i = 0; i < 3; i++)
+        for (int c = 0; c < WIDTH; c++) b[i][c] *= by;
+}
+
+/* Whether the constants of three rows on old states and globals are larger than chance makes them: their covariance is that of the unknowns
+ * and `noise` times the identity. */
+static int contradicted(float (*b)[WIDTH], float noise) {
+    float y[3][STATES + GLOBALS], c[3][3];
+    for (int k = 0; k < 3; k++)
+        for (int j = 0; j < STATES + GLOBALS; j++) {
+            float sum = j < STATES ? b[k][j] : b[k][FIRST + j - STATES];
+            for (int i = 0; i < j; i++) {
+                if (i < STATES) sum -= node.root[i][j] * y[k][i];
+                else sum -= root[i - STATES][j - STATES] * y[k][i];
+            }
+            y[k][j] = sum / (j < STATES ? node.root[j][j] : root[j - STATES][j - STATES]);
+        }
+    for (int k = 0; k < 3; k++)
+        for (int l = 0; l < 3; l++) {
+            c[k][l] = k == l ? noise : 0;
+            for (int j = 0; j < STATES + GLOBALS; j++) c[k][l] += y[k][j] * y[l][j];
+        }
+    /* Columns of the adjugate are cross products of the rows. */
+    vector e = {b[0][CONSTANT], b[1][CONSTANT], b[2][CONSTANT]}, adjugate[3];
+    for (int k = 0; k < 3; k++) cross(c[(k + 1) % 3], c[(k + 2) % 3], adjugate[k]);
+    float determinant = dot(c[0], adjugate[0]), chi_square = 0;
+    for (int k = 0; k < 3; k++) chi_square += e[k] * dot(adjugate[k], e) / determinant;
+    return chi_square > CONTRADICTED;
+}
+
 static void update(int rest) {
     static float old[STATES][WIDTH], rows[ROWS][WIDTH];
     float T = path.seconds, nu = S.freedom, w, *r[ROWS + 1];
@@ -392,18 +427,27 @@ static void update(int rest) {
     apply(node.attitude, body, mean);
     if (!node.has_field) memcpy(node.field, mean, sizeof mean);
     node.has_field = 1;
-    if (node.norms < 600) node.norms++;
-    node.mean_norm += (path.norms / n - node.mean_norm) / node.norms;
-    float deviation = path.norms / n / node.mean_norm - 1, disturbed = deviation * deviation - scatter;
     float own = S.field_share * (rest ? S.field_at_rest : 1);
-    float variance = own * own + (disturbed > 0 ? disturbed : 0) + scatter;
     for (int i = 0; i < 3; i++) innovation[i] = mean[i] - node.field[i];
-    w = sqrtf((nu + 3) / (nu + dot(innovation, innovation) / variance) / variance);
+    w = 1 / own;
     attitude_rows(rows + 3, mean, -w);
     global_rows(rows + 3, path.field_by, w / n);
     for (int i = 0; i < 3; i++) {
         rows[3 + i][9 + i] = -w;
         rows[3 + i][CONSTANT] = w * innovation[i];
+    }
+    float usual_scatter = node.norms > 0 ? node.mean_scatter : scatter;
+    if (contradicted(rows + 3, (own * own + usual_scatter) / (own * own))) {
+        scale_rows(rows + 3, 0);
+        fields_out++;
+    } else {
+        if (node.norms < 600) node.norms++;
+        node.mean_norm += (path.norms / n - node.mean_norm) / node.norms;
+        node.mean_scatter += (scatter - node.mean_scatter) / node.norms;
+        float deviation = path.norms / n / node.mean_norm - 1, disturbed = deviation * deviation - scatter;
+        float variance = own * own + (disturbed > 0 ? disturbed : 0) + scatter;
+        w = sqrtf((nu + 3) / (nu + dot(innovation, innovation) / variance) / variance);
+        scale_rows(rows + 3, w * own);
     }
     w = sqrtf((nu + 3) / nu / (((rest ? 0 : S.field_walk * S.field_walk) + 1e-8f) * T));
     for (int i = 0; i < 3; i++) {
@@ -413,24 +457,34 @@ static void update(int rest) {
 
     /* Velocity and position go on. */
     float aliased = sqrtf(S.velocity_increment * S.velocity_increment + path.vibration / n * S.sample_period * T);
-    w = 1 / aliased;
+    float speed = rest ? REST_SPEED : S.velocity;
+    w = 1 / sqrtf(speed * speed + aliased * aliased);
     attitude_rows(rows + 9, dv, w);
     global_rows(rows + 9, path.velocity_by, -w);
     for (int i = 0; i < 3; i++) {
         rows[9 + i][3 + i] = -w;
-        rows[9 + i][STATES + 3 + i] = w;
+        rows[9 + i][CONSTANT] = w * velocity[i];
     }
-    w = 1 / (0.5f * aliased * T);
-    attitude_rows(rows + 12, dp, w);
-    global_rows(rows + 12, path.position_by, -w);
-    for (int i = 0; i < 3; i++) {
-        rows[12 + i][3 + i] = -w * T;
-        rows[12 + i][6 + i] = -w;
-        rows[12 + i][STATES + 6 + i] = w;
+    if (contradicted(rows + 9, 1)) {
+        scale_rows(rows + 9, 0);
+        memset(velocity, 0, sizeof velocity);
+        memset(position, 0, sizeof position);
+        forces_out++;
+    } else {
+        scale_rows(rows + 9, 1 / (w * aliased));
+        w = 1 / (0.5f * aliased * T);
+        attitude_rows(rows + 12, dp, w);
+        global_rows(rows + 12, path.position_by, -w);
+        for (int i = 0; i < 3; i++) {
+            rows[9 + i][CONSTANT] = 0;
+            rows[9 + i][STATES + 3 + i] = 1 / aliased;
+            rows[12 + i][3 + i] = -w * T;
+            rows[12 + i][6 + i] = -w;
+            rows[12 + i][STATES + 6 + i] = w;
+        }
     }
 
     /* Their bounds, and what the gyro reads at rest. */
-    float speed = rest ? REST_SPEED : S.velocity;
     for (int i = 0; i < 3; i++) {
         rows[15 + i][STATES + 3 + i] = 1 / speed;
         rows[15 + i][CONSTANT] = velocity[i] / speed;
@@ -546,5 +600,7 @@ int main(void) {
     fwrite(bias, sizeof bias, 1, stdout);
     fwrite(&nodes, sizeof nodes, 1, stdout);
     fwrite(&rests, sizeof rests, 1, stdout);
+    fwrite(&fields_out, sizeof fields_out, 1, stdout);
+    fwrite(&forces_out, sizeof forces_out, 1, stdout);
     return 0;
 }
