@@ -37,8 +37,13 @@ pub struct Increment<T> {
 pub enum Item<T> {
     /// An increment.
     Increment(Increment<T>),
-    /// Seconds through which nobody knows how the probe turned.
-    Gap(T),
+    /// A time through which nobody knows how the probe turned.
+    Gap {
+        /// Its length.
+        seconds: T,
+        /// As much of it as no sample came at all.
+        silent_s: T,
+    },
     /// The posterior of everything before is asked for.
     Close,
 }
@@ -56,6 +61,8 @@ pub struct Builder<T> {
     field_before: Option<V3<T>>,
     /// Since the last usable rate.
     waiting_s: T,
+    /// Of it, and of what is lost, without any sample.
+    silent_s: T,
     is_lost: bool,
     samples: u16,
     seconds: T,
@@ -83,6 +90,7 @@ impl<T: Real> Builder<T> {
             force_before: None,
             field_before: None,
             waiting_s: T::ZERO,
+            silent_s: T::ZERO,
             is_lost: false,
             samples: 0,
             seconds: T::ZERO,
@@ -127,6 +135,9 @@ impl<T: Real> Builder<T> {
         let step_s = T::of(step_s);
         let longest = self.period_s * T::of(3.0);
         let interval_s = self.waiting_s + step_s;
+        if step_s > longest {
+            self.silent_s += step_s;
+        }
         // What turns by more from one reading to the next is no rotation that they show.
         let shown = |rate: &V3<T>| norm(rate) * self.period_s < T::of(MOST_RAD);
         let Some(rate) = good(rate).filter(shown) else {
@@ -141,7 +152,7 @@ impl<T: Real> Builder<T> {
         let before = (self.rate_before, self.force_before, self.field_before);
         (self.rate_before, self.force_before, self.field_before) = (rate, force, field);
         if !self.has_begun {
-            (self.has_begun, self.is_lost) = (true, false);
+            (self.has_begun, self.is_lost, self.silent_s) = (true, false, T::ZERO);
             self.begin(bias);
             return None;
         }
@@ -166,7 +177,7 @@ impl<T: Real> Builder<T> {
         self.waiting_s = T::ZERO;
         self.is_lost = true;
         self.begin(bias);
-        Item::Gap(lost_s)
+        Item::Gap { seconds: lost_s, silent_s: core::mem::replace(&mut self.silent_s, T::ZERO) }
     }
 
     fn begin(&mut self, bias: &V3<T>) {

@@ -290,7 +290,9 @@ impl<T: Real> Estimator<T> {
     }
 
     fn queue(&mut self, item: Item<T>) {
-        if self.dropped_s > T::ZERO && self.waiting.push_back(Item::Gap(self.dropped_s)).is_ok() {
+        // The gyro has nothing to do with it.
+        let dropped = Item::Gap { seconds: self.dropped_s, silent_s: self.dropped_s };
+        if self.dropped_s > T::ZERO && self.waiting.push_back(dropped).is_ok() {
             self.dropped_s = T::ZERO;
         }
         if let Err(item) = self.waiting.push_back(item) {
@@ -298,7 +300,7 @@ impl<T: Real> Estimator<T> {
             // What was lost is a gap to those after it.
             self.dropped_s += match item {
                 Item::Increment(increment) => increment.seconds,
-                Item::Gap(seconds) => seconds,
+                Item::Gap { seconds, .. } => seconds,
                 Item::Close => T::ZERO,
             };
         }

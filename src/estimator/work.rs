@@ -72,9 +72,13 @@ impl<T: Real> Estimator<T> {
                 let _ = self.held.push(increment);
                 INCREMENT_UNITS
             }
-            Some(Item::Gap(seconds)) => {
+            Some(Item::Gap { seconds, silent_s }) => {
                 if let Some(held) = self.held.pop() {
                     self.take(&held, None);
+                }
+                if silent_s < seconds * T::of(0.5) {
+                    // It is the gyro's; so is the node that it cuts short.
+                    self.unread.add(T::ONE, seconds - silent_s + self.pre.seconds);
                 }
                 self.gap(seconds);
                 INCREMENT_UNITS
@@ -172,6 +176,7 @@ impl<T: Real> Estimator<T> {
             self.turned.add(if agreement.is_turned { T::ONE } else { T::ZERO }, seconds);
         }
         if agreement.is_turned {
+            self.unread.add(T::ONE, seconds);
             self.gap(T::ZERO);
             return;
         }
@@ -297,8 +302,6 @@ impl<T: Real> Estimator<T> {
 
     /// Seconds through which nobody knows how the probe turned.
     fn gap(&mut self, seconds: T) {
-        // The node that it cuts short is lost too.
-        self.unread.add(T::ONE, self.pre.seconds + seconds);
         self.pre.start();
         self.rests.interrupt();
         self.held_before = None;

@@ -133,6 +133,17 @@ fn a_gap_costs_what_it_spans() {
 }
 
 #[test]
+fn gaps_for_half_of_the_time_are_not_the_gyros() {
+    let simulated = Simulated::new(5, 120.0);
+    let with_gaps: Vec<_> =
+        simulated.samples.iter().filter(|(t_us, _)| t_us % 10_000_000 >= 5_500_000).copied().collect();
+    let found = posterior::<f32>(&with_gaps, u32::MAX);
+    assert_eq!(found.fitness, Ok(()));
+    let before = largest_difference(&GyroModel::IDENTITY, &simulated.truth);
+    assert!(largest_difference(&found.gyro, &simulated.truth) < 0.5 * before);
+}
+
+#[test]
 fn without_a_sensor_nothing_flies_and_the_reason_is_told() {
     let samples = Simulated::new(6, 60.0).samples;
     let without = |sensor: usize| -> Vec<_> {
