@@ -40,7 +40,7 @@ pub struct WidthEvidence {
     pub of_group: [f32; GROUPS],
 }
 
-impl<T: Real> Estimator<T> {
+impl<T: Real, const NODES: usize> Estimator<T, NODES> {
     /// Which rows move P in the node whose rows have just been written; `None` at any other step of the work. To be asked after each
     /// [`Estimator::step`].
     #[must_use]

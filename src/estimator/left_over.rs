@@ -12,22 +12,22 @@ use super::{
 pub(super) const ROWS: usize = 9;
 /// P row-major, b, and a constant.
 pub(super) const COLUMNS: usize = 13;
-/// Nodes kept: 50 s of half a second.
-pub(super) const NODES: usize = 100;
+/// Nodes kept unless a build has less room: 50 s of half a second.
+pub(super) const WINDOW_NODES: usize = 100;
 
 /// Numbers that a node keeps: rotated so that row k begins at column k, which changes no sum of squares.
 const KEPT: usize = ROWS * COLUMNS - ROWS * (ROWS - 1) / 2;
 
 /// A ring of them, in 16 bits: to 3e-5 of a node's largest coefficient.
 #[derive(Clone, Copy)]
-pub(super) struct LeftOver {
+pub(super) struct LeftOver<const NODES: usize> {
     rows: [[i16; KEPT]; NODES],
     scales: [f32; NODES],
     next: usize,
     count: usize,
 }
 
-impl LeftOver {
+impl<const NODES: usize> LeftOver<NODES> {
     pub const fn zero() -> Self {
         Self { rows: [[0; KEPT]; NODES], scales: [0.0; NODES], next: 0, count: 0 }
     }
@@ -114,7 +114,8 @@ mod tests {
 
     #[test]
     fn constants_are_those_at_the_priors_mean_and_the_oldest_node_goes() {
-        let mut ring = LeftOver::zero();
+        const NODES: usize = 7;
+        let mut ring = LeftOver::<NODES>::zero();
         let mut x = [0.0_f64; GLOBALS];
         (x[P.from + 2], x[BIAS.from]) = (0.5, -1.0);
         for node in 0..NODES + 3 {

@@ -7,6 +7,7 @@
 mod alignment;
 mod averaging;
 pub mod columns;
+mod disagreement;
 mod drift;
 mod eigen;
 #[cfg(feature = "explanation")]
@@ -50,10 +51,11 @@ use crate::{compensation::GyroModel, sample::Reading};
 use alignment::Alignment;
 use averaging::Averaging;
 use columns::{GLOBALS, P};
+use disagreement::Disagreement;
 use globals::Globals;
 use heapless::{Deque, Vec};
 use increment::{Builder, Increment, Item};
-use left_over::LeftOver;
+use left_over::{LeftOver, WINDOW_NODES};
 use nalgebra::Vector3;
 use node::{Kind, Node};
 use parameters::Parameters;
@@ -84,8 +86,8 @@ enum Task {
     Concluding,
 }
 
-/// The filter, in `f32` on the chip. All zero bytes before [`Estimator::configure`].
-pub struct Estimator<T = f32> {
+/// The filter, in `f32` on the chip, with the rows of the last `NODES` nodes of motion for the search. All zero bytes before [`Estimator::configure`].
+pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES> {
     settings: Settings,
     /// The prior's widths, and its centre of P: the factory's, or those of a model that was stored.
     sigma: [T; GLOBALS],
@@ -120,7 +122,7 @@ pub struct Estimator<T = f32> {
     /// How often the globals have changed.
     updates: u32,
     averaging: Averaging<T>,
-    left_over: LeftOver,
+    left_over: LeftOver<NODES>,
     // Not `Option`s: these would not be all zero bytes.
     centre: Vec<Centre, 1>,
     posterior: Vec<Posterior, 1>,
@@ -129,8 +131,10 @@ pub struct Estimator<T = f32> {
     unread: Share<T>,
     turned: Share<T>,
     fieldless: Share<T>,
-    /// Seconds for which the field has contradicted everything else, without a break, and those for which force has.
-    contradicted_s: [T; 2],
+    /// With what everything else says.
+    of_field: Disagreement<T>,
+    of_force: Disagreement<T>,
+    of_gyro: Disagreement<T>,
     /// Seconds through which nobody knows how the probe turned, until the attitude is aligned anew.
     gap_s: T,
     /// Raw bias about which rotations are composed: of what flies, so that it changes at the instants at which that does.
@@ -142,7 +146,7 @@ pub struct Estimator<T = f32> {
     innovations: u16,
 }
 
-impl<T: Real> Estimator<T> {
+impl<T: Real, const NODES: usize> Estimator<T, NODES> {
     /// Before its configuration.
     #[must_use]
     pub const fn zero() -> Self {
@@ -181,7 +185,9 @@ impl<T: Real> Estimator<T> {
             unread: Share::zero(),
             turned: Share::zero(),
             fieldless: Share::zero(),
-            contradicted_s: [T::ZERO; 2],
+            of_field: Disagreement::zero(),
+            of_force: Disagreement::zero(),
+            of_gyro: Disagreement::zero(),
             gap_s: T::ZERO,
             composed_about: zero3(),
             unwalked_s: T::ZERO,
@@ -234,7 +240,8 @@ impl<T: Real> Estimator<T> {
         self.centre.clear();
         (self.motion_s, self.gap_s, self.unwalked_s) = (T::ZERO, T::ZERO, T::ZERO);
         (self.innovation, self.innovations) = (T::ZERO, 0);
-        self.contradicted_s = [T::ZERO; 2];
+        (self.of_field, self.of_force) = (Disagreement::zero(), Disagreement::zero());
+        self.of_gyro = Disagreement::zero();
         self.linearise();
     }
 

@@ -54,7 +54,7 @@ pub struct Posterior {
     pub fitness: Result<(), Refusal>,
 }
 
-impl<T: Real> Estimator<T> {
+impl<T: Real, const NODES: usize> Estimator<T, NODES> {
     /// The posterior of an average, at the present state of the filter.
     pub(super) fn posterior_of(&self, averaged: &Averaged<T>) -> Posterior {
         let mut sigma = [0.0; 12];

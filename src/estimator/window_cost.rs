@@ -7,7 +7,7 @@
 
 use super::{
     Estimator,
-    left_over::{COLUMNS, LeftOver, ROWS},
+    left_over::{COLUMNS, LeftOver, ROWS, WINDOW_NODES},
     real::Real,
 };
 use crate::{
@@ -46,7 +46,12 @@ pub(super) struct Centre {
 
 impl Centre {
     /// Of a posterior with this covariance, inflated by `inflation` at most; `None` where that is not positive definite.
-    pub fn new(rows: &LeftOver, mean: &[f32; GYRO], covariance: &[f32; 78], inflation: f32) -> Option<Self> {
+    pub fn new<const NODES: usize>(
+        rows: &LeftOver<NODES>,
+        mean: &[f32; GYRO],
+        covariance: &[f32; 78],
+        inflation: f32,
+    ) -> Option<Self> {
         let covariance = Packed::<12, 78>(*covariance).cholesky()?;
         let mut information = Packed::zero();
         for i in 0..GYRO {
@@ -68,7 +73,7 @@ impl Centre {
     /// rows' at their usual weight. In the rows' there can be more of some direction: a posterior that is averaged over widths, or whose P has
     /// walked since, knows less. A cost without a bound then has its best point at the edge of the search box.
     #[inline(never)]
-    pub fn bound(&mut self, rows: &LeftOver) {
+    pub fn bound<const NODES: usize>(&mut self, rows: &LeftOver<NODES>) {
         let mut left = Packed::<12, 78>::zero();
         for index in 0..rows.count() {
             let node = rows.node(index);
@@ -111,18 +116,18 @@ impl Centre {
 /// s / 2 log(1 + |e|^2 / s) - u |e|^2 / 2, s = nu + 9, u the mean weight of the nodes there, times the share of the rows' information that the
 /// posterior surely has. What the search then finds is what weights change that differ from node to node, and nothing else: of nodes that
 /// are all as quiet, or all as noisy, the mean is the optimum.
-pub struct WindowCost<'a> {
-    rows: &'a LeftOver,
+pub struct WindowCost<'a, const NODES: usize = WINDOW_NODES> {
+    rows: &'a LeftOver<NODES>,
     centre: &'a Centre,
     /// Factory's P and the prior's mean of b, and the widths.
     base: GyroModel,
     sigma: [f32; GYRO],
 }
 
-impl<T: Real> Estimator<T> {
+impl<T: Real, const NODES: usize> Estimator<T, NODES> {
     /// The rows of the last 50 s of motion: what the population search minimises. `None` before a posterior, or without motion.
     #[must_use]
-    pub fn window_cost(&self) -> Option<WindowCost<'_>> {
+    pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
         let centre = self.centre.first().filter(|_| !self.posterior.is_empty())?;
         let base = self.model(&[T::ZERO; GYRO]);
         let mut sigma = [0.0; GYRO];
@@ -136,7 +141,7 @@ impl<T: Real> Estimator<T> {
     }
 }
 
-impl WindowCost<'_> {
+impl<const NODES: usize> WindowCost<'_, NODES> {
     fn change(&self, y: &[f32; GYRO]) -> [f32; GYRO] {
         self.centre.factor.solve_upper(y)
     }
@@ -180,7 +185,7 @@ impl WindowCost<'_> {
     }
 }
 
-impl Cost<12> for WindowCost<'_> {
+impl<const NODES: usize> Cost<12> for WindowCost<'_, NODES> {
     fn evaluate(&self, y: &[f32; 12]) -> f32 {
         let change = self.change(y);
         let robust = self.squares(&change).fold(0.0, |sum, (_, _, square)| {
@@ -190,7 +195,7 @@ impl Cost<12> for WindowCost<'_> {
     }
 }
 
-impl LeastSquaresCost<12, 78> for WindowCost<'_> {
+impl<const NODES: usize> LeastSquaresCost<12, 78> for WindowCost<'_, NODES> {
     fn normal_equations(&self, y: &[f32; 12], normal: &mut Packed<12, 78>, descent: &mut [f32; 12]) {
         let change = self.change(y);
         let factor = &self.centre.factor;
@@ -226,7 +231,7 @@ mod tests {
     };
 
     /// Two nodes that know eighteen times as much of one element as a posterior whose every deviation is 0.1.
-    fn rows() -> LeftOver {
+    fn rows() -> LeftOver<WINDOW_NODES> {
         let mut rows = LeftOver::zero();
         for constant in [1.0, -1.0] {
             let mut left = [[0.0_f64; WIDTH]; ROWS];

@@ -3,6 +3,7 @@
 use super::{
     Centre, Estimator, Item, Kind, Refusal, Task,
     columns::{GLOBALS, HARD_IRON, NUISANCES},
+    disagreement::Disagreement,
     increment::Increment,
     preintegration::GYRO,
     real::{Real, V3, norm, zero3},
@@ -17,8 +18,6 @@ const NODE_S: f32 = 0.5;
 const FREEDOM: f32 = 9.0;
 /// Nodes over which the innovations are averaged: a minute.
 pub(super) const INNOVATIONS: u16 = 120;
-/// Field or force that contradict for so long are no disturbance, and what they contradict is wrong, seconds.
-const CONTRADICTED_S: f32 = 20.0;
 
 /// Work units (some 300 instructions) of the pieces.
 const INCREMENT_UNITS: u32 = 20;
@@ -27,7 +26,7 @@ const START_UNITS: u32 = 120;
 const WIDTHS_UNITS: u32 = 150;
 const CENTRE_UNITS: u32 = 500;
 
-impl<T: Real> Estimator<T> {
+impl<T: Real, const NODES: usize> Estimator<T, NODES> {
     /// One bounded piece of work; its size in units of some 300 instructions, 0 when there is nothing to do.
     pub fn step(&mut self) -> u32 {
         match self.task {
@@ -159,6 +158,7 @@ impl<T: Real> Estimator<T> {
         }
         if !self.is_aligned {
             self.unread.add(T::ZERO, seconds);
+            self.of_gyro.passed(seconds);
             self.align();
             return;
         }
@@ -177,11 +177,17 @@ impl<T: Real> Estimator<T> {
         }
         if agreement.is_turned {
             self.unread.add(T::ONE, seconds);
+            if self.of_gyro.contradicted(seconds) {
+                // It is another gyro than the one that was learnt.
+                self.begin();
+                return;
+            }
             self.gap(T::ZERO);
             return;
         }
+        self.of_gyro.agreed(seconds);
         self.unread.add(T::ZERO, seconds);
-        if self.is_contradicted_for_long(&agreement) {
+        if self.is_contradicted_for_good(&agreement) {
             return;
         }
         if self.kind == Kind::Moving {
@@ -195,17 +201,21 @@ impl<T: Real> Estimator<T> {
 
     /// What has contradicted the readings of field or force for too long to be right is forgotten: the attitude, and for the field the earth's and
     /// the hard iron, of which a shock may have made another.
-    fn is_contradicted_for_long(&mut self, agreement: &Agreement) -> bool {
-        let mut is_long = [false; 2];
-        let sensors = [agreement.field, agreement.force];
-        for ((readings, seconds), is_long) in sensors.into_iter().zip(&mut self.contradicted_s).zip(&mut is_long) {
-            *seconds = if readings == Readings::Contradicted { *seconds + self.pre.seconds } else { T::ZERO };
-            *is_long = *seconds > T::of(CONTRADICTED_S);
-            if *is_long {
-                *seconds = T::ZERO;
+    fn is_contradicted_for_good(&mut self, agreement: &Agreement) -> bool {
+        let seconds = self.pre.seconds;
+        let is_for_good = |readings, of: &mut Disagreement<T>| match readings {
+            Readings::Contradicted => of.contradicted(seconds),
+            Readings::Used => {
+                of.agreed(seconds);
+                false
             }
-        }
-        let [by_field, by_force] = is_long;
+            Readings::Missing => {
+                of.passed(seconds);
+                false
+            }
+        };
+        let by_field = is_for_good(agreement.field, &mut self.of_field);
+        let by_force = is_for_good(agreement.force, &mut self.of_force);
         if by_field {
             self.node.has_field = false;
             HARD_IRON.columns().for_each(|column| self.globals.widen(column, T::ONE));

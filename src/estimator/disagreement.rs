@@ -1,0 +1,73 @@
+//! How long a sensor has contradicted everything else: a disturbance passes, what stays is a change.
+
+use super::real::Real;
+
+/// A contradiction that lasts as long is no disturbance, and what it contradicts is wrong, seconds.
+const FOR_GOOD_S: f32 = 20.0;
+/// Agreement for so long ends it, seconds.
+const OVER_S: f32 = 5.0;
+
+/// A contradiction in progress, or none.
+#[derive(Clone, Copy)]
+pub(super) struct Disagreement<T> {
+    /// Since it began; 0: there is none.
+    seconds: T,
+    /// Of agreement since.
+    agreed_s: T,
+}
+
+impl<T: Real> Disagreement<T> {
+    pub const fn zero() -> Self {
+        Self { seconds: T::ZERO, agreed_s: T::ZERO }
+    }
+
+    /// The sensor contradicted for so long. Whether that is for good; then it is begun anew.
+    pub fn contradicted(&mut self, seconds: T) -> bool {
+        self.agreed_s = T::ZERO;
+        self.seconds += seconds;
+        let is_for_good = self.seconds > T::of(FOR_GOOD_S);
+        if is_for_good {
+            *self = Self::zero();
+        }
+        is_for_good
+    }
+
+    /// It agreed.
+    pub fn agreed(&mut self, seconds: T) {
+        self.agreed_s += seconds;
+        self.passed(seconds);
+        if self.agreed_s > T::of(OVER_S) {
+            *self = Self::zero();
+        }
+    }
+
+    /// Time passed in which nobody could tell.
+    pub fn passed(&mut self, seconds: T) {
+        if self.seconds > T::ZERO {
+            self.seconds += seconds;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bursts_pass_and_what_contradicts_again_and_again_is_for_good() {
+        let mut burst = Disagreement::<f64>::zero();
+        for _ in 0..20 {
+            assert!((0..10).all(|_| !burst.contradicted(0.5)));
+            (0..11).for_each(|_| burst.agreed(0.5));
+        }
+        // A change: contradicted, aligned anew for a second, two nodes of agreement.
+        let mut change = Disagreement::<f64>::zero();
+        let found = (0..20).position(|_| {
+            let is_for_good = change.contradicted(0.5);
+            change.passed(1.0);
+            (0..2).for_each(|_| change.agreed(0.5));
+            is_for_good
+        });
+        assert_eq!(found, Some(8), "of 2.5 s each");
+    }
+}
