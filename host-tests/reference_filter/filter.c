@@ -9,7 +9,7 @@
  *   - norms of single fields, not of their mean;
  *   - rests judged from two nodes, and rows that say so of the bias;
  *   - nodes that end after half a turn;
- *   - readings of field and force that contradict everything known are left out (the library also forgets what they contradict for 20 s);
+ *   - readings of the field that contradict everything known are left out (the library also forgets what they contradict for 20 s);
  *   - walks of P and b every 10 s, in the place of a fading memory;
  *   - vibration as the mean of its squares.
  * What it is not: elements of both sensor matrices are unknowns as they are (the library turns them, to the same prior), derivatives are
@@ -99,7 +99,7 @@ static struct path path;
 static struct half before;
 static vector rest_rate, bias;
 static float x[GLOBALS], root[GLOBALS][GLOBALS];
-static float fields_out, forces_out;
+static float fields_out;
 
 static void multiply(const float *a, const float *b, float *product) {
     matrix c;
@@ -458,30 +458,20 @@ static void update(int rest) {
     /* Velocity and position go on. */
     float aliased = sqrtf(S.velocity_increment * S.velocity_increment + path.vibration / n * S.sample_period * T);
     float speed = rest ? REST_SPEED : S.velocity;
-    w = 1 / sqrtf(speed * speed + aliased * aliased);
+    w = 1 / aliased;
     attitude_rows(rows + 9, dv, w);
     global_rows(rows + 9, path.velocity_by, -w);
     for (int i = 0; i < 3; i++) {
         rows[9 + i][3 + i] = -w;
-        rows[9 + i][CONSTANT] = w * velocity[i];
     }
-    if (contradicted(rows + 9, 1)) {
-        scale_rows(rows + 9, 0);
-        memset(velocity, 0, sizeof velocity);
-        memset(position, 0, sizeof position);
-        forces_out++;
-    } else {
-        scale_rows(rows + 9, 1 / (w * aliased));
-        w = 1 / (0.5f * aliased * T);
-        attitude_rows(rows + 12, dp, w);
-        global_rows(rows + 12, path.position_by, -w);
-        for (int i = 0; i < 3; i++) {
-            rows[9 + i][CONSTANT] = 0;
-            rows[9 + i][STATES + 3 + i] = 1 / aliased;
-            rows[12 + i][3 + i] = -w * T;
-            rows[12 + i][6 + i] = -w;
-            rows[12 + i][STATES + 6 + i] = w;
-        }
+    w = 1 / (0.5f * aliased * T);
+    attitude_rows(rows + 12, dp, w);
+    global_rows(rows + 12, path.position_by, -w);
+    for (int i = 0; i < 3; i++) {
+        rows[9 + i][STATES + 3 + i] = 1 / aliased;
+        rows[12 + i][3 + i] = -w * T;
+        rows[12 + i][6 + i] = -w;
+        rows[12 + i][STATES + 6 + i] = w;
     }
 
     /* Their bounds, and what the gyro reads at rest. */
@@ -601,6 +591,5 @@ int main(void) {
     fwrite(&nodes, sizeof nodes, 1, stdout);
     fwrite(&rests, sizeof rests, 1, stdout);
     fwrite(&fields_out, sizeof fields_out, 1, stdout);
-    fwrite(&forces_out, sizeof forces_out, 1, stdout);
     return 0;
 }

@@ -41,8 +41,8 @@ struct Second {
     sigma: Vec<f64>,
     nodes: f32,
     rests: f32,
-    /// Nodes whose field and whose force contradicted.
-    left_out: [f32; 2],
+    /// Nodes whose field contradicted.
+    left_out: f32,
 }
 
 fn bundled(name: &str) -> Trace {
@@ -148,7 +148,7 @@ fn second(trace: &Trace, settings: &Settings) -> Second {
         sigma: sigma.into_iter().map(f64::from).collect(),
         nodes: rest[3] as f32,
         rests: rest[4] as f32,
-        left_out: [rest[5] as f32, rest[6] as f32],
+        left_out: rest[5] as f32,
     }
 }
 
@@ -269,7 +269,7 @@ fn differences(name: &str, trace: &Trace) -> [f64; 5] {
         largest_difference(&wide_p, &narrow_p),
     ];
     let Second { nodes, rests, left_out, .. } = second;
-    println!("{name}: {nodes} nodes, {rests} at rest, {left_out:?} left out; {:?} %", found.map(|x| 100.0 * x));
+    println!("{name}: {nodes} nodes, {rests} at rest, {left_out} fields left out; {:?} %", found.map(|x| 100.0 * x));
     found
 }
 

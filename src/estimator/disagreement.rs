@@ -32,7 +32,7 @@ impl<T: Real> Disagreement<T> {
         is_for_good
     }
 
-    /// It agreed.
+    /// It agreed, which it may by chance where the attitude was just aligned to it.
     pub fn agreed(&mut self, seconds: T) {
         self.agreed_s += seconds;
         self.passed(seconds);

@@ -121,7 +121,9 @@ impl<T: Real> Update<T> {
         let mut force = if pre.forces == pre.increments { Readings::Used } else { Readings::Missing };
         if force == Readings::Used {
             let mut path = [[T::ZERO; WIDTH]; 6];
-            if is_path_contradicted(&mut path, node, taken, &self.predicted.velocity, speed) {
+            // By hand force is what keeps the attitude where a field is wrong for long, and must not be locked out.
+            let is_bounded = noise.acceleration_m_s_rts > 0.0;
+            if is_bounded && is_path_contradicted(&mut path, node, taken, &self.predicted.velocity, speed) {
                 force = Readings::Contradicted;
             } else {
                 let path_noise = path_noise(taken, &self.predicted.velocity, speed);

@@ -205,12 +205,8 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
         let seconds = self.pre.seconds;
         let is_for_good = |readings, of: &mut Disagreement<T>| match readings {
             Readings::Contradicted => of.contradicted(seconds),
-            Readings::Used => {
-                of.agreed(seconds);
-                false
-            }
-            Readings::Missing => {
-                of.passed(seconds);
+            Readings::Used | Readings::Missing => {
+                *of = Disagreement::zero();
                 false
             }
         };
