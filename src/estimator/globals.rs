@@ -86,7 +86,7 @@ impl<T: Real> Globals<T> {
     pub fn widen(&mut self, global: usize, variance: T) {
         let mut u = [T::ZERO; GLOBALS];
         for (u, row) in u.iter_mut().zip(&self.root) {
-            *u = row[global];
+            *u = row.get(global).copied().unwrap_or(T::ZERO);
         }
         let square = u.iter().fold(T::ZERO, |sum, u| sum + *u * *u);
         if square == T::ZERO || variance <= T::ZERO {
