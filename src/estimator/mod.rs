@@ -82,8 +82,8 @@ enum Task {
     Walking(usize),
     /// The posterior is averaged.
     Averaging,
-    /// It is averaged, and handed out.
-    Concluding,
+    /// It is averaged; what the search's cost is bounded by is gathered from this node on.
+    Bounding(usize),
 }
 
 /// The filter, in `f32` on the chip, with the rows of the last `NODES` nodes of motion for the search. All zero bytes before [`Estimator::configure`].

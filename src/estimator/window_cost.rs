@@ -5,6 +5,8 @@
 
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
+use core::ops::Range;
+
 use super::{
     Estimator,
     left_over::{COLUMNS, LeftOver, ROWS, WINDOW_NODES},
@@ -29,6 +31,21 @@ const HALVINGS: u8 = 10;
 /// Weight of a node with this squared innovation.
 fn weight(square: f32) -> f32 {
     SPREAD / (SPREAD + square)
+}
+
+/// Information about P and b.
+pub(super) type Information = Packed<12, 78>;
+
+/// Adds the information of some nodes' rows.
+#[inline(never)]
+pub(super) fn gather<const NODES: usize>(rows: &LeftOver<NODES>, nodes: Range<usize>, into: &mut Information) {
+    for index in nodes {
+        let node = rows.node(index);
+        let (triples, _) = node.as_chunks::<3>();
+        for triple in triples {
+            into.add_outers(&triple.map(|[row @ .., _]| row), 1.0);
+        }
+    }
 }
 
 /// What makes the cost one about the posterior's mean.
@@ -70,18 +87,10 @@ impl Centre {
     }
 
     /// Lowers the share until the cost has a minimum. Far away no node has any weight, and what is left is the posterior's information less the
-    /// rows' at their usual weight. In the rows' there can be more of some direction: a posterior that is averaged over widths, or whose P has
-    /// walked since, knows less. A cost without a bound then has its best point at the edge of the search box.
+    /// rows' (`left`) at their usual weight. In the rows' there can be more of some direction: a posterior that is averaged over widths, or whose P
+    /// has walked since, knows less. A cost without a bound then has its best point at the edge of the search box.
     #[inline(never)]
-    pub fn bound<const NODES: usize>(&mut self, rows: &LeftOver<NODES>) {
-        let mut left = Packed::<12, 78>::zero();
-        for index in 0..rows.count() {
-            let node = rows.node(index);
-            let (triples, _) = node.as_chunks::<3>();
-            for triple in triples {
-                left.add_outers(&triple.map(|[row @ .., _]| row), 1.0);
-            }
-        }
+    pub fn bound(&mut self, left: &Information) {
         // In posterior deviations, where the posterior's own information is the identity.
         let mut half = [[0.0; GYRO]; GYRO];
         for (i, half) in half.iter_mut().enumerate() {
@@ -256,7 +265,9 @@ mod tests {
         };
         let before = lowest(&centre);
         assert!(before < -10.0, "{before}");
-        centre.bound(&rows);
+        let mut left = Information::zero();
+        gather(&rows, 0..rows.count(), &mut left);
+        centre.bound(&left);
         let after = lowest(&centre);
         assert!(after > 0.0 && centre.share > 0.03, "{after} {}", centre.share);
     }

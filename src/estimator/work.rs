@@ -9,6 +9,7 @@ use super::{
     real::{Real, V3, norm, zero3},
     update::{Agreement, Readings, Taken},
     walk,
+    window_cost::{Information, gather},
 };
 use core::f32::consts::PI;
 
@@ -25,6 +26,8 @@ const COLUMN_UNITS: u32 = 20;
 const START_UNITS: u32 = 120;
 const WIDTHS_UNITS: u32 = 150;
 const CENTRE_UNITS: u32 = 500;
+/// Nodes whose rows are gathered in one piece.
+const BOUND_NODES: usize = 20;
 
 impl<T: Real, const NODES: usize> Estimator<T, NODES> {
     /// One bounded piece of work; its size in units of some 300 instructions, 0 when there is nothing to do.
@@ -48,13 +51,15 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
             Task::Averaging => {
                 if !self.averaging.step(&mut self.update.rows) {
                     self.centre();
-                    self.task = Task::Concluding;
+                    self.task = Task::Bounding(0);
                     return CENTRE_UNITS;
                 }
                 WIDTHS_UNITS
             }
-            Task::Concluding => {
-                self.conclude();
+            Task::Bounding(from) => {
+                if self.bound(from) {
+                    self.conclude();
+                }
                 CENTRE_UNITS
             }
         }
@@ -103,10 +108,28 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
         }
     }
 
-    fn conclude(&mut self) {
-        if let Some(centre) = self.centre.first_mut() {
-            centre.bound(&self.left_over);
+    /// Sees to it that the search's cost has a minimum: gathers the information of so many nodes' rows at a time, in scratch memory, and bounds
+    /// the cost by it; `true` when that is done.
+    fn bound(&mut self, from: usize) -> bool {
+        let Some(centre) = self.centre.first_mut() else { return true };
+        let scratch = self.update.rows.as_flattened_mut();
+        let mut left = Information::zero();
+        if from > 0 {
+            left.0.iter_mut().zip(scratch.iter()).for_each(|(left, kept)| *left = kept.narrow());
         }
+        let count = self.left_over.count();
+        if from >= count {
+            centre.bound(&left);
+            return true;
+        }
+        let end = if from + BOUND_NODES < count { from + BOUND_NODES } else { count };
+        gather(&self.left_over, from..end, &mut left);
+        scratch.iter_mut().zip(&left.0).for_each(|(kept, left)| *kept = T::of(*left));
+        self.task = Task::Bounding(end);
+        false
+    }
+
+    fn conclude(&mut self) {
         let posterior = self.posterior_of(&self.averaging.result());
         // Then it is not the gyro any more that the stored model was of.
         let is_forsaken = self.is_restored && matches!(posterior.fitness, Err(Refusal::Implausible { .. }));
