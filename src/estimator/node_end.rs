@@ -1,0 +1,140 @@
+//! What becomes of the increments between two nodes: a rest to start from, an attitude, or the rows of an update.
+
+use super::{
+    Estimator, Kind, Task,
+    columns::{HARD_IRON, NUISANCES},
+    disagreement::Disagreement,
+    preintegration::GYRO,
+    reading::{Agreement, Readings, Taken},
+    real::Real,
+};
+
+impl<T: Real, const NODES: usize> Estimator<T, NODES> {
+    pub(super) fn end_node(&mut self) {
+        let seconds = self.pre.seconds;
+        self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };
+        if self.kind == Kind::Rest && !self.has_begun {
+            self.unread.add(T::ZERO, seconds);
+            self.start_at_rest();
+            return;
+        }
+        if !self.is_aligned {
+            self.unread.add(T::ZERO, seconds);
+            self.of_gyro.passed(seconds);
+            self.align();
+            return;
+        }
+        let taken = Taken {
+            pre: &self.pre,
+            parameters: &self.parameters,
+            globals: &self.globals,
+            settings: &self.settings,
+            sigma: &self.sigma,
+            unknown: self.unknown_rotation(),
+            kind: self.kind,
+        };
+        let agreement = self.update.assemble(&mut self.node, &taken);
+        if self.kind == Kind::Moving {
+            self.turned.add(if agreement.is_turned { T::ONE } else { T::ZERO }, seconds);
+        }
+        if agreement.is_turned {
+            self.unread.add(T::ONE, seconds);
+            if self.of_gyro.contradicted(seconds) {
+                // It is another gyro than the one that was learnt.
+                self.begin();
+                return;
+            }
+            self.gap(T::ZERO);
+            return;
+        }
+        self.of_gyro.agreed(seconds);
+        self.unread.add(T::ZERO, seconds);
+        if self.is_contradicted_for_good(&agreement) {
+            return;
+        }
+        if self.kind == Kind::Moving {
+            self.motion_s += seconds;
+            let fieldless = if agreement.field == Readings::Used { T::ZERO } else { T::ONE };
+            self.fieldless.add(fieldless, seconds);
+        }
+        self.unwalked_s += seconds;
+        self.task = Task::Eliminating;
+    }
+
+    /// What has contradicted the readings of field or force for too long to be right is forgotten: the attitude, and for the field the earth's and
+    /// the hard iron, of which a shock may have made another.
+    fn is_contradicted_for_good(&mut self, agreement: &Agreement) -> bool {
+        let seconds = self.pre.seconds;
+        let is_for_good = |readings, of: &mut Disagreement<T>| match readings {
+            Readings::Contradicted => of.contradicted(seconds),
+            Readings::Used | Readings::Missing => {
+                *of = Disagreement::zero();
+                false
+            }
+        };
+        let by_field = is_for_good(agreement.field, &mut self.of_field);
+        let by_force = is_for_good(agreement.force, &mut self.of_force);
+        if by_field {
+            self.node.has_field = false;
+            HARD_IRON.columns().for_each(|column| self.globals.widen(column, T::ONE));
+            self.task = Task::Walking(0);
+        }
+        if by_field || by_force {
+            self.gap(T::ZERO);
+        }
+        by_field || by_force
+    }
+
+    /// Variance of the node's rotation by what is not known of bias and P, rad^2.
+    fn unknown_rotation(&self) -> T {
+        let sigma = self.sigma.iter().skip(NUISANCES);
+        let mut by = [[T::ZERO; GYRO]; 3];
+        for ((k, of), sigma) in self.pre.by_gyro.iter().enumerate().zip(sigma) {
+            for (by, of) in by.iter_mut().zip(of.iter()) {
+                if let Some(slot) = by.get_mut(k) {
+                    *slot = *of * *sigma;
+                }
+            }
+        }
+        by.iter().fold(T::ZERO, |sum, by| sum + self.globals.variance(by))
+    }
+
+    /// A rest before anything else: its mean rate is the bias to begin with, its mean force the attitude.
+    fn start_at_rest(&mut self) {
+        self.bias = self.rests.rate;
+        self.linearise();
+        if self.pre.forces > 0 {
+            self.node.start(&self.pre.forces_read, &self.settings.noise);
+            (self.is_aligned, self.has_begun) = (true, true);
+        }
+        self.gap_s = T::ZERO;
+        self.pre.start();
+    }
+
+    /// A node of a start in motion, or after a gap.
+    fn align(&mut self) {
+        let is_enough = self.alignment.add(&self.pre, self.has_begun);
+        self.pre.start();
+        if !is_enough {
+            return;
+        }
+        let [force, field] = self.alignment.vectors();
+        if self.has_begun {
+            self.node.realign(&force, &field, self.gap_s, &self.settings.noise);
+        } else {
+            self.node.start(&force, &self.settings.noise);
+        }
+        (self.is_aligned, self.has_begun) = (true, true);
+        self.gap_s = T::ZERO;
+    }
+
+    /// Seconds through which nobody knows how the probe turned.
+    pub(super) fn gap(&mut self, seconds: T) {
+        self.pre.start();
+        self.rests.interrupt();
+        self.held_before = None;
+        self.is_aligned = false;
+        self.alignment.start();
+        self.gap_s += seconds;
+    }
+}

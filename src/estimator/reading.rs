@@ -1,0 +1,168 @@
+//! What a node's readings say: the predicted states, and the rows of rotation, field and path with their noise.
+
+use super::{
+    columns::GLOBALS,
+    gate::Innovation,
+    globals::Globals,
+    node::{Kind, Node},
+    parameters::Parameters,
+    preintegration::Preintegration,
+    real::{M3, Real, V3, norm, square},
+    rows::{self, Block, CONSTANT, FieldReading, PathNoise, WIDTH},
+    settings::{Noise, Settings},
+};
+
+/// Predicted states.
+#[derive(Clone, Copy)]
+pub(super) struct Predicted<T> {
+    pub attitude: M3<T>,
+    pub velocity: V3<T>,
+    pub position: V3<T>,
+}
+
+/// What a node is made from.
+pub(super) struct Taken<'a, T> {
+    pub pre: &'a Preintegration<T>,
+    pub parameters: &'a Parameters<T>,
+    pub globals: &'a Globals<T>,
+    pub settings: &'a Settings,
+    /// Widths of the priors.
+    pub sigma: &'a [T; GLOBALS],
+    /// Variance of its rotation by what is not known of bias and P, rad^2.
+    pub unknown: T,
+    pub kind: Kind,
+}
+
+/// What came of a sensor's readings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Readings {
+    /// None, or too few.
+    Missing,
+    Used,
+    /// They contradict what is known and were left out.
+    Contradicted,
+}
+
+/// What came of a node's readings.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Agreement {
+    pub field: Readings,
+    pub force: Readings,
+    /// The field is another by nothing but a turn: not it, the gyro is wrong.
+    pub is_turned: bool,
+}
+
+pub(super) fn weight<T: Real>(variance: T) -> T {
+    T::ONE / variance.root()
+}
+
+/// Student's t: what the weight of a residual of zero is above that of a Gaussian.
+pub(super) fn peak<T: Real>(noise: &Noise) -> T {
+    T::of((noise.freedom + 3.0) / noise.freedom)
+}
+
+pub(super) fn predict<T: Real>(node: &Node<T>, taken: &Taken<T>) -> Predicted<T> {
+    let Taken { pre, settings, .. } = *taken;
+    let seconds = pre.seconds;
+    let gravity = V3::new(T::ZERO, T::ZERO, T::of(-settings.gravity_m_s2));
+    let fallen = node.velocity * seconds + gravity * (seconds * seconds * T::of(0.5));
+    Predicted {
+        attitude: node.attitude * pre.rotation,
+        velocity: node.velocity + node.attitude * pre.velocity.value + gravity * seconds,
+        position: node.position + fallen + node.attitude * pre.position.value,
+    }
+}
+
+/// The gyro's rotation links the attitudes.
+pub(super) fn rotate<T: Real>(rows: &mut [[T; WIDTH]], node: &Node<T>, taken: &Taken<T>) {
+    let Taken { pre, settings, sigma, unknown, .. } = *taken;
+    let noise = &settings.noise;
+    let angle = T::of(noise.rotation_share) * pre.angle;
+    // Of a Gaussian error x the linear model leaves x^2 / 2, of mean square 3 / 4 of the squared variance.
+    let curvature = T::of(0.75) * unknown * unknown;
+    let variance = T::of(noise.rotation_rad_rts * noise.rotation_rad_rts) * pre.seconds + angle * angle + curvature;
+    rows::rotation(Block { rows, weight: weight(variance / peak(noise)), sigma }, &node.attitude, &pre.by_gyro);
+}
+
+/// The field that was read. Returns whether it was used, and whether it is turned.
+pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) -> (Readings, bool) {
+    let Taken { pre, settings, sigma, .. } = *taken;
+    let noise = &settings.noise;
+    if 2 * pre.fields < pre.increments || pre.fields == 0 {
+        return (Readings::Missing, false);
+    }
+    let share = T::ONE / T::of(f32::from(pre.fields));
+    let mean = node.attitude * pre.field * share;
+    if !node.has_field {
+        (node.field, node.has_field) = (mean, true);
+    }
+    let length = pre.field_norms * share;
+    let innovation = mean - node.field;
+    let reading = FieldReading { attitude: &node.attitude, pre, share, mean, innovation };
+    let at_rest = if taken.kind == Kind::Rest { noise.field_at_rest } else { 1.0 };
+    let own = T::of(noise.field_share * at_rest);
+    let own = own * own;
+    let scatter = pre.field_variance();
+    rows::field(Block { rows: &mut *rows, weight: weight(own), sigma }, &reading);
+    let expected = Innovation::new(rows, node, taken.globals);
+    // By the usual scatter: that of a field which comes or goes within the node is large.
+    if expected.is_contradicted((own + node.norms.scatter().unwrap_or(scatter)) / own) {
+        rows.as_flattened_mut().fill(T::ZERO);
+        let size = norm(&node.field);
+        let longer = (length - size) * weight(own);
+        let is_turned = noise.field_is_even && !expected.is_contradicted_along(&(node.field / size), longer);
+        return (Readings::Contradicted, is_turned);
+    }
+    node.norms.add(pre, share);
+    let usual = if noise.field_is_even { norm(&node.field) } else { node.norms.of_their_time() };
+    let deviation = length / usual - T::ONE;
+    // What the readings' own scatter does not explain is the field's.
+    let disturbed = deviation * deviation - scatter;
+    let disturbed = if disturbed > T::ZERO { disturbed } else { T::ZERO };
+    let variance = own + disturbed + scatter;
+    let freedom = T::of(noise.freedom);
+    let variance = variance * (freedom + square(&innovation) / variance) / (freedom + T::of(3.0));
+    rows::field(Block { rows, weight: weight(variance), sigma }, &reading);
+    (Readings::Used, false)
+}
+
+/// Noise of the velocity's increment by samples of vibration, which alias like white noise of their own rate.
+fn aliased_variance<T: Real>(taken: &Taken<T>) -> T {
+    let least = T::of(taken.settings.noise.velocity_increment_m_s);
+    least * least + taken.pre.mean_vibration() * T::of(taken.settings.sample_period_s) * taken.pre.seconds
+}
+
+/// Whether the velocity that the readings of force lead to contradicts its bound. Leaves rows behind that are to be written anew.
+pub(super) fn is_path_contradicted<T: Real>(
+    path: &mut [[T; WIDTH]; 6],
+    node: &Node<T>,
+    taken: &Taken<T>,
+    velocity: &V3<T>,
+    speed: T,
+) -> bool {
+    let Taken { pre, settings, sigma, globals, .. } = *taken;
+    let white = T::of(settings.noise.acceleration_m_s_rts);
+    let variance = white * white * pre.seconds + speed * speed + aliased_variance(taken);
+    let weight = weight(variance);
+    let only_velocity = PathNoise { velocity: weight, position_by_velocity: T::ZERO, position: T::ONE };
+    rows::path(path, sigma, &node.attitude, pre, &only_velocity);
+    for (row, velocity) in path.iter_mut().zip(velocity.iter()) {
+        row[CONSTANT] = *velocity * weight;
+    }
+    let is_contradicted = Innovation::new(&path[..3], node, globals).is_contradicted(T::ONE);
+    *path = [[T::ZERO; WIDTH]; 6];
+    is_contradicted
+}
+
+pub(super) fn path_noise<T: Real>(taken: &Taken<T>, velocity: &V3<T>, speed: T) -> PathNoise<T> {
+    let noise = &taken.settings.noise;
+    let seconds = taken.pre.seconds;
+    if noise.acceleration_m_s_rts > 0.0 && taken.kind == Kind::Moving {
+        let white = T::of(noise.acceleration_m_s_rts);
+        let freedom = T::of(noise.acceleration_freedom);
+        let square = square(velocity) / (white * white * seconds + speed * speed);
+        return PathNoise::white(white * ((freedom + square) / (freedom + T::of(3.0))).root(), seconds);
+    }
+    let aliased = aliased_variance(taken).root();
+    PathNoise::independent(aliased, aliased * seconds * T::of(0.5))
+}
