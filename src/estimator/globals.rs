@@ -166,6 +166,11 @@ mod tests {
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
 
+    fn covariance(globals: &Globals<f64>) -> SMatrix<f64, GLOBALS, GLOBALS> {
+        let r = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| globals.root[i][j]);
+        (r.transpose() * r).try_inverse().unwrap()
+    }
+
     #[test]
     fn widening_adds_the_variance_to_one_global_and_changes_no_other_covariance() {
         let mut generator = Xoshiro128PlusPlus::seed_from_u64(2);
@@ -177,10 +182,6 @@ mod tests {
             }
             row[i] += 2.0;
         }
-        let covariance = |globals: &Globals<f64>| {
-            let r = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| globals.root[i][j]);
-            (r.transpose() * r).try_inverse().unwrap()
-        };
         let before = covariance(&globals);
         let widened = [(3, 0.7), (25, 0.01), (36, 4.0)];
         for (global, variance) in widened {
@@ -209,10 +210,6 @@ mod tests {
             row[i] += if i % 3 == 0 { -4.0 } else { 2.0 };
         }
         globals.x = core::array::from_fn(|i| i as f64);
-        let covariance = |globals: &Globals<f64>| {
-            let r = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| globals.root[i][j]);
-            (r.transpose() * r).try_inverse().unwrap()
-        };
         let mut expected = covariance(&globals);
         let drifted = [(2, 0.9), (0, 0.5), (9, 0.0), (30, 0.99), (36, 0.0), (20, 1.0)];
         for (global, kept) in drifted {

@@ -3,7 +3,7 @@
 
 use super::{
     ModelStore, StorageError,
-    granules::{Place, holds},
+    granules::Place,
     index::KEPT,
     little_endian::{Reader, Writer},
     record::{GRANULE, Header, Kind, MAX_RECORD, encode},
@@ -119,20 +119,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             let Some((granules, place)) = placed else { return self.refuse_full() };
             (writing.place, writing.granules, writing.done) = (place, granules, 0);
         }
-        let place = Place { granule: writing.place.granule + writing.done, ..writing.place };
-        let begin = usize::from(writing.done) * GRANULE;
-        let bytes = self.buffer.get(begin..begin + GRANULE).unwrap_or_default();
-        if let Err(e) = self.flash.write(place.address::<F>(), bytes) {
-            return self.failed(StorageError::Flash(e));
-        }
-        writing.done += 1;
-        if writing.done == writing.granules {
-            let bytes = self.buffer.get(..begin + GRANULE).unwrap_or_default();
-            match holds(&mut self.flash, writing.place.address::<F>(), bytes) {
-                Ok(true) => {}
-                Ok(false) => return self.failed(StorageError::NotVerified),
-                Err(e) => return self.failed(StorageError::Flash(e)),
-            }
+        if self.program_next(writing.place, &mut writing.done, writing.granules)? {
             writing.part += 1;
             if usize::from(writing.part) == PARTS {
                 self.learnt_number = Some(writing.number);

@@ -204,22 +204,9 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     #[inline(never)]
     pub fn step(&mut self) -> Result<Progress, StorageError<F::Error>> {
         let Some(mut writing) = self.writing.take() else { return Ok(Progress::Idle) };
-        let place = Place { granule: writing.place.granule + writing.done, ..writing.place };
-        let begin = usize::from(writing.done) * GRANULE;
-        let bytes = self.buffer.get(begin..begin + GRANULE).unwrap_or_default();
-        if let Err(e) = self.flash.write(place.address::<F>(), bytes) {
-            return self.failed(StorageError::Flash(e));
-        }
-        writing.done += 1;
-        if writing.done < writing.granules {
+        if !self.program_next(writing.place, &mut writing.done, writing.granules)? {
             self.writing = Some(writing);
             return Ok(Progress::More);
-        }
-        let bytes = self.buffer.get(..begin + GRANULE).unwrap_or_default();
-        match holds(&mut self.flash, writing.place.address::<F>(), bytes) {
-            Ok(true) => {}
-            Ok(false) => return self.failed(StorageError::NotVerified),
-            Err(e) => return self.failed(StorageError::Flash(e)),
         }
         self.index.keep(writing.number, writing.place, writing.temperature_c);
         self.counts.stored = self.counts.stored.saturating_add(1);
@@ -249,6 +236,31 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             self.flash.read(address + GRANULE as u32, rest).map_err(StorageError::Flash)?;
         }
         Ok(header.payload(&self.buffer).map(|_| header))
+    }
+
+    /// Programs the next 32 bytes of the buffered record; after the last of them reads it back, and returns `true`.
+    pub(super) fn program_next(
+        &mut self,
+        record: Place,
+        done: &mut u16,
+        granules: u16,
+    ) -> Result<bool, StorageError<F::Error>> {
+        let place = Place { granule: record.granule + *done, ..record };
+        let begin = usize::from(*done) * GRANULE;
+        let bytes = self.buffer.get(begin..begin + GRANULE).unwrap_or_default();
+        if let Err(e) = self.flash.write(place.address::<F>(), bytes) {
+            return self.failed(StorageError::Flash(e));
+        }
+        *done += 1;
+        if *done < granules {
+            return Ok(false);
+        }
+        let bytes = self.buffer.get(..begin + GRANULE).unwrap_or_default();
+        match holds(&mut self.flash, record.address::<F>(), bytes) {
+            Ok(true) => Ok(true),
+            Ok(false) => self.failed(StorageError::NotVerified),
+            Err(e) => self.failed(StorageError::Flash(e)),
+        }
     }
 
     pub(super) fn refuse_full<T>(&mut self) -> Result<T, StorageError<F::Error>> {
