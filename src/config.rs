@@ -5,7 +5,6 @@
 use core::f32::consts::{FRAC_PI_2, PI};
 
 mod attitude;
-mod diagnosis;
 mod drilling_dynamics;
 mod earth;
 mod error;
@@ -20,7 +19,6 @@ mod survey_limits;
 mod vector_errors;
 
 pub use attitude::AttitudeConfig;
-pub use diagnosis::DiagnosisConfig;
 pub use drilling_dynamics::DynamicsConfig;
 pub use earth::Earth;
 pub use error::ConfigError;
@@ -68,8 +66,6 @@ pub struct Config {
     pub attitude: AttitudeConfig,
     /// The estimator of the gyro's errors, and the search of a window.
     pub identification: IdentificationConfig,
-    /// The diagnosis of what the model lacks.
-    pub diagnosis: DiagnosisConfig,
     /// How surveys are taken and judged, for [`Surveyor::configure`](crate::survey::Surveyor::configure).
     pub survey: SurveyConfig,
 }
@@ -89,7 +85,6 @@ impl Default for Config {
             earth: Earth::default(),
             attitude: AttitudeConfig::default(),
             identification: IdentificationConfig::default(),
-            diagnosis: DiagnosisConfig::default(),
             survey: SurveyConfig::default(),
         }
     }
@@ -110,7 +105,6 @@ impl Config {
         earth: Earth::UNSET,
         attitude: AttitudeConfig::UNSET,
         identification: IdentificationConfig::UNSET,
-        diagnosis: DiagnosisConfig::UNSET,
         survey: SurveyConfig::UNSET,
     };
 
@@ -139,7 +133,6 @@ impl Config {
         self.latency.validate()?;
         self.attitude.validate()?;
         self.identification.validate()?;
-        self.diagnosis.validate()?;
         self.survey.validate()
     }
 }

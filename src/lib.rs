@@ -8,9 +8,10 @@
 //! 6. [`estimator`]: P, b and their uncertainty from all samples so far
 //! 7. [`optimizer`]: IMOA and others, over any cost
 //! 8. [`identification`]: when what has been learnt flies, and what the search adds to it
-//! 9. [`diagnosis`]: residual, evidence, missing effect
-//! 10. [`probe`]: all of it behind `push` and `poll`
-//! 11. `telemetry` (feature `serde`): what leaves the firmware; `storage` (feature `storage`): what outlives the power
+//! 9. [`diagnosis`]: which effects the evidence wants, and what is left
+//! 10. [`magnet`]: a magnet that came or left
+//! 11. [`probe`]: all of it behind `push` and `poll`
+//! 12. `telemetry` (feature `serde`): what leaves the firmware; `storage` (feature `storage`): what outlives the power
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing)]
@@ -20,6 +21,7 @@ pub mod compensation;
 pub mod diagnosis;
 pub mod estimator;
 pub mod identification;
+pub mod magnet;
 pub mod optimizer;
 pub mod probe;
 pub mod rest;

@@ -18,10 +18,11 @@ pub use stored_model::NotRestored;
 
 use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
-    compensation::{ActiveEffects, Effect, effects::LIBRARY},
+    compensation::{ActiveEffects, Effect, effect::REFERENCE_TEMPERATURE_C},
     config::{Config, ConfigError},
-    diagnosis::{DiagnosisReport, DiagnosisSchedule, HardIronWatch},
+    diagnosis::DiagnosisReport,
     identification::{Identifier, WindowReport},
+    magnet::HardIronWatch,
     sample::{Reading, Sample, SampleFlags},
 };
 use nalgebra::Vector3;
@@ -46,6 +47,8 @@ pub struct Probe {
     counters: Counters,
     /// Time of the last sample; 0 samples mean none.
     last_us: u64,
+    /// Time of validity of the last output.
+    last_valid_us: u64,
     last_raw_rad_s: [f32; 3],
     /// How long no rate has been read that can be believed, seconds.
     unread_s: f32,
@@ -54,10 +57,13 @@ pub struct Probe {
     gyro_rails: [Rail; 3],
     filter: AttitudeFilter,
     identifier: Identifier,
-    diagnosis: DiagnosisSchedule,
+    library: Option<&'static [&'static dyn Effect]>,
     /// Compensated rate of the sample before, for the angular acceleration.
     last_rate_rad_s: Option<Vector3<f32>>,
     square_force_m2_s4: f32,
+    /// Specific force and temperature over the effects' reference of the last sample.
+    last_force_m_s2: Vector3<f32>,
+    last_warming_k: f32,
     /// What is taken out of the readings for the attitude.
     attitude_effects: ActiveEffects,
     watch: HardIronWatch,
@@ -81,20 +87,22 @@ impl Probe {
                 gyro_missing: 0,
                 overruns: 0,
                 reports_lost: 0,
-                diagnosis_overruns: 0,
                 diagnoses_lost: 0,
                 increments_lost: 0,
             },
             last_us: 0,
+            last_valid_us: 0,
             last_raw_rad_s: [0.0; 3],
             unread_s: 0.0,
             staleness: [Staleness::zero(); 3],
             gyro_rails: [Rail::zero(); 3],
             filter: AttitudeFilter::new(),
             identifier: Identifier::zero(),
-            diagnosis: DiagnosisSchedule::zero(),
+            library: None,
             last_rate_rad_s: None,
             square_force_m2_s4: 0.0,
+            last_force_m_s2: Vector3::new(0.0, 0.0, 0.0),
+            last_warming_k: 0.0,
             attitude_effects: ActiveEffects::none(),
             watch: HardIronWatch::zero(),
             calibrated: Calibrated::NONE,
@@ -110,6 +118,7 @@ impl Probe {
         self.config = *config;
         self.samples_per_second = 1_000_000_u32.checked_div(config.sample_period_us).unwrap_or(0);
         self.counters = Counters::default();
+        self.last_valid_us = 0;
         self.last_raw_rad_s = config.gyro.b_rad_s;
         self.unread_s = 0.0;
         self.staleness = [Staleness::zero(); 3];
@@ -117,15 +126,11 @@ impl Probe {
         self.filter.start(&config.attitude, &config.earth);
         self.filter.mag_delay_known(self.mag_delay_sigma_s());
         self.filter.gyro_delay_known(config.latency.gyro_s.is_some());
-        self.identifier.configure(config);
-        // What the last diagnosis finds has to be there when the last update is asked for.
-        self.diagnosis.configure(config, self.identifier.final_us());
+        self.identifier.configure(config, self.library());
         self.last_rate_rad_s = None;
         self.attitude_effects = ActiveEffects::none();
+        (self.last_force_m_s2, self.last_warming_k) = (Vector3::zeros(), 0.0);
         self.square_force_m2_s4 = config.earth.gravity_m_s2 * config.earth.gravity_m_s2;
-        if self.diagnosis.library().is_empty() {
-            self.diagnosis.set_library(&LIBRARY);
-        }
         self.watch.configure(config);
         self.configured = true;
         Ok(())
@@ -148,29 +153,16 @@ impl Probe {
         let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
         if first {
             self.identifier.start(sample.t_us);
-            self.diagnosis.start(sample.t_us, &self.config);
             self.watch.start(sample.t_us);
         } else if gap {
             count(&mut self.counters.gaps);
             self.identifier.gap(self.last_us, sample.t_us);
-            self.diagnosis.gap(sample.t_us);
             self.watch.gap(sample.t_us);
         }
         self.last_us = sample.t_us;
         self.counters.samples += 1;
 
-        let flown = *self.identifier.flown();
-        let sigma = self.identifier.take_effect(sample.t_us, &self.config);
-        let [effects_changed, bias_stepped] = self.take_diagnosed(sample.t_us);
-        if sigma.is_some() || bias_stepped {
-            // After a step P is what it was, and no deviation counts.
-            self.filter.model_changed(&flown, self.identifier.flown(), &sigma.unwrap_or([0.0; 12]));
-        }
-        if effects_changed {
-            self.attitude_effects = self.effects().of_attitude(self.library());
-            self.filter.mag_delay_known(self.mag_delay_sigma_s());
-            self.filter.field_changed();
-        }
+        self.take_effect(sample.t_us);
         let mut flags = self.flags(&sample);
         let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
         if !missing {
@@ -186,7 +178,7 @@ impl Probe {
         };
         let vectors = [self.vector(1, &sample), self.vector(2, &sample)];
         let [accel, mut mag] = self.at_gyro_time(vectors, &raw, step_us as f32 * 1e-6);
-        let withheld = self.watch(sample.t_us, gyro, &mut mag);
+        self.watch(sample.t_us, [gyro, accel], &mut mag);
         let compensated = self.identifier.flown().compensate(raw.into());
         let before = self.last_rate_rad_s.unwrap_or(compensated);
         let moment = self.corrected(&sample, &compensated, [accel, mag], step_us as f32 * 1e-6);
@@ -212,40 +204,28 @@ impl Probe {
         }
         let if_good = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Good(_)).then_some(v);
         self.filter.observe(if_good(&accel, moment.force_m_s2).as_ref(), if_good(&mag, moment.field_ut).as_ref());
-        // Gravity is what specific force at rest points away from.
-        let gravity = match accel {
-            // Seconds in which gravity alone speaks would weigh its own errors into P.
-            _ if withheld => Reading::Clipped,
-            Reading::Good(force) => Reading::Good(-force),
-            _ => accel,
-        };
         self.calibrated = Calibrated::of(&sample, [gyro, accel, mag], &moment);
-        let temperature = sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
-        let temperature_c = (!temperature).then_some(sample.temperature_c);
-        self.diagnosis.push(sample.t_us, [gyro, gravity, mag], temperature_c, (&self.config, self.identifier.flown()));
-        // P is the identity to some per cent, and what the effects change is small already.
-        let estimated = match gyro {
-            Reading::Good(raw) => Reading::Good(raw + (rate - compensated)),
-            other => other,
-        };
-        self.identifier.push(sample.t_us, [estimated, accel, mag]);
+        let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+        let warming_k = is_warm.then_some(sample.temperature_c - REFERENCE_TEMPERATURE_C);
+        // As they were read: the estimator takes out by itself what it has found.
+        self.identifier.push(sample.t_us, [gyro, accel, mag], warming_k);
 
         let delay_s = self.effects().gyro_delay_s(self.library()) + self.config.latency.gyro_s.unwrap_or(0.0);
         // A gyro before its time is two late vector sensors: no output is valid later than its sample.
         let t_us = sample.t_us.saturating_sub((delay_s * 1e6) as u64);
+        // A delay that has just been found must not turn time back.
+        let t_us = if first || t_us > self.last_valid_us { t_us } else { self.last_valid_us.saturating_add(1) };
+        self.last_valid_us = t_us;
         Some(Output { t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
     }
 
-    /// Does about `budget` units of identification and diagnosis work (a unit is some 300 instructions; the last piece may overshoot by
+    /// Does about `budget` units of identification work (a unit is some 300 instructions; the last piece may overshoot by
     /// 500) and hands out the report of a window whose result has taken effect, or of one that has none. Results do not depend on how the
     /// work is sliced, only on whether it is done when the result is due. Else the update is a counted overrun, and what flies stays.
     pub fn poll(&mut self, budget: u32) -> Option<WindowReport> {
         let mut spent = 0;
         while spent < budget {
-            let units = match self.identifier.step(&self.config) {
-                0 => self.diagnosis.step(&self.config),
-                units => units,
-            };
+            let units = self.identifier.step(&self.config);
             if units == 0 {
                 break;
             }
@@ -254,14 +234,14 @@ impl Probe {
         self.identifier.take_report()
     }
 
-    /// Sets the effects that are looked for, and starts afresh with them; without a call they are those of [`LIBRARY`].
+    /// Sets the effects that are looked for from the next [`Probe::configure`] on; without a call they are those of [`LIBRARY`](crate::compensation::effects::LIBRARY).
     pub const fn set_library(&mut self, library: &'static [&'static dyn Effect]) {
-        self.diagnosis.set_library(library);
+        self.library = Some(library);
     }
 
     /// The oldest diagnosis that nobody has taken, since it took effect.
     pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
-        self.diagnosis.take()
+        self.identifier.take_diagnosis()
     }
 
     /// The budget that every host and firmware loop gives [`Probe::poll`] after each sample, so that every result is ready when it is due.

@@ -7,6 +7,7 @@
  *   - the curvature of an uncertain rotation in its noise;
  *   - the field's scatter within a node in its noise, and the norm's deviation only as far as that does not explain it;
  *   - norms of single fields, not of their mean;
+ *   - what a field that is a mean over a sample period loses in length, in its noise;
  *   - rests judged from two nodes, and rows that say so of the bias;
  *   - nodes that end after half a turn;
  *   - readings of the field that contradict everything known are left out (the library also forgets what they contradict for 20 s);
@@ -427,9 +428,11 @@ static void update(int rest) {
     apply(node.attitude, body, mean);
     if (!node.has_field) memcpy(node.field, mean, sizeof mean);
     node.has_field = 1;
-    float own = S.field_share * (rest ? S.field_at_rest : 1);
+    /* Variance: the sensor's own, and of means that are shorter across the axis by up to angle^2 / 24 of a sample period. */
+    float alone = S.field_share * (rest ? S.field_at_rest : 1), turn_of_sample = path.angle / T * S.sample_period;
+    float shorter = turn_of_sample * turn_of_sample / 24, own = alone * alone + shorter * shorter;
     for (int i = 0; i < 3; i++) innovation[i] = mean[i] - node.field[i];
-    w = 1 / own;
+    w = 1 / sqrtf(own);
     attitude_rows(rows + 3, mean, -w);
     global_rows(rows + 3, path.field_by, w / n);
     for (int i = 0; i < 3; i++) {
@@ -437,7 +440,7 @@ static void update(int rest) {
         rows[3 + i][CONSTANT] = w * innovation[i];
     }
     float usual_scatter = node.norms > 0 ? node.mean_scatter : scatter;
-    if (contradicted(rows + 3, (own * own + usual_scatter) / (own * own))) {
+    if (contradicted(rows + 3, (own + usual_scatter) / own)) {
         scale_rows(rows + 3, 0);
         fields_out++;
     } else {
@@ -445,9 +448,9 @@ static void update(int rest) {
         node.mean_norm += (path.norms / n - node.mean_norm) / node.norms;
         node.mean_scatter += (scatter - node.mean_scatter) / node.norms;
         float deviation = path.norms / n / node.mean_norm - 1, disturbed = deviation * deviation - scatter;
-        float variance = own * own + (disturbed > 0 ? disturbed : 0) + scatter;
+        float variance = own + (disturbed > 0 ? disturbed : 0) + scatter;
         w = sqrtf((nu + 3) / (nu + dot(innovation, innovation) / variance) / variance);
-        scale_rows(rows + 3, w * own);
+        scale_rows(rows + 3, w * sqrtf(own));
     }
     w = sqrtf((nu + 3) / nu / (((rest ? 0 : S.field_walk * S.field_walk) + 1e-8f) * T));
     for (int i = 0; i < 3; i++) {

@@ -8,7 +8,7 @@ use std::{
     path::Path,
 };
 
-use meerkat_mwd::{Config, SampleFlags, compensation::GyroModel, diagnosis::HardIronInterval};
+use meerkat_mwd::{Config, SampleFlags, compensation::GyroModel, magnet::HardIronInterval};
 use serde::Serialize;
 
 mod remainder;
@@ -106,12 +106,15 @@ struct EffectJson {
     parameters: BTreeMap<&'static str, f32>,
     sigma: BTreeMap<&'static str, f32>,
     active_s: Vec<[f64; 2]>,
+    /// When it was found, and since when it is taken out, seconds; `null` where it is not.
+    found_s: Option<f64>,
+    taken_out_s: Option<f64>,
+    /// Log Bayes factor.
     evidence: Option<f32>,
-    p_value: Option<f32>,
     /// Whether it is taken out of the readings: not where it is larger than this effect can be.
     taken_out: bool,
-    residual_before: Option<f32>,
-    residual_after: Option<f32>,
+    residual_before: Option<f64>,
+    residual_after: Option<f64>,
     residual_unit: &'static str,
 }
 
@@ -122,18 +125,18 @@ impl EffectJson {
             let parameters = found.effect.parameters().iter().zip(values);
             parameters.map(|(parameter, value)| (parameter.name, value * parameter.in_unit)).collect()
         };
-        let [before, after] = report.residual_rad.map(f32::to_degrees);
         Self {
             name: found.effect.name(),
-            aliases: found.effect.aliases().to_vec(),
+            aliases: found.aliases(),
             parameters: by_name(&report.found.parameters),
             sigma: by_name(&report.found.sigma),
             active_s: vec![found.active_s],
+            found_s: Some(in_seconds(report.found_us)),
+            taken_out_s: report.is_taken_out().then(|| in_seconds(report.taken_out_us)),
             evidence: Some(report.evidence),
-            p_value: Some(report.p_value),
-            taken_out: report.believed,
-            residual_before: Some(before),
-            residual_after: Some(after),
+            taken_out: report.is_taken_out(),
+            residual_before: found.residual_deg.before,
+            residual_after: found.residual_deg.after,
             residual_unit: "deg",
         }
     }
@@ -147,8 +150,9 @@ impl EffectJson {
             parameters: names.into_iter().zip(magnet.offset_ut).collect(),
             sigma: names.into_iter().zip(magnet.sigma_ut).collect(),
             active_s: vec![[in_seconds(magnet.from_us), magnet.to_us.map_or(end_s, in_seconds)]],
+            found_s: None,
+            taken_out_s: None,
             evidence: None,
-            p_value: None,
             taken_out: magnet.corrected,
             residual_before: None,
             residual_after: None,

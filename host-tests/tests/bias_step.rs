@@ -5,8 +5,7 @@ use std::path::Path;
 
 use meerkat_mwd::{
     Config,
-    compensation::effects::LIBRARY,
-    diagnosis::{DiagnosisReport, EffectReport, Verdict},
+    diagnosis::{DiagnosisReport, EffectReport},
 };
 use mwd::{
     configuration::of_trace,
@@ -18,6 +17,9 @@ use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
+/// A shock that is read this hard stands out of the vibration, whose half seconds reach 15 to 25 m/s^2.
+const STANDS_OUT_M_S2: f32 = 60.0;
+
 const SCENARIOS: [&str; 2] = ["drilling_45deg.toml", "drilling_vertical.toml"];
 
 fn scenario(name: &str, change: impl Fn(&mut Scenario)) -> Scenario {
@@ -27,9 +29,16 @@ fn scenario(name: &str, change: impl Fn(&mut Scenario)) -> Scenario {
     scenario
 }
 
-fn step_of(report: &DiagnosisReport) -> Option<EffectReport> {
-    let is_step = |found: &&EffectReport| LIBRARY[usize::from(found.found.index)].name() == "gyro_bias_step";
-    report.found().find(is_step).copied()
+fn steps_of(report: &DiagnosisReport) -> impl Iterator<Item = EffectReport> + '_ {
+    report.found().filter(|found| found.step_us > 0).copied()
+}
+
+/// Largest specific force that is read within a tenth of a second.
+fn hardest_m_s2(trace: &Trace, from_s: f64) -> f32 {
+    let within = trace.samples.iter().filter(|s| (from_s..from_s + 0.1).contains(&(s.t_us as f64 * 1e-6)));
+    within
+        .map(|sample| Vector3::from(sample.accel_m_s2).norm())
+        .fold(0.0, |most: f32, x| if x > most { x } else { most })
 }
 
 /// Root mean square of the seconds' mean errors of the rate that is put out, deg/s.
@@ -54,14 +63,14 @@ fn rate_error_deg_s(trace: &Trace, flight: &Flight, from_s: f64, to_s: f64) -> f
     (seconds.iter().sum::<f64>() / seconds.len() as f64).sqrt().to_degrees()
 }
 
-/// Steps of 0.2 to 0.5 deg/s at hard shocks. Of 24 runs 18 are named; some of the others were too near the end of a diagnosis, or their shock
-/// fell between two samples and does not stand out of the vibration.
+/// Steps of 0.2 to 0.5 deg/s at hard shocks. A shock that falls between two samples does not stand out of the vibration: its step is told at the
+/// next one that does. One that does is told with its time, and no other beside it.
 #[test]
 fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
     const SEEDS: u64 = 12;
     let (mut within, mut components) = (0, 0);
     for name in SCENARIOS {
-        let (mut named, mut followed, mut better) = (0, 0, 0);
+        let (mut named, mut misdated, mut missed_though_hard, mut followed, mut better) = (0, 0, 0_u32, 0, 0);
         for seed in 0..SEEDS {
             let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed ^ 0x57e9);
             let mut between =
@@ -79,19 +88,34 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
             let at_s = truth.shocks.iter().map(|shock| shock.start_s).find(|start_s| *start_s >= after_s).unwrap();
             let config = of_trace(&trace);
             let flight = fly(&config, &trace.samples, |_| {}).unwrap();
-            let steps: Vec<_> = flight.diagnoses.iter().filter_map(|r| Some((r, step_of(r)?))).collect();
-            let Some((report, found)) = steps.first() else { continue };
+            // A shock and its ringing are one for 2 s.
+            let is_it = |step: &EffectReport| (step.step_us as f64 * 1e-6 - at_s).abs() < 2.0;
+            let (told, others): (Vec<EffectReport>, Vec<EffectReport>) =
+                flight.diagnoses.iter().flat_map(steps_of).partition(is_it);
+            let mut others_s: Vec<f64> = others.iter().map(|step| step.step_us as f64 * 1e-6).collect();
+            others_s.dedup();
+            let (Some(first), Some(last)) = (told.first(), told.last()) else {
+                let hardest = hardest_m_s2(&trace, at_s);
+                println!(
+                    "{name} seed {seed:2}: {length_deg_s:.2} deg/s at {at_s:.1}, hardest {hardest:.0} m/s^2: not found; told {others_s:?}"
+                );
+                // The next shock that stands out is taken for it.
+                misdated += u32::from(!others_s.is_empty());
+                missed_though_hard += u32::from(hardest > STANDS_OUT_M_S2 && !others_s.is_empty());
+                continue;
+            };
             named += 1;
-            assert_eq!(steps.len(), 1, "{name} {seed}: once");
-            let found_s = report.bias_step.unwrap().t_us as f64 * 1e-6;
-            assert!((found_s - at_s).abs() < 2.0, "{name} {seed}: {found_s} for {at_s}");
+            assert!(others_s.is_empty(), "{name} {seed}: {at_s:.1}, and also {others_s:?}");
+            assert!(
+                told.iter().all(|step| step.step_us == first.step_us),
+                "{name} {seed}: one step, one time: {told:?}"
+            );
             let expected = truth.gyro.p_matrix().cast::<f64>() * step_deg_s;
             for k in 0..3 {
-                let [size, sigma] =
-                    [found.found.parameters[k], found.found.sigma[k]].map(|x| f64::from(x).to_degrees());
+                let [size, sigma] = [last.found.parameters[k], last.found.sigma[k]].map(|x| f64::from(x).to_degrees());
                 within += u32::from((size - expected[k]).abs() < 3.0 * sigma);
                 components += 1;
-                // The deviations are a tenth too small: of 219 components measured 4 were beyond 3 of them, the farthest at 3.7.
+                // Of 72 Gaussian components one in 2,000 runs of this test is beyond.
                 assert!(
                     (size - expected[k]).abs() < 4.5 * sigma,
                     "{name} {seed}: {size} for {} +- {sigma}",
@@ -99,50 +123,57 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
                 );
             }
             let off = fly(&Config { effects: false, ..config }, &trace.samples, |_| {}).unwrap();
-            let landing_s = report.t_effect_us as f64 * 1e-6;
-            let [on, off] = [&flight, &off].map(|flight| rate_error_deg_s(&trace, flight, landing_s, landing_s + 60.0));
+            let from_s = first.taken_out_us as f64 * 1e-6;
+            let [on, off] = [&flight, &off].map(|flight| rate_error_deg_s(&trace, flight, from_s, from_s + 60.0));
             println!(
-                "{name} seed {seed:2}: {length_deg_s:.2} deg/s at {at_s:.1}, found {found_s:.1}; rate error {on:.3}, without {off:.3} deg/s"
+                "{name} seed {seed:2}: {length_deg_s:.2} deg/s at {at_s:.1}, of {:.1} by {:.1}, evidence {:.0}, taken out from {from_s:.1}; \
+                 rate error {on:.3}, without {off:.3} deg/s",
+                first.step_us as f64 * 1e-6,
+                first.found_us as f64 * 1e-6,
+                first.evidence
             );
-            if !found.believed {
-                // Named, but beside a residual that is left unexplained: something else may have changed, and what flies stays.
-                assert!(
-                    report.verdict == Verdict::UnexplainedResidual && on <= 1.05 * off,
-                    "{name} {seed}: {on} {off}"
-                );
-                continue;
-            }
-            followed += 1;
+            assert!(first.is_taken_out() && first.found_us <= first.taken_out_us, "{name} {seed}: {first:?}");
+            followed += u32::from(from_s < at_s + 30.0);
             better += u32::from(on < off);
             // Its bias is the new one: no jump back.
-            let last = flight.reports.last().unwrap().flown;
+            let model = flight.reports.last().unwrap().flown;
             let new = Vector3::from(*truth.bias_rad_s.last().unwrap());
-            let error = (Vector3::from(last.b_rad_s) - new).map(|x| f64::from(x).to_degrees());
+            let error = (Vector3::from(model.b_rad_s) - new).map(|x| f64::from(x).to_degrees());
             assert!(error.norm() < 0.7 * length_deg_s, "{name} {seed}: {error}");
         }
-        // The diagnosis and the estimator each take the step into account, and now and then the two together are worse than the estimator
-        // alone: 3 of 15 runs, two of them by more than a deg/s, the worst at 9.8 for 7.2. That is no bound to be content with.
-        assert!(named >= 9 && 2 * followed > named, "{name}: {named} of {SEEDS} named, {followed} followed");
-        assert!(better + 2 >= followed, "{name}: better in {better} of {followed}");
-        println!("{name}: {named} of {SEEDS} named, {followed} followed");
+        println!(
+            "{name}: {named} of {SEEDS} named, {misdated} at another time, {followed} followed within half a minute, {better} better"
+        );
+        // Three places for twenty shocks a minute: one in ten is seen and finds none.
+        assert!(missed_though_hard <= 1, "{name}: {missed_though_hard} hard shocks found no place");
+        // A shock of some milliseconds may fall between two samples: a third of them hardly shows, and another is taken for it.
+        assert!(named >= 6 && named + misdated >= 10, "{name}: {named} of {SEEDS} named, {misdated} at another time");
+        assert!(4 * followed >= 3 * named, "{name}: {followed} followed of {named}");
+        assert!(4 * better >= 3 * named, "{name}: better in {better} of {named}");
     }
     println!("{within} of {components} components within 3 sigma");
     assert!(100 * within >= 95 * components, "{within} of {components}");
 }
 
-/// Of 1,100 diagnoses with 50 seeds each one names a step.
+/// A Bayes factor of e^5 times the number of shocks comes of noise alone in one run in 150, or less often (Ville); of 20 runs three or more
+/// do so once in 3,000 times.
 #[test]
 fn shocks_without_a_step_are_not_taken_for_one() {
-    let (mut diagnoses, mut false_alarms) = (0, 0);
+    let mut false_alarms = 0;
     for name in SCENARIOS {
-        for seed in 100..105 {
-            let (trace, _) = simulate(&scenario(name, |_| {}), seed);
+        for seed in 100..110 {
+            let (trace, truth) = simulate(&scenario(name, |_| {}), seed);
+            assert!(!truth.shocks.is_empty(), "{name} {seed}");
             let flight = fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap();
-            diagnoses += flight.diagnoses.len();
-            false_alarms += flight.diagnoses.iter().filter_map(step_of).count();
+            assert!(flight.diagnoses.len() > 5, "{name} {seed}");
+            let told: Vec<EffectReport> = flight.diagnoses.iter().flat_map(steps_of).collect();
+            if let Some(step) = told.first() {
+                println!("{name} seed {seed}: {step:?}");
+            }
+            false_alarms += usize::from(!told.is_empty());
         }
     }
-    assert!(diagnoses >= 100 && 100 * false_alarms <= diagnoses, "{false_alarms} of {diagnoses}");
+    assert!(false_alarms <= 2, "{false_alarms} of 20 runs");
 }
 
 /// A step of the bias while nothing hits the tool has another cause.
@@ -157,6 +188,78 @@ fn a_step_without_a_shock_is_not_named() {
         });
         let trace = simulate(&calm, seed).0;
         let flight = fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap();
-        assert_eq!(flight.diagnoses.iter().filter_map(step_of).count(), 0, "{seed}");
+        assert_eq!(flight.diagnoses.iter().flat_map(steps_of).count(), 0, "{seed}");
     }
+}
+
+/// Two steps in one run, each at a shock that stands out: each is told with its own time, and both are in the bias that flies. Shocks are rare
+/// enough for the three places of steps that are looked for at a time.
+#[test]
+fn a_second_step_is_told_from_the_first() {
+    let (mut both, mut runs, mut others) = (0, 0, 0);
+    for seed in 0..10 {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed ^ 0x25e9);
+        let mut between =
+            |low: f64, high: f64| low + (high - low) * f64::from(generator.next_u32()) / f64::from(u32::MAX);
+        let mut draw = || {
+            let direction = Vector3::from([(); 3].map(|()| between(-1.0, 1.0))).normalize();
+            direction * between(0.25, 0.5)
+        };
+        let steps_deg_s = [draw(), draw()];
+        let scenario = scenario("drilling_45deg.toml", |scenario| {
+            scenario.duration_s = 270.0;
+            scenario.shocks.peak_g = [15.0, 20.0];
+            scenario.shocks.per_minute = 6.0;
+        });
+        let (mut trace, truth) = simulate(&scenario, seed);
+        let seen: Vec<f64> = truth
+            .shocks
+            .iter()
+            .map(|shock| shock.start_s)
+            .filter(|s| hardest_m_s2(&trace, *s) > STANDS_OUT_M_S2)
+            .collect();
+        let Some(first_s) = seen.iter().copied().find(|s| *s > 40.0) else { continue };
+        // The last is seen for a minute.
+        let Some(second_s) = seen.into_iter().find(|s| *s > first_s + 20.0 && *s < 165.0) else { continue };
+        runs += 1;
+        for (at_s, step) in [first_s, second_s].into_iter().zip(steps_deg_s) {
+            for sample in trace.samples.iter_mut().filter(|sample| sample.t_us as f64 * 1e-6 > at_s) {
+                let all = sample.gyro_rad_s.iter_mut().zip(step.iter());
+                all.for_each(|(rate, step)| *rate += step.to_radians() as f32);
+            }
+        }
+        let flight = fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap();
+        let mut times_s: Vec<f64> =
+            flight.diagnoses.iter().flat_map(steps_of).map(|step| step.step_us as f64 * 1e-6).collect();
+        times_s.sort_unstable_by(f64::total_cmp);
+        times_s.dedup();
+        let near = |at_s: f64| times_s.iter().any(|s| (s - at_s).abs() < 2.0);
+        // One that has found no place is told at a shock that follows it.
+        let is_of = |s: f64, at_s: f64| (-2.0..20.0).contains(&(s - at_s));
+        others += times_s.iter().filter(|s| !is_of(**s, first_s) && !is_of(**s, second_s)).count();
+        let steps_rad_s = (steps_deg_s[0] + steps_deg_s[1]).map(f64::to_radians);
+        let new = Vector3::from(*truth.bias_rad_s.last().unwrap()).cast::<f64>() + steps_rad_s;
+        let flown = Vector3::from(flight.reports.last().unwrap().flown.b_rad_s).cast::<f64>();
+        let error_deg_s = (flown - new).norm().to_degrees();
+        println!(
+            "seed {seed}: at {first_s:.1} and {second_s:.1}; told {times_s:.1?}; bias off by {error_deg_s:.3} deg/s"
+        );
+        let least = steps_deg_s.map(|step| step.norm()).into_iter().fold(f64::INFINITY, f64::min);
+        assert!(error_deg_s < 0.5 * least, "{seed}: {error_deg_s} of {least}");
+        if !near(first_s) || !near(second_s) {
+            continue;
+        }
+        both += 1;
+        // After two minutes a step is settled: it is the bias', and none any more.
+        for from_s in (0..).map(|k| second_s + 60.0 + 10.0 * f64::from(k)).take_while(|s| *s < 255.0) {
+            let error_deg_s = rate_error_deg_s(&trace, &flight, from_s, from_s + 10.0);
+            assert!(error_deg_s < 0.5 * least, "{seed}: {error_deg_s} of {least} deg/s from {from_s:.0} s on");
+        }
+    }
+    println!("both in {both} of {runs}, {others} others");
+    // All places are taken at one shock in 14 (Erlang: 6 a minute, each for 10 s, at 3 places): both find one in 86 %, and of 8 runs fewer than 5
+    // do so once in 40 times.
+    assert!(runs >= 6 && 2 * both > runs, "both in {both} of {runs}");
+    // A Bayes factor of e^5 comes of noise in one run in 150.
+    assert!(others <= 1, "{others}");
 }

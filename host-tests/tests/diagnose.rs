@@ -141,14 +141,15 @@ fn a_g_sensitivity_is_taken_out_whole() {
         let found = report.found().next().unwrap();
         let in_deg_s_g = f64::from(LIBRARY[usize::from(found.found.index)].parameters()[0].in_unit);
         let [xx, xy, _, yx, yy, ..] = found.found.parameters.map(|x| f64::from(x) * in_deg_s_g);
-        assert!(found.believed, "{seed}");
+        assert!(found.is_taken_out(), "{seed}");
         assert!((xx + yy - 0.4).abs() < 0.15 && (yx - xy - 0.45).abs() < 0.15, "{seed}: {xx} {yy} {yx} {xy}");
     }
 }
 
-/// P takes turned axes of the magnetometer, so that no residual is left, and gravity shows an error of the accelerometer that is not there.
+/// The filter has columns for turned axes of the magnetometer, whether or not the library has their name: P is not bent by them, and nothing else
+/// is blamed, as gravity that then shows an error of the accelerometer that is not there.
 #[test]
-fn turned_axes_that_the_library_does_not_have_stay_unexplained() {
+fn turned_axes_that_the_library_does_not_have_are_laid_on_nothing_else() {
     static WITHOUT: LazyLock<Vec<&dyn Effect>> =
         LazyLock::new(|| LIBRARY.into_iter().filter(|effect| effect.name() != "soft_iron").collect());
     for (seed, inclination_deg) in [(0, 45.0), (1, 0.0), (2, 45.0), (3, 0.0)] {
@@ -156,24 +157,41 @@ fn turned_axes_that_the_library_does_not_have_stay_unexplained() {
         let trace = run(Effects { mag_matrix, ..Effects::default() }, inclination_deg, seed);
         let flight = fly_with(&WITHOUT, &of_trace(&trace), &trace.samples, |_| {}).unwrap();
         let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive()).unwrap();
-        assert_eq!(last.verdict, Verdict::UnexplainedResidual, "{seed}");
-        assert!(last.found().all(|effect| WITHOUT[usize::from(effect.found.index)].sensor() == Sensor::Magnetometer));
+        let blamed: Vec<_> = last
+            .found()
+            .map(|effect| (WITHOUT[usize::from(effect.found.index)], effect))
+            .filter(|(effect, _)| effect.sensor() != Sensor::Magnetometer)
+            .map(|(effect, report)| (effect.name(), report.evidence, report.found.parameters))
+            .collect();
+        assert!(blamed.is_empty(), "{seed}: {blamed:?}");
     }
 }
 
-/// In a vertical hole nothing but the sign tells a lag of the gyro from one of the magnetometer: no magnetometer leads.
+/// In a vertical hole nothing but the sign tells a lag of the gyro from one of the magnetometer: no magnetometer leads. A gyro whose time is
+/// unknown is taken to be half a period late, 5 ms: one that is less late makes the magnetometer look late.
 #[test]
 fn a_magnetometer_that_leads_is_a_gyro_that_lags() {
-    for seed in 0..3 {
-        let lag_ms = 3.5 + 1.5 * seed as f64;
+    for seed in 0..4 {
+        let mut random = Xoshiro128PlusPlus::seed_from_u64(seed ^ 0x1a6);
+        let mut between = |low: f64, high: f64| low + (high - low) * f64::from(random.next_u32()) / f64::from(u32::MAX);
+        let lag_ms = between(6.5, 12.0);
         let gyro = last_diagnosis(&run(Effects { gyro_lag_ms: lag_ms, ..Effects::default() }, 0.0, seed));
-        assert_eq!(names(&gyro), ["gyro_lag"], "{seed}");
-        let [found_s, ..] = gyro.found().next().unwrap().found.parameters;
-        assert!((f64::from(found_s) * 1e3 - lag_ms).abs() < 0.1 * lag_ms, "{seed}: {found_s} s for {lag_ms} ms");
+        assert_eq!(names(&gyro), ["gyro_lag"], "{seed}: {lag_ms} ms");
+        let found = gyro.found().next().unwrap().found;
+        let [found_ms, sigma_ms] = [found.parameters[0], found.sigma[0]].map(|x| 1e3 * f64::from(x));
+        assert!((found_ms - lag_ms).abs() < 4.0 * sigma_ms + 0.02 * lag_ms, "{seed}: {found_ms} for {lag_ms} ms");
+
+        let early_ms = between(1.0, 3.5);
+        let early = last_diagnosis(&run(Effects { gyro_lag_ms: early_ms, ..Effects::default() }, 0.0, seed));
+        let name = names(&early);
+        assert!(name == ["mag_lag"] || name == ["eddy_lag"], "{seed}: {early_ms} ms, {name:?}");
+        let found_ms = 1e3 * f64::from(early.found().next().unwrap().found.parameters[0]);
+        assert!((found_ms + early_ms - 5.0).abs() < 0.3, "{seed}: {found_ms} for 5 - {early_ms} ms");
+
         // A lag of the magnetometer alone matters from 0.3 deg on.
-        let mag_lag_ms = 2.0 * lag_ms;
+        let mag_lag_ms = between(6.0, 15.0);
         let magnetometer = last_diagnosis(&run(Effects { mag_lag_ms, ..Effects::default() }, 0.0, seed));
-        assert_eq!(names(&magnetometer), ["mag_lag"], "{seed}");
+        assert_eq!(names(&magnetometer), ["mag_lag"], "{seed}: {mag_lag_ms} ms");
     }
 }
 
@@ -194,26 +212,38 @@ fn a_drift_that_shows_in_two_windows_is_named() {
     }
 }
 
-/// What is known of a lag is that of all windows: the fourth diagnosis is nearer than the first, and says so.
+/// What is known of a lag is that of all samples: 40 s of drilling at the first diagnosis and 115 at the fourth leave 0.59 of the error, and the
+/// stated deviation says so.
 #[test]
 fn what_flies_sharpens_from_window_to_window() {
-    let mut errors_ms = [0.0_f64; 2];
-    for seed in 0..8 {
-        let lag_ms = 4.0 + 1.5 * seed as f64;
+    const SEEDS: u64 = 24;
+    let (mut errors_ms, mut within) = ([0.0_f64; 2], 0);
+    for seed in 0..SEEDS {
+        let mut random = Xoshiro128PlusPlus::seed_from_u64(seed ^ 0x5a);
+        // A smaller one may be of eddy currents.
+        let lag_ms = 8.0 + 8.0 * f64::from(random.next_u32()) / f64::from(u32::MAX);
         let effects = Effects { mag_lag_ms: lag_ms, ..Effects::default() };
-        let scenario = Scenario { duration_s: 170.0, effects, ..Scenario::default() };
+        let scenario = Scenario { duration_s: 140.0, effects, ..Scenario::default() };
         let trace = simulate(&scenario, seed).0;
         let flight = fly(&of_trace(&trace), &trace.samples, |_| {}).unwrap();
-        let found: Vec<_> = flight.diagnoses.iter().filter_map(|report| report.found().next()).collect();
+        let of_lag = |report: &DiagnosisReport| {
+            report.found().find(|effect| LIBRARY[usize::from(effect.found.index)].name() == "mag_lag").copied()
+        };
+        let found: Vec<_> = flight.diagnoses.iter().filter_map(of_lag).collect();
+        assert!(found.len() >= 4, "{seed}: {lag_ms} ms, in {} of {} diagnoses", found.len(), flight.diagnoses.len());
         let [first, fourth] = [0, 3].map(|number: usize| found[number].found);
         assert!(fourth.sigma[0] < 0.8 * first.sigma[0], "{seed}: {first:?} {fourth:?}");
         for (sum, found) in errors_ms.iter_mut().zip([first, fourth]) {
             *sum += (1e3 * f64::from(found.parameters[0]) - lag_ms).powi(2);
         }
+        let error_ms = 1e3 * f64::from(fourth.parameters[0]) - lag_ms;
+        within += u64::from(error_ms.abs() < 3e3 * f64::from(fourth.sigma[0]));
     }
-    println!("lag, ms rms: {:?}", errors_ms.map(|sum| (sum / 8.0).sqrt()));
-    // A half of it in simulation with truth drawn at random.
-    assert!(errors_ms[1].sqrt() < 0.75 * errors_ms[0].sqrt(), "{errors_ms:?}");
+    let [first, fourth] = errors_ms.map(|sum| (sum / SEEDS as f64).sqrt());
+    println!("lag, ms rms: {first} {fourth}; {within} of {SEEDS} within 3 deviations");
+    // The ratio of two rms of 24 is uncertain by a fifth, less what both have in common.
+    assert!(fourth < 0.85 * first, "{first} {fourth}");
+    assert!(within + 1 >= SEEDS, "{within} of {SEEDS}");
 }
 
 /// In a vertical hole g-sensitivity is a bias, and is not claimed.

@@ -159,7 +159,7 @@ fn a_gap_of_ages_has_no_residual() {
 fn two_effects_that_cannot_be_told_apart_are_one_and_the_account_says_so() {
     for (seed, mag_lag_ms, eddy_lag_ms) in [(0, 6.0, 3.5), (1, 9.0, 2.5), (2, 5.0, 4.0)] {
         let found = diagnose(&run(&scenario(Effects { mag_lag_ms, eddy_lag_ms, ..Effects::default() }), seed));
-        let [one] = found.effects[..] else { panic!("{seed}: {:?}", names(&found)) };
+        let [one] = &found.effects[..] else { panic!("{seed}: {:?}", names(&found)) };
         assert!(["mag_lag", "eddy_lag"].contains(&one.effect.name()), "{seed}: {}", one.effect.name());
         let lag_ms = 1e3 * f64::from(one.report.found.parameters[0]);
         assert!((lag_ms / (mag_lag_ms + eddy_lag_ms) - 1.0).abs() < 0.2, "{seed}: {lag_ms}");

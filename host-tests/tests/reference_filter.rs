@@ -23,7 +23,7 @@ use meerkat_mwd::{
     sample::Reading,
 };
 use mwd::{configuration::of_trace, known_error, trace::Trace};
-use nalgebra::{Rotation3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use tempfile::TempDir;
 
 /// Unknowns of the second implementation: without a bias of the accelerometer, which has no width in motion by hand.
@@ -60,31 +60,52 @@ fn vectors(sample: &Sample) -> [Vector3<f64>; 3] {
     [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut].map(|v| Vector3::from(v).cast())
 }
 
-/// 40 ms each: length, rate that turns as far, force and field turned to the middle, vibration, mean rate and its variance.
-fn increments(samples: &[Sample], period_s: f64) -> (f64, Vec<f32>) {
+/// 40 ms each, or half a radian: length, rate that turns as far, force and field turned to the middle, vibration, mean rate and its variance.
+fn increments(samples: &[Sample], settings: &Settings) -> (f64, Vec<f32>) {
+    let period_s = f64::from(settings.sample_period_s);
+    let p: Matrix3<f64> = settings.factory.p_matrix().cast();
+    let b = Vector3::from(settings.factory.b_rad_s).cast::<f64>();
     let each = (1.0 / (25.0 * period_s)).round() as usize;
     let mut all = Vec::new();
-    for first in (0..samples.len() - each).step_by(each) {
-        let (mut turn, mut seconds, mut vibration) = (Rotation3::identity(), 0.0, 0.0);
+    let (mut first, mut turn_before) = (0, Vector3::zeros());
+    while first < samples.len() {
+        let (mut turn, mut seconds, mut angle, mut vibration, mut count) = (Rotation3::identity(), 0.0, 0.0, 0.0, 0);
         let [mut force, mut field, mut mean, mut square] = [Vector3::zeros(); 4];
-        for pair in samples[first..=first + each].windows(2) {
-            let ([_, force_before, field_before], [rate, force_now, field_now]) =
-                (vectors(&pair[0]), vectors(&pair[1]));
+        for pair in samples[first..].windows(2) {
+            let ([_, force_before, _], [rate, force_now, field_now]) = (vectors(&pair[0]), vectors(&pair[1]));
             let step_s = (pair[1].t_us - pair[0].t_us) as f64 * 1e-6;
-            let half = Rotation3::from_scaled_axis(rate * (0.5 * step_s));
-            let middle = turn * half;
-            force += middle * (force_before + force_now) * 0.5;
-            field += middle * (field_before + field_now) * 0.5;
-            turn = middle * half;
+            // Bortz: two successive angles a and b turn by a x b / 12 more than the second of them.
+            let own = p * (rate - b) * step_s;
+            let half = Rotation3::from_scaled_axis(0.5 * (own + turn_before.cross(&own) / 12.0));
+            turn_before = own;
+            let end = turn * half * half;
+            let at = if settings.is_instant { turn * half } else { end };
+            // A mean over the interval is shorter across the axis: by angle^2 / 24, here written as the part that is across.
+            let across = own.norm_squared() / 24.0;
+            let axis = own.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+            let lengthened = |v: Vector3<f64>| at * (v + across * (v - axis * axis.dot(&v)));
+            force += lengthened(force_now);
+            field += lengthened(field_now);
+            turn = end;
             seconds += step_s;
+            angle += own.norm();
             mean += rate;
             square += rate.component_mul(&rate);
             vibration += (force_now - force_before).norm_squared() / 6.0;
+            count += 1;
+            if count == each || angle >= 0.5 {
+                break;
+            }
         }
-        let n = each as f64;
+        first += count;
+        if count < each && angle < 0.5 {
+            break;
+        }
+        let n = count as f64;
         let back = Rotation3::from_scaled_axis(-0.5 * turn.scaled_axis());
         let (mean, square) = (mean / n, square / n);
-        let rows = [turn.scaled_axis() / seconds, back * force / n, back * field / n];
+        let rate = p.try_inverse().unwrap() * turn.scaled_axis() / seconds + b;
+        let rows = [rate, back * force / n, back * field / n];
         all.push(seconds as f32);
         all.extend(rows.iter().flatten().map(|x| *x as f32));
         all.push((vibration / n) as f32);
@@ -106,7 +127,7 @@ fn compiled(directory: &TempDir) -> PathBuf {
 }
 
 fn second(trace: &Trace, settings: &Settings) -> Second {
-    let (increment_s, increments) = increments(&trace.samples, f64::from(settings.sample_period_s));
+    let (increment_s, increments) = increments(&trace.samples, settings);
     let sigma = settings.sigma.iter().enumerate().filter(|(column, _)| !ACCEL_BIAS.columns().contains(column));
     let sigma: Vec<f32> = sigma.map(|(_, sigma)| *sigma).collect();
     let noise = &settings.noise;
@@ -221,7 +242,7 @@ fn averaged(second: &Second, settings: &Settings) -> Vec<f64> {
 /// The library's own mean of P, before it is averaged, as a deviation; and its posterior.
 fn library<T: Real>(trace: &Trace, settings: &Settings) -> ([f64; 9], Posterior) {
     let mut estimator = Box::new(Estimator::<T>::zero());
-    estimator.configure(settings);
+    estimator.configure(settings, &[]);
     let mut p = [0.0; 9];
     let mut work = |estimator: &mut Estimator<T>| {
         while estimator.step() > 0 {
@@ -235,7 +256,7 @@ fn library<T: Real>(trace: &Trace, settings: &Settings) -> ([f64; 9], Posterior)
     for sample in &trace.samples {
         let [rate, force, field] =
             [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut].map(|v| Reading::Good(Vector3::from(v)));
-        estimator.push(sample.t_us, rate, force, field);
+        estimator.push(sample.t_us, [rate, force, field], None);
         work(&mut estimator);
     }
     estimator.close();

@@ -1,5 +1,5 @@
 //! The windows and the final parameters of the JSON result.
-#![allow(clippy::unwrap_used, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 use meerkat_mwd::{
     Config,
@@ -7,7 +7,15 @@ use meerkat_mwd::{
     config::OptimizerKind,
     identification::{Decision, Refusal, WindowReport},
 };
-use mwd::{diagnose::diagnosed, flight::Flight, result_json::result_json, summary::print_summary, trace::Trace};
+use mwd::{
+    configuration::of_trace,
+    diagnose::diagnosed,
+    flight::{Flight, fly},
+    result_json::result_json,
+    simulate::{Effects, Scenario, simulate},
+    summary::print_summary,
+    trace::Trace,
+};
 use serde_json::Value;
 
 fn model(scale: f32, bias: f32) -> GyroModel {
@@ -138,4 +146,25 @@ fn the_summary_of_a_long_flight_fits_a_screen() {
     let text = summary(reports);
     assert!(text.contains("200: 200 accepted, 0 refused"));
     assert!(text.lines().count() <= 40, "{text}");
+}
+
+/// An effect says when it was found and since when it is taken out, by how much it is likelier than not, and nothing of p-values.
+#[test]
+fn an_effect_has_its_times_and_its_evidence() {
+    let effects = Effects { mag_lag_ms: 11.0, ..Effects::default() };
+    let trace = simulate(&Scenario { duration_s: 120.0, effects, ..Scenario::default() }, 5).0;
+    let config = of_trace(&trace);
+    let flight = fly(&config, &trace.samples, |_| {}).unwrap();
+    let diagnosed = diagnosed(&trace, &config, &flight);
+    let result = serde_json::to_value(result_json(&trace, &config, &flight, &diagnosed, None)).unwrap();
+    let all = result["diagnosis"]["effects"].as_array().unwrap();
+    let [effect] = all.as_slice() else { panic!("{all:?}") };
+    assert_eq!(effect["name"], "mag_lag");
+    let [found_s, taken_out_s, evidence] =
+        ["found_s", "taken_out_s", "evidence"].map(|key| effect[key].as_f64().unwrap());
+    // Drilling begins after 10 s; what flies is updated every 5 s, and a result takes effect a second later.
+    assert!((10.0..50.0).contains(&found_s) && taken_out_s > found_s && taken_out_s < found_s + 2.0, "{effect}");
+    assert!(evidence > 5.0 && effect["taken_out"] == true, "{effect}");
+    let keys: Vec<&String> = effect.as_object().unwrap().keys().collect();
+    assert!(keys.iter().all(|key| !key.contains("p_value") && !key.contains("believed")), "{keys:?}");
 }

@@ -9,8 +9,7 @@ mod dot;
 mod packed;
 mod quantile;
 
-pub(crate) use cholesky::{factorise, solve_lower, solve_upper};
 pub(crate) use dot::dot;
+pub(crate) use packed::Cholesky;
 pub use packed::Packed;
-pub(crate) use packed::{Cholesky, add_outers};
 pub(crate) use quantile::quantile;

@@ -2,7 +2,7 @@ use super::effect::{Effect, MAX_PARAMETERS, Moment, Sensor};
 use nalgebra::Vector3;
 
 /// Most effects that are taken out at a time.
-pub const MAX_ACTIVE: usize = 6;
+pub const MAX_ACTIVE: usize = 8;
 
 /// An effect of the library with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -50,7 +50,7 @@ impl ActiveEffects {
         for found in &mut rest.found {
             let Some(effect) = library.get(usize::from(found.index)) else { continue };
             for (value, parameter) in found.parameters.iter_mut().zip(effect.parameters()) {
-                if parameter.turns_axes {
+                if parameter.only_in_estimator {
                     *value = 0.0;
                 }
             }
@@ -87,32 +87,6 @@ impl ActiveEffects {
     /// Takes those of the gyro out of the rate.
     pub(crate) fn correct_rate(&self, library: &[&dyn Effect], moment: &mut Moment) {
         moment.rate_rad_s -= self.sum(library, Sensor::Gyro, moment);
-    }
-
-    /// Variance of what the effects of the gyro add to the rate, by the deviations of their parameters: mean of the axes, (rad/s)^2.
-    pub(crate) fn rate_variance(&self, library: &[&dyn Effect], moment: &Moment) -> f32 {
-        self.iter().fold(0.0, |sum, found| {
-            let effect = library.get(usize::from(found.index)).filter(|effect| effect.sensor() == Sensor::Gyro);
-            let Some(effect) = effect else { return sum };
-            let sigmas = found.sigma.iter().enumerate().take(effect.parameters().len());
-            sigmas.fold(sum, |sum, (k, sigma)| sum + (effect.term(k, moment) * *sigma).norm_squared() / 3.0)
-        })
-    }
-
-    /// Whether the effects of the gyro are the same as those of `other`, up to a delay of all of it; their parameters, too, when
-    /// `exactly`.
-    pub(crate) fn same_of_gyro(&self, other: &Self, library: &[&dyn Effect], exactly: bool) -> bool {
-        let of_gyro = |found: &&FoundEffect| {
-            library
-                .get(usize::from(found.index))
-                .is_some_and(|effect| effect.sensor() == Sensor::Gyro && effect.gyro_delay_s(&found.parameters) == 0.0)
-        };
-        let held = |found: &FoundEffect| {
-            let same = |x: &FoundEffect| x.index == found.index && (!exactly || x.parameters == found.parameters);
-            other.iter().any(same)
-        };
-        self.iter().filter(of_gyro).all(held)
-            && self.iter().filter(of_gyro).count() == other.iter().filter(of_gyro).count()
     }
 
     /// Takes those of accelerometer and magnetometer out. What a sensor reads more whatever its vector is goes first: it does not lag. The other

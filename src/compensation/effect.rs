@@ -1,5 +1,6 @@
 //! What an effect is: a term, linear in its parameters, that a sensor reads beside the truth.
 
+use core::ops::Range;
 use nalgebra::Vector3;
 
 /// Most parameters of one effect.
@@ -50,9 +51,10 @@ pub struct Parameter {
     pub largest: f32,
     /// Whether it may be negative.
     pub signed: bool,
-    /// Whether it only turns the sensor's axes. What the heading counts from are the magnetometer's axes as they were calibrated, and
-    /// which of two sensors' axes have turned cannot be told: so it is taken out where P is identified, and not from the attitude.
-    pub turns_axes: bool,
+    /// Whether it is taken out where P is identified, and not from the attitude: what turns a vector sensor's axes, as the heading counts from the
+    /// magnetometer's as they were calibrated, and which of two sensors' axes have turned cannot be told; and the accelerometer's scale, of
+    /// which hand-held motion shows the size of gravity rather than its direction.
+    pub only_in_estimator: bool,
 }
 
 impl Parameter {
@@ -80,10 +82,18 @@ pub trait Effect: Sync {
     fn gyro_delay_s(&self, _parameters: &[f32; MAX_PARAMETERS]) -> f32 {
         0.0
     }
-    /// Whether it is a step of the gyro's bias, of 1 on axis `k` from before a shock to after it for parameter `k`: it is not taken out at
-    /// all times, but what is read before the shock is made to look like what is read after it.
+    /// Whether it is a step of the gyro's bias, of 1 on axis `k` from a shock on for parameter `k`: the bias that flies holds it.
     fn is_bias_step(&self) -> bool {
         false
+    }
+    /// The columns of the estimator that stand for it, where it is an error of a vector sensor that the estimator always knows: see
+    /// [`columns`](crate::estimator::columns).
+    fn nuisance(&self) -> Option<Range<usize>> {
+        None
+    }
+    /// Its parameters, from the estimator's unknowns in these columns; `field_ut`: the unit of the field, microtesla.
+    fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], _field_ut: f32) -> [f32; MAX_PARAMETERS] {
+        *unknowns
     }
     /// What else looks like it with these sensors.
     fn aliases(&self) -> &'static [&'static str];
@@ -92,6 +102,11 @@ pub trait Effect: Sync {
 /// An axis of the body by number; zero beyond the third.
 pub(super) fn axis(k: usize) -> Vector3<f32> {
     Vector3::from_fn(|row, _| if row == k { 1.0 } else { 0.0 })
+}
+
+/// Of what is added to a reading, what the reading has too much.
+pub(super) fn negated(unknowns: &[f32; MAX_PARAMETERS], factor: f32) -> [f32; MAX_PARAMETERS] {
+    unknowns.map(|x| -x * factor)
 }
 
 /// Component `k` of a vector; 0 beyond the third.

@@ -87,6 +87,19 @@ impl<T: Real> Averaging<T> {
         }
     }
 
+    /// Adds what is not known of the effects that are taken out: the covariance grows by the outer product of this vector, in the globals' order.
+    pub fn spread(&self, by: &[T; GLOBALS], scratch: &mut [[T; WIDTH]]) {
+        let mut rest = scratch.as_flattened_mut();
+        let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return };
+        let of = |variable: usize| by.get(column(variable)).copied().unwrap_or(T::ZERO);
+        let mut elements = base.covariance.iter_mut();
+        for i in 0..VARIABLES {
+            for (j, covariance) in (0..=i).zip(&mut elements) {
+                *covariance += of(i) * of(j);
+            }
+        }
+    }
+
     /// One width of each group; `false` when all are done. `scratch` must be left alone from one to the next.
     pub fn step(&mut self, scratch: &mut [[T; WIDTH]]) -> bool {
         let [mags, irons, accels] = self.grid.count;

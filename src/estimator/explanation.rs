@@ -3,6 +3,7 @@
 use super::{
     Estimator, Task,
     averaging::Averaging,
+    candidates::Candidates,
     columns::{GLOBALS, P},
     real::Real,
     rows::WIDTH,
@@ -40,7 +41,7 @@ pub struct WidthEvidence {
     pub of_group: [f32; GROUPS],
 }
 
-impl<T: Real, const NODES: usize> Estimator<T, NODES> {
+impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Which rows move P in the node whose rows have just been written; `None` at any other step of the work. To be asked after each
     /// [`Estimator::step`].
     #[must_use]
@@ -57,9 +58,11 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
     fn moved_by(&self, block: usize) -> [f32; 9] {
         let (mut update, mut globals) = (self.update, self.globals);
         update.keep_constants(block);
-        while update.eliminate() {}
+        let mut none = [[T::ZERO; 0]; SCRATCH];
+        let mut candidates = Candidates::zero();
+        while update.eliminate(&candidates, &mut none) {}
         for column in 0..GLOBALS {
-            globals.absorb(update.left_over(), column);
+            candidates.absorb(&mut none, &mut globals, update.left_over(), column);
         }
         let change = globals.solve();
         let mut moved = [0.0; 9];

@@ -6,7 +6,7 @@ use super::{
     columns::{GLOBALS, NODE},
     globals::Globals,
     node::Node,
-    real::{M3, Real, V3, zero33},
+    real::{M3, Real, V3, square, zero3, zero33},
     rows::{CONSTANT, GLOBAL, WIDTH},
 };
 
@@ -49,10 +49,14 @@ impl<T: Real> Innovation<T> {
 
     /// Whether they are larger than chance makes them where the readings' noise has so many times the variance that the rows have.
     pub fn is_contradicted(&self, noise: T) -> bool {
+        square(&self.in_deviations(noise)) > T::of(CONTRADICTED)
+    }
+
+    /// They in units of their deviations: without correlation, and of variance 1.
+    pub fn in_deviations(&self, noise: T) -> V3<T> {
         // Cholesky's factor, with the innovations solved on the way.
         let mut lower = [[T::ZERO; 3]; 3];
-        let mut solved = [T::ZERO; 3];
-        let mut chi_square = T::ZERO;
+        let mut solved = zero3();
         for i in 0..3 {
             let mut innovation = self.value[i];
             for j in 0..=i {
@@ -66,9 +70,8 @@ impl<T: Real> Innovation<T> {
                 }
             }
             solved[i] = innovation / lower[i][i];
-            chi_square += solved[i] * solved[i];
         }
-        chi_square > T::of(CONTRADICTED)
+        solved
     }
 
     /// Whether an innovation along a direction (of length 1), weighted as the rows are, is.

@@ -6,8 +6,6 @@
 use super::{
     columns::{GLOBALS, NUISANCES},
     real::Real,
-    rows::{GLOBAL, WIDTH},
-    square_root::{reflect, reflect_behind},
 };
 
 /// The globals and a constant.
@@ -38,13 +36,6 @@ impl<T: Real> Globals<T> {
         let mut numbers = self.x.iter().chain(self.root.as_flattened());
         let mut diagonal = self.root.iter().enumerate().filter_map(|(i, row)| row.get(i));
         numbers.all(|x| x.is_finite()) && diagonal.all(|x| *x * *x > T::ZERO)
-    }
-
-    /// Takes in one column of the rows that a node left over.
-    pub fn absorb(&mut self, left: &mut [[T; WIDTH]], column: usize) {
-        if let Some(pivot) = self.root.get_mut(column) {
-            reflect_behind(pivot, left, column, GLOBAL);
-        }
     }
 
     /// Moves the globals to the optimum and returns by how much.
@@ -81,18 +72,21 @@ impl<T: Real> Globals<T> {
         sum
     }
 
-    /// Adds process noise of this variance (in squared units of the prior's width) to one global: C + q e e^T is, of the information's
-    /// root, (I - beta u u^T) R with u = R e. Leaves the root full: [`Globals::triangular`] afterwards, column by column.
-    pub fn widen(&mut self, global: usize, variance: T) {
+    /// What process noise of this variance (in squared units of the prior's width) of one global takes: C + q e e^T is, of the information's root,
+    /// (I - beta u u^T) R with u = R e. `None`: nothing.
+    pub fn widening(&self, global: usize, variance: T) -> Option<([T; GLOBALS], T)> {
         let mut u = [T::ZERO; GLOBALS];
         for (u, row) in u.iter_mut().zip(&self.root) {
             *u = row.get(global).copied().unwrap_or(T::ZERO);
         }
         let square = u.iter().fold(T::ZERO, |sum, u| sum + *u * *u);
-        if square == T::ZERO || variance <= T::ZERO {
-            return;
-        }
-        let beta = (T::ONE - (T::ONE / (T::ONE + variance * square)).root()) / square;
+        let is_some = square > T::ZERO && variance > T::ZERO;
+        is_some.then(|| (u, (T::ONE - (T::ONE / (T::ONE + variance * square)).root()) / square))
+    }
+
+    /// Adds it. Leaves the root full: it has to be made triangular afterwards, column by column.
+    pub fn widen(&mut self, global: usize, variance: T) {
+        let Some((u, beta)) = self.widening(global, variance) else { return };
         let mut dots = [T::ZERO; GLOBALS];
         for (u, row) in u.iter().zip(&self.root) {
             if *u != T::ZERO {
@@ -149,14 +143,6 @@ impl<T: Real> Globals<T> {
         }
         self.root[from][column] = T::ZERO;
     }
-
-    /// Makes one column of the root triangular again.
-    pub fn triangular(&mut self, column: usize) {
-        let split = self.root.split_at_mut_checked(column + 1);
-        if let Some(([.., pivot], below)) = split {
-            reflect(pivot, below, column);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -187,7 +173,8 @@ mod tests {
         for (global, variance) in widened {
             globals.widen(global, variance);
         }
-        (0..GLOBALS).for_each(|column| globals.triangular(column));
+        let mut candidates = crate::estimator::candidates::Candidates::<f64, 0>::zero();
+        (0..GLOBALS).for_each(|column| candidates.triangular(&mut globals, column));
         for i in 0..GLOBALS {
             assert!(globals.root[i].iter().take(i).all(|x| *x == 0.0));
         }

@@ -1,13 +1,16 @@
 //! Samples become increments of 40 ms: what the gyro turned, and the vectors' means turned to the middle. Nothing else of them is kept.
 
-use super::real::{Real, V3, identity, norm, rotation, rotation_vector, square, widened, zero3, zero33};
-use crate::sample::Reading;
+use super::real::{M3, Real, V3, identity, norm, rotation, rotation_vector, square, widened, zero3, zero33};
+use crate::{compensation::GyroModel, sample::Reading};
 use nalgebra::Matrix3;
 
 /// Increments a second, about: 12.5 are as good by hand, and 25 are enough for the rates of drilling.
 const INCREMENTS_PER_S: f32 = 25.0;
 /// Most that a probe can turn between two readings for its rotation to be known, rad.
 const MOST_RAD: f32 = 1.5;
+/// From this angle on an increment ends early, rad: of a scale that is off by d from that of the P that it is composed with the angles across
+/// the axis of rotation are off by d angle^2 / 6.
+const LONGEST_TURN_RAD: f32 = 0.5;
 /// A longer gap is told piece by piece, seconds.
 const LONGEST_GAP_S: f32 = 1.0;
 
@@ -30,6 +33,11 @@ pub struct Increment<T> {
     pub mean_rate: V3<T>,
     /// Variance of the raw rates, of each axis, (rad/s)^2.
     pub rate_variance: V3<T>,
+    /// Mean square of specific force, sample by sample, (m/s^2)^2, and its largest size, m/s^2.
+    pub square_force: T,
+    pub peak: T,
+    /// Temperature over the effects' reference temperature, K.
+    pub warming_k: Option<T>,
 }
 
 /// What the samples of an increment come to.
@@ -48,17 +56,39 @@ pub enum Item<T> {
     Close,
 }
 
+/// The gyro model that rotations are composed with.
+#[derive(Clone, Copy)]
+pub struct Composition<T> {
+    p: M3<T>,
+    inverse: M3<T>,
+    bias: V3<T>,
+}
+
+impl<T: Real> Composition<T> {
+    pub const fn zero() -> Self {
+        Self { p: zero33(), inverse: zero33(), bias: zero3() }
+    }
+
+    /// `None` where P has no inverse.
+    pub fn new(model: &GyroModel) -> Option<Self> {
+        let p = model.p_matrix();
+        let inverse = p.try_inverse()?;
+        let wide = |m: &nalgebra::Matrix3<f32>| M3::from_fn(|i, j| m.get((i, j)).map_or(T::ZERO, |x| T::of(*x)));
+        Some(Self { p: wide(&p), inverse: wide(&inverse), bias: widened(&V3::from(model.b_rad_s)) })
+    }
+}
+
 /// Sums of the increment in progress.
 #[derive(Clone, Copy)]
 pub struct Builder<T> {
     period_s: T,
     per_increment: u16,
-    /// How much of the rate of the sample before goes into an interval: 0.5 between instants, 0 of means over the interval.
-    held: T,
+    /// Whether a rate stands for the interval about its time; else for the one that ends with it.
+    is_instant: bool,
+    /// Angle of the interval before, rad.
+    turn_before: V3<T>,
     has_begun: bool,
-    rate_before: V3<T>,
     force_before: Option<V3<T>>,
-    field_before: Option<V3<T>>,
     /// Since the last usable rate.
     waiting_s: T,
     /// Of it, and of what is lost, without any sample.
@@ -66,7 +96,8 @@ pub struct Builder<T> {
     is_lost: bool,
     samples: u16,
     seconds: T,
-    bias: V3<T>,
+    turned: T,
+    with: Composition<T>,
     rotation: Matrix3<T>,
     force: V3<T>,
     forces: u16,
@@ -76,6 +107,9 @@ pub struct Builder<T> {
     pairs: u16,
     rates: V3<T>,
     squares: V3<T>,
+    square_force: T,
+    square_peak: T,
+    warming_k: Option<T>,
 }
 
 impl<T: Real> Builder<T> {
@@ -84,17 +118,17 @@ impl<T: Real> Builder<T> {
         Self {
             period_s: T::ZERO,
             per_increment: 0,
-            held: T::ZERO,
+            is_instant: false,
+            turn_before: zero3(),
             has_begun: false,
-            rate_before: zero3(),
             force_before: None,
-            field_before: None,
             waiting_s: T::ZERO,
             silent_s: T::ZERO,
             is_lost: false,
             samples: 0,
             seconds: T::ZERO,
-            bias: zero3(),
+            turned: T::ZERO,
+            with: Composition::zero(),
             rotation: zero33(),
             force: zero3(),
             forces: 0,
@@ -104,6 +138,9 @@ impl<T: Real> Builder<T> {
             pairs: 0,
             rates: zero3(),
             squares: zero3(),
+            square_force: T::ZERO,
+            square_peak: T::ZERO,
+            warming_k: None,
         }
     }
 
@@ -113,7 +150,7 @@ impl<T: Real> Builder<T> {
         *self = Self {
             period_s: T::of(sample_period_s),
             per_increment: if samples > 1.0 { samples as u16 } else { 1 },
-            held: if is_instant { T::of(0.5) } else { T::ZERO },
+            is_instant,
             ..Self::zero()
         };
     }
@@ -123,11 +160,11 @@ impl<T: Real> Builder<T> {
         self.period_s * T::of(f32::from(self.per_increment))
     }
 
-    /// Takes a sample, `step_s` after the one before; `bias` is the raw bias about which rotations are composed.
+    /// Takes a sample, `step_s` after the one before; `with` is what rotations are composed with.
     pub fn push(
         &mut self,
         (t_us, step_s): (u64, f32),
-        bias: &V3<T>,
+        with: &Composition<T>,
         [rate, force, field]: [Reading; 3],
     ) -> Option<Item<T>> {
         let good = |reading| if let Reading::Good(v) = reading { Some(widened::<T>(&v)) } else { None };
@@ -146,73 +183,81 @@ impl<T: Real> Builder<T> {
                 self.is_lost |= interval_s > longest;
                 return None;
             }
-            return Some(self.gap(bias));
+            return Some(self.gap(with));
         };
         self.waiting_s = T::ZERO;
-        let before = (self.rate_before, self.force_before, self.field_before);
-        (self.rate_before, self.force_before, self.field_before) = (rate, force, field);
+        let force_before = core::mem::replace(&mut self.force_before, force);
         if !self.has_begun {
             (self.has_begun, self.is_lost, self.silent_s) = (true, false, T::ZERO);
-            self.begin(bias);
+            self.begin(with);
             return None;
         }
         if self.is_lost || interval_s > longest {
             self.waiting_s = interval_s;
-            let gap = self.gap(bias);
+            let gap = self.gap(with);
             self.is_lost = false;
             return Some(gap);
         }
-        self.add(interval_s, [before.0, rate], [before.1, force], [before.2, field]);
-        if self.samples < self.per_increment {
+        self.add(interval_s, &rate, [force_before, force], field);
+        if self.samples < self.per_increment && self.turned < T::of(LONGEST_TURN_RAD) {
             return None;
         }
         let increment = self.end(t_us);
-        self.begin(bias);
+        self.begin(with);
         Some(Item::Increment(increment))
     }
 
     /// What was gathered, and waited for, is a gap.
-    fn gap(&mut self, bias: &V3<T>) -> Item<T> {
+    fn gap(&mut self, with: &Composition<T>) -> Item<T> {
         let lost_s = self.seconds + self.waiting_s;
         self.waiting_s = T::ZERO;
         self.is_lost = true;
-        self.begin(bias);
+        self.begin(with);
         Item::Gap { seconds: lost_s, silent_s: core::mem::replace(&mut self.silent_s, T::ZERO) }
     }
 
-    fn begin(&mut self, bias: &V3<T>) {
+    fn begin(&mut self, with: &Composition<T>) {
         self.samples = 0;
-        self.seconds = T::ZERO;
-        self.bias = *bias;
+        (self.seconds, self.turned) = (T::ZERO, T::ZERO);
+        self.with = *with;
         self.rotation = identity();
         (self.force, self.forces, self.field, self.fields) = (zero3(), 0, zero3(), 0);
         (self.steps, self.pairs) = (T::ZERO, 0);
         (self.rates, self.squares) = (zero3(), zero3());
+        (self.square_force, self.square_peak) = (T::ZERO, T::ZERO);
+    }
+
+    /// Temperature over the effects' reference temperature, K, of the samples that come.
+    pub fn warm(&mut self, warming_k: Option<f32>) {
+        self.warming_k = warming_k.map(T::of);
     }
 
     /// An interval between two samples.
-    fn add(&mut self, seconds: T, rates: [V3<T>; 2], forces: [Option<V3<T>>; 2], fields: [Option<V3<T>>; 2]) {
-        let [before, now] = rates;
-        let centred = now + (before - now) * self.held - self.bias;
-        let half = rotation(&(centred * (seconds * T::of(0.5))));
+    fn add(&mut self, seconds: T, rate: &V3<T>, [force_before, force]: [Option<V3<T>>; 2], field: Option<V3<T>>) {
+        let centred = rate - self.with.bias;
+        let turn = self.with.p * centred * seconds;
+        // The mean rate of an interval through which the axis itself turns is not yet its rotation: Bortz, to second order.
+        let coning = self.turn_before.cross(&turn) / T::of(12.0);
+        self.turn_before = turn;
+        let half = rotation(&((turn + coning) * T::of(0.5)));
         let middle = self.rotation * half;
         let end = middle * half;
-        // Of a sensor that is read less often than the gyro each reading stands where it was read.
-        let turned = |pair: [Option<V3<T>>; 2]| match pair {
-            [Some(before), Some(now)] => Some(middle * ((before + now) * T::of(0.5))),
-            [None, Some(now)] => Some(end * now),
-            [_, None] => None,
-        };
-        if let Some(force) = turned(forces) {
-            self.force += force;
+        let at = if self.is_instant { middle } else { end };
+        // A sensor's reading is a mean as the gyro's is, over a sample period: what turns through it is shorter by angle^2 / 24 across the axis.
+        let turned = |read: &V3<T>| at * (read - turn.cross(&turn.cross(read)) / T::of(24.0));
+        if let Some(force) = force {
+            self.force += turned(&force);
             self.forces += 1;
+            if let Some(before) = force_before {
+                self.steps += square(&(force - before));
+                self.pairs += 1;
+            }
+            let square = square(&force);
+            self.square_force += square;
+            self.square_peak = if square > self.square_peak { square } else { self.square_peak };
         }
-        if let [Some(before), Some(now)] = forces {
-            self.steps += square(&(now - before));
-            self.pairs += 1;
-        }
-        if let Some(field) = turned(fields) {
-            self.field += field;
+        if let Some(field) = field {
+            self.field += turned(&field);
             self.fields += 1;
         }
         self.rotation = end;
@@ -220,6 +265,7 @@ impl<T: Real> Builder<T> {
         self.squares += centred.component_mul(&centred);
         self.samples += 1;
         self.seconds += seconds;
+        self.turned += norm(&turn);
     }
 
     fn end(&self, end_us: u64) -> Increment<T> {
@@ -231,13 +277,16 @@ impl<T: Real> Builder<T> {
         Increment {
             end_us,
             seconds: self.seconds,
-            rate: turned / self.seconds + self.bias,
+            rate: self.with.inverse * turned / self.seconds + self.with.bias,
             force: mean(&self.force, self.forces),
             field: mean(&self.field, self.fields),
             // The difference of two samples has twice the variance, and there are three axes.
             vibration: if self.pairs > 0 { self.steps / T::of(6.0 * f32::from(self.pairs)) } else { T::ZERO },
-            mean_rate: rates + self.bias,
+            mean_rate: rates + self.with.bias,
             rate_variance: self.squares / n - rates.component_mul(&rates),
+            square_force: if self.forces > 0 { self.square_force / T::of(f32::from(self.forces)) } else { T::ZERO },
+            peak: self.square_peak.root(),
+            warming_k: self.warming_k,
         }
     }
 }

@@ -6,6 +6,7 @@
 
 mod alignment;
 mod averaging;
+mod candidates;
 pub mod columns;
 mod disagreement;
 mod drift;
@@ -27,6 +28,7 @@ mod preintegration;
 mod reading;
 mod real;
 mod refusal;
+mod remainder;
 mod rest;
 mod rows;
 mod settings;
@@ -39,6 +41,10 @@ mod widths;
 mod window_cost;
 mod work;
 
+pub use candidates::{
+    Claim, EFFECTS,
+    evidence::{MAX_CLAIMED, MAX_CLAIMS},
+};
 pub use drift::P_DRIFT;
 #[cfg(feature = "explanation")]
 pub use explanation::{MovedByRows, WidthEvidence};
@@ -46,27 +52,32 @@ pub use learnt::{Learnt, LearntHead, NUMBERS, NotContinued};
 pub use posterior::Posterior;
 pub use real::Real;
 pub use refusal::Refusal;
+pub use remainder::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
 pub use settings::{Noise, Settings};
 pub use widths::Widths;
 pub use window_cost::WindowCost;
 
-use crate::sample::Reading;
+use crate::{
+    compensation::{Effect, GyroModel},
+    sample::Reading,
+};
 use alignment::Alignment;
 use averaging::Averaging;
+use candidates::{Candidates, evidence::Evidence};
 use columns::GLOBALS;
 use disagreement::Disagreement;
 use globals::Globals;
 use heapless::{Deque, Vec};
-use increment::{Builder, Increment, Item};
+use increment::{Builder, Composition, Increment, Item};
 use left_over::{LeftOver, WINDOW_NODES};
-use nalgebra::Vector3;
 use node::{Kind, Node};
 use parameters::Parameters;
 use preintegration::Preintegration;
-use real::{M3, V3, widened, zero3, zero33};
+use real::{M3, V3, zero3, zero33};
+use remainder::Remainder;
 use rest::Rests;
 use share::Share;
-use update::Update;
+use update::{SCRATCH, Update};
 use window_cost::Centre;
 
 /// Increments that wait for work: 0.9 s.
@@ -81,6 +92,12 @@ enum Task {
     Eliminating,
     /// What is left of them goes into the globals, from this column on.
     Absorbing(usize),
+    /// What is left goes into the effects' own rows, from this column on.
+    AbsorbingOwn(usize),
+    /// The effects are weighed.
+    Weighing,
+    /// The covariance grows by what is not known of the effects that are taken out, one after the other.
+    Spreading(usize),
     /// The globals walk: widened, then triangular from this column on.
     Walking(usize),
     /// The posterior is averaged.
@@ -90,7 +107,7 @@ enum Task {
 }
 
 /// The filter, in `f32` on the chip, with the rows of the last `NODES` nodes of motion for the search. All zero bytes before [`Estimator::configure`].
-pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES> {
+pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize = EFFECTS> {
     settings: Settings,
     /// The prior's widths, and its centre of P: the factory's, or those of a model that was stored.
     sigma: [T; GLOBALS],
@@ -107,6 +124,7 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES> {
     /// The increment whose neighbours give it the derivative of force, and the one before it.
     held: Vec<Increment<T>, 1>,
     held_before: Option<V3<T>>,
+    rate_before: Option<V3<T>>,
     /// Field's unit, the norm at the start; 0: no field yet.
     field_unit: T,
     /// Whether the node's states stand for something, and whether they ever did.
@@ -121,6 +139,13 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES> {
     kind: Kind,
     node: Node<T>,
     update: Update<T>,
+    candidates: Candidates<T, E>,
+    /// The effects' part of an update's rows.
+    further: [[T; E]; SCRATCH],
+    evidence: Evidence<T>,
+    /// When the effects were weighed.
+    weighed_us: u64,
+    remainder: Remainder,
     globals: Globals<T>,
     /// How often the globals have changed.
     updates: u32,
@@ -140,16 +165,19 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES> {
     of_gyro: Disagreement<T>,
     /// Seconds through which nobody knows how the probe turned, until the attitude is aligned anew.
     gap_s: T,
-    /// Raw bias about which rotations are composed: of what flies, so that it changes at the instants at which that does.
-    composed_about: V3<T>,
+    /// What rotations are composed with: what flies, so that it changes at the instants at which that does.
+    composed_with: Composition<T>,
     /// Since the globals last walked.
     unwalked_s: T,
     /// Mean of the squared innovations over their number, and the nodes that it is of.
     innovation: T,
     innovations: u16,
+    /// What neither globals nor effects can explain since the start: squared innovations, and the nodes that they are of.
+    unexplained: T,
+    nodes: u32,
 }
 
-impl<T: Real, const NODES: usize> Estimator<T, NODES> {
+impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Before its configuration.
     #[must_use]
     pub const fn zero() -> Self {
@@ -167,6 +195,7 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
             task: Task::Next,
             held: Vec::new(),
             held_before: None,
+            rate_before: None,
             field_unit: T::ZERO,
             is_aligned: false,
             has_begun: false,
@@ -178,6 +207,11 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
             kind: Kind::Moving,
             node: Node::zero(),
             update: Update::zero(),
+            candidates: Candidates::zero(),
+            further: [[T::ZERO; E]; SCRATCH],
+            evidence: Evidence::zero(),
+            weighed_us: 0,
+            remainder: Remainder::zero(),
             globals: Globals::zero(),
             updates: 0,
             averaging: Averaging::zero(),
@@ -192,30 +226,36 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
             of_force: Disagreement::zero(),
             of_gyro: Disagreement::zero(),
             gap_s: T::ZERO,
-            composed_about: zero3(),
+            composed_with: Composition::zero(),
             unwalked_s: T::ZERO,
             innovation: T::ZERO,
             innovations: 0,
+            unexplained: T::ZERO,
+            nodes: 0,
         }
     }
 
-    /// Takes one sample: raw rate, rad/s; specific force, m/s^2, and field, of any unit, calibrated. Time must increase.
-    pub fn push(&mut self, t_us: u64, rate: Reading, force: Reading, field: Reading) {
+    /// Takes one sample: raw rate, rad/s; specific force, m/s^2, and field, microtesla, calibrated; temperature over the effects' reference
+    /// temperature, K. Time must increase.
+    pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3], warming_k: Option<f32>) {
+        self.builder.warm(warming_k);
         let step_s = if self.has_sample { t_us.saturating_sub(self.last_us) as f32 * 1e-6 } else { 0.0 };
         (self.has_sample, self.last_us) = (true, t_us);
-        if let Some(item) = self.builder.push((t_us, step_s), &self.composed_about, [rate, force, field]) {
+        if let Some(item) = self.builder.push((t_us, step_s), &self.composed_with, [rate, force, field]) {
             self.queue(item);
         }
     }
 
-    /// The raw bias that flies from now on, about which rotations are composed: it changes at instants of the samples' own time.
-    pub fn compose_about(&mut self, bias_rad_s: [f32; 3]) {
-        self.composed_about = widened(&Vector3::from(bias_rad_s));
+    /// What flies from now on, which rotations are composed with: it changes at instants of the samples' own time.
+    pub fn compose_with(&mut self, model: &GyroModel) {
+        if let Some(composition) = Composition::new(model) {
+            self.composed_with = composition;
+        }
     }
 
-    /// The gyro's bias stepped by so much, raw frame.
-    pub fn step_bias(&mut self, by_rad_s: Vector3<f32>) {
-        self.bias += widened(&by_rad_s);
+    /// The gyro's bias stepped by so much, raw.
+    fn step_bias(&mut self, by_rad_s: &V3<T>) {
+        self.bias += by_rad_s;
         self.linearise();
     }
 
@@ -246,6 +286,62 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
     #[must_use]
     pub fn posterior(&self) -> Option<&Posterior> {
         self.posterior.first()
+    }
+
+    /// The effects that the data want, as of the last posterior.
+    #[must_use]
+    pub fn claims(&self) -> &[Claim] {
+        &self.evidence.claims
+    }
+
+    /// Log Bayes factors of all that were tried, beside those that are claimed: the library's, then further steps of the bias.
+    #[must_use]
+    pub const fn tried(&self) -> &[f32; MAX_CLAIMS] {
+        &self.evidence.tried
+    }
+
+    /// How many were tried.
+    #[must_use]
+    pub fn candidates(&self) -> u8 {
+        self.candidates.named_claims() as u8
+    }
+
+    /// The effects that are looked for.
+    #[must_use]
+    pub fn library(&self) -> &'static [&'static dyn Effect] {
+        self.candidates.library()
+    }
+
+    /// Norm of the field at the beginning, the caller's units.
+    #[must_use]
+    pub fn field_ut(&self) -> f32 {
+        self.field_unit.narrow()
+    }
+
+    /// Mean squared innovation of all nodes of motion, over its degrees of freedom, with neither nuisances nor effects, and with the claims.
+    #[must_use]
+    pub fn nis_of_claims(&self) -> [f32; 2] {
+        let freedom = if self.nodes > 0 { T::of(work::FREEDOM * self.nodes as f32) } else { T::ONE };
+        self.evidence.residual.map(|of_claims| ((self.unexplained + of_claims) / freedom).narrow())
+    }
+
+    /// What the field's innovations go with since [`Estimator::start_remainder`].
+    #[must_use]
+    pub fn remainder(&self) -> RemainderReport {
+        self.remainder.report()
+    }
+
+    /// Whether more than noise is left of them, or what the library has no name for.
+    #[must_use]
+    pub fn is_unexplained(&self) -> bool {
+        let [_, nis] = self.nis_of_claims();
+        let is_large = nis > posterior::DIVERGED || self.remainder.is_contradicted();
+        is_large || self.evidence.is_unnamed || !self.remainder.report().is_white()
+    }
+
+    /// Looks at the innovations that come.
+    pub fn start_remainder(&mut self) {
+        self.remainder.start();
     }
 
     /// Increments that were lost because [`Estimator::step`] was called too seldom.

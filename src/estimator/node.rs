@@ -3,9 +3,9 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
-    columns::{GLOBALS, NODE},
+    columns::{FIELD, GLOBALS, NODE, POSITION, VELOCITY},
     field_norm::FieldNorm,
-    real::{M3, Real, V3, norm, square, zero3, zero33},
+    real::{M3, Real, V3, norm, rotation, square, zero3, zero33},
     settings::Noise,
 };
 
@@ -30,6 +30,9 @@ pub(super) struct Node<T> {
     /// Rows of the root: the states, then the globals.
     pub root: [[T; NODE + GLOBALS]; NODE],
 }
+
+/// Most that an update turns an attitude, rad: a linear correction is worth nothing beyond.
+const MOST_TURN_RAD: f32 = 0.5;
 
 /// What a node's time was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +70,36 @@ impl<T: Real> Node<T> {
         }
     }
 
+    /// Moves the states to the optimum where the globals have moved, and all else has added so much to the rows' constants.
+    pub fn shift(&mut self, change: &[T; GLOBALS], constants: &[T; NODE]) {
+        let mut by = [T::ZERO; NODE];
+        for j in (0..NODE).rev() {
+            let row = &self.root[j];
+            let mut sum = -constants[j];
+            for c in 0..GLOBALS {
+                sum -= row[NODE + c] * change[c];
+            }
+            for c in j + 1..NODE {
+                sum -= row[c] * by[c];
+            }
+            by[j] = sum / row[j];
+        }
+        self.move_by(&by);
+    }
+
+    /// Moves the states.
+    pub fn move_by(&mut self, by: &[T; NODE]) {
+        let three = |from: usize| V3::new(by[from], by[from + 1], by[from + 2]);
+        let turn = three(0);
+        let angle = norm(&turn);
+        let most = T::of(MOST_TURN_RAD);
+        let turn = if angle > most { turn * (most / angle) } else { turn };
+        self.attitude = rotation(&turn) * self.attitude;
+        self.velocity += three(VELOCITY);
+        self.position += three(POSITION);
+        self.field += three(FIELD);
+    }
+
     /// Attitude, velocity and position are as unknown as at a start; the earth field stays, but for its walk.
     fn forget(&mut self, noise: &Noise) {
         let sigma = [START_TILT_RAD, noise.velocity_m_s, noise.position_m];
@@ -78,8 +111,8 @@ impl<T: Real> Node<T> {
     }
 
     /// After an unknown turn: gravity and field align the attitude anew. What is known of earth field and globals stays. Without a field
-    /// in either the heading is a new gauge.
-    pub fn realign(&mut self, force: &V3<T>, field: &V3<T>, gap_s: T, noise: &Noise) {
+    /// in either the heading is a new gauge. Returns how much of what the field's rows hold is kept; `None`: nothing is.
+    pub fn realign(&mut self, force: &V3<T>, field: &V3<T>, gap_s: T, noise: &Noise) -> Option<T> {
         let up = force / norm(force);
         let (body, earth) = (field.cross(&up), self.field.cross(&V3::z()));
         // Within 6 deg of gravity a field has no heading.
@@ -89,7 +122,7 @@ impl<T: Real> Node<T> {
             let norms = self.norms;
             self.start(force, noise);
             self.norms = norms;
-            return;
+            return None;
         };
         let body = from_rows(&body, &up.cross(&body), &up);
         let earth = from_rows(&earth, &V3::z().cross(&earth), &V3::z());
@@ -99,6 +132,7 @@ impl<T: Real> Node<T> {
         let walk = T::of(noise.field_walk_rts * noise.field_walk_rts) * gap_s;
         let spread = T::ONE / (T::ONE + walk / T::of(noise.field_share * noise.field_share)).root();
         self.root.iter_mut().skip(9).flatten().for_each(|x| *x *= spread);
+        Some(spread)
     }
 }
 

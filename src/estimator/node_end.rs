@@ -6,10 +6,10 @@ use super::{
     disagreement::Disagreement,
     preintegration::GYRO,
     reading::{Agreement, Readings, Taken},
-    real::Real,
+    real::{Real, norm},
 };
 
-impl<T: Real, const NODES: usize> Estimator<T, NODES> {
+impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub(super) fn end_node(&mut self) {
         let seconds = self.pre.seconds;
         self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };
@@ -33,7 +33,17 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
             unknown: self.unknown_rotation(),
             kind: self.kind,
         };
+        let attitude = self.node.attitude;
         let agreement = self.update.assemble(&mut self.node, &taken);
+        self.candidates.fill(&mut self.further, &self.update.rows, &attitude, &self.pre, self.kind);
+        if agreement.field == Readings::Contradicted {
+            self.remainder.contradict();
+        }
+        if let Some(innovation) = agreement.innovation.filter(|_| self.kind == Kind::Moving) {
+            let turn = self.node.field.cross(&innovation) / norm(&self.node.field);
+            let both = [attitude.transpose() * turn, innovation];
+            self.remainder.add(seconds.narrow(), both.map(|v| v.map(|x| x.narrow())));
+        }
         if self.kind == Kind::Moving {
             self.turned.add(if agreement.is_turned { T::ONE } else { T::ZERO }, seconds);
         }
@@ -63,7 +73,7 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
 
     /// What has contradicted the readings of field or force for too long to be right is forgotten: the attitude, and for the field the earth's and
     /// the hard iron, of which a shock may have made another.
-    fn is_contradicted_for_good(&mut self, agreement: &Agreement) -> bool {
+    fn is_contradicted_for_good(&mut self, agreement: &Agreement<T>) -> bool {
         let seconds = self.pre.seconds;
         let is_for_good = |readings, of: &mut Disagreement<T>| match readings {
             Readings::Contradicted => of.contradicted(seconds),
@@ -76,7 +86,10 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
         let by_force = is_for_good(agreement.force, &mut self.of_force);
         if by_field {
             self.node.has_field = false;
-            HARD_IRON.columns().for_each(|column| self.globals.widen(column, T::ONE));
+            for column in HARD_IRON.columns() {
+                self.candidates.widen(&self.globals, column, T::ONE);
+                self.globals.widen(column, T::ONE);
+            }
             self.task = Task::Walking(0);
         }
         if by_field || by_force {
@@ -99,28 +112,36 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
         by.iter().fold(T::ZERO, |sum, by| sum + self.globals.variance(by))
     }
 
+    /// Begins a node.
+    pub(super) fn start_node(&mut self) {
+        self.pre.start();
+        self.candidates.start_node();
+        self.remainder.start_node();
+    }
+
     /// A rest before anything else: its mean rate is the bias to begin with, its mean force the attitude.
     fn start_at_rest(&mut self) {
-        self.bias = self.rests.rate;
+        self.bias = self.rests.rate - self.pre.mean_taken_out();
         self.linearise();
         if self.pre.forces > 0 {
             self.node.start(&self.pre.forces_read, &self.settings.noise);
             (self.is_aligned, self.has_begun) = (true, true);
         }
         self.gap_s = T::ZERO;
-        self.pre.start();
+        self.start_node();
     }
 
     /// A node of a start in motion, or after a gap.
     fn align(&mut self) {
         let is_enough = self.alignment.add(&self.pre, self.has_begun);
-        self.pre.start();
+        self.start_node();
         if !is_enough {
             return;
         }
         let [force, field] = self.alignment.vectors();
         if self.has_begun {
-            self.node.realign(&force, &field, self.gap_s, &self.settings.noise);
+            let kept = self.node.realign(&force, &field, self.gap_s, &self.settings.noise);
+            self.candidates.forget_node(kept.unwrap_or(T::ZERO));
         } else {
             self.node.start(&force, &self.settings.noise);
         }
@@ -130,9 +151,9 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
 
     /// Seconds through which nobody knows how the probe turned.
     pub(super) fn gap(&mut self, seconds: T) {
-        self.pre.start();
+        self.start_node();
         self.rests.interrupt();
-        self.held_before = None;
+        (self.held_before, self.rate_before) = (None, None);
         self.is_aligned = false;
         self.alignment.start();
         self.gap_s += seconds;

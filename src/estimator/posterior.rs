@@ -8,12 +8,13 @@ use super::{
     real::{Real, V3, norm},
 };
 use crate::compensation::GyroModel;
+use nalgebra::Vector3;
 
 /// Motion before which nothing flies, seconds: of 26 recordings two were made worse after 4 to 20 s of it, and none after 14.
 const LEAST_MOTION_S: f32 = 14.0;
 /// Mean squared innovation, over its degrees of freedom, of a filter that has diverged: four deviations of the mean of 120 nodes of nine
 /// over 1. Sound runs stay under 1.07.
-const DIVERGED: f32 = 1.2;
+pub(super) const DIVERGED: f32 = 1.2;
 /// The same before there are so many nodes: this over the root of their number.
 const DIVERGED_EARLY: f32 = 1.9;
 /// Share of the latest time without a rate at which the gyro is of no use.
@@ -54,7 +55,7 @@ pub struct Posterior {
     pub fitness: Result<(), Refusal>,
 }
 
-impl<T: Real, const NODES: usize> Estimator<T, NODES> {
+impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// The posterior of an average, at the present state of the filter.
     pub(super) fn posterior_of(&self, averaged: &Averaged<T>) -> Posterior {
         let mut sigma = [0.0; 12];
@@ -74,8 +75,8 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
         }
         let b = [9, 10, 11].map(|k| averaged.mean.get(k).copied().unwrap_or(T::ZERO));
         Posterior {
-            gyro: self.model(&averaged.mean),
-            bias_only: GyroModel { b_rad_s: self.bias_of(&b), ..self.settings.factory },
+            gyro: self.stepped(self.model(&averaged.mean)),
+            bias_only: self.stepped(GyroModel { b_rad_s: self.bias_of(&b), ..self.settings.factory }),
             sigma,
             p_covariance,
             decided: averaged.decided,
@@ -85,6 +86,13 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
             motion_s: self.motion_s.narrow(),
             fitness: self.fitness(averaged),
         }
+    }
+
+    /// The model with the steps of its bias that are taken out.
+    pub(super) fn stepped(&self, model: GyroModel) -> GyroModel {
+        let steps = self.candidates.stepped().map(|x| x.narrow());
+        let turned_back = model.p_matrix().try_inverse().map_or(steps, |inverse| inverse * steps);
+        GyroModel { b_rad_s: (Vector3::from(model.b_rad_s) + turned_back).into(), ..model }
     }
 
     fn fitness(&self, averaged: &Averaged<T>) -> Result<(), Refusal> {

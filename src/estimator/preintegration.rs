@@ -7,6 +7,7 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
+    candidates::TakenOut,
     increment::Increment,
     parameters::Parameters,
     real::{M3, Real, V3, identity, norm, rotation, square, zero3, zero33},
@@ -49,6 +50,14 @@ impl<T: Real> Path<T> {
     }
 }
 
+/// An increment as it was turned to the first node: the frame of its middle, its length, and the corrected vectors.
+pub(super) struct Turned<T> {
+    pub middle: M3<T>,
+    pub seconds: T,
+    pub field: Option<V3<T>>,
+    pub force: Option<V3<T>>,
+}
+
 /// From node to node.
 #[derive(Clone, Copy)]
 pub(super) struct Preintegration<T> {
@@ -83,6 +92,8 @@ pub(super) struct Preintegration<T> {
     pub variances: V3<T>,
     pub squares: V3<T>,
     first_rate: V3<T>,
+    /// Sum of what is taken out of the rates, rad/s.
+    taken_out: V3<T>,
     /// Sums of the vectors as read, for a rest.
     pub forces_read: V3<T>,
     pub fields_read: V3<T>,
@@ -114,6 +125,7 @@ impl<T: Real> Preintegration<T> {
             variances: zero3(),
             squares: zero3(),
             first_rate: zero3(),
+            taken_out: zero3(),
             forces_read: zero3(),
             fields_read: zero3(),
         }
@@ -124,12 +136,19 @@ impl<T: Real> Preintegration<T> {
         self.rotation = identity();
     }
 
-    /// Adds an increment. `force_rate`: derivative of specific force, m/s^3. `gravity`: specific force at rest as predicted at the first
-    /// node, where that multiplies the accelerometer's errors in the place of what was read.
-    pub fn add(&mut self, increment: &Increment<T>, force_rate: &V3<T>, gravity: Option<&V3<T>>, with: &Parameters<T>) {
+    /// Adds an increment less what the effects add to it. `force_rate`: derivative of specific force, m/s^3. `gravity`: specific force at rest as
+    /// predicted at the first node, where that multiplies the accelerometer's errors in the place of what was read.
+    pub fn add(
+        &mut self,
+        increment: &Increment<T>,
+        force_rate: &V3<T>,
+        gravity: Option<&V3<T>>,
+        with: &Parameters<T>,
+        out: &TakenOut<T>,
+    ) -> Turned<T> {
         let dt = increment.seconds;
         let raw = increment.rate - with.bias;
-        let rate = with.p * raw;
+        let rate = with.p * raw - out.rate;
         let half = rotation(&(rate * (dt * T::of(0.5))));
         // Derivatives are taken at the middle of the increment: at its beginning the filter converges to a wrong point.
         let middle = self.rotation * half;
@@ -145,11 +164,13 @@ impl<T: Real> Preintegration<T> {
                 self.by_gyro[3 + 3 * i + j] += by_p;
             }
         }
+        let mut turned = Turned { middle, seconds: dt, field: None, force: None };
         if let Some(field) = &increment.field {
-            self.add_field(field, &rate, &middle, &at_middle, with);
+            turned.field = Some(self.add_field(&(field - out.field), &rate, &middle, &at_middle, with));
         }
         if let Some(force) = &increment.force {
-            self.add_force(force, force_rate, gravity, &rate, dt, &middle, &at_middle, with);
+            let force = force - out.force;
+            turned.force = Some(self.add_force(&force, force_rate, gravity, &rate, dt, &middle, &at_middle, with));
         }
         self.rotation = middle * half;
         self.end_us = increment.end_us;
@@ -163,10 +184,19 @@ impl<T: Real> Preintegration<T> {
         self.rates += centred;
         self.squares += centred.component_mul(&centred);
         self.variances += increment.rate_variance;
+        self.taken_out += out.rate;
         self.increments += 1;
+        turned
     }
 
-    fn add_field(&mut self, read: &V3<T>, rate: &V3<T>, middle: &M3<T>, at_middle: &ByGyro<T>, with: &Parameters<T>) {
+    fn add_field(
+        &mut self,
+        read: &V3<T>,
+        rate: &V3<T>,
+        middle: &M3<T>,
+        at_middle: &ByGyro<T>,
+        with: &Parameters<T>,
+    ) -> V3<T> {
         let corrected = with.mag_matrix * read + with.hard_iron;
         // A field that is late by tau is tau w x h further on.
         let change = corrected.cross(rate);
@@ -191,6 +221,7 @@ impl<T: Real> Preintegration<T> {
         }
         self.fields_read += read;
         self.fields += 1;
+        turned
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -204,7 +235,7 @@ impl<T: Real> Preintegration<T> {
         middle: &M3<T>,
         at_middle: &ByGyro<T>,
         with: &Parameters<T>,
-    ) {
+    ) -> V3<T> {
         let (multiplied, change) = match gravity {
             None => (read + force_rate * with.accel_lag, *force_rate),
             Some(at_node) => {
@@ -230,6 +261,7 @@ impl<T: Real> Preintegration<T> {
         self.velocity.add(&step, dt);
         self.forces_read += read;
         self.forces += 1;
+        force
     }
 
     /// Variance of the raw rate on each axis over the node, (rad/s)^2, and its mean, rad/s.
@@ -237,6 +269,12 @@ impl<T: Real> Preintegration<T> {
         let n = T::of(f32::from(self.increments));
         let mean = self.rates / n;
         (self.variances / n + self.squares / n - mean.component_mul(&mean), mean + self.first_rate)
+    }
+
+    /// Mean of what is taken out of the rate, rad/s.
+    pub fn mean_taken_out(&self) -> V3<T> {
+        let n = if self.increments > 0 { self.increments } else { 1 };
+        self.taken_out / T::of(f32::from(n))
     }
 
     /// Variance of the mean field, of each axis, by how much the turned fields scatter.

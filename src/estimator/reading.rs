@@ -45,11 +45,13 @@ pub(super) enum Readings {
 
 /// What came of a node's readings.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Agreement {
+pub(super) struct Agreement<T> {
     pub field: Readings,
     pub force: Readings,
     /// The field is another by nothing but a turn: not it, the gyro is wrong.
     pub is_turned: bool,
+    /// The field's innovation in units of its deviations, earth frame.
+    pub innovation: Option<V3<T>>,
 }
 
 pub(super) fn weight<T: Real>(variance: T) -> T {
@@ -84,12 +86,20 @@ pub(super) fn rotate<T: Real>(rows: &mut [[T; WIDTH]], node: &Node<T>, taken: &T
     rows::rotation(Block { rows, weight: weight(variance / peak(noise)), sigma }, &node.attitude, &pre.by_gyro);
 }
 
-/// The field that was read. Returns whether it was used, and whether it is turned.
-pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) -> (Readings, bool) {
+/// What came of the field that was read.
+pub(super) struct Seen<T> {
+    pub readings: Readings,
+    pub is_turned: bool,
+    /// In units of its deviations, earth frame.
+    pub innovation: Option<V3<T>>,
+}
+
+/// The field that was read.
+pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) -> Seen<T> {
     let Taken { pre, settings, sigma, .. } = *taken;
     let noise = &settings.noise;
     if 2 * pre.fields < pre.increments || pre.fields == 0 {
-        return (Readings::Missing, false);
+        return Seen { readings: Readings::Missing, is_turned: false, innovation: None };
     }
     let share = T::ONE / T::of(f32::from(pre.fields));
     let mean = node.attitude * pre.field * share;
@@ -101,7 +111,10 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     let reading = FieldReading { attitude: &node.attitude, pre, share, mean, innovation };
     let at_rest = if taken.kind == Kind::Rest { noise.field_at_rest } else { 1.0 };
     let own = T::of(noise.field_share * at_rest);
-    let own = own * own;
+    // A reading is a mean over some time between none and a sample period: across the axis it is shorter by up to angle^2 / 24.
+    let turn = pre.angle / pre.seconds * T::of(settings.sample_period_s);
+    let shorter = turn * turn / T::of(24.0);
+    let own = own * own + shorter * shorter;
     let scatter = pre.field_variance();
     rows::field(Block { rows: &mut *rows, weight: weight(own), sigma }, &reading);
     let expected = Innovation::new(rows, node, taken.globals);
@@ -111,7 +124,7 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
         let size = norm(&node.field);
         let longer = (length - size) * weight(own);
         let is_turned = noise.field_is_even && !expected.is_contradicted_along(&(node.field / size), longer);
-        return (Readings::Contradicted, is_turned);
+        return Seen { readings: Readings::Contradicted, is_turned, innovation: None };
     }
     node.norms.add(pre, share);
     let usual = if noise.field_is_even { norm(&node.field) } else { node.norms.of_their_time() };
@@ -120,10 +133,11 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     let disturbed = deviation * deviation - scatter;
     let disturbed = if disturbed > T::ZERO { disturbed } else { T::ZERO };
     let variance = own + disturbed + scatter;
+    let in_deviations = expected.in_deviations(variance / own);
     let freedom = T::of(noise.freedom);
     let variance = variance * (freedom + square(&innovation) / variance) / (freedom + T::of(3.0));
     rows::field(Block { rows, weight: weight(variance), sigma }, &reading);
-    (Readings::Used, false)
+    Seen { readings: Readings::Used, is_turned: false, innovation: Some(in_deviations) }
 }
 
 /// Noise of the velocity's increment by samples of vibration, which alias like white noise of their own rate.

@@ -1,6 +1,7 @@
 //! What the estimator is told of the motion and of the sensors.
 
 use super::{
+    candidates::evidence::Rules,
     columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, HARD_IRON, MAG_LAG, MAG_MATRIX, P},
     widths::Widths,
 };
@@ -89,6 +90,16 @@ impl Noise {
         predicted_gravity: true,
     };
 
+    /// By hand, with vectors that a reference attitude of 0.1 deg stands for (an optical one): what is left is the gyro's.
+    pub const REFERENCE: Self = Self {
+        rotation_share: 0.001,
+        field_share: 0.002,
+        field_at_rest: 1.0,
+        field_walk_rts: 0.000_4,
+        velocity_increment_m_s: 0.01,
+        ..Self::HAND
+    };
+
     /// All zero, for a static.
     pub(super) const UNSET: Self = Self {
         rotation_rad_rts: 0.0,
@@ -130,6 +141,8 @@ pub struct Settings {
     pub rest_deviation_rad_s: f32,
     /// The largest bias, rad/s: a steady rate above it is rotation.
     pub most_bias_rad_s: f32,
+    /// When an effect is claimed.
+    pub rules: Rules,
 }
 
 impl Settings {
@@ -144,6 +157,7 @@ impl Settings {
         widths: Widths::UNSET,
         rest_deviation_rad_s: 0.0,
         most_bias_rad_s: 0.0,
+        rules: Rules { least: 0.0, with_nuisances: false },
     };
 
     /// From the configuration.
@@ -190,6 +204,9 @@ impl Settings {
         if drilling || gyro > noise.rotation_rad_rts {
             noise.rotation_rad_rts = gyro;
         }
+        if id.vectors_from_reference {
+            noise = Noise { rotation_rad_rts: noise.rotation_rad_rts, ..Noise::REFERENCE };
+        }
         Self {
             sample_period_s: config.sample_period_us as f32 * 1e-6,
             is_instant: config.latency.gyro_s.is_some(),
@@ -200,6 +217,7 @@ impl Settings {
             widths,
             rest_deviation_rad_s: id.rest_gyro_deviation_rad_s,
             most_bias_rad_s: id.max_bias_rad_s,
+            rules: if drilling { Rules::DRILL_STRING } else { Rules::HAND },
         }
     }
 }

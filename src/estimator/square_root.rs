@@ -16,6 +16,24 @@ pub(super) fn reflect_behind<T: Real, const W: usize, const L: usize>(
     column: usize,
     skip: usize,
 ) {
+    reflect_with(pivot, rows, column, skip, Further::<T, 0> { pivot: &mut [], rows: &mut [], columns: 0 });
+}
+
+/// Further columns of the pivot and of the rows, and how many of them are in use.
+pub(super) struct Further<'a, T, const E: usize> {
+    pub pivot: &'a mut [T; E],
+    pub rows: &'a mut [[T; E]],
+    pub columns: usize,
+}
+
+/// The same with further columns, which take part and are never eliminated here.
+pub(super) fn reflect_with<T: Real, const W: usize, const L: usize, const E: usize>(
+    pivot: &mut [T; W],
+    rows: &mut [[T; L]],
+    column: usize,
+    skip: usize,
+    further: Further<T, E>,
+) {
     let of = |row: &[T; L]| row.get(skip + column).copied().unwrap_or(T::ZERO);
     let below = rows.iter().fold(T::ZERO, |sum, row| sum + of(row) * of(row));
     if below == T::ZERO {
@@ -27,6 +45,31 @@ pub(super) fn reflect_behind<T: Real, const W: usize, const L: usize>(
     let v = *x - alpha;
     let beta = T::ONE / (alpha * v);
     *x = alpha;
+    let mut dots = [T::ZERO; E];
+    let (dots, _) = dots.split_at_mut(if further.columns < E { further.columns } else { E });
+    for (dot, x) in dots.iter_mut().zip(further.pivot.iter()) {
+        *dot = v * *x;
+    }
+    for (row, further) in rows.iter().zip(further.rows.iter()) {
+        let factor = of(row);
+        if factor != T::ZERO {
+            for (dot, x) in dots.iter_mut().zip(further) {
+                *dot += factor * *x;
+            }
+        }
+    }
+    for (dot, x) in dots.iter_mut().zip(further.pivot.iter_mut()) {
+        *dot *= beta;
+        *x += v * *dot;
+    }
+    for (row, further) in rows.iter().zip(further.rows.iter_mut()) {
+        let factor = of(row);
+        if factor != T::ZERO {
+            for (dot, x) in dots.iter().zip(further) {
+                *x += factor * *dot;
+            }
+        }
+    }
     let mut dots = [T::ZERO; W];
     for (dot, x) in dots.iter_mut().zip(right.iter()) {
         *dot = v * *x;

@@ -9,18 +9,20 @@ use super::{
     real::{M3, Real, V3},
     share::Share,
 };
-use crate::compensation::GyroModel;
+use crate::compensation::{ActiveEffects, Effect, GyroModel};
 
-impl<T: Real, const NODES: usize> Estimator<T, NODES> {
+impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Starts afresh.
-    pub fn configure(&mut self, settings: &Settings) {
+    pub fn configure(&mut self, settings: &Settings, library: &'static [&'static dyn Effect]) {
+        self.candidates.configure(library);
         self.settings = *settings;
         self.has_sample = false;
         self.dropped_s = T::ZERO;
         self.waiting.clear();
         self.lost = 0;
-        self.compose_about(settings.factory.b_rad_s);
+        self.compose_with(&settings.factory);
         self.builder.start(settings.sample_period_s, settings.is_instant);
+        self.remainder.start();
         (self.unread, self.turned, self.fieldless) = (Share::zero(), Share::zero(), Share::zero());
         self.rests.start();
         let [x, y, z] = self.settings.factory.b_rad_s.map(T::of);
@@ -44,14 +46,18 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
         self.is_restored = false;
         self.task = Task::Next;
         self.held.clear();
-        self.held_before = None;
+        (self.held_before, self.rate_before) = (None, None);
+        self.candidates.begin();
+        self.evidence.clear();
+        self.weighed_us = 0;
+        (self.unexplained, self.nodes) = (T::ZERO, 0);
         self.field_unit = T::ZERO;
         (self.is_aligned, self.has_begun) = (false, false);
         self.alignment.start();
         self.globals.start();
         self.updates = self.updates.wrapping_add(1);
         self.rests.interrupt();
-        self.pre.start();
+        self.start_node();
         self.left_over.start();
         self.centre.clear();
         (self.motion_s, self.gap_s, self.unwalked_s) = (T::ZERO, T::ZERO, T::ZERO);
@@ -71,8 +77,8 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
     }
 
     /// A model that was stored, with its deviations (P row-major, then b): P's prior is about it, as wide as it was known and may have drifted.
-    /// The bias is another one at every start, and is as unknown as without. Forgotten where the samples contradict it.
-    pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12]) {
+    /// The bias is another one at every start, and is as unknown as without. The effects that were taken out still are. Forgotten where the samples contradict it.
+    pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12], effects: &ActiveEffects) {
         self.prior_p = widened_matrix(model);
         for (column, deviation) in P.columns().zip(deviations) {
             let width = libm::sqrtf(deviation * deviation + P_DRIFT * P_DRIFT);
@@ -82,6 +88,7 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
                 *sigma = T::of(width);
             }
         }
+        self.candidates.restore(effects);
         self.is_restored = true;
         self.linearise();
     }

@@ -3,22 +3,25 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
+    candidates::Candidates,
     columns::{GLOBALS, NODE, POSITION, VELOCITY},
     node::{Kind, Node},
     reading::{
-        Agreement, Predicted, Readings, Taken, is_path_contradicted, path_noise, peak, predict, rotate, see, weight,
+        Agreement, Predicted, Readings, Seen, Taken, is_path_contradicted, path_noise, peak, predict, rotate, see,
+        weight,
     },
-    real::{Real, V3, norm, rotation, zero3, zero33},
+    real::{Real, zero3, zero33},
     rows::{self, Block, CONSTANT, GLOBAL, NEW, ROWS, WIDTH},
-    square_root::{reflect, reflect_first},
 };
 
 /// Zero rate of a rest beyond the gyro's own noise: 0.05 deg/s, the least that a second's reading of the vectors can rule out.
 const REST_RATE_RAD_S: f32 = 8.7e-4;
 /// Speed at rest, m/s.
 const REST_SPEED_M_S: f32 = 0.01;
-/// Rows of an update, 36; what the average needs takes two more.
-pub(super) const SCRATCH: usize = NODE + ROWS + 2;
+/// Rows of an update, 36; what the evidence of the effects needs takes ten more.
+pub(super) const SCRATCH: usize = NODE + ROWS + 10;
+/// Weight of the rows of a rest.
+pub(super) const REST_WEIGHT: f32 = 1.0 / REST_RATE_RAD_S;
 
 /// Blocks of three new rows that have a constant.
 #[cfg(feature = "explanation")]
@@ -49,7 +52,7 @@ impl<T: Real> Update<T> {
     }
 
     /// Writes the rows of a node.
-    pub fn assemble(&mut self, node: &mut Node<T>, taken: &Taken<T>) -> Agreement {
+    pub fn assemble(&mut self, node: &mut Node<T>, taken: &Taken<T>) -> Agreement<T> {
         self.rows = [[T::ZERO; WIDTH]; SCRATCH];
         self.next = 0;
         for (row, root) in self.rows.iter_mut().zip(&node.root) {
@@ -60,13 +63,18 @@ impl<T: Real> Update<T> {
         let (_, new) = self.rows.split_at_mut(NODE);
         let (blocks, _) = new.as_chunks_mut::<3>();
         let [rotated, seen, walked, first, second, slow, near, still, ..] = blocks else {
-            return Agreement { field: Readings::Missing, force: Readings::Missing, is_turned: false };
+            return Agreement {
+                field: Readings::Missing,
+                force: Readings::Missing,
+                is_turned: false,
+                innovation: None,
+            };
         };
         let Taken { pre, settings, sigma, .. } = *taken;
         let noise = &settings.noise;
 
         rotate(rotated, node, taken);
-        let (field, is_turned) = see(seen, node, taken);
+        let Seen { readings: field, is_turned, innovation } = see(seen, node, taken);
         let walk = if taken.kind == Kind::Rest { 0.0 } else { noise.field_walk_rts * noise.field_walk_rts };
         let variance = T::of(walk + 1e-8) * pre.seconds;
         rows::field_walk(Block { rows: walked, weight: weight(variance / peak(noise)), sigma });
@@ -95,27 +103,23 @@ impl<T: Real> Update<T> {
         rows::bounds(block, POSITION, &self.predicted.position);
         if taken.kind == Kind::Rest {
             let (_, rate) = pre.rate_statistics();
-            let block = Block { rows: still, weight: T::of(1.0 / REST_RATE_RAD_S), sigma };
-            rows::rest(block, &(rate - taken.parameters.bias));
+            let block = Block { rows: still, weight: T::of(REST_WEIGHT), sigma };
+            rows::rest(block, &(rate - taken.parameters.bias - pre.mean_taken_out()));
         }
-        Agreement { field, force, is_turned }
+        Agreement { field, force, is_turned, innovation }
     }
 
     /// Eliminates the next column; `false` when all states are done. The rows from [`Update::left_over`] then say what the node says of
     /// the globals.
-    pub fn eliminate(&mut self) -> bool {
-        let column = self.next;
-        if column >= 2 * NODE {
+    pub fn eliminate<const E: usize>(
+        &mut self,
+        candidates: &Candidates<T, E>,
+        further: &mut [[T; E]; SCRATCH],
+    ) -> bool {
+        if self.next >= 2 * NODE {
             return false;
         }
-        let (old, new) = self.rows.split_at_mut(NODE);
-        if column < NODE {
-            if let Some(pivot) = old.get_mut(column) {
-                reflect(pivot, new, column);
-            }
-        } else if let Some(rows) = new.get_mut(column - NEW..) {
-            reflect_first(rows, column);
-        }
+        candidates.eliminate(further, &mut self.rows, self.next);
         self.next += 1;
         true
     }
@@ -167,14 +171,8 @@ impl<T: Real> Update<T> {
             root[..NODE].copy_from_slice(&row[NEW..NEW + NODE]);
             root[NODE..].copy_from_slice(&row[GLOBAL..CONSTANT]);
         }
-        let three = |from: usize| V3::new(by[from], by[from + 1], by[from + 2]);
-        let turn = three(0);
-        let angle = norm(&turn);
-        let most = T::of(0.5);
-        let turn = if angle > most { turn * (most / angle) } else { turn };
-        node.attitude = rotation(&turn) * self.predicted.attitude;
-        node.velocity = self.predicted.velocity + three(VELOCITY);
-        node.position = self.predicted.position + three(POSITION);
-        node.field += three(9);
+        (node.attitude, node.velocity, node.position) =
+            (self.predicted.attitude, self.predicted.velocity, self.predicted.position);
+        node.move_by(&by);
     }
 }

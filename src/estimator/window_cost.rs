@@ -133,14 +133,14 @@ pub struct WindowCost<'a, const NODES: usize = WINDOW_NODES> {
     sigma: [f32; GYRO],
 }
 
-impl<T: Real, const NODES: usize> Estimator<T, NODES> {
+impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// The rows of the last 50 s of motion: what the population search minimises. `None` before a posterior, or without motion.
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
         let centre = self.centre.first().filter(|_| !self.posterior.is_empty())?;
-        let base = self.model(&[T::ZERO; GYRO]);
+        let base = self.stepped(self.model(&[T::ZERO; GYRO]));
         let mut sigma = [0.0; GYRO];
-        let unit = self.model(&[T::ONE; GYRO]);
+        let unit = self.stepped(self.model(&[T::ONE; GYRO]));
         let p = unit.p.as_flattened().iter().zip(base.p.as_flattened());
         let b = unit.b_rad_s.iter().zip(&base.b_rad_s);
         for (slot, (unit, base)) in sigma.iter_mut().zip(p.chain(b)) {

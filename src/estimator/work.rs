@@ -2,37 +2,43 @@
 
 use super::{
     Centre, Estimator, Item, Kind, Refusal, Task,
+    candidates::Units,
     columns::{GLOBALS, NUISANCES},
     increment::Increment,
-    real::{Real, V3, norm, zero3},
+    real::{Real, V3, norm, widened, zero3},
     walk,
     window_cost::{Information, gather},
 };
 use core::f32::consts::PI;
+use nalgebra::Vector3;
 
 /// Length of a node, seconds.
 const NODE_S: f32 = 0.5;
 /// Degrees of freedom of a node: its rows less its states.
-const FREEDOM: f32 = 9.0;
+pub(super) const FREEDOM: f32 = 9.0;
 /// Nodes over which the innovations are averaged: a minute.
 pub(super) const INNOVATIONS: u16 = 120;
 
 /// Work units (some 300 instructions) of the pieces.
-const INCREMENT_UNITS: u32 = 20;
-const COLUMN_UNITS: u32 = 20;
+const INCREMENT_UNITS: u32 = 40;
+const COLUMN_UNITS: u32 = 45;
 const START_UNITS: u32 = 120;
+const WEIGHING_UNITS: u32 = 400;
+const SPREADING_UNITS: u32 = 100;
+/// How often the effects are weighed, microseconds.
+const WEIGHED_EVERY_US: u64 = 5_000_000;
 const WIDTHS_UNITS: u32 = 150;
 const CENTRE_UNITS: u32 = 500;
 /// Nodes whose rows are gathered in one piece.
 const BOUND_NODES: usize = 20;
 
-impl<T: Real, const NODES: usize> Estimator<T, NODES> {
+impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// One bounded piece of work; its size in units of some 300 instructions, 0 when there is nothing to do.
     pub fn step(&mut self) -> u32 {
         match self.task {
             Task::Next => self.next(),
             Task::Eliminating => {
-                if !self.update.eliminate() {
+                if !self.update.eliminate(&self.candidates, &mut self.further) {
                     self.task = Task::Absorbing(0);
                 }
                 COLUMN_UNITS
@@ -40,6 +46,18 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
             Task::Absorbing(column) => {
                 self.absorb(column);
                 COLUMN_UNITS
+            }
+            Task::AbsorbingOwn(column) => {
+                self.absorb_own(column);
+                COLUMN_UNITS
+            }
+            Task::Weighing => {
+                self.weigh();
+                WEIGHING_UNITS
+            }
+            Task::Spreading(of) => {
+                self.spread(of);
+                SPREADING_UNITS
             }
             Task::Walking(column) => {
                 self.walk(column);
@@ -67,7 +85,7 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
             None => 0,
             Some(Item::Increment(increment)) => {
                 if let Some(held) = self.held.pop() {
-                    self.take(&held, increment.force);
+                    self.take(&held, Some(&increment));
                 }
                 // Just emptied, so there is room.
                 let _ = self.held.push(increment);
@@ -85,8 +103,7 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
                 INCREMENT_UNITS
             }
             Some(Item::Close) => {
-                self.averaging.start(&self.globals, &self.settings.widths, &mut self.update.rows);
-                self.task = Task::Averaging;
+                self.average();
                 START_UNITS
             }
         }
@@ -135,11 +152,20 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
         self.task = Task::Next;
         if self.has_diverged() || is_forsaken {
             self.begin();
+        } else if let Some((_, claim)) = self.candidates.old_step(&self.evidence, self.weighed_us) {
+            let [x, y, z, ..] = claim.parameters;
+            self.candidates.settle(&claim, &mut self.globals, &self.sigma);
+            self.evidence.claims.retain(|other| other.step_us != claim.step_us);
+            let step =
+                self.parameters.p.try_inverse().map_or_else(zero3, |inverse| inverse * widened(&Vector3::new(x, y, z)));
+            self.step_bias(&step);
+            self.task = Task::Walking(0);
         }
     }
 
     /// An increment whose neighbours are known.
-    fn take(&mut self, increment: &Increment<T>, after: Option<V3<T>>) {
+    fn take(&mut self, increment: &Increment<T>, next: Option<&Increment<T>>) {
+        let after = next.and_then(|next| next.force);
         let mut increment = *increment;
         if let Some(field) = &mut increment.field {
             if self.field_unit == T::ZERO {
@@ -156,11 +182,21 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
             (Some(before), Some(now), None) => (now - before) / increment.seconds,
             _ => zero3(),
         };
+        let earlier = self.rate_before.replace(increment.rate);
+        let rate_change = match (earlier, next) {
+            (Some(before), Some(next)) => (next.rate - before) / (increment.seconds + increment.seconds),
+            (None, Some(next)) => (next.rate - increment.rate) / increment.seconds,
+            (Some(before), None) => (increment.rate - before) / increment.seconds,
+            (None, None) => zero3(),
+        };
+        let (out, moment) = self.candidates.look_at(&increment, &rate_change, self.field_unit, &self.parameters);
         let gravity = (self.is_aligned && self.settings.noise.predicted_gravity).then(|| {
             let up = V3::new(T::ZERO, T::ZERO, T::of(self.settings.gravity_m_s2));
             self.node.attitude.transpose() * up
         });
-        self.pre.add(&increment, &force_rate, gravity.as_ref(), &self.parameters);
+        let turned = self.pre.add(&increment, &force_rate, gravity.as_ref(), &self.parameters, &out);
+        self.candidates.add(&turned);
+        self.remainder.watch(&moment, &(self.node.attitude * turned.middle).map(|x| x.narrow()));
         // Half an increment early: lengths are rounded.
         let late = self.pre.seconds + self.builder.seconds() * T::of(0.5);
         if late >= T::of(NODE_S) || self.pre.angle >= T::of(PI) {
@@ -173,7 +209,7 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
         if column == NUISANCES && self.kind == Kind::Moving {
             self.left_over.push(self.update.left_over(), &self.globals.x);
         }
-        self.globals.absorb(self.update.left_over(), column);
+        self.candidates.absorb(&mut self.further, &mut self.globals, self.update.left_over(), column);
         if column + 1 < GLOBALS {
             self.task = Task::Absorbing(column + 1);
             return;
@@ -183,19 +219,74 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
             self.innovations = if self.innovations < INNOVATIONS { self.innovations + 1 } else { INNOVATIONS };
             self.innovation += (square - self.innovation) / T::of(f32::from(self.innovations));
         }
+        self.task = Task::AbsorbingOwn(0);
+    }
+
+    fn absorb_own(&mut self, column: usize) {
+        if self.candidates.absorb_own(&mut self.further, self.update.left_over(), column) {
+            self.task = Task::AbsorbingOwn(column + 1);
+            return;
+        }
+        if self.kind == Kind::Moving {
+            self.unexplained += self.update.innovation();
+            self.nodes = self.nodes.saturating_add(1);
+        }
         let change = self.globals.solve();
         self.update.finish(&mut self.node, &change);
+        self.candidates.finish(&self.further);
+        let end_us = self.pre.end_us;
         self.pre.start();
         self.linearise();
         self.task = Task::Next;
+        // Means move with both: not in the middle of a node.
         if self.unwalked_s >= T::of(walk::EVERY_S) {
             self.widen();
+        } else if end_us >= self.weighed_us.saturating_add(WEIGHED_EVERY_US) {
+            self.weighed_us = end_us;
+            self.evidence.start(&self.settings.rules, self.remainder.nodes_worth_one());
+            self.task = Task::Weighing;
         }
+    }
+
+    /// One piece of the weighing of the effects; when it is done, what is taken out is the mean of what they want.
+    fn weigh(&mut self) {
+        let units = Units { sigma: &self.sigma, field_ut: self.field_unit };
+        let rows = (&mut self.update.rows, &mut self.further);
+        if self.evidence.step(rows, &self.globals, &self.candidates, &units) {
+            return;
+        }
+        let mut x = [T::ZERO; E];
+        for (column, mean) in self.evidence.taken.iter().zip(&self.evidence.mean) {
+            if let Some(x) = usize::from(*column).checked_sub(NUISANCES).and_then(|e| x.get_mut(e)) {
+                *x = *mean;
+            }
+        }
+        self.candidates.take_out(&x, &mut self.globals, &mut self.node);
+        self.candidates.note_steps(&self.evidence);
+        self.linearise();
+        self.task = Task::Next;
+    }
+
+    fn average(&mut self) {
+        self.averaging.start(&self.globals, &self.settings.widths, &mut self.update.rows);
+        self.task = Task::Spreading(0);
+    }
+
+    /// What is not known of an effect that is taken out is not known of the gyro.
+    fn spread(&mut self, of: usize) {
+        if of >= self.evidence.taken.len() {
+            self.task = Task::Averaging;
+            return;
+        }
+        let spread = self.candidates.spread(of, &self.evidence, &self.globals);
+        self.averaging.spread(&spread, &mut self.update.rows);
+        self.task = Task::Spreading(of + 1);
     }
 
     fn widen(&mut self) {
         for (column, sigma) in self.sigma.iter().enumerate() {
             let variance = T::of(walk::variance_per_s(column, sigma.narrow(), &self.settings.noise)) * self.unwalked_s;
+            self.candidates.widen(&self.globals, column, variance);
             self.globals.widen(column, variance);
         }
         self.unwalked_s = T::ZERO;
@@ -204,7 +295,7 @@ impl<T: Real, const NODES: usize> Estimator<T, NODES> {
 
     fn walk(&mut self, column: usize) {
         self.updates = self.updates.wrapping_add(1);
-        self.globals.triangular(column);
+        self.candidates.triangular(&mut self.globals, column);
         self.task = if column + 1 < GLOBALS { Task::Walking(column + 1) } else { Task::Next };
     }
 }

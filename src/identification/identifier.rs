@@ -7,15 +7,14 @@ use super::{
 #[cfg(feature = "storage")]
 use crate::estimator::{Learnt, LearntHead, NotContinued};
 use crate::{
-    compensation::GyroModel,
+    compensation::{ActiveEffects, Effect, GyroModel},
     config::Config,
-    diagnosis::Change,
+    diagnosis::{DiagnosisReport, Findings},
     estimator::{Estimator, Settings},
     optimizer::{Cost, Progress},
     sample::Reading,
 };
 use heapless::{Deque, Vec};
-use nalgebra::Vector3;
 
 /// Reports waiting to be polled.
 const PENDING: usize = 3;
@@ -26,10 +25,24 @@ const EVALUATION_UNITS: u32 = 100;
 /// Work units of judging a posterior, or what a search came to.
 const JUDGE_UNITS: u32 = 20;
 
+/// What has taken effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Taken {
+    /// Deviations of the model that flies now, P row-major, then b, rad/s.
+    pub sigma: [f32; 12],
+    /// Whether what is taken out of the readings has changed.
+    pub effects: bool,
+    /// Whether other effects of the magnetometer are taken out than before.
+    pub of_field: bool,
+    /// Whether a window closed with it.
+    pub is_window: bool,
+}
+
 /// What the estimator learns from samples, made to fly at fixed instants.
 pub(crate) struct Identifier {
     estimator: Estimator,
     schedule: Schedule<WindowReport>,
+    findings: Findings,
     flown: GyroModel,
     bias_only: GyroModel,
     /// Latest sample that the flown bias comes from; 0: none.
@@ -50,6 +63,7 @@ impl Identifier {
         Self {
             estimator: Estimator::zero(),
             schedule: Schedule::zero(),
+            findings: Findings::zero(),
             flown: GyroModel::UNSET,
             bias_only: GyroModel::UNSET,
             bias_known_us: 0,
@@ -62,9 +76,11 @@ impl Identifier {
         }
     }
 
-    pub fn configure(&mut self, config: &Config) {
-        self.estimator.configure(&Settings::new(config));
+    /// Begins anew, and looks for the effects of a library.
+    pub fn configure(&mut self, config: &Config, library: &'static [&'static dyn Effect]) {
+        self.estimator.configure(&Settings::new(config), if config.effects { library } else { &[] });
         self.schedule.configure(config);
+        self.findings.start();
         self.flown = config.gyro;
         self.bias_only = config.gyro;
         self.bias_known_us = 0;
@@ -77,10 +93,11 @@ impl Identifier {
     /// Flies this model, known with these deviations (P row-major, then b), from the first sample on; to be called between `configure` and
     /// `start`.
     #[cfg(feature = "storage")]
-    pub fn restore(&mut self, gyro: &GyroModel, sigma: &[f32; 12]) {
+    pub fn restore(&mut self, gyro: &GyroModel, sigma: &[f32; 12], effects: &ActiveEffects) {
         self.flown = *gyro;
-        self.estimator.restore(gyro, sigma);
-        self.estimator.compose_about(gyro.b_rad_s);
+        self.findings.restore(effects);
+        self.estimator.restore(gyro, sigma, effects);
+        self.estimator.compose_with(gyro);
     }
 
     /// What the estimator has learnt; `None` while it is being updated.
@@ -115,11 +132,6 @@ impl Identifier {
         &self.flown
     }
 
-    /// When the last update before a freeze is asked for.
-    pub const fn final_us(&self) -> u64 {
-        self.schedule.final_us()
-    }
-
     /// Increments that the estimator has lost.
     pub const fn increments_lost(&self) -> u32 {
         self.estimator.lost()
@@ -135,18 +147,13 @@ impl Identifier {
         self.schedule.gap(last_us, t_us);
     }
 
-    /// Whether no update is under way, whose result would be about the effects as they were.
-    pub fn is_idle(&self) -> bool {
-        self.schedule.is_idle()
-    }
-
-    /// Before a sample is compensated: a result that is due takes effect. If the model changed, the deviations of the new one, P
-    /// row-major, then b, rad/s.
-    pub fn take_effect(&mut self, t_us: u64, config: &Config) -> Option<[f32; 12]> {
+    /// Before a sample is compensated: a result that is due takes effect.
+    pub fn take_effect(&mut self, t_us: u64, config: &Config) -> Option<Taken> {
         let (update, result) = self.schedule.take_effect(t_us)?;
         // What is still being searched comes too late.
         self.searched.clear();
         let Some(mut report) = result else {
+            self.findings.drop_waiting();
             self.overruns = self.overruns.saturating_add(1);
             let report = self.flight(config, &update).without_result(&update, Refusal::Overrun);
             self.announce(&update, report);
@@ -154,44 +161,28 @@ impl Identifier {
         };
         report.t_effect_us = Some(t_us);
         self.bias_only = report.bias_only;
-        let changed = (report.flown != self.flown).then_some(report.sigma);
-        if changed.is_some() {
+        let has_changed = report.flown != self.flown;
+        if has_changed {
             self.flown = report.flown;
-            self.estimator.compose_about(self.flown.b_rad_s);
+            self.estimator.compose_with(&self.flown);
             self.bias_known_us = report.t_end_us;
         }
+        let effects = self.findings.take_effect(t_us, update.is_window, self.estimator.library());
         self.announce(&update, report);
-        changed
+        (has_changed || effects.is_some()).then_some(Taken {
+            sigma: report.sigma,
+            effects: effects.is_some(),
+            of_field: effects.unwrap_or(false),
+            is_window: update.is_window,
+        })
     }
 
-    /// A diagnosis has taken effect. Returns whether the bias stepped.
-    pub fn follow(&mut self, t_us: u64, change: &Change) -> bool {
-        let bias_rad_s = Vector3::from(self.flown.b_rad_s) + change.bias_rad_s;
-        if bias_rad_s.iter().all(|b| b.is_finite()) {
-            self.flown.b_rad_s = bias_rad_s.into();
-        }
-        if change.others_of_gyro {
-            // What was learnt about P and bias was about readings with other effects in them.
-            self.estimator.restart();
-        } else if change.bias_rad_s != Vector3::zeros() {
-            self.estimator.step_bias(change.bias_rad_s);
-        }
-        let Some(step) = change.step else { return false };
-        if !change.others_of_gyro {
-            self.estimator.step_bias(step.by_rad_s);
-        }
-        self.flown.b_rad_s = step.bias_rad_s.into();
-        self.bias_only.b_rad_s = (Vector3::from(self.bias_only.b_rad_s) + step.by_rad_s).into();
-        self.bias_known_us = t_us;
-        true
-    }
-
-    /// Takes one sample: raw rate, calibrated specific force and field.
-    pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3]) {
+    /// Takes one sample: raw rate, calibrated specific force and field; temperature over the effects' reference temperature, K.
+    pub fn push(&mut self, t_us: u64, readings: [Reading; 3], warming_k: Option<f32>) {
         if self.schedule.is_over() {
             return;
         }
-        self.estimator.push(t_us, rate, force, field);
+        self.estimator.push(t_us, readings, warming_k);
         if self.schedule.push(t_us).is_some() {
             self.estimator.close();
         }
@@ -215,6 +206,12 @@ impl Identifier {
     fn judge(&mut self, update: &Update, config: &Config) -> u32 {
         let Some(posterior) = self.estimator.posterior() else { return 0 };
         let mut report = self.flight(config, update).judged(update, posterior);
+        let window_us = [update.window_start_us, update.t_us];
+        let flies = report.decision == Decision::Accepted;
+        self.findings.judge(window_us, (posterior, &self.estimator), flies, config);
+        if update.is_window {
+            self.estimator.start_remainder();
+        }
         let cost = self.estimator.window_cost().filter(|_| update.is_window && report.decision == Decision::Accepted);
         let Some(cost) = cost else {
             self.schedule.conclude(report);
@@ -278,6 +275,21 @@ impl Identifier {
     /// The oldest report that nobody has taken.
     pub fn take_report(&mut self) -> Option<WindowReport> {
         self.pending.pop_front()
+    }
+
+    /// The effects that are taken out.
+    pub const fn effects(&self) -> &ActiveEffects {
+        self.findings.flown()
+    }
+
+    /// The oldest report of the effects that nobody has taken.
+    pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
+        self.findings.take()
+    }
+
+    /// Reports of the effects that nobody took.
+    pub const fn diagnoses_lost(&self) -> u32 {
+        self.findings.lost
     }
 
     #[cfg(feature = "explanation")]

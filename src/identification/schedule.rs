@@ -73,11 +73,6 @@ impl<T> Schedule<T> {
         self.result.clear();
     }
 
-    /// When the last update is asked for.
-    pub const fn final_us(&self) -> u64 {
-        self.final_us
-    }
-
     /// Begins at the first sample of all.
     pub fn start(&mut self, t_us: u64) {
         self.start_us = t_us;

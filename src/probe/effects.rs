@@ -2,24 +2,48 @@
 
 use super::Probe;
 use crate::{
-    compensation::{Moment, effect::REFERENCE_TEMPERATURE_C},
-    diagnosis::FieldUse,
+    compensation::{GyroModel, Moment, effect::REFERENCE_TEMPERATURE_C},
+    magnet::FieldUse,
     sample::{Reading, Sample, SampleFlags},
 };
 use nalgebra::Vector3;
 
-/// Over how long the shaking is averaged, seconds; as the diagnosis does.
+/// Over how long the shaking is averaged, seconds.
 const SHAKING_S: f32 = 0.2;
 
 impl Probe {
-    /// Before a sample is compensated: a diagnosis that is due takes effect, and with it the bias that goes with it. Not while an update is
-    /// under way. Returns whether the effects changed, and whether the bias stepped.
-    pub(super) fn take_diagnosed(&mut self, t_us: u64) -> [bool; 2] {
-        if !self.identifier.is_idle() {
-            return [false; 2];
+    /// Before a sample is compensated: an update that is due takes effect, the gyro's model and what is taken out with it.
+    pub(super) fn take_effect(&mut self, t_us: u64) {
+        let before = self.model_here();
+        let Some(taken) = self.identifier.take_effect(t_us, &self.config) else { return };
+        if taken.effects {
+            self.attitude_effects = self.effects().of_attitude(self.library());
         }
-        let Some(change) = self.diagnosis.take_effect(t_us, self.identifier.flown()) else { return [false; 2] };
-        [change.effects, self.identifier.follow(t_us, &change)]
+        if taken.is_window || self.mag_delay_sigma_s().is_none() {
+            // What was found a moment ago is not yet what a heading is to hang on.
+            self.filter.mag_delay_known(self.mag_delay_sigma_s());
+        }
+        if taken.of_field {
+            self.filter.field_changed();
+        }
+        let after = self.model_here();
+        self.filter.model_changed(&before, &after, &taken.sigma);
+    }
+
+    /// The gyro's model with what its effects add while the probe stands still here: the bias that it reads.
+    fn model_here(&self) -> GyroModel {
+        let flown = *self.identifier.flown();
+        let mut still = Moment {
+            rate_rad_s: Vector3::zeros(),
+            acceleration_rad_s2: Vector3::zeros(),
+            force_m_s2: self.last_force_m_s2,
+            square_force_m2_s4: self.square_force_m2_s4,
+            field_ut: Vector3::zeros(),
+            warming_k: self.last_warming_k,
+        };
+        self.attitude_effects.correct_rate(self.library(), &mut still);
+        let added = flown.p_matrix().try_inverse().map_or(still.rate_rad_s, |inverse| inverse * still.rate_rad_s);
+        GyroModel { b_rad_s: (Vector3::from(flown.b_rad_s) - added).into(), ..flown }
     }
 
     /// The sample's readings without the effects that have been found.
@@ -43,38 +67,30 @@ impl Probe {
                 (force.norm_squared() - self.square_force_m2_s4) * if share < 1.0 { share } else { 1.0 };
         }
         let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+        let warming_k = if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { self.last_warming_k };
+        (self.last_force_m_s2, self.last_warming_k) = (force, warming_k);
         let mut moment = Moment {
             rate_rad_s: *rate,
             acceleration_rad_s2: acceleration,
             force_m_s2: force,
             square_force_m2_s4: self.square_force_m2_s4,
             field_ut: field,
-            warming_k: if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { 0.0 },
+            warming_k,
         };
         self.attitude_effects.correct(self.library(), &mut moment);
         moment
     }
 
-    /// Takes from the calibrated field what a magnet on the probe adds to it; makes it missing while it is not to be believed and
-    /// returns whether that is so.
-    pub(super) fn watch(&mut self, t_us: u64, gyro: Reading, mag: &mut Reading) -> bool {
+    /// Takes from the calibrated field what a magnet on the probe adds to it; makes it missing while it is not to be believed.
+    pub(super) fn watch(&mut self, t_us: u64, [gyro, accel]: [Reading; 2], mag: &mut Reading) {
         if !self.config.effects {
-            return false;
+            return;
         }
-        if let Some((rest_us, bias)) = self.diagnosis.last_rest(t_us) {
-            self.watch.rest(rest_us, &bias);
-        }
-        self.watch.push(t_us, gyro, *mag);
+        self.watch.push(t_us, [gyro, accel, *mag]);
         match (*mag, self.watch.field_use()) {
-            (Reading::Good(field), FieldUse::Less(offset)) => {
-                *mag = Reading::Good(field - offset);
-                false
-            }
-            (_, FieldUse::Withheld) => {
-                *mag = Reading::Missing;
-                true
-            }
-            _ => false,
+            (Reading::Good(field), FieldUse::Less(offset)) => *mag = Reading::Good(field - offset),
+            (_, FieldUse::Withheld) => *mag = Reading::Missing,
+            _ => {}
         }
     }
 }

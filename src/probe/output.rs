@@ -30,8 +30,6 @@ pub struct Counters {
     pub overruns: u32,
     /// Window reports dropped because nobody polled them.
     pub reports_lost: u32,
-    /// Diagnoses that were not ready in time.
-    pub diagnosis_overruns: u32,
     /// Diagnoses' reports dropped because nobody took them.
     pub diagnoses_lost: u32,
     /// Increments that the estimator lost because nobody polled.

@@ -4,23 +4,23 @@ use super::{Counters, Probe};
 #[cfg(feature = "explanation")]
 use crate::estimator::Estimator;
 use crate::{
-    compensation::{ActiveEffects, Effect, GyroModel},
+    compensation::{ActiveEffects, Effect, GyroModel, effects::LIBRARY},
     config::Config,
-    diagnosis::{HardIronCounts, HardIronInterval},
     identification::WindowCost,
+    magnet::{HardIronCounts, HardIronInterval},
 };
 
 impl Probe {
     /// The effects that are looked for.
     #[must_use]
     pub fn library(&self) -> &'static [&'static dyn Effect] {
-        self.diagnosis.library()
+        self.library.unwrap_or(&LIBRARY)
     }
 
     /// The effects that are taken out.
     #[must_use]
     pub const fn effects(&self) -> &ActiveEffects {
-        self.diagnosis.effects()
+        self.identifier.effects()
     }
 
     /// What it was configured with.
@@ -35,8 +35,7 @@ impl Probe {
         Counters {
             overruns: self.identifier.overruns,
             reports_lost: self.identifier.reports_lost,
-            diagnosis_overruns: self.diagnosis.overruns,
-            diagnoses_lost: self.diagnosis.lost,
+            diagnoses_lost: self.identifier.diagnoses_lost(),
             increments_lost: self.identifier.increments_lost(),
             ..self.counters
         }

@@ -31,8 +31,7 @@ impl Probe {
             return Err(NotRestored::NotAtTheBeginning);
         }
         self.may_restore(model)?;
-        self.identifier.restore(&model.gyro, &model.sigma);
-        self.diagnosis.restore(&model.effects);
+        self.identifier.restore(&model.gyro, &model.sigma, &model.effects);
         self.attitude_effects = self.effects().of_attitude(self.library());
         self.filter.mag_delay_known(self.mag_delay_sigma_s());
         if model.gyro.p != self.config.gyro.p {

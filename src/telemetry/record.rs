@@ -3,8 +3,9 @@
 #[cfg(feature = "survey-records")]
 use crate::survey::{DrillingDynamics, SurveyReport};
 use crate::{
-    diagnosis::{DiagnosisReport, HardIronInterval},
+    diagnosis::DiagnosisReport,
     identification::WindowReport,
+    magnet::HardIronInterval,
     probe::{Counters, Output},
 };
 use serde::{Deserialize, Serialize};

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use meerkat_mwd::{Config, diagnosis::HardIronInterval};
+use meerkat_mwd::{Config, magnet::HardIronInterval};
 
 use super::{
     Effort,

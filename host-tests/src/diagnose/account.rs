@@ -5,12 +5,14 @@ use std::io::{self, Write};
 use meerkat_mwd::{
     Config,
     compensation::Effect,
-    diagnosis::{DiagnosisReport, HardIronInterval, Verdict},
+    diagnosis::{DiagnosisReport, EffectReport, Verdict},
+    magnet::HardIronInterval,
 };
 
 use super::{
     outcome::{Diagnosed, Found},
     remainder_text::remainder_text,
+    vector_residual::BeforeAfter,
 };
 use crate::{
     score::Reference,
@@ -63,12 +65,9 @@ pub fn print_account(
 
 /// One line a diagnosis, one an effect, one for what else was tried.
 pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, library: &[&dyn Effect]) -> io::Result<()> {
-    let [_, field] = report.residual_before_rad.map(f32::to_degrees);
-    let [gravity_after, field_after] = report.residual_after_rad.map(f32::to_degrees);
-    let gravity = report.residual_before_rad[0].to_degrees();
     writeln!(
         out,
-        "diagnosis {:.2} to {:.2} s: residual of gravity {gravity:.2} -> {gravity_after:.2}, of the field {field:.3} -> {field_after:.3} deg; NIS {:.1} -> {:.1}; {}",
+        "diagnosis {:.2} to {:.2} s: NIS {:.2} with the gyro's parameters alone, {:.2} with what was found; {}",
         report.t_start_us as f64 * 1e-6,
         report.t_end_us as f64 * 1e-6,
         report.nis[0],
@@ -77,38 +76,32 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
     )?;
     for effect in report.found() {
         let Some(of) = library.get(usize::from(effect.found.index)) else { continue };
-        let remark = if effect.believed {
-            ""
-        } else {
-            ": too little of it is seen, more than it can be, or P has it in, so named and not taken out"
-        };
+        let remark = if effect.is_taken_out() { "" } else { ": more than it can be, so named and not taken out" };
+        let rivals = rivals(effect, library);
+        let rivals = if rivals.is_empty() { String::new() } else { format!("; as likely: {}", rivals.join(", ")) };
         writeln!(
             out,
-            "  added   {}: evidence {:.0}, chance {:.4}, turns its vector by {:.2} +- {:.2} deg rms{remark}",
+            "  found   {}: log Bayes factor {:.0}, turns its vector by {:.2} +- {:.2} deg rms{rivals}{remark}",
             of.name(),
             effect.evidence,
-            effect.p_value,
             effect.size_rad.to_degrees(),
             effect.size_sigma_rad.to_degrees(),
         )?;
     }
     let tried = report.tried.iter().zip(library).take(report.candidates.into()).enumerate();
-    let refused = tried.filter(|(index, _)| report.found().all(|effect| usize::from(effect.found.index) != *index));
-    let words: Vec<String> = refused
-        .map(|(_, (tried, effect))| {
-            let why = match (tried.too_small, tried.suspected) {
-                (true, _) => " too small",
-                (_, true) => " suspected, but the field's residual is unexplained",
-                _ => "",
-            };
-            format!("{} {:.0} ({:.2}){why}", effect.name(), tried.evidence, tried.p_value)
-        })
-        .collect();
-    writeln!(out, "  refused evidence (chance): {}", words.join(", "))?;
+    let others = tried.filter(|(index, _)| report.found().all(|effect| usize::from(effect.found.index) != *index));
+    let words: Vec<String> = others.map(|(_, (tried, effect))| format!("{} {tried:.1}", effect.name())).collect();
+    writeln!(out, "  others  log Bayes factor beside these: {}", words.join(", "))?;
     if report.verdict == Verdict::UnexplainedResidual {
         writeln!(out, "  {}", remainder_text(&report.remainder))?;
     }
     Ok(())
+}
+
+/// Names of the effects that are as likely as one that was found.
+pub(crate) fn rivals(report: &EffectReport, library: &[&dyn Effect]) -> Vec<&'static str> {
+    let is_rival = |(index, _): &(usize, &&dyn Effect)| report.rivals >> index & 1 == 1;
+    library.iter().enumerate().filter(is_rival).map(|(_, effect)| effect.name()).collect()
 }
 
 fn print_outcome(out: &mut impl Write, diagnosed: &Diagnosed) -> io::Result<()> {
@@ -141,11 +134,27 @@ fn sentence(found: &Found) -> String {
         let sigma = found.report.found.sigma.get(k).copied().unwrap_or(0.0) * parameter.in_unit;
         format!("{} {value:.3} +- {sigma:.3}", parameter.name)
     });
+    let since = if found.effect.is_bias_step() {
+        format!(" at {:.1} s", found.report.step_us as f64 * 1e-6)
+    } else {
+        String::new()
+    };
+    let taken_out = if found.report.is_taken_out() {
+        format!("taken out from {:.1} s on", found.report.taken_out_us as f64 * 1e-6)
+    } else {
+        "not taken out".to_owned()
+    };
+    let residual = match found.residual_deg {
+        BeforeAfter { before: Some(before), after: Some(after) } => {
+            format!("; residual over a second without it {before:.3}, with it {after:.3} deg rms")
+        }
+        _ => String::new(),
+    };
     format!(
-        "{}: {}; also {}",
+        "{}{since}: {}; {taken_out}{residual}; also {}",
         found.effect.name(),
         parameters.collect::<Vec<_>>().join(", "),
-        found.effect.aliases().join(", ")
+        found.aliases().join(", ")
     )
 }
 

@@ -62,7 +62,6 @@ pub(super) fn diagnose(trace: &Trace, config: &Config) -> anyhow::Result<(Flight
     let mut config = *config;
     // Nothing has to wait for a chip: what comes before the hold-out is used up to its end.
     config.identification.latency_s = AT_ONCE_S;
-    config.diagnosis.latency_s = AT_ONCE_S;
     let second = fly_at_a_desk(&OF_THE_VECTORS, &config, &vector_trace.samples)?;
     let of_vectors = diagnosed_with(&OF_THE_VECTORS, &vector_trace, &config, &second);
     config.identification.vectors_from_reference = true;

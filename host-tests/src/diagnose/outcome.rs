@@ -3,10 +3,14 @@
 use meerkat_mwd::{
     Config,
     compensation::Effect,
-    diagnosis::{DiagnosisReport, EffectReport, HardIronInterval, RemainderReport, Verdict},
+    diagnosis::{DiagnosisReport, EffectReport, RemainderReport, Verdict},
+    magnet::HardIronInterval,
 };
 
-use super::vector_residual::{ResidualOverTime, VectorResidual, vector_residual};
+use super::{
+    account::rivals,
+    vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual, residual_without, vector_residual},
+};
 use crate::{flight::Flight, trace::Trace};
 
 /// The outcome of the loop.
@@ -40,14 +44,27 @@ impl Diagnosed {
 }
 
 /// An effect with what it is.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Found {
     /// Out of the library.
     pub effect: &'static dyn Effect,
     /// How it was found.
     pub report: EffectReport,
-    /// From when to when it is taken out, or is there, seconds.
+    /// From when to when it is there, seconds: since it was found, or since the bias stepped.
     pub active_s: [f64; 2],
+    /// Residual over a second of the vector that shows it, without it and with it, degrees rms.
+    pub residual_deg: BeforeAfter,
+    /// Effects of the library that are as likely.
+    rivals: Vec<&'static str>,
+}
+
+impl Found {
+    /// What it may be instead: what is as likely on these data, then what the sensors can never tell from it.
+    #[must_use]
+    pub fn aliases(&self) -> Vec<&'static str> {
+        let own = self.effect.aliases().iter().copied().filter(|alias| !self.rivals.contains(alias));
+        self.rivals.iter().copied().chain(own).collect()
+    }
 }
 
 /// What the diagnoses of a flight with the default library come to.
@@ -65,25 +82,27 @@ pub(super) fn diagnosed_with(
 ) -> Diagnosed {
     let reports: Vec<_> = flight.diagnoses.iter().filter(|report| report.is_conclusive()).collect();
     let end_s = trace.samples.last().map_or(0.0, |sample| sample.t_us as f64 / 1e6);
+    let (residual, residual_over_time) = vector_residual(library, trace, config, flight);
     let mut effects: Vec<Found> = Vec::new();
-    for report in &reports {
-        // What flies follows it for good, and no later diagnosis shows it again.
-        let Some(step) = report.bias_step else { continue };
-        let found = report.found().find(|found| found.found.index == step.effect);
-        let Some((found, &effect)) = found.zip(library.get(usize::from(step.effect))) else { continue };
-        effects.push(Found { effect, report: *found, active_s: [step.t_us as f64 / 1e6, end_s] });
-    }
-    if let Some(last) = reports.last() {
-        for report in last.found() {
-            let Some(&effect) = library.get(usize::from(report.found.index)) else { continue };
-            if effect.is_bias_step() {
-                continue;
-            }
-            // Since when every diagnosis has found it.
-            let holding = reports.iter().rev().take_while(|r| r.found().any(|f| f.found.index == report.found.index));
-            let from_us = holding.last().map_or(last.t_start_us, |first| first.t_start_us);
-            effects.push(Found { effect, report: *report, active_s: [from_us as f64 / 1e6, end_s] });
+    // A step of the bias is believed for good after a while, and no later diagnosis looks for it again.
+    let mut steps: Vec<&EffectReport> = Vec::new();
+    for step in reports.iter().flat_map(|report| report.found()).filter(|found| found.step_us > 0) {
+        match steps.iter_mut().find(|known| known.step_us == step.step_us) {
+            Some(known) => *known = step,
+            None => steps.push(step),
         }
+    }
+    let of_last = reports.last().into_iter().flat_map(|last| last.found()).filter(|found| found.step_us == 0);
+    for report in of_last.chain(steps) {
+        let Some(&effect) = library.get(usize::from(report.found.index)) else { continue };
+        let from_us = if report.step_us > 0 { report.step_us } else { report.found_us };
+        effects.push(Found {
+            effect,
+            report: *report,
+            active_s: [from_us as f64 / 1e6, end_s],
+            residual_deg: residual_without(library, trace, config, flight, report),
+            rivals: rivals(report, library),
+        });
     }
     let verdict = match reports.last().map_or(Verdict::NotEnoughExcitation, |last| last.verdict) {
         Verdict::ModelSufficient | Verdict::NotEnoughExcitation
@@ -93,7 +112,6 @@ pub(super) fn diagnosed_with(
         }
         verdict => verdict,
     };
-    let (residual, residual_over_time) = vector_residual(library, trace, config, flight);
     Diagnosed {
         verdict,
         effects,

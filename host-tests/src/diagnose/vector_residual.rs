@@ -2,10 +2,11 @@
 
 use std::collections::VecDeque;
 
-use meerkat_mwd::diagnosis::HardIronInterval;
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
-    compensation::{ActiveEffects, Effect, GyroModel, Moment, effect::REFERENCE_TEMPERATURE_C},
+    compensation::{ActiveEffects, Effect, GyroModel, Moment, Sensor, effect::REFERENCE_TEMPERATURE_C},
+    diagnosis::EffectReport,
+    magnet::HardIronInterval,
     probe::GAP_PERIODS,
 };
 use nalgebra::{UnitQuaternion, Vector3};
@@ -41,7 +42,7 @@ pub struct VectorResidual {
     pub gravity_deg: BeforeAfter,
     /// Angle of the field's, degrees rms.
     pub magnetic_deg: BeforeAfter,
-    /// Mean square of the field's residual in units of its noise in the diagnosis' own window.
+    /// Mean square of the innovations in units of their variance, of the last diagnosis.
     pub nis: BeforeAfter,
 }
 
@@ -73,8 +74,8 @@ pub(super) fn vector_residual(
     flight: &Flight,
 ) -> (VectorResidual, ResidualOverTime) {
     let from_s = config.freeze_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
-    let angles = |corrected: bool| residuals(&read(library, trace, config, flight, corrected), from_s);
-    let over_time = ResidualOverTime { before: angles(false), after: angles(true) };
+    let angles = |how: &How| residuals(&read(library, trace, config, flight, how), from_s);
+    let over_time = ResidualOverTime { before: angles(&How::BiasOnly), after: angles(&How::Flown) };
     let figures = |angles: &[Vec<[f64; 2]>; 2]| angles.each_ref().map(|angles| rms_of_kept(angles));
     let ([gravity_before, field_before], [gravity_after, field_after]) =
         (figures(&over_time.before), figures(&over_time.after));
@@ -90,8 +91,54 @@ pub(super) fn vector_residual(
     (residual, over_time)
 }
 
-/// The readings as they flew, or with the bias alone.
-fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight, corrected: bool) -> Reading {
+/// Residual of the vector that shows an effect, without it and as flown. What it adds to the gyro's reading at all times alike is not the effect's:
+/// without it that is in the bias.
+pub(super) fn residual_without(
+    library: &[&dyn Effect],
+    trace: &Trace,
+    config: &Config,
+    flight: &Flight,
+    found: &EffectReport,
+) -> BeforeAfter {
+    let effect = library.get(usize::from(found.found.index));
+    let Some(effect) = effect.filter(|_| found.is_taken_out() && found.step_us == 0) else {
+        return BeforeAfter::default();
+    };
+    let from_s = config.freeze_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
+    let vector = usize::from(effect.sensor() != Sensor::Accelerometer);
+    let residual = |how: &How| {
+        residuals(&read(library, trace, config, flight, how), from_s).get(vector).and_then(|angles| rms_of_kept(angles))
+    };
+    BeforeAfter { before: residual(&How::Without(found.found.index)), after: residual(&How::Flown) }
+}
+
+/// How a trace is read.
+enum How {
+    /// With the bias alone.
+    BiasOnly,
+    /// As it flew.
+    Flown,
+    /// As it flew, but for one effect of the library.
+    Without(u8),
+}
+
+/// The part of the effects without one of them, and that one.
+fn parted(effects: &ActiveEffects, without: u8) -> [ActiveEffects; 2] {
+    let mut parts = [ActiveEffects::none(); 2];
+    for found in effects.iter() {
+        parts[usize::from(found.index == without)].add(*found);
+    }
+    parts
+}
+
+/// The readings as they flew, or otherwise.
+fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight, how: &How) -> Reading {
+    let corrected = !matches!(how, How::BiasOnly);
+    let mean = if let How::Without(index) = how {
+        mean_rate_of(library, trace, config, flight, *index)
+    } else {
+        Vector3::zeros()
+    };
     let mut models: VecDeque<_> = flight.reports.iter().filter_map(|r| Some((r.t_effect_us?, r))).collect();
     models.make_contiguous().sort_by_key(|&(t_us, _)| t_us);
     let mut diagnoses: VecDeque<_> = flight.diagnoses.iter().filter(|r| r.is_conclusive()).collect();
@@ -124,7 +171,14 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
                 magnet.corrected && (magnet.from_us..magnet.to_us.unwrap_or(u64::MAX)).contains(&sample.t_us)
             };
             flight.magnets.iter().filter(there).for_each(|magnet| moment.field_ut -= magnet.offset());
-            effects.correct(library, &mut moment);
+            match how {
+                How::Without(index) => {
+                    let [others, _] = parted(&effects, *index);
+                    others.correct(library, &mut moment);
+                    moment.rate_rad_s -= mean;
+                }
+                _ => effects.correct(library, &mut moment),
+            }
         }
         let rate: Vector3<f64> = moment.rate_rad_s.cast();
         let rotation = last.map_or_else(UnitQuaternion::identity, |(before_s, before, q)| {
@@ -141,6 +195,23 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
         }
     }
     reading
+}
+
+/// What an effect of the gyro adds to its reading in the mean, rad/s.
+fn mean_rate_of(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight, index: u8) -> Vector3<f32> {
+    let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
+    let (Some(last), Some(window)) = (last, flight.reports.last()) else { return Vector3::zeros() };
+    let [_, own] = parted(&last.active(), index);
+    let from_us = config.freeze_at_us.unwrap_or_else(|| trace.first_us());
+    let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+    for sample in trace.samples.iter().filter(|sample| sample.t_us >= from_us) {
+        let before = moment(sample, config, &window.flown, None);
+        let mut after = before;
+        own.correct(library, &mut after);
+        sum += before.rate_rad_s - after.rate_rad_s;
+        count += 1.0;
+    }
+    if count > 0.0 { sum / count } else { sum }
 }
 
 fn moment(sample: &Sample, config: &Config, model: &GyroModel, last: Option<(f64, Vector3<f64>)>) -> Moment {

@@ -54,10 +54,9 @@ fn from_reference(trace: &Trace, config: &Config) -> Option<Posterior> {
         *settings.sigma.get_mut(column)? = width_s;
     }
     let mut estimator = Box::new(Estimator::<f64>::zero());
-    estimator.configure(&settings);
+    estimator.configure(&settings, &[]);
     for sample in vectors_from(trace, &attitudes(trace)) {
-        let [rate, force, field] = readings(&sample);
-        estimator.push(sample.t_us, rate, force, field);
+        estimator.push(sample.t_us, readings(&sample), None);
         while estimator.step() > 0 {}
     }
     estimator.close();

@@ -1,7 +1,8 @@
 use meerkat_mwd::{
     attitude::AttitudeFlags,
-    diagnosis::{DiagnosisReport, HardIronInterval},
+    diagnosis::DiagnosisReport,
     identification::Decision,
+    magnet::HardIronInterval,
     survey::{DrillingDynamics, SurveyReport},
     telemetry::{AttitudeFrame, Boot, Health, Identification, LinkCounters, Message},
 };

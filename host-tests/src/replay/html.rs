@@ -93,6 +93,5 @@ fn counts(trace: &Trace, flight: &Flight) -> Vec<(&'static str, u64)> {
         ("out of order, refused", counters.out_of_order.into()),
         ("gaps in time", counters.gaps.into()),
         ("windows that were not ready in time", counters.overruns.into()),
-        ("diagnoses that were not ready in time", counters.diagnosis_overruns.into()),
     ]
 }

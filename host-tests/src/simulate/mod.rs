@@ -143,7 +143,8 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
         let bias_change_rad_s = disturber.bias_change_rad_s(t_s, warmer_c);
         truth.bias_rad_s.push((sensors.bias_rad_s() + bias_change_rad_s).map(|x| x as f32).into());
         let additions_rad_s =
-            disturber.gyro_additions_rad_s(t_s, &ideal, &sensors.scaled_rate(&sensed.rate_rad_s)) + bias_change_rad_s;
+            disturber.gyro_additions_rad_s((t_s, warmer_c), &ideal, &sensors.scaled_rate(&sensed.rate_rad_s))
+                + bias_change_rad_s;
         let mut sample = sensors.read(index * period_us, &sensed, &additions_rad_s);
         if let Some(temperature_c) = temperature_c {
             sample.temperature_c = temperature_c as f32;

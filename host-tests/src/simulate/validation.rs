@@ -79,6 +79,9 @@ impl Scenario {
         let steady = self.effects.gyro_bias_temperature_deg_s_c == [0.0; 3];
         let field = "effects.gyro_bias_temperature_deg_s_c";
         check(steady || self.temperature.is_some(), field, "zero where the scenario has no [temperature]")?;
+        let steady = self.effects.gyro_scale_temperature_percent_c == [0.0; 3];
+        let field = "effects.gyro_scale_temperature_percent_c";
+        check(steady || self.temperature.is_some(), field, "zero where the scenario has no [temperature]")?;
         self.effects.validate()
     }
 }

@@ -4,7 +4,7 @@ use crate::handheld::Random;
 use meerkat_mwd::{
     Config, Probe,
     attitude::AttitudeFlags,
-    diagnosis::{HardIronCounts, HardIronInterval},
+    magnet::{HardIronCounts, HardIronInterval},
 };
 use mwd::{
     configuration::of_trace,

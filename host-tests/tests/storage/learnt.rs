@@ -6,6 +6,7 @@ use super::{
 };
 use meerkat_mwd::{
     Config, Probe,
+    compensation::MAX_ACTIVE,
     estimator::{LearntHead, NUMBERS, NotContinued},
     storage::{LearntProgress, NotDrilling, Outcome, Preparation, StorageError, StoredModel},
 };
@@ -271,5 +272,5 @@ fn models_keep_half_of_the_last_sector_and_small_sectors_take_models_alone() {
     let mut small: Store<4, { 8 * KIB }> = open(Small::new(3, 1));
     prepare(&mut small);
     assert_eq!(small.begin_learnt(), Err(StorageError::Full));
-    assert!(small.store_model(&dice.model(6, 0, 0)).is_ok());
+    assert!(small.store_model(&dice.model(MAX_ACTIVE, 0, 0)).is_ok());
 }

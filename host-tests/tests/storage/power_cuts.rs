@@ -1,7 +1,10 @@
 //! The power goes at every word and at every erasure of a long sequence, and at random again and again.
 
 use super::models::{Dice, KIB, Small, Store, TEMPERATURES_C, open, prepare};
-use meerkat_mwd::storage::{NotDrilling, Outcome, Preparation, Progress, StorageError, StoredModel};
+use meerkat_mwd::{
+    compensation::MAX_ACTIVE,
+    storage::{NotDrilling, Outcome, Preparation, Progress, StorageError, StoredModel},
+};
 use mwd::mock_flash::{CUTS, Cut, MockError};
 
 type SmallStore = Store<4, { 8 * KIB }>;
@@ -80,7 +83,7 @@ fn script(dice: &mut Dice) -> Vec<Action> {
         for _ in 0..24 {
             t_us += 1;
             let band = dice.below(TEMPERATURES_C.len() as u32) as usize;
-            let effects = dice.below(7) as usize;
+            let effects = dice.below(MAX_ACTIVE as u32 + 1) as usize;
             script.push(Action::Model(band, dice.model(effects, band, t_us)));
             if dice.below(3) == 0 {
                 counter += 1 + u64::from(dice.below(1000));
@@ -129,7 +132,7 @@ fn after_a_cut_at_every_word_and_every_erasure_the_last_complete_model_is_there(
                     // It goes on from there: prepared, nothing is lost, and there is room again.
                     prepare(&mut restarted);
                     assert!(if is_old { &promised } else { &after }.is_kept_by(&mut restarted), "prepared: {at}");
-                    let model = dice.model(6, 0, 1 << 40);
+                    let model = dice.model(MAX_ACTIVE, 0, 1 << 40);
                     restarted.store_model(&model).unwrap();
                     let next = if is_old { &promised } else { &after }.after(&Action::Model(0, model));
                     assert!(next.is_kept_by(&mut powered_up(restarted)), "stored: {at}");
@@ -162,7 +165,7 @@ fn cut_at_random_thousands_of_times_it_loses_nothing_and_always_goes_on() {
             let band = dice.below(TEMPERATURES_C.len() as u32) as usize;
             let action = match dice.below(40) {
                 0..20 => Action::Model(band, {
-                    let effects = dice.below(7) as usize;
+                    let effects = dice.below(MAX_ACTIVE as u32 + 1) as usize;
                     dice.model(effects, band, t_us)
                 }),
                 20..28 => Action::Counter(promised.counter + 1 + u64::from(dice.below(5))),
@@ -207,7 +210,7 @@ fn cut_at_random_thousands_of_times_it_loses_nothing_and_always_goes_on() {
 #[test]
 fn a_counter_that_comes_while_a_model_is_written_is_stored_and_so_is_the_model() {
     let mut dice = Dice::new(3);
-    let model = dice.model(6, 1, 1);
+    let model = dice.model(MAX_ACTIVE, 1, 1);
     let pieces_in_all = {
         let mut store = open(Small::new(3, 9));
         prepare(&mut store);

@@ -1,7 +1,10 @@
 //! While drilling nothing is erased, and what finds no room is refused and counted.
 
 use super::models::{Chip, Dice, KIB, Store, TEMPERATURES_C, open, prepare};
-use meerkat_mwd::storage::{ModelStore, NotDrilling, Outcome, Preparation, StorageError};
+use meerkat_mwd::{
+    compensation::MAX_ACTIVE,
+    storage::{ModelStore, NotDrilling, Outcome, Preparation, StorageError},
+};
 use mwd::mock_flash::MockFlash;
 
 #[test]
@@ -63,7 +66,7 @@ fn words_of_every_size_work_and_other_geometries_are_refused() {
     fn works<const WORD: usize>() {
         let mut store: Store<WORD, { 8 * KIB }> = open(MockFlash::new(3, 5));
         prepare(&mut store);
-        let model = Dice::new(5).model(6, 2, 9);
+        let model = Dice::new(5).model(MAX_ACTIVE, 2, 9);
         store.store_model(&model).unwrap();
         let outcome = open(store.into_flash()).restore(Some(90.0)).unwrap().outcome;
         assert!(matches!(outcome, Outcome::Chosen { model: found, .. } if found == model));

@@ -3,7 +3,7 @@
 use super::models::{Chip, Dice, KIB, Store, TEMPERATURES_C, limits, open, prepare};
 use meerkat_mwd::{
     Config,
-    compensation::{Effect, GyroModel, effects::LIBRARY},
+    compensation::{Effect, GyroModel, MAX_ACTIVE, effects::LIBRARY},
     storage::{Implausible, Limits, ModelStore, NotDrilling, Outcome, StorageError, StoredModel},
 };
 use mwd::mock_flash::MockFlash;
@@ -182,7 +182,7 @@ fn whatever_is_in_the_flash_nothing_panics_and_it_can_be_used_again() {
         let mut store = prepared(round);
         for t_us in 0..u64::from(dice.below(150)) {
             let band = dice.below(TEMPERATURES_C.len() as u32) as usize;
-            let effects = dice.below(7) as usize;
+            let effects = dice.below(MAX_ACTIVE as u32 + 1) as usize;
             if store.store_model(&dice.model(effects, band, t_us)).is_err() {
                 break;
             }

@@ -1,5 +1,8 @@
 use super::models::{Chip, Dice, KIB, Store, TEMPERATURES_C, open, prepare};
-use meerkat_mwd::storage::{Outcome, StorageError};
+use meerkat_mwd::{
+    compensation::MAX_ACTIVE,
+    storage::{Outcome, StorageError},
+};
 
 fn spread(wear: &[u64]) -> f64 {
     let mean = wear.iter().sum::<u64>() as f64 / wear.len() as f64;
@@ -16,7 +19,7 @@ fn ten_thousand_updates_wear_no_sector_more_than_half_as_much_again_as_the_mean(
         let mut most_erased = 0;
         for update in 1..=10_000_u32 {
             let band = dice.below(TEMPERATURES_C.len() as u32) as usize;
-            let effects = dice.below(7) as usize;
+            let effects = dice.below(MAX_ACTIVE as u32 + 1) as usize;
             let model = dice.model(effects, band, u64::from(update));
             if store.store_model(&model) == Err(StorageError::Full) {
                 most_erased = most_erased.max(prepare(&mut store));

@@ -207,7 +207,6 @@ fn print(application: &mut Application<Emulated>) {
         ("out_of_order", pipeline.out_of_order),
         ("gaps", pipeline.gaps),
         ("overruns", pipeline.overruns),
-        ("diagnosis_overruns", pipeline.diagnosis_overruns),
         ("reports_lost", pipeline.reports_lost),
         ("diagnoses_lost", pipeline.diagnoses_lost),
         ("stack_used_bytes", stack.used_bytes),

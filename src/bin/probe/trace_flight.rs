@@ -17,8 +17,8 @@ use fault::Fault;
 use instruction_counter::{InstructionCounter, Tally};
 use meerkat_mwd::{
     Config, Probe, Sample,
-    diagnosis::HardIronInterval,
     identification::WindowReport,
+    magnet::HardIronInterval,
     probe::Output,
     telemetry::{Record, Summary},
 };

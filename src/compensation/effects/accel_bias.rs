@@ -1,4 +1,6 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor, axis, negated};
+use crate::estimator::columns::ACCEL_BIAS;
+use core::ops::Range;
 use nalgebra::Vector3;
 
 /// A constant offset of the accelerometer: once per revolution in the earth frame.
@@ -7,7 +9,7 @@ use nalgebra::Vector3;
 pub struct AccelBias;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 1.0, usual: 0.2, largest: 1.0, signed: true, turns_axes: false }
+    Parameter { name, in_unit: 1.0, usual: 0.2, largest: 1.0, signed: true, only_in_estimator: false }
 }
 
 const PARAMETERS: [Parameter; 3] = [parameter("x_m_s2"), parameter("y_m_s2"), parameter("z_m_s2")];
@@ -27,6 +29,14 @@ impl Effect for AccelBias {
 
     fn term(&self, k: usize, _: &Moment) -> Vector3<f32> {
         axis(k)
+    }
+
+    fn nuisance(&self) -> Option<Range<usize>> {
+        Some(ACCEL_BIAS.columns())
+    }
+
+    fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], _: f32) -> [f32; MAX_PARAMETERS] {
+        negated(unknowns, 1.0)
     }
 
     fn aliases(&self) -> &'static [&'static str] {

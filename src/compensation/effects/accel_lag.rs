@@ -1,4 +1,6 @@
 use super::super::effect::{Effect, Moment, Parameter, Sensor};
+use crate::estimator::columns::ACCEL_LAG;
+use core::ops::Range;
 use nalgebra::Vector3;
 
 /// Delay of the accelerometer behind the gyro: it reads a(t - tau). Gravity turns in the body by -w x a, so to first order the reading is
@@ -6,7 +8,7 @@ use nalgebra::Vector3;
 pub struct AccelLag;
 
 const PARAMETERS: [Parameter; 1] =
-    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: false, turns_axes: false }];
+    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: false, only_in_estimator: false }];
 
 impl Effect for AccelLag {
     fn name(&self) -> &'static str {
@@ -23,6 +25,10 @@ impl Effect for AccelLag {
 
     fn term(&self, _: usize, moment: &Moment) -> Vector3<f32> {
         moment.rate_rad_s.cross(&moment.force_m_s2)
+    }
+
+    fn nuisance(&self) -> Option<Range<usize>> {
+        Some(ACCEL_LAG.columns())
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -1,4 +1,6 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor, axis, negated};
+use crate::estimator::columns::HARD_IRON;
+use core::ops::Range;
 use nalgebra::Vector3;
 
 /// A constant offset of the field along the tool axis (z), from magnetised drill string.
@@ -7,7 +9,7 @@ use nalgebra::Vector3;
 pub struct AxialInterference;
 
 const PARAMETERS: [Parameter; 1] =
-    [Parameter { name: "z_ut", in_unit: 1.0, usual: 20.0, largest: 200.0, signed: true, turns_axes: false }];
+    [Parameter { name: "z_ut", in_unit: 1.0, usual: 20.0, largest: 200.0, signed: true, only_in_estimator: false }];
 
 impl Effect for AxialInterference {
     fn name(&self) -> &'static str {
@@ -24,6 +26,14 @@ impl Effect for AxialInterference {
 
     fn term(&self, k: usize, _: &Moment) -> Vector3<f32> {
         axis(k + 2)
+    }
+
+    fn nuisance(&self) -> Option<Range<usize>> {
+        Some(HARD_IRON.from + 2..HARD_IRON.from + 3)
+    }
+
+    fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], field_ut: f32) -> [f32; MAX_PARAMETERS] {
+        negated(unknowns, field_ut)
     }
 
     fn aliases(&self) -> &'static [&'static str] {

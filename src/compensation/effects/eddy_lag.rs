@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 pub struct EddyLag;
 
 const PARAMETERS: [Parameter; 1] =
-    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.002, largest: 0.02, signed: false, turns_axes: false }];
+    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.002, largest: 0.02, signed: false, only_in_estimator: false }];
 
 impl Effect for EddyLag {
     fn name(&self) -> &'static str {

@@ -5,12 +5,20 @@ const DEGREES: f32 = 180.0 / core::f32::consts::PI;
 
 /// A shock changes the bias for good, by d on each axis.
 ///
-/// The bias that flies is moved to the new one, once, so that nothing is left to be taken out of what comes: the term is zero.
+/// The estimator adds it from its shock on, one for each of some shocks. The bias that flies holds it, so that nothing is taken out of the
+/// readings: the term is zero.
 pub struct GyroBiasStep;
 
 const fn parameter(name: &'static str) -> Parameter {
     // 0.1 and 5 deg/s: what a shock does to common parts, and all of the zero-rate output that data sheets allow after soldering.
-    Parameter { name, in_unit: DEGREES, usual: 0.1 / DEGREES, largest: 5.0 / DEGREES, signed: true, turns_axes: false }
+    Parameter {
+        name,
+        in_unit: DEGREES,
+        usual: 0.1 / DEGREES,
+        largest: 5.0 / DEGREES,
+        signed: true,
+        only_in_estimator: false,
+    }
 }
 
 const PARAMETERS: [Parameter; 3] = [parameter("x_deg_s"), parameter("y_deg_s"), parameter("z_deg_s")];

@@ -7,7 +7,7 @@ const DEGREES: f32 = 180.0 / core::f32::consts::PI;
 pub struct GyroBiasTemperature;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: DEGREES, usual: 8.7e-4, largest: 1.75e-2, signed: true, turns_axes: false }
+    Parameter { name, in_unit: DEGREES, usual: 8.7e-4, largest: 1.75e-2, signed: true, only_in_estimator: false }
 }
 
 const PARAMETERS: [Parameter; 3] = [parameter("x_deg_s_k"), parameter("y_deg_s_k"), parameter("z_deg_s_k")];

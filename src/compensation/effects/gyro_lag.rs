@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 pub struct GyroLag;
 
 const PARAMETERS: [Parameter; 1] =
-    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: true, turns_axes: false }];
+    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.01, largest: 0.1, signed: false, only_in_estimator: false }];
 
 impl Effect for GyroLag {
     fn name(&self) -> &'static str {

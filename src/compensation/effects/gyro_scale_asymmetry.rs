@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 pub struct GyroScaleAsymmetry;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 1e2, usual: 5e-3, largest: 5e-2, signed: true, turns_axes: false }
+    Parameter { name, in_unit: 1e2, usual: 5e-3, largest: 5e-2, signed: true, only_in_estimator: false }
 }
 
 const PARAMETERS: [Parameter; 3] = [parameter("x_percent"), parameter("y_percent"), parameter("z_percent")];

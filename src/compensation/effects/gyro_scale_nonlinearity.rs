@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 pub struct GyroScaleNonlinearity;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 1.0, usual: 1e-3, largest: 1e-2, signed: true, turns_axes: false }
+    Parameter { name, in_unit: 1.0, usual: 1e-3, largest: 1e-2, signed: true, only_in_estimator: false }
 }
 
 const PARAMETERS: [Parameter; 3] = [parameter("x_s2_rad2"), parameter("y_s2_rad2"), parameter("z_s2_rad2")];

@@ -1,11 +1,13 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor, axis, negated};
+use crate::estimator::columns::HARD_IRON;
+use core::ops::Range;
 use nalgebra::Vector3;
 
 /// A constant offset of the field, fixed to the body: once per revolution in its norm.
 pub struct HardIron;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 1.0, usual: 20.0, largest: 200.0, signed: true, turns_axes: false }
+    Parameter { name, in_unit: 1.0, usual: 20.0, largest: 200.0, signed: true, only_in_estimator: false }
 }
 
 const PARAMETERS: [Parameter; 3] = [parameter("x_ut"), parameter("y_ut"), parameter("z_ut")];
@@ -25,6 +27,14 @@ impl Effect for HardIron {
 
     fn term(&self, k: usize, _: &Moment) -> Vector3<f32> {
         axis(k)
+    }
+
+    fn nuisance(&self) -> Option<Range<usize>> {
+        Some(HARD_IRON.columns())
+    }
+
+    fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], field_ut: f32) -> [f32; MAX_PARAMETERS] {
+        negated(unknowns, field_ut)
     }
 
     fn aliases(&self) -> &'static [&'static str] {

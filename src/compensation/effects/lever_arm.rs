@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 pub struct LeverArm;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 1e3, usual: 0.03, largest: 0.1, signed: true, turns_axes: false }
+    Parameter { name, in_unit: 1e3, usual: 0.03, largest: 0.1, signed: true, only_in_estimator: false }
 }
 
 const PARAMETERS: [Parameter; 3] = [parameter("x_mm"), parameter("y_mm"), parameter("z_mm")];

@@ -1,4 +1,6 @@
 use super::super::effect::{Effect, Moment, Parameter, Sensor};
+use crate::estimator::columns::MAG_LAG;
+use core::ops::Range;
 use nalgebra::Vector3;
 
 /// Delay of the magnetometer behind the gyro: it reads m(t - tau), to first order m + tau w x m.
@@ -7,7 +9,7 @@ use nalgebra::Vector3;
 pub struct MagLag;
 
 const PARAMETERS: [Parameter; 1] =
-    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.015, largest: 0.1, signed: false, turns_axes: false }];
+    [Parameter { name: "lag_ms", in_unit: 1e3, usual: 0.015, largest: 0.1, signed: false, only_in_estimator: false }];
 
 impl Effect for MagLag {
     fn name(&self) -> &'static str {
@@ -24,6 +26,10 @@ impl Effect for MagLag {
 
     fn term(&self, _: usize, moment: &Moment) -> Vector3<f32> {
         moment.rate_rad_s.cross(&moment.field_ut)
+    }
+
+    fn nuisance(&self) -> Option<Range<usize>> {
+        Some(MAG_LAG.columns())
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -1,4 +1,6 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor};
+use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor, negated};
+use crate::estimator::columns::MAG_MATRIX;
+use core::ops::Range;
 use nalgebra::Vector3;
 
 /// Soft iron, and magnetometer axes that are not the gyro's: the field reads M m more, M without a trace (its trace is the unit of the
@@ -9,7 +11,7 @@ use nalgebra::Vector3;
 pub struct SoftIron;
 
 const fn iron(name: &'static str) -> Parameter {
-    Parameter { name, in_unit: 100.0, usual: 0.03, largest: 0.2, signed: true, turns_axes: false }
+    Parameter { name, in_unit: 100.0, usual: 0.03, largest: 0.2, signed: true, only_in_estimator: false }
 }
 
 const fn turn(name: &'static str) -> Parameter {
@@ -19,7 +21,7 @@ const fn turn(name: &'static str) -> Parameter {
         usual: 0.03,
         largest: 0.2,
         signed: true,
-        turns_axes: true,
+        only_in_estimator: true,
     }
 }
 
@@ -62,6 +64,19 @@ impl Effect for SoftIron {
             6 => Vector3::new(m.z, 0.0, -m.x),
             _ => Vector3::new(-m.y, m.x, 0.0),
         }
+    }
+
+    fn nuisance(&self) -> Option<Range<usize>> {
+        Some(MAG_MATRIX.columns())
+    }
+
+    fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], _: f32) -> [f32; MAX_PARAMETERS] {
+        let [u, v, xy, xz, yx, yz, zx, zy, _] = *unknowns;
+        let root = core::f32::consts::FRAC_1_SQRT_2;
+        let (across, along) = (u * root, v * root);
+        let symmetric = [(xy + yx) * 0.5, (xz + zx) * 0.5, (yz + zy) * 0.5];
+        let [k2, k3, k4] = symmetric;
+        negated(&[across, along, k2, k3, k4, (zy - yz) * 0.5, (xz - zx) * 0.5, (yx - xy) * 0.5, 0.0], 1.0)
     }
 
     fn aliases(&self) -> &'static [&'static str] {

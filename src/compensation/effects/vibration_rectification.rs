@@ -20,7 +20,7 @@ const fn parameter(name: &'static str) -> Parameter {
         usual: USUAL,
         largest: LARGEST,
         signed: true,
-        turns_axes: false,
+        only_in_estimator: false,
     }
 }
 

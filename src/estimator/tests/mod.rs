@@ -8,7 +8,7 @@ mod motion;
 use super::columns;
 use super::{Estimator, Posterior, Real, Refusal, Settings};
 use crate::{
-    compensation::GyroModel,
+    compensation::{ActiveEffects, GyroModel},
     config::{Config, Motion},
     sample::Reading,
 };
@@ -24,7 +24,7 @@ fn settings() -> Settings {
 
 fn estimator<T: Real>() -> Box<Estimator<T>> {
     let mut estimator = Box::new(Estimator::zero());
-    estimator.configure(&settings());
+    estimator.configure(&settings(), &[]);
     estimator
 }
 
@@ -41,7 +41,7 @@ fn posterior<T: Real>(samples: &[(u64, [Reading; 3])], budget: u32) -> Posterior
         }
     };
     for (t_us, [rate, force, field]) in samples {
-        estimator.push(*t_us, *rate, *force, *field);
+        estimator.push(*t_us, [*rate, *force, *field], None);
         done(&mut estimator, budget);
     }
     estimator.close();
@@ -78,9 +78,9 @@ fn a_stored_model_is_where_the_next_run_begins_unless_the_samples_contradict_it(
     let simulated = Simulated::new(3, 60.0);
     let found = |stored: &GyroModel| {
         let mut estimator = estimator::<f32>();
-        estimator.restore(stored, &[0.002; 12]);
+        estimator.restore(stored, &[0.002; 12], &ActiveEffects::none());
         for (t_us, [rate, force, field]) in &simulated.samples {
-            estimator.push(*t_us, *rate, *force, *field);
+            estimator.push(*t_us, [*rate, *force, *field], None);
             while estimator.step() > 0 {}
         }
         estimator.close();
@@ -208,7 +208,7 @@ fn a_hard_iron_that_stays_another_is_learnt_anew() {
 fn watched(samples: &[(u64, [Reading; 3])], mut watch: impl FnMut(&Estimator<f64>)) {
     let mut estimator = estimator::<f64>();
     for (index, (t_us, [rate, force, field])) in samples.iter().enumerate() {
-        estimator.push(*t_us, *rate, *force, *field);
+        estimator.push(*t_us, [*rate, *force, *field], None);
         if index + 1 == samples.len() {
             estimator.close();
         }

@@ -20,7 +20,7 @@ pub enum Kind {
     Identification = 7,
     /// Effects and verdict: [`DiagnosisReport`](crate::diagnosis::DiagnosisReport).
     Diagnosis = 8,
-    /// A magnet: [`HardIronInterval`](crate::diagnosis::HardIronInterval).
+    /// A magnet: [`HardIronInterval`](crate::magnet::HardIronInterval).
     HardIron = 9,
     /// Counters, stack, overruns: [`Health`](crate::telemetry::Health).
     Health = 10,

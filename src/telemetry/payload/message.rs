@@ -1,6 +1,7 @@
 use super::{AttitudeFrame, Boot, Health, Identification, RawSample};
 use crate::{
-    diagnosis::{DiagnosisReport, HardIronInterval},
+    diagnosis::DiagnosisReport,
+    magnet::HardIronInterval,
     probe::Output,
     survey::{DrillingDynamics, SurveyReport},
     telemetry::{Acknowledgement, Frame, Kind},

@@ -15,7 +15,8 @@ pub use message::{Message, PayloadError};
 pub use raw_sample::RawSample;
 
 use crate::{
-    diagnosis::{DiagnosisReport, HardIronInterval},
+    diagnosis::DiagnosisReport,
+    magnet::HardIronInterval,
     probe::Output,
     survey::{DrillingDynamics, SurveyReport},
     telemetry::Kind,

@@ -157,6 +157,14 @@ pub(super) const CASES: &[Case] = &[
         },
     },
     Case {
+        name: "gyro_scale_temperature",
+        names: &[&["gyro_scale_temperature"]],
+        add: |s, r| {
+            s.temperature = Some(Temperature { start_c: 40.0, end_c: Some(80.0), ..Temperature::default() });
+            s.effects.gyro_scale_temperature_percent_c = vector(r, 0.05);
+        },
+    },
+    Case {
         name: "gyro_bias_step",
         names: &[&["gyro_bias_step"]],
         add: |s, r| {

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{
     compensation::Effect,
-    diagnosis::{DiagnosisReport, Tried, Verdict},
+    diagnosis::{DiagnosisReport, Verdict},
 };
 
 use crate::{
@@ -20,7 +20,7 @@ pub(super) fn residual(diagnosed: &Diagnosed) -> String {
         [
             row("gravity, deg rms", &residual.gravity_deg),
             row("field, deg rms", &residual.magnetic_deg),
-            row("field, mean square in units of its white noise (last diagnosis)", &residual.nis),
+            row("innovations, mean square in units of their variance (last diagnosis)", &residual.nis),
         ],
     )
 }
@@ -49,23 +49,35 @@ pub(crate) fn effects(diagnosed: &Diagnosed) -> String {
         return "<p>None.</p>\n".to_owned();
     }
     let row = |found: &Found| {
-        let [before, after] = found.report.residual_rad.map(f32::to_degrees);
-        let [from_s, to_s] = found.active_s;
-        let taken_out = if found.report.believed { "taken out" } else { "named, not taken out: larger than it can be" };
+        let in_seconds = |t_us: u64| format!("{:.1}", t_us as f64 * 1e-6);
+        let taken_out = if found.report.is_taken_out() {
+            in_seconds(found.report.taken_out_us)
+        } else {
+            "not: larger than it can be".to_owned()
+        };
+        let [from_s, _] = found.active_s;
         let cells = vec![
             found.effect.name().to_owned(),
             parameters(found),
             format!("{:.0}", found.report.evidence),
-            format!("{:.4}", found.report.p_value),
-            format!("{before:.3} to {after:.3}"),
-            format!("{from_s:.1} to {to_s:.1}"),
-            taken_out.to_owned(),
-            found.effect.aliases().join(", "),
+            format!("{} to {}", figure(found.residual_deg.before), figure(found.residual_deg.after)),
+            format!("{from_s:.1}"),
+            in_seconds(found.report.found_us),
+            taken_out,
+            found.aliases().join(", "),
         ];
         (false, cells)
     };
-    let head =
-        ["effect", "size", "evidence", "chance", "residual, deg rms", "from when to when, s", "", "could also be"];
+    let head = [
+        "effect",
+        "size",
+        "log Bayes factor",
+        "residual without and with it, deg rms",
+        "there from, s",
+        "found, s",
+        "taken out, s",
+        "could also be",
+    ];
     table(&head, diagnosed.effects.iter().map(row))
 }
 
@@ -95,11 +107,9 @@ pub(crate) fn magnets(diagnosed: &Diagnosed) -> String {
 /// One diagnosis with all its candidates, folded up or not.
 pub(super) fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_open: bool) -> String {
     let open = if is_open { " open=\"open\"" } else { "" };
-    let [gravity, field] = report.residual_before_rad.map(f32::to_degrees);
-    let [gravity_after, field_after] = report.residual_after_rad.map(f32::to_degrees);
     let [nis, nis_after] = report.nis;
     let mut out = format!(
-        "<details{open}>\n<summary>{:.1} to {:.1} s: {}</summary>\n<p>Residual of gravity {gravity:.2} to {gravity_after:.2} deg, of the field {field:.3} to {field_after:.3} deg rms; mean square of the field's in units of its noise {nis:.1} to {nis_after:.1}.</p>\n",
+        "<details{open}>\n<summary>{:.1} to {:.1} s: {}</summary>\n<p>Mean square of the innovations in units of their variance: {nis:.2} with the gyro's parameters alone, {nis_after:.2} with what was found.</p>\n",
         report.t_start_us as f64 * 1e-6,
         report.t_end_us as f64 * 1e-6,
         verdict_name(report.verdict).replace('_', " "),
@@ -109,40 +119,14 @@ pub(super) fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_op
     }
     let candidates = report.tried.iter().zip(library).take(report.candidates.into()).enumerate();
     let rows = candidates.map(|(index, (tried, effect))| {
-        let added = report.found().find(|found| usize::from(found.found.index) == index);
-        let (evidence, p_value) =
-            added.map_or((tried.evidence, tried.p_value), |found| (found.evidence, found.p_value));
-        let outcome = added.map_or_else(
-            || why_refused(tried, report).to_owned(),
-            |found| {
-                let remark = if found.believed { "" } else { "; larger than it can be, so not taken out" };
-                format!("added: turns its vector by {:.2} deg rms{remark}", found.size_rad.to_degrees())
-            },
-        );
-        let cells = vec![effect.name().to_owned(), format!("{evidence:.1}"), format!("{p_value:.4}"), outcome];
-        (added.is_some(), cells)
+        let found = report.found().find(|found| usize::from(found.found.index) == index);
+        let outcome = found.map_or_else(String::new, |found| {
+            let remark = if found.is_taken_out() { "" } else { "; larger than it can be, so not taken out" };
+            format!("found: turns its vector by {:.2} deg rms{remark}", found.size_rad.to_degrees())
+        });
+        let evidence = found.map_or(*tried, |found| found.evidence);
+        (found.is_some(), vec![effect.name().to_owned(), format!("{evidence:.1}"), outcome])
     });
-    out += &table(&["candidate", "evidence", "chance", "outcome"], rows);
+    out += &table(&["candidate", "log Bayes factor beside what was found", "outcome"], rows);
     out + "</details>\n"
-}
-
-/// Rate of false alarms of a diagnosis, which is shared out among the candidates (`docs/effects.md`).
-const FALSE_ALARMS: f32 = 0.01;
-
-/// A candidate that is one with what was added keeps what it showed before that.
-fn why_refused(tried: &Tried, report: &DiagnosisReport) -> &'static str {
-    let shows = tried.p_value * f32::from(report.candidates) <= FALSE_ALARMS;
-    if tried.too_small {
-        "refused: too small to matter"
-    } else if tried.suspected {
-        "suspected: it may be what is unexplained in the field"
-    } else if tried.p_value >= 1.0 {
-        "refused: could not be seen beside the model"
-    } else if shows && report.count > 0 {
-        "refused: showed before the last was added, not beside it"
-    } else if shows {
-        "refused: not worth its parameters"
-    } else {
-        "refused: shows no more than chance would"
-    }
 }

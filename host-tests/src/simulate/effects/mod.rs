@@ -81,9 +81,15 @@ impl<'a> Disturber<'a> {
         bias_change_rad_s(self.effects, t_s, warmer_c)
     }
 
-    /// What the gyro reads at `t_s` beside its bias and a scaled rate `P^-1 w`, rad/s.
-    pub(super) fn gyro_additions_rad_s(&self, t_s: f64, ideal: &Ideal, scaled_rad_s: &Vector3<f64>) -> Vector3<f64> {
-        self.gyro.additions_rad_s(t_s, ideal, scaled_rad_s)
+    /// What the gyro reads at `t_s`, so much warmer than at the start of the run, beside its bias and a scaled rate `P^-1 w`, rad/s.
+    pub(super) fn gyro_additions_rad_s(
+        &self,
+        (t_s, warmer_c): (f64, f64),
+        ideal: &Ideal,
+        scaled_rad_s: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let scale = Vector3::from(self.effects.gyro_scale_temperature_percent_c) * (0.01 * warmer_c);
+        self.gyro.additions_rad_s(t_s, ideal, scaled_rad_s) + scale.component_mul(scaled_rad_s)
     }
 
     /// Takes out the readings that drop out.

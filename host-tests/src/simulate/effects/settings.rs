@@ -58,6 +58,9 @@ pub struct Effects {
     /// Change of the gyro's bias with the temperature since the start of the run, deg/s per degree Celsius; needs `[temperature]`.
     /// Typical 0.005 to 0.05. Default zero.
     pub gyro_bias_temperature_deg_s_c: [f64; 3],
+    /// Change of the gyro's scale on each axis with the temperature since the start of the run, percent per degree Celsius; needs
+    /// `[temperature]`. Typical 0.005 to 0.02. Default zero.
+    pub gyro_scale_temperature_percent_c: [f64; 3],
     /// Amplitude of a sine in the gyro's bias that begins at zero and rises first, deg/s. Not in the library of effects. Typical, as
     /// of a regulator or a pump near by, 0.05 to 0.5. Default zero.
     pub periodic_bias_deg_s: [f64; 3],
@@ -98,6 +101,7 @@ mod tests {
         bias_step_deg_s = [0.5, 0.0, 0.0]
         bias_step_after_s = 100.0
         gyro_bias_temperature_deg_s_c = [0.01, 0.0, -0.02]
+        gyro_scale_temperature_percent_c = [0.01, 0.0, 0.02]
         periodic_bias_deg_s = [0.1, 0.0, 0.0]
         periodic_bias_period_s = 20.0
 
@@ -156,6 +160,7 @@ mod tests {
             bias_step_deg_s: [0.5, 0.0, 0.0],
             bias_step_after_s: 100.0,
             gyro_bias_temperature_deg_s_c: [0.01, 0.0, -0.02],
+            gyro_scale_temperature_percent_c: [0.01, 0.0, 0.02],
             periodic_bias_deg_s: [0.1, 0.0, 0.0],
             periodic_bias_period_s: 20.0,
             mount_rotation: Some(MountRotation { from_s: 200.0, rotation_deg: [1.0, 0.0, -2.0], ramp_s: 1.0 }),

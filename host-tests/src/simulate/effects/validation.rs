@@ -31,6 +31,8 @@ impl Effects {
         check(within(self.bias_step_after_s, 0.0, 86_400.0), "effects.bias_step_after_s", "0 to 86400")?;
         let with_temperature = all_within(&self.gyro_bias_temperature_deg_s_c, 10.0);
         check(with_temperature, "effects.gyro_bias_temperature_deg_s_c", "-10 to 10")?;
+        let with_temperature = all_within(&self.gyro_scale_temperature_percent_c, 10.0);
+        check(with_temperature, "effects.gyro_scale_temperature_percent_c", "-10 to 10")?;
         check(all_within(&self.periodic_bias_deg_s, 100.0), "effects.periodic_bias_deg_s", "-100 to 100")?;
         let no_sine = self.periodic_bias_deg_s == [0.0; 3] && self.periodic_bias_period_s == 0.0;
         let period = no_sine || within(self.periodic_bias_period_s, 0.01, 86_400.0);

@@ -1,0 +1,199 @@
+//! What has been found so far: the effects that fly, since when, and the reports of the windows.
+
+use super::{DiagnosisReport, EffectReport, Verdict};
+use crate::{
+    compensation::{ActiveEffects, Effect, FoundEffect, Sensor},
+    config::Config,
+    estimator::{Claim, Estimator, MAX_CLAIMED, Posterior, Refusal},
+};
+use heapless::Vec;
+
+/// Reports waiting to be taken.
+const PENDING: usize = 2;
+
+/// The effects that fly, and what is reported of them.
+pub(crate) struct Findings {
+    flown: ActiveEffects,
+    /// What the latest update found, that waits for its instant: its report, and whether its effects are to fly.
+    waiting: Vec<(DiagnosisReport, bool), 1>,
+    /// What the report before had found.
+    known: [EffectReport; MAX_CLAIMED],
+    known_count: usize,
+    pending: Vec<DiagnosisReport, PENDING>,
+    /// Reports that nobody took.
+    pub lost: u32,
+}
+
+impl Findings {
+    pub const fn zero() -> Self {
+        const NONE: EffectReport = EffectReport {
+            found: FoundEffect { index: 0, parameters: [0.0; 9], sigma: [0.0; 9] },
+            evidence: 0.0,
+            size_rad: 0.0,
+            size_sigma_rad: 0.0,
+            rivals: 0,
+            step_us: 0,
+            found_us: 0,
+            taken_out_us: 0,
+        };
+        Self {
+            flown: ActiveEffects::none(),
+            waiting: Vec::new(),
+            known: [NONE; MAX_CLAIMED],
+            known_count: 0,
+            pending: Vec::new(),
+            lost: 0,
+        }
+    }
+
+    /// Begins anew.
+    pub fn start(&mut self) {
+        self.flown = ActiveEffects::none();
+        self.waiting.clear();
+        self.known_count = 0;
+        self.pending.clear();
+        self.lost = 0;
+    }
+
+    /// The effects that are taken out.
+    pub const fn flown(&self) -> &ActiveEffects {
+        &self.flown
+    }
+
+    /// Flies these from the first sample on.
+    #[cfg(feature = "storage")]
+    pub const fn restore(&mut self, effects: &ActiveEffects) {
+        self.flown = *effects;
+    }
+
+    /// What a posterior says of the effects. `flies`: whether its model, and with it they, are to fly.
+    #[inline(never)]
+    pub fn judge(
+        &mut self,
+        [t_start_us, t_end_us]: [u64; 2],
+        (posterior, estimator): (&Posterior, &Estimator),
+        flies: bool,
+        config: &Config,
+    ) {
+        let library = estimator.library();
+        let mut report = DiagnosisReport {
+            t_start_us,
+            t_end_us,
+            t_effect_us: 0,
+            verdict: verdict(posterior, estimator),
+            effects: [EffectReport::default(); MAX_CLAIMED],
+            count: 0,
+            tried: *estimator.tried(),
+            candidates: estimator.candidates(),
+            nis: estimator.nis_of_claims(),
+            remainder: estimator.remainder(),
+        };
+        if report.verdict != Verdict::UnexplainedResidual {
+            report.remainder = crate::estimator::RemainderReport::default();
+        }
+        for (slot, claim) in report.effects.iter_mut().zip(estimator.claims()) {
+            let Some(effect) = library.get(usize::from(claim.effect)) else { continue };
+            *slot = self.told(*effect, claim, t_end_us, estimator.field_ut(), config);
+            report.count += 1;
+        }
+        self.waiting.clear();
+        // Just emptied, so there is room.
+        let _ = self.waiting.push((report, flies));
+    }
+
+    /// A claim as it is reported.
+    fn told(&self, effect: &dyn Effect, claim: &Claim, t_us: u64, field_ut: f32, config: &Config) -> EffectReport {
+        let mut found = FoundEffect { index: claim.effect, parameters: claim.parameters, sigma: claim.sigma };
+        if effect.gyro_delay_s(&found.parameters) != 0.0
+            && config.latency.gyro_s.is_none()
+            && let Some(delay_s) = found.parameters.first_mut()
+        {
+            // A rate whose time is unknown is taken for a mean over the interval that it ends: it is half of that late already.
+            *delay_s += config.sample_period_us as f32 * 0.5e-6;
+        }
+        let unit = match effect.sensor() {
+            Sensor::Gyro => 1.0,
+            Sensor::Accelerometer => config.earth.gravity_m_s2,
+            Sensor::Magnetometer => field_ut,
+        };
+        let is_same = |known: &&EffectReport| known.found.index == claim.effect && known.step_us == claim.step_us;
+        let known = self.known.iter().take(self.known_count).find(is_same);
+        EffectReport {
+            found,
+            evidence: claim.evidence,
+            size_rad: if unit > 0.0 { claim.size / unit } else { 0.0 },
+            size_sigma_rad: if unit > 0.0 { claim.size_sigma / unit } else { 0.0 },
+            rivals: claim.rivals,
+            step_us: claim.step_us,
+            found_us: known.map_or(t_us, |known| known.found_us),
+            // Known at the instant at which it takes effect.
+            taken_out_us: if claim.is_taken_out { known.map_or(0, |known| known.taken_out_us) } else { 0 },
+        }
+        .marked(claim.is_taken_out)
+    }
+
+    /// The result of an update takes effect. Returns whether what is taken out changes, and whether other effects of the magnetometer are.
+    pub fn take_effect(&mut self, t_us: u64, is_window: bool, library: &[&dyn Effect]) -> Option<bool> {
+        let (mut report, flies) = self.waiting.pop()?;
+        report.t_effect_us = t_us;
+        for effect in report.effects.iter_mut().take(usize::from(report.count)) {
+            effect.taken_out_us = match effect.taken_out_us {
+                TO_BE_TAKEN_OUT => t_us,
+                us => us,
+            };
+        }
+        let before = self.flown;
+        if flies {
+            self.flown = report.active();
+            (self.known, self.known_count) = (report.effects, usize::from(report.count));
+        }
+        if is_window {
+            if self.pending.is_full() {
+                self.pending.remove(0);
+                self.lost = self.lost.saturating_add(1);
+            }
+            // There is room now.
+            let _ = self.pending.push(report);
+        }
+        let of_field = |effects: &ActiveEffects| {
+            effects.iter().fold(0_u32, |all, found| {
+                let effect = library.get(usize::from(found.index));
+                let is_of_field = effect.is_some_and(|effect| effect.sensor() == Sensor::Magnetometer);
+                if is_of_field { all | 1_u32.checked_shl(found.index.into()).unwrap_or(0) } else { all }
+            })
+        };
+        (self.flown != before).then(|| of_field(&self.flown) != of_field(&before))
+    }
+
+    /// The result of an update is not there in time.
+    pub fn drop_waiting(&mut self) {
+        self.waiting.clear();
+    }
+
+    /// The oldest report that nobody has taken.
+    pub fn take(&mut self) -> Option<DiagnosisReport> {
+        (!self.pending.is_empty()).then(|| self.pending.remove(0))
+    }
+}
+
+/// Of an effect that is to be taken out for the first time.
+const TO_BE_TAKEN_OUT: u64 = u64::MAX;
+
+impl EffectReport {
+    fn marked(mut self, is_taken_out: bool) -> Self {
+        if is_taken_out && self.taken_out_us == 0 {
+            self.taken_out_us = TO_BE_TAKEN_OUT;
+        }
+        self
+    }
+}
+
+fn verdict(posterior: &Posterior, estimator: &Estimator) -> Verdict {
+    match posterior.fitness {
+        Err(Refusal::Diverged { .. }) => Verdict::UnexplainedResidual,
+        Err(_) => Verdict::NotEnoughExcitation,
+        Ok(()) if estimator.is_unexplained() => Verdict::UnexplainedResidual,
+        Ok(()) if estimator.claims().is_empty() => Verdict::ModelSufficient,
+        Ok(()) => Verdict::EffectsFound,
+    }
+}

@@ -1,0 +1,278 @@
+//! What competes for the evidence, and what comes of it: effects of the library, steps of the bias one by one, and errors of the vector sensors for which
+//! there is no name.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{
+    Candidates, STEPS,
+    evidence::{Evidence, MAX_CLAIMS, MAX_TAKEN},
+    matrix::{LEAST_FACTOR, at, at_most},
+};
+use crate::{
+    compensation::effect::MAX_PARAMETERS,
+    estimator::{
+        columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, GLOBALS, Group, HARD_IRON, MAG_LAG, MAG_MATRIX, NUISANCES},
+        globals::Globals,
+        real::{Real, V3},
+    },
+};
+use core::ops::Range;
+
+/// Errors of the vector sensors, which there are whether the library has a name for them or not.
+const NAMELESS: [Group; 6] = [MAG_MATRIX, HARD_IRON, MAG_LAG, ACCEL_LAG, ACCEL_MATRIX, ACCEL_BIAS];
+/// One that has been taken out for two windows has been reported, microseconds.
+const SETTLED_US: u64 = 120_000_000;
+
+/// An effect that the data want.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Claim {
+    /// Its place in the library.
+    pub effect: u8,
+    /// Of a step of the bias, its place, and when it was; else 0.
+    pub step: u8,
+    /// Microseconds.
+    pub step_us: u64,
+    /// Log Bayes factor with all other claims in.
+    pub evidence: f32,
+    /// Its parameters, SI (field: microtesla), and their deviations.
+    pub parameters: [f32; MAX_PARAMETERS],
+    /// Deviations of these.
+    pub sigma: [f32; MAX_PARAMETERS],
+    /// Root mean square of what it adds to its sensor's reading, and what its deviations alone would add.
+    pub size: f32,
+    /// The same of its deviations.
+    pub size_sigma: f32,
+    /// Effects of the library that are as likely, one bit each.
+    pub rivals: u32,
+    /// Whether it is taken out: it is no larger than it can be.
+    pub is_taken_out: bool,
+}
+
+/// What turns the columns' units into physical ones.
+pub(in crate::estimator) struct Units<'a, T> {
+    /// Widths of the globals.
+    pub sigma: &'a [T; GLOBALS],
+    /// Of the field, microtesla.
+    pub field_ut: T,
+}
+
+impl<T: Real, const E: usize> Candidates<T, E> {
+    /// Number of claims: the library's effects, then the further steps of the bias.
+    pub fn claims(&self) -> usize {
+        let steps = self.library().iter().filter(|effect| effect.is_bias_step()).count() * (STEPS - 1);
+        let all = self.library().len() + steps + NAMELESS.len();
+        if all < MAX_CLAIMS { all } else { MAX_CLAIMS }
+    }
+
+    /// Those of them that have a name.
+    pub fn named_claims(&self) -> usize {
+        let all = self.claims();
+        if all > NAMELESS.len() { all - NAMELESS.len() } else { 0 }
+    }
+
+    /// Whether a claim is an error of a vector sensor that the library does not have.
+    pub(super) fn is_nameless(&self, claim: usize) -> bool {
+        claim >= self.named_claims()
+    }
+
+    /// Whether an effect was found in an earlier session.
+    pub(super) fn is_restored(&self, claim: usize) -> bool {
+        self.restored >> self.effect_of(claim).0 & 1 == 1 && !self.is_nameless(claim)
+    }
+
+    /// Whether an effect is taken out now.
+    pub(super) fn is_taken_out(&self, claim: usize) -> bool {
+        let columns = self.columns_of(claim);
+        columns.start >= NUISANCES && columns.into_iter().any(|c| at(&self.x, c - NUISANCES) != T::ZERO)
+    }
+
+    /// The effect of a claim, and its step.
+    pub(super) fn effect_of(&self, claim: usize) -> (usize, u8) {
+        match claim.checked_sub(self.library().len()) {
+            None => (claim, 0),
+            Some(more) => {
+                let step = self.library().iter().position(|effect| effect.is_bias_step()).unwrap_or(0);
+                (step, more as u8 + 1)
+            }
+        }
+    }
+
+    /// The matrix columns of a claim.
+    pub fn columns_of(&self, claim: usize) -> Range<usize> {
+        if let Some(group) = claim.checked_sub(self.named_claims()) {
+            let columns = NAMELESS.get(group).map_or(0..0, |group| group.columns());
+            let has_name = self.library().iter().filter_map(|effect| effect.nuisance()).any(|own| own == columns);
+            return if has_name { 0..0 } else { columns };
+        }
+        let (effect, step) = self.effect_of(claim);
+        self.columns_of_step(effect, step)
+    }
+
+    fn columns_of_step(&self, effect: usize, step: u8) -> Range<usize> {
+        if let Some(nuisance) = self.library().get(effect).and_then(|effect| effect.nuisance()) {
+            return nuisance;
+        }
+        let Some(own) = self.library().get(effect) else { return 0..0 };
+        let Some(from) = self.first_column(effect, step) else { return 0..0 };
+        // A step that has not been is none.
+        let is_idle = own.is_bias_step() && self.shocks.at_us(step).is_none();
+        NUISANCES + from..NUISANCES + from + if is_idle { 0 } else { own.parameters().len() }
+    }
+
+    /// Logarithm of how many chances an effect has had: a step of the bias one at each shock.
+    pub(super) fn chances(&self, claim: usize) -> f32 {
+        let is_chance = self.is_step_of(claim) && self.shocks.seen > 1;
+        if is_chance { libm::logf(self.shocks.seen as f32) } else { 0.0 }
+    }
+
+    /// Whether a claim is a step of the bias.
+    pub(super) fn is_step_of(&self, claim: usize) -> bool {
+        let effect = self.library().get(self.effect_of(claim).0).filter(|_| !self.is_nameless(claim));
+        effect.is_some_and(|effect| effect.is_bias_step())
+    }
+
+    /// The claim of a step of the bias.
+    pub(super) fn claim_of_step(&self, step: u8) -> Option<usize> {
+        let first = self.library().iter().position(|effect| effect.is_bias_step())?;
+        Some(if step == 0 { first } else { self.library().len() + usize::from(step) - 1 })
+    }
+
+    /// Notes how clearly the steps of the bias show.
+    pub fn note_steps(&mut self, evidence: &Evidence<T>) {
+        for step in 0..STEPS as u8 {
+            let at_us = self.shocks.at_us(step);
+            let is_claimed = at_us.is_some_and(|us| evidence.claims.iter().any(|claim| claim.step_us == us));
+            let tried = self.claim_of_step(step).and_then(|claim| evidence.tried.get(claim));
+            self.shocks.show(step, if is_claimed { f32::INFINITY } else { tried.copied().unwrap_or(0.0) });
+        }
+    }
+
+    /// The step of the bias that has been taken out for so long that it is believed for good.
+    pub fn old_step(&self, evidence: &Evidence<T>, now_us: u64) -> Option<(u8, Claim)> {
+        let is_old = |claim: &&Claim| {
+            claim.is_taken_out && claim.step_us > 0 && claim.step_us.saturating_add(SETTLED_US) < now_us
+        };
+        evidence.claims.iter().find(is_old).map(|claim| (claim.step, *claim))
+    }
+
+    /// The sign of the unknown of an effect that has one.
+    pub(super) fn sign(&self, claim: usize) -> Option<T> {
+        let effect = self.library().get(self.effect_of(claim).0).filter(|_| !self.is_nameless(claim))?;
+        let [parameter] = effect.parameters() else { return None };
+        (!parameter.signed).then_some(T::ONE)
+    }
+
+    /// Whether all parameters of a claim are such as the effect can have.
+    pub fn is_believed(&self, claim: &Claim) -> bool {
+        let Some(effect) = self.library().get(usize::from(claim.effect)) else { return false };
+        effect.parameters().iter().zip(&claim.parameters).all(|(parameter, x)| parameter.believes(*x))
+    }
+
+    /// A claim in physical units.
+    pub(super) fn claim(
+        &self,
+        claim: usize,
+        x: &[T; MAX_PARAMETERS],
+        covariance: &[[T; MAX_PARAMETERS]; MAX_PARAMETERS],
+        units: &Units<T>,
+    ) -> Claim {
+        let (effect, step) = self.effect_of(claim);
+        let mut one = Claim {
+            effect: effect as u8,
+            step,
+            step_us: 0,
+            evidence: 0.0,
+            parameters: [0.0; MAX_PARAMETERS],
+            sigma: [0.0; MAX_PARAMETERS],
+            size: 0.0,
+            size_sigma: 0.0,
+            rivals: 0,
+            is_taken_out: false,
+        };
+        let Some(own) = self.library().get(effect) else { return one };
+        if own.is_bias_step() {
+            one.step_us = self.shocks.at_us(step).unwrap_or(0);
+        }
+        let columns = self.columns_of(claim);
+        let n = at_most(columns.len(), MAX_PARAMETERS);
+        // Parameters by unknowns.
+        let mut by = [[0.0_f32; MAX_PARAMETERS]; MAX_PARAMETERS];
+        if let Some(nuisance) = own.nuisance() {
+            for (k, column) in nuisance.enumerate().take(n) {
+                let mut unit = [0.0; MAX_PARAMETERS];
+                if let Some(unit) = unit.get_mut(k) {
+                    *unit = at(units.sigma, column).narrow();
+                }
+                for (row, value) in by.iter_mut().zip(own.parameters_of(&unit, units.field_ut.narrow())) {
+                    if let Some(slot) = row.get_mut(k) {
+                        *slot = value;
+                    }
+                }
+            }
+        } else {
+            for k in 0..n {
+                by[k][k] = self.places().get(columns.start - NUISANCES + k).map_or(0.0, |place| place.usual);
+            }
+        }
+        let (mut square, mut square_sigma) = (0.0, 0.0);
+        for (k, row) in by.iter().enumerate().take(own.parameters().len()) {
+            let value = row.iter().zip(x).fold(0.0, |sum, (a, x)| sum + a * x.narrow());
+            let mut variance = 0.0;
+            for i in 0..n {
+                for j in 0..n {
+                    variance += row[i] * row[j] * covariance[i][j].narrow();
+                }
+            }
+            let shown = if own.is_bias_step() { 1.0 } else { self.shown(effect, k).narrow() };
+            one.parameters[k] = value;
+            one.sigma[k] = libm::sqrtf(if variance > 0.0 { variance } else { 0.0 });
+            square += value * value * shown * shown;
+            square_sigma += variance * shown * shown;
+        }
+        one.size = libm::sqrtf(square);
+        one.size_sigma = libm::sqrtf(if square_sigma > 0.0 { square_sigma } else { 0.0 });
+        one
+    }
+
+    /// The current bias less that of the beginning: the steps that are taken out, compensated frame, rad/s.
+    pub fn stepped(&self) -> V3<T> {
+        let mut sum = V3::new(T::ZERO, T::ZERO, T::ZERO);
+        for (x, place) in self.x.iter().zip(self.places()) {
+            let is_step = self.library().get(usize::from(place.effect)).is_some_and(|effect| effect.is_bias_step());
+            if let Some(sum) = sum.get_mut(usize::from(place.parameter)).filter(|_| is_step) {
+                *sum += *x * T::of(place.usual);
+            }
+        }
+        sum
+    }
+
+    /// What the uncertainty of the effects that are taken out adds to that of the globals: a vector for each of them, whose outer products add up.
+    pub fn spread(&self, of: usize, evidence: &Evidence<T>, globals: &Globals<T>) -> [T; GLOBALS] {
+        let mut by = [T::ZERO; GLOBALS];
+        let n = at_most(evidence.taken.len(), MAX_TAKEN);
+        // Cholesky's factor of their covariance, its column `of`.
+        let mut factor = [[T::ZERO; MAX_TAKEN]; MAX_TAKEN];
+        for i in 0..n {
+            for j in 0..=i {
+                let value = at(&evidence.covariance, i * (i + 1) / 2 + j);
+                let sum = (0..j).fold(value, |sum, k| sum - factor[i][k] * factor[j][k]);
+                factor[i][j] = if i == j {
+                    if sum > T::ZERO { sum.root() } else { T::of(LEAST_FACTOR) }
+                } else {
+                    sum / factor[j][j]
+                };
+            }
+        }
+        let mut right = [T::ZERO; GLOBALS];
+        for (right, row) in right.iter_mut().zip(&self.globals) {
+            for (column, factor) in evidence.taken.iter().zip(&factor) {
+                *right -= at(row, usize::from(*column).saturating_sub(NUISANCES)) * at(factor, of);
+            }
+        }
+        for j in (0..GLOBALS).rev() {
+            let sum = (j + 1..GLOBALS).fold(right[j], |sum, c| sum - globals.root[j][c] * by[c]);
+            by[j] = sum / globals.root[j][j];
+        }
+        by
+    }
+}

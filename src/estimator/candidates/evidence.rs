@@ -1,0 +1,400 @@
+//! Which effects the data want: each claim is a Bayes factor from the root, no pass over any data.
+//!
+//! The root is brought into the order (gyro, nuisances, effects), and the gyro's rows are left out: what stays says what all data say of nuisances and
+//! effects whatever the gyro's parameters are, with their priors. An effect that enters has its columns eliminated from the rows that are
+//! left; one that does not is zero, and its columns say what it would be worth: with L = C^T C and s = C^T z the log Bayes factor is
+//! (s^T L^-1 s - log det L) / 2.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{
+    Candidates,
+    claims::{Claim, Units},
+    matrix::{MOST, Matrix, at_most, load, savage_dickey, worth},
+};
+use crate::{
+    compensation::{MAX_ACTIVE, effect::MAX_PARAMETERS},
+    estimator::{columns::NUISANCES, globals::Globals, real::Real, rows::WIDTH, update::SCRATCH},
+};
+use core::ops::Range;
+use heapless::Vec;
+
+/// Most effects that are claimed at a time.
+pub const MAX_CLAIMED: usize = MAX_ACTIVE;
+/// Most effects that compete, each step of the bias for itself.
+pub const MAX_CLAIMS: usize = 32;
+/// Most columns of effects that are taken out.
+pub(in crate::estimator) const MAX_TAKEN: usize = 24;
+/// Two effects whose log Bayes factors differ by less cannot be told apart: one is 150 times likelier.
+const RIVALS: f32 = 5.0;
+/// An effect that is taken out stays so until its evidence is by this much less than what it takes to be found: no to and fro.
+const STAYS: f32 = 3.0;
+/// Columns that are loaded, or eliminated, in one piece of work.
+const LOADED: usize = 6;
+const ELIMINATED: usize = 3;
+
+/// What the data were weighed with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rules {
+    /// Log Bayes factor from which on an effect is claimed.
+    pub least: f32,
+    /// Whether all nuisances are in before any effect is looked at: where every sensor has a little of each of them.
+    pub with_nuisances: bool,
+}
+
+impl Rules {
+    /// A drill string.
+    pub const DRILL_STRING: Self = Self { least: 5.0, with_nuisances: false };
+    /// By hand.
+    pub const HAND: Self = Self { least: 10.0, with_nuisances: true };
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    Idle,
+    Loading(usize),
+    Choosing,
+    /// The first of these columns that is not in yet.
+    Entering(usize),
+    /// What the chosen effects come to, one after the other.
+    Telling(usize),
+    /// Covariance of what is taken out, row by row.
+    Joining(usize),
+}
+
+/// Who competes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Field {
+    All,
+    Nuisances,
+    Effects,
+}
+
+/// The weighing of all effects, in pieces.
+pub(in crate::estimator) struct Evidence<T> {
+    stage: Stage,
+    field: Field,
+    rules: Rules,
+    /// Of the evidence that counts.
+    share: f32,
+    /// Whether an error of a vector sensor shows for which the library has no name.
+    pub is_unnamed: bool,
+    /// Matrix columns in the order in which they were eliminated, and how many.
+    entered: Vec<u8, MOST>,
+    /// Columns that are to be.
+    entering: Range<usize>,
+    chosen: Vec<Chosen, MAX_CLAIMED>,
+    /// Claims that were chosen and turned out to be worth nothing beside the others, one bit each.
+    dropped: u32,
+    /// Log Bayes factors as they stood when the last was chosen.
+    pub tried: [f32; MAX_CLAIMS],
+    pub claims: Vec<Claim, MAX_CLAIMED>,
+    /// The least of the claims, and its evidence with what it is ahead.
+    weakest: Option<(u8, f32)>,
+    /// Columns that are taken out, their mean and its packed covariance.
+    pub taken: Vec<u8, MAX_TAKEN>,
+    pub mean: [T; MAX_TAKEN],
+    pub covariance: [T; MAX_TAKEN * (MAX_TAKEN + 1) / 2],
+    /// Squared length of the residual that effects and nuisances can explain: of all, and what the claims leave of it.
+    pub residual: [T; 2],
+}
+
+#[derive(Clone, Copy)]
+struct Chosen {
+    claim: u8,
+    rivals: u32,
+}
+
+impl<T: Real> Evidence<T> {
+    pub const fn zero() -> Self {
+        Self {
+            stage: Stage::Idle,
+            field: Field::All,
+            rules: Rules { least: 0.0, with_nuisances: false },
+            share: 0.0,
+            is_unnamed: false,
+            entered: Vec::new(),
+            entering: 0..0,
+            chosen: Vec::new(),
+            dropped: 0,
+            tried: [0.0; MAX_CLAIMS],
+            claims: Vec::new(),
+            weakest: None,
+            taken: Vec::new(),
+            mean: [T::ZERO; MAX_TAKEN],
+            covariance: [T::ZERO; MAX_TAKEN * (MAX_TAKEN + 1) / 2],
+            residual: [T::ZERO; 2],
+        }
+    }
+
+    /// Forgets all claims.
+    pub fn clear(&mut self) {
+        self.stage = Stage::Idle;
+        self.claims.clear();
+        self.taken.clear();
+    }
+
+    /// Begins. The information of `nodes_worth_one` nodes that follow one another is worth that of one.
+    pub fn start(&mut self, rules: &Rules, nodes_worth_one: f32) {
+        self.stage = Stage::Loading(0);
+        self.rules = *rules;
+        self.share = if nodes_worth_one > 1.0 { 1.0 / nodes_worth_one } else { 1.0 };
+        self.is_unnamed = false;
+        self.dropped = 0;
+        self.begin();
+    }
+
+    fn begin(&mut self) {
+        self.field = if self.rules.with_nuisances { Field::Nuisances } else { Field::All };
+        self.entered.clear();
+        self.chosen.clear();
+    }
+
+    /// One piece; `false` when it is done. The rows must be left alone from one to the next.
+    pub fn step<const E: usize>(
+        &mut self,
+        (rows, further): (&mut [[T; WIDTH]; SCRATCH], &mut [[T; E]; SCRATCH]),
+        globals: &Globals<T>,
+        candidates: &Candidates<T, E>,
+        units: &Units<T>,
+    ) -> bool {
+        let size = NUISANCES + candidates.columns;
+        let mut matrix = Matrix::new(size, rows.as_flattened_mut(), further.as_flattened_mut());
+        match self.stage {
+            Stage::Idle => {}
+            Stage::Loading(from) => {
+                let to = if from + LOADED < size + 1 { from + LOADED } else { size + 1 };
+                load(&mut matrix, from..to, globals, candidates);
+                self.stage = if to > size { Stage::Choosing } else { Stage::Loading(to) };
+                if to > size {
+                    self.residual[0] = matrix.dot(size, size, 0);
+                }
+            }
+            Stage::Choosing => self.choose(&matrix, candidates),
+            Stage::Telling(chosen) => self.tell(&matrix, chosen, candidates, units),
+            Stage::Joining(row) => self.join(&matrix, row),
+            Stage::Entering(next) => {
+                let mut next = next;
+                for _ in 0..ELIMINATED {
+                    if next < self.entering.end {
+                        if !self.is_in(next) {
+                            matrix.eliminate(next, self.entered.len());
+                            let _ = self.entered.push(next as u8);
+                        }
+                        next += 1;
+                    }
+                }
+                self.stage = if next < self.entering.end { Stage::Entering(next) } else { Stage::Choosing };
+            }
+        }
+        self.stage != Stage::Idle
+    }
+
+    fn choose<const E: usize>(&mut self, matrix: &Matrix<T>, candidates: &Candidates<T, E>) {
+        // What the library has no name for is always in.
+        for claim in candidates.named_claims()..candidates.claims() {
+            let columns = candidates.columns_of(claim);
+            let fresh = self.fresh(columns.clone());
+            if !fresh.is_empty() {
+                let factor = worth(matrix, &fresh, self.entered.len(), None);
+                self.is_unnamed |= factor.is_some_and(|factor| factor * self.share >= self.rules.least);
+                self.enter(columns);
+                return;
+            }
+        }
+        let done = self.entered.len();
+        let mut best: Option<(usize, f32)> = None;
+        for claim in 0..candidates.named_claims() {
+            let columns = candidates.columns_of(claim);
+            let is_nuisance = columns.start < NUISANCES;
+            let competes = match self.field {
+                Field::All => true,
+                Field::Nuisances => is_nuisance,
+                Field::Effects => !is_nuisance,
+            };
+            let fresh = self.fresh(columns);
+            let is_out =
+                self.dropped >> claim & 1 == 1 || self.chosen.iter().any(|chosen| usize::from(chosen.claim) == claim);
+            let factor = if competes && !is_out && !fresh.is_empty() {
+                worth(matrix, &fresh, done, candidates.sign(claim))
+            } else {
+                None
+            };
+            let factor =
+                factor.map(|factor| factor * self.share - candidates.chances(claim) + self.credit(claim, candidates));
+            let Some(tried) = self.tried.get_mut(claim) else { break };
+            *tried = factor.unwrap_or(0.0);
+            let Some(factor) = factor else { continue };
+            if factor >= self.rules.least && best.is_none_or(|(_, most)| factor > most) {
+                best = Some((claim, factor));
+            }
+        }
+        // What was as likely as the one that was chosen before, and says nothing more beside it, is its alias.
+        if let Some(last) = self.chosen.last_mut() {
+            for claim in 0..candidates.named_claims() {
+                if self.tried.get(claim).is_some_and(|tried| *tried >= self.rules.least) {
+                    last.rivals &= !(1 << claim);
+                }
+            }
+        }
+        match best {
+            Some((claim, most)) if !self.chosen.is_full() => {
+                let mut rivals = 0;
+                for (other, tried) in self.tried.iter().enumerate().take(candidates.named_claims()) {
+                    if other != claim && *tried >= self.rules.least && *tried > most - RIVALS {
+                        rivals |= 1 << other;
+                    }
+                }
+                let columns = candidates.columns_of(claim);
+                // What is a part of it is no claim of its own any more.
+                let is_part = |other: &Chosen| {
+                    let of = candidates.columns_of(usize::from(other.claim));
+                    columns.start <= of.start && of.end <= columns.end
+                };
+                self.chosen.retain(|other| !is_part(other));
+                let _ = self.chosen.push(Chosen { claim: claim as u8, rivals });
+                self.enter(columns);
+            }
+            _ if self.field == Field::Nuisances => {
+                self.field = Field::Effects;
+                self.enter(0..NUISANCES);
+            }
+            _ => {
+                self.residual[1] = matrix.dot(matrix.rows, matrix.rows, done);
+                self.claims.clear();
+                self.weakest = None;
+                self.taken.clear();
+                self.stage = Stage::Telling(0);
+            }
+        }
+    }
+
+    /// Of the evidence for a claim what counts. That for a step all does: the step itself has made the innovations alike.
+    fn share_of<const E: usize>(&self, claim: usize, candidates: &Candidates<T, E>) -> f32 {
+        if candidates.is_step_of(claim) { 1.0 } else { self.share }
+    }
+
+    /// What an effect is ahead that was found in an earlier session, or is taken out now.
+    fn credit<const E: usize>(&self, claim: usize, candidates: &Candidates<T, E>) -> f32 {
+        if candidates.is_restored(claim) {
+            self.rules.least
+        } else if candidates.is_taken_out(claim) {
+            STAYS
+        } else {
+            0.0
+        }
+    }
+
+    fn is_in(&self, column: usize) -> bool {
+        self.entered.iter().any(|entered| usize::from(*entered) == column)
+    }
+
+    /// The columns of an effect that are not in yet.
+    fn fresh(&self, columns: Range<usize>) -> Vec<u8, MAX_PARAMETERS> {
+        columns.filter(|column| !self.is_in(*column)).take(MAX_PARAMETERS).map(|column| column as u8).collect()
+    }
+
+    /// Has the columns of an effect enter that are not in yet.
+    fn enter(&mut self, columns: Range<usize>) {
+        self.entering = columns;
+        self.stage = Stage::Entering(self.entering.start);
+    }
+
+    /// Where a column was entered.
+    fn place(&self, column: usize) -> usize {
+        self.entered.iter().position(|entered| usize::from(*entered) == column).unwrap_or(0)
+    }
+
+    /// A row of the inverse of the root of what has entered.
+    fn inverse_row(&self, matrix: &Matrix<T>, of: usize) -> [T; MOST] {
+        let mut row = [T::ZERO; MOST];
+        for (k, column) in self.entered.iter().enumerate().skip(of) {
+            let unit = if k == of { T::ONE } else { T::ZERO };
+            let column = matrix.column(usize::from(*column));
+            let done = row.iter().zip(column).take(k).skip(of);
+            let sum = done.fold(unit, |sum, (a, b)| sum - *a * *b);
+            if let Some((slot, pivot)) = row.get_mut(k).zip(column.get(k)) {
+                *slot = sum / *pivot;
+            }
+        }
+        row
+    }
+
+    /// What one of the chosen effects comes to.
+    fn tell<const E: usize>(
+        &mut self,
+        matrix: &Matrix<T>,
+        index: usize,
+        candidates: &Candidates<T, E>,
+        units: &Units<T>,
+    ) {
+        let Some(chosen) = self.chosen.get(index).copied() else {
+            // What the others explain as well was chosen too early: anew without it.
+            self.stage = match self.weakest {
+                Some((claim, least)) if least < self.rules.least => {
+                    self.dropped |= 1 << claim;
+                    self.is_unnamed = false;
+                    self.begin();
+                    Stage::Loading(0)
+                }
+                _ => Stage::Joining(0),
+            };
+            return;
+        };
+        self.stage = Stage::Telling(index + 1);
+        let claim = usize::from(chosen.claim);
+        let columns = candidates.columns_of(claim);
+        let n = at_most(columns.len(), MAX_PARAMETERS);
+        let mut rows = [[T::ZERO; MOST]; MAX_PARAMETERS];
+        let mut x = [T::ZERO; MAX_PARAMETERS];
+        let constants = matrix.column(matrix.rows);
+        for ((row, x), column) in rows.iter_mut().zip(&mut x).zip(columns.clone()) {
+            *row = self.inverse_row(matrix, self.place(column));
+            *x = row.iter().zip(constants).fold(T::ZERO, |sum, (a, b)| sum - *a * *b);
+        }
+        let mut covariance = [[T::ZERO; MAX_PARAMETERS]; MAX_PARAMETERS];
+        for (of, row) in covariance.iter_mut().zip(&rows).take(n) {
+            for (element, other) in of.iter_mut().zip(&rows).take(n) {
+                *element = row.iter().zip(other).fold(T::ZERO, |sum, (a, b)| sum + *a * *b);
+            }
+        }
+        let mut one = candidates.claim(claim, &x, &covariance, units);
+        one.evidence =
+            savage_dickey(&x, &covariance, n).narrow() * self.share_of(claim, candidates) - candidates.chances(claim);
+        let counts = one.evidence + self.credit(claim, candidates);
+        if self.weakest.is_none_or(|(_, least)| counts < least) {
+            self.weakest = Some((chosen.claim, counts));
+        }
+        one.rivals = chosen.rivals;
+        one.is_taken_out = counts >= self.rules.least && candidates.is_believed(&one);
+        if columns.start >= NUISANCES && one.is_taken_out {
+            one.is_taken_out = self.taken.len() + n <= MAX_TAKEN;
+            columns.filter(|_| one.is_taken_out).for_each(|column| {
+                // There is room.
+                let _ = self.taken.push(column as u8);
+            });
+        }
+        let _ = self.claims.push(one);
+    }
+
+    /// One row of the covariance of what is taken out, and its mean.
+    fn join(&mut self, matrix: &Matrix<T>, index: usize) {
+        let Some(column) = self.taken.get(index) else {
+            self.stage = Stage::Idle;
+            return;
+        };
+        let row = self.inverse_row(matrix, self.place(usize::from(*column)));
+        let constants = matrix.column(matrix.rows);
+        if let Some(mean) = self.mean.get_mut(index) {
+            *mean = row.iter().zip(constants).fold(T::ZERO, |sum, (a, b)| sum - *a * *b);
+        }
+        for other in 0..=index {
+            let Some(column) = self.taken.get(other).copied() else { break };
+            let other_row = self.inverse_row(matrix, self.place(usize::from(column)));
+            if let Some(covariance) = self.covariance.get_mut(index * (index + 1) / 2 + other) {
+                *covariance = row.iter().zip(&other_row).fold(T::ZERO, |sum, (a, b)| sum + *a * *b);
+            }
+        }
+        self.stage = Stage::Joining(index + 1);
+    }
+}

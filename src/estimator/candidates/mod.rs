@@ -1,0 +1,199 @@
+//! Physical effects that the model may lack, as further columns of the same root, behind all others: what stands before them is the filter as it
+//! flies, with every effect at the value that is taken out, and their own rows are what all data say of them.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+mod claims;
+pub(super) mod evidence;
+mod matrix;
+mod root;
+mod rows;
+mod shocks;
+mod terms;
+
+use super::{
+    columns::{GLOBALS, NODE},
+    real::{Real, V3, zero3},
+};
+use crate::compensation::{ActiveEffects, Effect, Sensor};
+pub use claims::Claim;
+pub(super) use claims::Units;
+use shocks::Shocks;
+pub(super) use terms::TakenOut;
+
+/// Columns of the library's effects, with three steps of the bias.
+pub const EFFECTS: usize = 44;
+
+/// Parameters of a library.
+const PARAMETERS: usize = 72;
+
+/// Steps of the gyro's bias that are told apart at a time.
+pub const STEPS: usize = 3;
+
+/// What a column is.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    /// The effect, by its place in the library.
+    pub effect: u8,
+    /// Its parameter.
+    pub parameter: u8,
+    /// Which of several steps of the bias it is of; else 0.
+    pub step: u8,
+    sensor: Sensor,
+    /// Deviation of its prior: the unit of the column.
+    pub usual: f32,
+}
+
+/// The columns of all effects that have no others.
+pub(super) struct Candidates<T, const EFFECTS: usize> {
+    library: Option<&'static [&'static dyn Effect]>,
+    places: [Place; EFFECTS],
+    columns: usize,
+    /// Effects that were found in an earlier session, one bit each.
+    restored: u32,
+    /// What is taken out, in units of the usual sizes.
+    pub x: [T; EFFECTS],
+    shocks: Shocks,
+    /// What one usual size adds to its sensor's reading, of the latest increment.
+    terms: [V3<T>; EFFECTS],
+    /// Sums of the squares of what one unit of each of the library's parameters adds, and their number.
+    squares: [T; PARAMETERS],
+    increments: u32,
+    // From node to node: rotation, sum of the fields, velocity and position.
+    rotation: [V3<T>; EFFECTS],
+    field: [V3<T>; EFFECTS],
+    velocity: [V3<T>; EFFECTS],
+    position: [V3<T>; EFFECTS],
+    /// Beside the rows of a node, of the globals; and the root of what is left, with the prior in it.
+    node: [[T; EFFECTS]; NODE],
+    globals: [[T; EFFECTS]; GLOBALS],
+    root: [[T; EFFECTS]; EFFECTS],
+    constants: [T; EFFECTS],
+}
+
+impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
+    pub const fn zero() -> Self {
+        const NOWHERE: Place = Place { effect: 0, parameter: 0, step: 0, sensor: Sensor::Gyro, usual: 0.0 };
+        Self {
+            library: None,
+            places: [NOWHERE; EFFECTS],
+            columns: 0,
+            restored: 0,
+            x: [T::ZERO; EFFECTS],
+            shocks: Shocks::zero(),
+            terms: [zero3(); EFFECTS],
+            squares: [T::ZERO; PARAMETERS],
+            increments: 0,
+            rotation: [zero3(); EFFECTS],
+            field: [zero3(); EFFECTS],
+            velocity: [zero3(); EFFECTS],
+            position: [zero3(); EFFECTS],
+            node: [[T::ZERO; EFFECTS]; NODE],
+            globals: [[T::ZERO; EFFECTS]; GLOBALS],
+            root: [[T::ZERO; EFFECTS]; EFFECTS],
+            constants: [T::ZERO; EFFECTS],
+        }
+    }
+
+    /// Sets the effects that are looked for.
+    pub fn configure(&mut self, library: &'static [&'static dyn Effect]) {
+        self.library = Some(library);
+        self.begin();
+    }
+
+    /// Gives an effect its columns, behind those in use: `None` where there is no room, and it is not looked for.
+    fn give_columns(&mut self, index: usize, effect: &dyn Effect, step: u8) -> Option<usize> {
+        let (from, parameters) = (self.columns, effect.parameters());
+        let places = self.places.get_mut(from..from + parameters.len())?;
+        for (k, (place, parameter)) in places.iter_mut().zip(parameters).enumerate() {
+            *place = Place {
+                effect: index as u8,
+                parameter: k as u8,
+                step,
+                sensor: effect.sensor(),
+                usual: parameter.usual,
+            };
+        }
+        self.columns += parameters.len();
+        Some(from)
+    }
+
+    /// Where the columns of an effect begin, if it has any.
+    fn first_column(&self, effect: usize, step: u8) -> Option<usize> {
+        self.places().iter().position(|place| usize::from(place.effect) == effect && place.step == step)
+    }
+
+    /// Forgets all that was learnt of them, and takes nothing out.
+    pub fn begin(&mut self) {
+        self.x = [T::ZERO; EFFECTS];
+        (self.columns, self.restored) = (0, 0);
+        self.shocks.start();
+        self.squares = [T::ZERO; PARAMETERS];
+        self.increments = 0;
+        self.node = [[T::ZERO; EFFECTS]; NODE];
+        self.globals = [[T::ZERO; EFFECTS]; GLOBALS];
+        self.root = [[T::ZERO; EFFECTS]; EFFECTS];
+        self.root.iter_mut().enumerate().for_each(|(i, row)| row[i] = T::ONE);
+        self.constants = [T::ZERO; EFFECTS];
+        self.start_node();
+    }
+
+    /// Takes out what was found in an earlier session. It may have changed since: half of the usual size is added to its deviation.
+    pub fn restore(&mut self, effects: &ActiveEffects) {
+        for found in effects.iter() {
+            let index = usize::from(found.index);
+            let Some(effect) = self.library().get(index).filter(|effect| effect.nuisance().is_none()) else { continue };
+            if self.first_column(index, 0).is_none() {
+                self.give_columns(index, *effect, 0);
+            }
+            self.restored |= 1_u32.checked_shl(found.index.into()).unwrap_or(0);
+            for column in 0..self.used() {
+                let place = self.places[column];
+                let k = usize::from(place.parameter);
+                if place.effect != found.index || place.usual <= 0.0 {
+                    continue;
+                }
+                let (Some(value), Some(sigma)) = (found.parameters.get(k), found.sigma.get(k)) else { continue };
+                let half = 0.5 * place.usual;
+                self.x[column] = T::of(value / place.usual);
+                self.root[column][column] = T::of(place.usual / libm::sqrtf(sigma * sigma + half * half));
+            }
+        }
+    }
+
+    /// Begins a node.
+    pub fn start_node(&mut self) {
+        self.rotation = [zero3(); EFFECTS];
+        self.field = [zero3(); EFFECTS];
+        self.velocity = [zero3(); EFFECTS];
+        self.position = [zero3(); EFFECTS];
+    }
+
+    /// The effects that are looked for.
+    pub fn library(&self) -> &'static [&'static dyn Effect] {
+        self.library.unwrap_or(&[])
+    }
+
+    /// How many columns are in use.
+    pub fn used(&self) -> usize {
+        // A limit that the compiler knows: no index has to be checked.
+        if self.columns < EFFECTS { self.columns } else { EFFECTS }
+    }
+
+    /// What the columns in use are.
+    pub fn places(&self) -> &[Place] {
+        self.places.get(..self.columns).unwrap_or_default()
+    }
+
+    /// Root mean square of what one unit of a parameter adds to its sensor's reading.
+    pub fn shown(&self, effect: usize, parameter: usize) -> T {
+        let before: usize = self.library().iter().take(effect).map(|effect| effect.parameters().len()).sum();
+        match self.squares.get(before + parameter) {
+            Some(sum) if self.increments > 0 => (*sum / T::of(self.increments as f32)).root(),
+            _ => T::ZERO,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

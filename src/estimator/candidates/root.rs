@@ -1,0 +1,225 @@
+//! The root's rows of the effects: how they come about, and how they follow when the point of linearisation moves.
+
+use super::{Candidates, Claim};
+use crate::estimator::{
+    columns::{BIAS, FIELD, GLOBALS, NODE},
+    globals::Globals,
+    node::Node,
+    real::{Real, zero3},
+    rows::{CONSTANT, GLOBAL, NEW, ROWS, WIDTH},
+    square_root::{Further, reflect_with},
+    update::SCRATCH,
+};
+
+impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
+    /// Eliminates a column of the node's states from the rows of an update.
+    pub fn eliminate(&self, further: &mut [[T; EFFECTS]; SCRATCH], rows: &mut [[T; WIDTH]; SCRATCH], column: usize) {
+        let first = if column < NODE { column } else { NODE + column - NEW };
+        // The states of the old node stand in their own rows; those of the new one are eliminated among the new rows.
+        let below = if column < NODE { NODE } else { first + 1 };
+        let (above, rest) = rows.split_at_mut(below);
+        let (above_own, rest_own) = further.split_at_mut(below);
+        if let Some((pivot, own)) = above.get_mut(first).zip(above_own.get_mut(first)) {
+            reflect_with(pivot, rest, column, 0, Further { pivot: own, rows: rest_own, columns: self.used() });
+        }
+    }
+
+    /// Takes one column of the rows that a node left over into the globals.
+    pub fn absorb(
+        &mut self,
+        further: &mut [[T; EFFECTS]; SCRATCH],
+        globals: &mut Globals<T>,
+        left: &mut [[T; WIDTH]],
+        column: usize,
+    ) {
+        let own = further.get_mut(2 * NODE..NODE + ROWS).unwrap_or_default();
+        if let Some((pivot, further)) = globals.root.get_mut(column).zip(self.globals.get_mut(column)) {
+            reflect_with(pivot, left, column, GLOBAL, Further { pivot: further, rows: own, columns: self.columns });
+        }
+    }
+
+    /// Takes one column of what is left after that into the effects' own rows; `false` when all are done.
+    pub fn absorb_own(
+        &mut self,
+        further: &mut [[T; EFFECTS]; SCRATCH],
+        left: &mut [[T; WIDTH]],
+        column: usize,
+    ) -> bool {
+        let used = self.used();
+        if column >= used {
+            return false;
+        }
+        let own = further.get_mut(2 * NODE..NODE + ROWS).unwrap_or_default();
+        let (pivot, constant) = (&mut self.root[column], &mut self.constants[column]);
+        let below = own.iter().fold(T::ZERO, |sum, row| sum + row[column] * row[column]);
+        if below == T::ZERO {
+            return true;
+        }
+        let x = pivot[column];
+        let norm = (x * x + below).root();
+        let alpha = if x > T::ZERO { -norm } else { norm };
+        let v = x - alpha;
+        let beta = T::ONE / (alpha * v);
+        pivot[column] = alpha;
+        let behind = column + 1..used;
+        let mut dots = [T::ZERO; EFFECTS];
+        let dots = dots.get_mut(behind.clone()).unwrap_or_default();
+        let pivot = pivot.get_mut(behind.clone()).unwrap_or_default();
+        let mut dot = v * *constant;
+        for (dot, x) in dots.iter_mut().zip(pivot.iter()) {
+            *dot = v * *x;
+        }
+        for (row, left) in own.iter().zip(left.iter()) {
+            let factor = row[column];
+            for (dot, x) in dots.iter_mut().zip(row.get(behind.clone()).unwrap_or_default()) {
+                *dot += factor * *x;
+            }
+            dot += factor * left[CONSTANT];
+        }
+        for (dot, x) in dots.iter_mut().zip(pivot.iter_mut()) {
+            *dot *= beta;
+            *x += v * *dot;
+        }
+        dot *= beta;
+        *constant += v * dot;
+        for (row, left) in own.iter_mut().zip(left.iter_mut()) {
+            let factor = row[column];
+            for (dot, x) in dots.iter().zip(row.get_mut(behind.clone()).unwrap_or_default()) {
+                *x += factor * *dot;
+            }
+            left[CONSTANT] += factor * dot;
+            row[column] = T::ZERO;
+        }
+        true
+    }
+
+    /// The states have been eliminated: keeps the node's part.
+    pub fn finish(&mut self, further: &[[T; EFFECTS]; SCRATCH]) {
+        for (node, row) in self.node.iter_mut().zip(further.iter().skip(NODE)) {
+            *node = *row;
+        }
+        self.start_node();
+    }
+
+    /// The node's attitude, velocity and position begin anew, and so much of what its field's rows hold is kept.
+    pub fn forget_node(&mut self, kept: T) {
+        for row in self.node.iter_mut().take(FIELD) {
+            *row = [T::ZERO; EFFECTS];
+        }
+        self.node.iter_mut().skip(FIELD).flatten().for_each(|x| *x *= kept);
+    }
+
+    /// Process noise was added to a global; see [`Globals::widen`], which has to come after.
+    pub fn widen(&mut self, globals: &Globals<T>, global: usize, variance: T) {
+        let Some((u, beta)) = globals.widening(global, variance) else { return };
+        let mut dots = [T::ZERO; EFFECTS];
+        for (u, row) in u.iter().zip(&self.globals) {
+            for (dot, x) in dots.iter_mut().zip(row) {
+                *dot += *u * *x;
+            }
+        }
+        for (u, row) in u.iter().zip(&mut self.globals) {
+            let factor = beta * *u;
+            for (dot, x) in dots.iter().zip(row) {
+                *x -= factor * *dot;
+            }
+        }
+    }
+
+    /// Makes one column of the globals' root triangular again.
+    pub fn triangular(&mut self, globals: &mut Globals<T>, column: usize) {
+        let split = globals.root.split_at_mut_checked(column + 1);
+        let own = self.globals.split_at_mut_checked(column + 1);
+        if let (Some(([.., pivot], below)), Some(([.., further], rows))) = (split, own) {
+            reflect_with(pivot, below, column, 0, Further { pivot: further, rows, columns: self.columns });
+        }
+    }
+
+    /// Takes out other values than before: what is known follows, and so do the means of globals and node.
+    pub fn take_out(&mut self, x: &[T; EFFECTS], globals: &mut Globals<T>, node: &mut Node<T>) {
+        let mut by = [T::ZERO; EFFECTS];
+        for ((by, x), before) in by.iter_mut().zip(x).zip(&self.x) {
+            *by = *x - *before;
+        }
+        self.x = *x;
+        let dot = |row: &[T; EFFECTS]| row.iter().zip(&by).fold(T::ZERO, |sum, (a, b)| sum + *a * *b);
+        for (constant, row) in self.constants.iter_mut().zip(&self.root) {
+            *constant += dot(row);
+        }
+        for (row, own) in globals.root.iter_mut().zip(&self.globals) {
+            if let Some(constant) = row.last_mut() {
+                *constant += dot(own);
+            }
+        }
+        let change = globals.solve();
+        node.shift(&change, &core::array::from_fn(|i| self.node.get(i).map_or(T::ZERO, &dot)));
+    }
+
+    /// A step of the bias is believed for good: its place is free for another, and what is not known of it is not known of the bias. The bias
+    /// itself is to be moved by the step.
+    pub fn settle(&mut self, claim: &Claim, globals: &mut Globals<T>, sigma: &[T; GLOBALS]) {
+        for (column, deviation) in BIAS.columns().zip(claim.sigma) {
+            let Some(sigma) = sigma.get(column).filter(|sigma| **sigma > T::ZERO) else { continue };
+            let share = T::of(deviation) / *sigma;
+            self.widen(globals, column, share * share);
+            globals.widen(column, share * share);
+        }
+        self.drop_step(claim.step);
+    }
+
+    /// A shock: a step of the bias is looked for from there on, see [`Shocks::begin_step`](super::shocks::Shocks::begin_step).
+    pub fn begin_step(&mut self, at_us: u64, hard_m_s2: f32) {
+        if let Some(step) = self.shocks.begin_step(at_us, hard_m_s2) {
+            self.empty_step(step);
+        }
+    }
+
+    /// Looks for a step of the bias no more, and has its place free for another.
+    pub fn drop_step(&mut self, step: u8) {
+        self.empty_step(step);
+        self.shocks.drop_step(step);
+    }
+
+    fn empty_step(&mut self, step: u8) {
+        for column in 0..self.used() {
+            if self.is_step(column) && self.places[column].step == step {
+                let all = self.root.iter_mut().chain(&mut self.globals).chain(&mut self.node);
+                all.for_each(|row| row[column] = T::ZERO);
+                self.x[column] = T::ZERO;
+                let sums = [&mut self.rotation, &mut self.field, &mut self.velocity, &mut self.position];
+                sums.into_iter().for_each(|sum| sum[column] = zero3());
+                self.empty(column);
+            }
+        }
+    }
+
+    /// Turns all that a row without its own column says into the rows below it, and gives the column its prior.
+    fn empty(&mut self, column: usize) {
+        if column >= EFFECTS {
+            return;
+        }
+        let mut row = [T::ZERO; EFFECTS];
+        core::mem::swap(&mut row, &mut self.root[column]);
+        let mut constant = core::mem::replace(&mut self.constants[column], T::ZERO);
+        for c in column + 1..EFFECTS {
+            let (a, b) = (self.root[c][c], row[c]);
+            if b == T::ZERO {
+                continue;
+            }
+            let norm = (a * a + b * b).root();
+            let (cosine, sine) = (a / norm, b / norm);
+            for (x, y) in self.root[c].iter_mut().zip(row.iter_mut()) {
+                (*x, *y) = (cosine * *x + sine * *y, cosine * *y - sine * *x);
+            }
+            (self.constants[c], constant) =
+                (cosine * self.constants[c] + sine * constant, cosine * constant - sine * self.constants[c]);
+        }
+        self.root[column][column] = T::ONE;
+    }
+
+    fn is_step(&self, column: usize) -> bool {
+        let place = self.places.get(column);
+        let effect = place.and_then(|place| self.library().get(usize::from(place.effect)));
+        effect.is_some_and(|effect| effect.is_bias_step())
+    }
+}

@@ -1,0 +1,142 @@
+//! What the effects add to the readings of an increment, and to rotation, field, velocity and position from node to node.
+
+use super::{Candidates, Place, STEPS};
+use crate::{
+    compensation::{Effect, Moment, Sensor, effect::MAX_PARAMETERS},
+    estimator::{
+        increment::Increment,
+        parameters::Parameters,
+        preintegration::Turned,
+        real::{Real, V3, zero3},
+    },
+};
+use nalgebra::Vector3;
+
+/// What the effects that are taken out add to the readings of an increment: rate (rad/s), specific force (m/s^2), field.
+#[derive(Clone, Copy)]
+pub struct TakenOut<T> {
+    pub rate: V3<T>,
+    pub force: V3<T>,
+    pub field: V3<T>,
+}
+
+impl<T: Real> TakenOut<T> {
+    /// Nothing.
+    pub fn nothing() -> Self {
+        Self { rate: zero3(), force: zero3(), field: zero3() }
+    }
+}
+
+impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
+    /// Works out the terms of an increment. `rate_change`: derivative of its rate, rad/s^2; `field_ut`: the unit of its field.
+    pub fn look_at(
+        &mut self,
+        increment: &Increment<T>,
+        rate_change: &V3<T>,
+        field_ut: T,
+        with: &Parameters<T>,
+    ) -> (TakenOut<T>, Moment) {
+        if self.shocks.look_at(increment.end_us, increment.peak.narrow()) {
+            self.begin_step(increment.end_us, increment.peak.narrow());
+        }
+        let rate = with.p * (increment.rate - with.bias);
+        let field = with.mag_matrix * increment.field.unwrap_or_else(zero3) + with.hard_iron;
+        let narrowed = |v: &V3<T>| v.map(|x| x.narrow());
+        let moment = Moment {
+            rate_rad_s: narrowed(&rate),
+            acceleration_rad_s2: narrowed(&(with.p * rate_change)),
+            force_m_s2: narrowed(&increment.force.unwrap_or_else(zero3)),
+            square_force_m2_s4: increment.square_force.narrow(),
+            field_ut: narrowed(&(field * field_ut)),
+            warming_k: increment.warming_k.map_or(0.0, |x| x.narrow()),
+        };
+        self.increments = self.increments.saturating_add(1);
+        let mut out = TakenOut::nothing();
+        let mut before = 0;
+        for (index, effect) in self.library().iter().enumerate() {
+            let count = effect.parameters().len();
+            let mut terms = [Vector3::zeros(); MAX_PARAMETERS];
+            let mut is_there = false;
+            for (k, term) in terms.iter_mut().enumerate().take(count) {
+                *term = effect.term(k, &moment);
+                let square = term.norm_squared();
+                is_there |= square > 0.0;
+                if let Some(sum) = self.squares.get_mut(before + k) {
+                    *sum += T::of(square);
+                }
+            }
+            before += count;
+            if effect.nuisance().is_some() {
+                continue;
+            }
+            if effect.is_bias_step() {
+                self.look_at_steps(index, *effect, increment.end_us, &mut out);
+                continue;
+            }
+            let known = self.first_column(index, 0);
+            // What has never shown needs no columns.
+            let Some(first) = known.or_else(|| if is_there { self.give_columns(index, *effect, 0) } else { None })
+            else {
+                continue;
+            };
+            self.set_terms(first, terms.get(..count).unwrap_or_default(), field_ut, &mut out);
+        }
+        (out, moment)
+    }
+
+    /// Steps of the bias, each from its shock on.
+    fn look_at_steps(&mut self, index: usize, effect: &dyn Effect, end_us: u64, out: &mut TakenOut<T>) {
+        for step in 0..STEPS as u8 {
+            let known = self.first_column(index, step);
+            let Some(at_us) = self.shocks.at_us(step) else {
+                if let Some(first) = known {
+                    self.set_terms(first, &[Vector3::zeros(); 3], T::ONE, out);
+                }
+                continue;
+            };
+            let Some(first) = known.or_else(|| self.give_columns(index, effect, step)) else { continue };
+            let on = if end_us > at_us { 1.0 } else { 0.0 };
+            self.set_terms(first, &[Vector3::x() * on, Vector3::y() * on, Vector3::z() * on], T::ONE, out);
+        }
+    }
+
+    /// Sets what the columns of an effect add.
+    fn set_terms(&mut self, first: usize, terms: &[Vector3<f32>], field_ut: T, out: &mut TakenOut<T>) {
+        let columns = self.terms.iter_mut().zip(&self.x).zip(&self.places).skip(first);
+        for (((term, x), place), one) in columns.zip(terms) {
+            let one = one * place.usual;
+            let one = V3::new(T::of(one.x), T::of(one.y), T::of(one.z));
+            let (sum, unit) = match place.sensor {
+                Sensor::Gyro => (&mut out.rate, T::ONE),
+                Sensor::Accelerometer => (&mut out.force, T::ONE),
+                Sensor::Magnetometer => (&mut out.field, if field_ut > T::ZERO { field_ut } else { T::ONE }),
+            };
+            *term = one / unit;
+            *sum += *term * *x;
+        }
+    }
+
+    /// Adds the increment that was looked at, as it was turned.
+    pub fn add(&mut self, turned: &Turned<T>) {
+        let Turned { middle, seconds, field, force } = turned;
+        let (dt, half) = (*seconds, *seconds * T::of(0.5));
+        let sums = self.rotation.iter_mut().zip(&mut self.field).zip(&mut self.velocity).zip(&mut self.position);
+        let terms = self.terms.iter().zip(self.places.iter().take(self.columns));
+        for ((((rotation, field_sum), velocity), position), (term, Place { sensor, .. })) in sums.zip(terms) {
+            // What is read more than there is has to go.
+            let term = -(middle * term);
+            let at_middle = if *sensor == Sensor::Gyro { *rotation + term * half } else { *rotation };
+            if let Some(field) = field {
+                *field_sum += if *sensor == Sensor::Magnetometer { term } else { at_middle.cross(field) };
+            }
+            if let Some(force) = force {
+                let step = if *sensor == Sensor::Accelerometer { term } else { at_middle.cross(force) };
+                *position += *velocity * dt + step * (dt * half);
+                *velocity += step * dt;
+            }
+            if *sensor == Sensor::Gyro {
+                *rotation += term * dt;
+            }
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What innovations that no effect explains go with.
+
+mod conditions;
+mod correlate;
+mod correlation;
+mod whiteness;
+#[cfg(test)]
+mod tests;
+
+use crate::compensation::Moment;
+use conditions::Conditions;
+pub use correlate::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
+use correlation::{COUNT, Moments};
+use nalgebra::{Matrix3, Vector3};
+use whiteness::Whiteness;
+
+/// Rate at which anything is said of a white remainder. Half of it is for its memory, half is shared out among the quantities (Bonferroni).
+const FALSE_ALARMS: f32 = 0.01;
+
+/// The same of the memory.
+const LIMIT_OF_MEMORY: f32 = FALSE_ALARMS / 2.0;
+
+/// The same of one quantity.
+const LIMIT: f32 = FALSE_ALARMS / (2 * COUNT) as f32;
+
+/// Nodes of which the innovations' correlations are known to a tenth.
+const ENOUGH: u16 = 40;
+
+/// What the innovations of the latest nodes go with, in sums of fixed size.
+pub(super) struct Remainder {
+    conditions: Conditions,
+    moments: Moments,
+    whiteness: Whiteness,
+    nodes: u16,
+    seconds: f32,
+    /// Nodes whose field contradicted everything known.
+    contradicted: u16,
+    /// Of the window before.
+    worth_before: f32,
+}
+
+impl Remainder {
+    pub const fn zero() -> Self {
+        Self {
+            conditions: Conditions::zero(),
+            moments: Moments::zero(),
+            whiteness: Whiteness::zero(),
+            nodes: 0,
+            seconds: 0.0,
+            contradicted: 0,
+            worth_before: 0.0,
+        }
+    }
+
+    /// Begins anew.
+    pub fn start(&mut self) {
+        *self = Self { worth_before: self.nodes_worth_one(), ..Self::zero() };
+    }
+
+    /// Takes the conditions of an increment, turned by `rotation` into the frame of the earth.
+    pub fn watch(&mut self, moment: &Moment, rotation: &Matrix3<f32>) {
+        self.conditions.take(moment, rotation);
+    }
+
+    /// Begins a node whose conditions are those that come.
+    pub fn start_node(&mut self) {
+        self.conditions.start();
+    }
+
+    /// Ends a node with the field's innovations, as turns about the axes of the body and as vectors of the earth, in units of their deviations.
+    pub fn add(&mut self, seconds: f32, [body, earth]: [Vector3<f32>; 2]) {
+        self.moments.add(&self.conditions.of_node(self.seconds), &[body, earth]);
+        self.whiteness.add(self.nodes, &body);
+        self.nodes = self.nodes.saturating_add(1);
+        self.seconds += seconds;
+    }
+
+    /// A node whose field was left out, for it contradicted everything known.
+    pub fn contradict(&mut self) {
+        self.contradicted = self.contradicted.saturating_add(1);
+    }
+
+    /// Whether more fields contradicted than one in 10,000 does by chance: two in a window are one in 20,000 windows.
+    pub const fn is_contradicted(&self) -> bool {
+        self.contradicted > 1
+    }
+
+    /// Of how many nodes that follow one another the information is worth one; at least as many as in the window before, until there are enough.
+    pub fn nodes_worth_one(&self) -> f32 {
+        let own = self.whiteness.nodes_worth_one(&self.moments.mean_in_body(), self.moments.scatter_in_body());
+        if self.nodes < ENOUGH && self.worth_before > own { self.worth_before } else { own }
+    }
+
+    /// What they go with.
+    #[inline(never)]
+    pub fn report(&self) -> RemainderReport {
+        let mut report = RemainderReport::default();
+        let tests = self.moments.tests();
+        for slot in 0..MOST_NAMED {
+            let others = tests.iter().flatten().filter(|test| test.p_value <= LIMIT);
+            let not_named = others.filter(|test| report.named().all(|named| named.correlate != test.correlate));
+            let clearest = not_named.copied().reduce(|a, b| if is_clearer(&b, &a) { b } else { a });
+            let (Some(found), Some(slot)) = (clearest, report.goes_with.get_mut(slot)) else { break };
+            *slot = found;
+            report.count += 1;
+        }
+        let mean = self.moments.mean_in_body();
+        let node_s = if self.nodes > 0 { self.seconds / f32::from(self.nodes) } else { 0.0 };
+        report.memory = self.whiteness.memory(&mean, self.moments.scatter_in_body(), node_s);
+        report.has_memory = report.memory.p_value <= LIMIT_OF_MEMORY;
+        report
+    }
+}
+
+/// Whether a finding is less likely to be chance; of two that cannot be it at all, whether it takes more.
+fn is_clearer(a: &GoesWith, b: &GoesWith) -> bool {
+    a.p_value < b.p_value || (a.p_value <= b.p_value && a.share > b.share)
+}

@@ -1,0 +1,78 @@
+#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::correlate::Memory;
+use nalgebra::Vector3;
+
+/// Farthest nodes that are compared: six seconds of half a second, half a period of what comes back every twelve.
+const FARTHEST: usize = 12;
+
+/// Fewest pairs at a distance: with fewer the sum of their products is not about normal.
+const LEAST_PAIRS: f32 = 24.0;
+
+/// Deviations of a correlation of white noise that one in 1,000 is beyond.
+const BEYOND_CHANCE: f32 = 3.1;
+
+/// Products of innovations some nodes apart.
+pub(super) struct Whiteness {
+    latest: [Vector3<f32>; FARTHEST],
+    products: [f32; FARTHEST],
+    pairs: [u16; FARTHEST],
+}
+
+impl Whiteness {
+    pub const fn zero() -> Self {
+        Self { latest: [Vector3::new(0.0, 0.0, 0.0); FARTHEST], products: [0.0; FARTHEST], pairs: [0; FARTHEST] }
+    }
+
+    /// Takes the innovation of a node, by its number.
+    #[inline(never)]
+    pub fn add(&mut self, number: u16, innovation: &Vector3<f32>) {
+        for (step, (sum, pairs)) in self.products.iter_mut().zip(&mut self.pairs).enumerate() {
+            let Some(earlier) = usize::from(number).checked_sub(1 + step) else { break };
+            *sum += self.latest[earlier % FARTHEST].dot(innovation);
+            *pairs = pairs.saturating_add(1);
+        }
+        self.latest[usize::from(number) % FARTHEST] = *innovation;
+    }
+
+    /// Of how many nodes that follow one another the information is worth one: 1 where the innovations are white, and else 1 and twice the
+    /// correlations that are beyond chance, from the nearest node on.
+    pub fn nodes_worth_one(&self, mean: &Vector3<f32>, (variance, components): (f32, f32)) -> f32 {
+        let mut sum = 1.0;
+        for (products, pairs) in self.products.iter().zip(&self.pairs) {
+            let pairs = f32::from(*pairs);
+            if pairs < LEAST_PAIRS || variance <= 0.0 {
+                break;
+            }
+            let correlation = (products / pairs - mean.norm_squared()) / variance;
+            if correlation * libm::sqrtf(components * pairs) < BEYOND_CHANCE {
+                break;
+            }
+            sum += 2.0 * correlation;
+        }
+        sum
+    }
+
+    /// The distance at which the remainder is most like itself, or its opposite; p-value shared out among the distances (Bonferroni).
+    #[inline(never)]
+    pub fn memory(&self, mean: &Vector3<f32>, (variance, components): (f32, f32), node_s: f32) -> Memory {
+        let mut most = (0.0, Memory { p_value: 1.0, ..Memory::default() });
+        if variance <= 0.0 {
+            return most.1;
+        }
+        for (step, (sum, pairs)) in self.products.iter().zip(&self.pairs).enumerate() {
+            let pairs = f32::from(*pairs);
+            if pairs < LEAST_PAIRS {
+                continue;
+            }
+            let correlation = (sum / pairs - mean.norm_squared()) / variance;
+            let deviates = libm::fabsf(correlation) * libm::sqrtf(components * pairs);
+            if deviates > most.0 {
+                let chance = FARTHEST as f32 * libm::erfcf(deviates * core::f32::consts::FRAC_1_SQRT_2);
+                let apart_s = (1 + step) as f32 * node_s;
+                most = (deviates, Memory { correlation, apart_s, p_value: if chance < 1.0 { chance } else { 1.0 } });
+            }
+        }
+        most.1
+    }
+}

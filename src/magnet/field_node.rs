@@ -1,0 +1,143 @@
+#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+
+use crate::{
+    magnet::increment::Increment,
+    rotation::{IDENTITY, exp_quaternion, matrix, middle_to_middle, renormalised},
+};
+use nalgebra::{Matrix3, Quaternion, Vector3};
+
+/// Errors of the gyro: P row by row, then c, in w = (P0 + dP) (raw - b0) - c.
+pub(super) const GYRO: usize = 12;
+
+/// A rate that is assumed where none was read, added to the last one, rad/s (as in the attitude filter).
+const UNSEEN_RATE_RAD_S: f32 = 0.3;
+
+/// Means over some increments in the frame that the nominal gyro carries along: what of the field stands in the earth stands there
+/// but for the gyro's error, what is fixed in the body turns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FieldNode {
+    /// Mean of R0 m, microtesla.
+    pub field_ut: Vector3<f32>,
+    /// Mean of R0, body to frame.
+    pub rotation: Matrix3<f32>,
+    /// Mean of R0 (w x m), microtesla per second: in a second of lag the field turns by so much less what the lag does not turn,
+    pub lag_ut_s: Vector3<f32>,
+    /// the part fixed in the body: mean of R0 [w]x, radians per second.
+    pub spin_rad_s: Matrix3<f32>,
+    /// The integral of R0 times the derivative of the body rate to the gyro's errors: angle that the frame turned wrongly by, per error.
+    pub turn: [[f32; GYRO]; 3],
+    /// Angle turned, radians.
+    pub angle_rad: f32,
+    /// Angle that may have been turned while no rate was read, radians.
+    pub unseen_rad: f32,
+    /// Length, seconds.
+    pub time_s: f32,
+    /// Increments with a field.
+    pub fields: u16,
+}
+
+impl FieldNode {
+    pub const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self {
+            field_ut: zero,
+            rotation: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            lag_ut_s: zero,
+            spin_rad_s: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            turn: [[0.0; GYRO]; 3],
+            angle_rad: 0.0,
+            unseen_rad: 0.0,
+            time_s: 0.0,
+            fields: 0,
+        }
+    }
+}
+
+/// Makes nodes out of increments.
+pub(super) struct FieldNodes {
+    /// Nominal P, and the bias that is subtracted before it, rad/s.
+    p: Matrix3<f32>,
+    bias_rad_s: Vector3<f32>,
+    attitude: Quaternion<f32>,
+    /// Nominal rates of the last two increments.
+    rates: [Vector3<f32>; 2],
+    sum: FieldNode,
+}
+
+impl FieldNodes {
+    pub const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self {
+            p: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            bias_rad_s: zero,
+            attitude: Quaternion::new(0.0, 0.0, 0.0, 0.0),
+            rates: [zero; 2],
+            sum: FieldNode::zero(),
+        }
+    }
+
+    pub fn start(&mut self, p: Matrix3<f32>, bias_rad_s: Vector3<f32>) {
+        *self = Self { p, bias_rad_s, attitude: IDENTITY, ..Self::zero() };
+    }
+
+    /// From now on this bias is subtracted; returns by how much c changes with it.
+    pub fn set_bias(&mut self, bias_rad_s: Vector3<f32>) -> Vector3<f32> {
+        let change = self.p * (bias_rad_s - self.bias_rad_s);
+        self.bias_rad_s = bias_rad_s;
+        change
+    }
+
+    /// `seconds` were not seen at all: nothing is known of the frame after them.
+    pub fn interrupt(&mut self) {
+        self.sum.unseen_rad = core::f32::consts::PI;
+    }
+
+    /// Takes one increment of `interval_s`; the node that it completes has at least `node_s`.
+    pub fn push(&mut self, increment: &Increment, interval_s: f32, node_s: f32) -> Option<FieldNode> {
+        let [earlier, before] = self.rates;
+        let centred = increment.rate.map(|raw| raw - self.bias_rad_s);
+        let rate = centred.map_or(before, |raw| self.p * raw);
+        let turn = middle_to_middle([&earlier, &before, &rate], interval_s);
+        self.attitude = renormalised(&(self.attitude * exp_quaternion(&turn)));
+        self.rates = [before, rate];
+        let rotation = matrix(&self.attitude);
+        let speed = libm::sqrtf(rate.norm_squared());
+        let sum = &mut self.sum;
+        match centred {
+            Some(raw) => {
+                for (i, row) in sum.turn.iter_mut().enumerate() {
+                    for j in 0..3 {
+                        let gain = rotation[(i, j)] * interval_s;
+                        row[3 * j] += gain * raw.x;
+                        row[3 * j + 1] += gain * raw.y;
+                        row[3 * j + 2] += gain * raw.z;
+                        row[9 + j] -= gain;
+                    }
+                }
+            }
+            None => sum.unseen_rad += (speed + UNSEEN_RATE_RAD_S) * interval_s,
+        }
+        if let Some(field) = increment.field {
+            sum.field_ut += rotation * field;
+            sum.rotation += rotation;
+            let spin = rotation * rate.cross_matrix();
+            sum.lag_ut_s += spin * field;
+            sum.spin_rad_s += spin;
+            sum.fields += 1;
+        }
+        sum.angle_rad += speed * interval_s;
+        sum.time_s += interval_s;
+        if sum.time_s + 0.5 * interval_s < node_s {
+            return None;
+        }
+        let mut node = core::mem::replace(sum, FieldNode::zero());
+        if node.fields > 0 {
+            let share = 1.0 / f32::from(node.fields);
+            node.field_ut *= share;
+            node.rotation *= share;
+            node.lag_ut_s *= share;
+            node.spin_rad_s *= share;
+        }
+        Some(node)
+    }
+}

@@ -1,0 +1,43 @@
+/// Interval of one increment: summing to 50 Hz loses nothing of the identification, to 10 Hz most of it.
+const NOMINAL_INTERVAL_US: u32 = 20_000;
+
+/// The time grid of the increments: the fewest whole nominal sample periods that make 20 ms, less a thousandth for periods that
+/// are rounded to microseconds. Never shorter: the ring is sized for the longest window in increments of 20 ms.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    pub interval_us: u32,
+}
+
+impl Grid {
+    pub const fn zero() -> Self {
+        Self { interval_us: 0 }
+    }
+
+    pub fn new(sample_period_us: u32) -> Self {
+        let shortest_us = NOMINAL_INTERVAL_US - NOMINAL_INTERVAL_US / 1_000;
+        let samples = (shortest_us + sample_period_us.saturating_sub(1)).checked_div(sample_period_us).unwrap_or(0);
+        Self { interval_us: samples * sample_period_us }
+    }
+
+    pub fn interval_s(self) -> f32 {
+        self.interval_us as f32 * 1e-6
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grid_is_a_whole_number_of_samples_and_never_shorter_than_the_ring_is_sized_for() {
+        for (period, interval) in
+            [(3_500, 21_000), (3_333, 19_998), (10_000, 20_000), (15_000, 30_000), (33_333, 33_333)]
+        {
+            assert_eq!(Grid::new(period).interval_us, interval);
+        }
+        for period in 100..=20_000 {
+            let interval = Grid::new(period).interval_us;
+            assert!(interval.is_multiple_of(period) && (19_980..40_000).contains(&interval), "{period}");
+        }
+    }
+}

@@ -1,0 +1,260 @@
+mod comparison;
+mod conclusion;
+mod kept_intervals;
+mod suspicion;
+mod tracking;
+
+use super::{
+    accumulator::Accumulator,
+    field_filter::{FieldFilter, Prior},
+    field_node::{FieldNode, FieldNodes},
+    field_noise::{FieldNoise, at_most},
+    grid::Grid,
+    hard_iron_interval::{HardIronCounts, HardIronInterval},
+    rest_bias::RestBias,
+};
+use crate::{
+    config::Config,
+    rest::{RestDetector, RestLimits},
+    sample::Reading,
+};
+use kept_intervals::KeptIntervals;
+use nalgebra::Vector3;
+use suspicion::{Suspicion, Verdict};
+
+/// Length of a node, seconds: means over so long keep what turns at 300 deg/s, since they are taken in the gyro's frame.
+const NODE_S: f32 = 0.2;
+
+/// An offset must have been steady for 3 s, in nodes. The field is withheld for a change only if it was as predicted for so long before, and
+/// what takes longer to come is no magnet that is brought: then the gyro's frame itself is wrong, and there is no telling.
+const STEADY_NODES: u8 = 15;
+/// A change matters from so many of the calibrated field's errors on.
+const LEAST_SIZE: f32 = 2.0;
+/// After so much turning since the start an offset that was there from the start has shown, radians: half a turn shows twice its size.
+const TOLD_RAD: f32 = core::f32::consts::PI;
+
+/// What is to be made of the calibrated field now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum FieldUse {
+    /// Not to be used: it has changed, and it is not known yet how; or the offset is one that must not be learned any more.
+    Withheld,
+    /// To be used after this offset, microtesla, has been subtracted.
+    Less(Vector3<f32>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    /// No field yet.
+    Waiting,
+    /// One filter tracks the field.
+    Tracking,
+    /// The field has changed: a filter in which the iron did, one in which the earth's field did, and one in which nothing has.
+    Undecided,
+}
+
+/// Watches for body-fixed magnetic offsets that come and go.
+///
+/// A filter ([`FieldFilter`]) predicts the field in the frame that the gyro carries along. A change that it does not explain is followed
+/// by two more filters: in one the offset fixed in the body has jumped, in the other the field fixed in the earth. While the probe
+/// stands still both say the same; as it turns, one of them goes on predicting and the other does not. Until their likelihoods
+/// decide, the field is withheld. A constant offset from the start is part of the null hypothesis.
+pub(crate) struct HardIronWatch {
+    state: State,
+    prior: Prior,
+    noise: FieldNoise,
+    period_us: u32,
+    grid: Grid,
+    accumulator: Accumulator,
+    nodes: FieldNodes,
+    rests: RestDetector,
+    rest_limits: RestLimits,
+    bias_walk_rad_s_rts: f32,
+    /// The bias from rests, and when the latest was.
+    rest_bias: Option<RestBias>,
+    rest_us: u64,
+    tracked: FieldFilter,
+    iron: FieldFilter,
+    earth: FieldFilter,
+    /// Angle turned since the start, up to [`TOLD_RAD`], radians.
+    turned_rad: f32,
+    /// Nodes in a row beyond one in a hundred.
+    unlikely: u8,
+    /// Nodes in a row within one in a thousand, up to [`STEADY_NODES`].
+    calm: u8,
+    suspicion: Suspicion,
+    /// Offset in the body and its variance on each axis before the present interval.
+    base_ut: Vector3<f32>,
+    base_variance_ut2: Vector3<f32>,
+    freeze_us: u64,
+    frozen: bool,
+    kept: KeptIntervals,
+}
+
+impl HardIronWatch {
+    pub const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self {
+            state: State::Waiting,
+            prior: Prior::zero(),
+            noise: FieldNoise::zero(),
+            period_us: 0,
+            grid: Grid::zero(),
+            accumulator: Accumulator::zero(),
+            nodes: FieldNodes::zero(),
+            rests: RestDetector::zero(),
+            rest_limits: RestLimits { deviation_rad_s: 0.0, bias_rad_s: 0.0 },
+            bias_walk_rad_s_rts: 0.0,
+            rest_bias: None,
+            rest_us: 0,
+            tracked: FieldFilter::zero(),
+            iron: FieldFilter::zero(),
+            earth: FieldFilter::zero(),
+            turned_rad: 0.0,
+            unlikely: 0,
+            calm: 0,
+            suspicion: Suspicion::new(0, false),
+            base_ut: zero,
+            base_variance_ut2: zero,
+            freeze_us: 0,
+            frozen: false,
+            kept: KeptIntervals::zero(),
+        }
+    }
+
+    pub fn configure(&mut self, config: &Config) {
+        let (id, attitude) = (&config.identification, &config.attitude);
+        *self = Self::zero();
+        self.prior = Prior {
+            diagonal: id.prior_sigma_diagonal,
+            off_diagonal: id.prior_sigma_off_diagonal,
+            bias_rad_s: id.prior_sigma_bias_rad_s,
+            lag_s: attitude.mag_timing_sigma_s,
+            in_body_ut: 0.0,
+            forgetting_s: id.forgetting_s,
+            bias_walk_rad_s_rts: attitude.gyro_bias_walk_rad_s_rts,
+        };
+        self.noise = FieldNoise::new(attitude.mag_sigma_rad, attitude.gyro_noise_rad_s_rthz, id.max_bias_rad_s);
+        self.period_us = config.sample_period_us;
+        self.grid = Grid::new(config.sample_period_us);
+        self.rest_limits = RestLimits { deviation_rad_s: id.rest_gyro_deviation_rad_s, bias_rad_s: id.max_bias_rad_s };
+        self.bias_walk_rad_s_rts = attitude.gyro_bias_walk_rad_s_rts;
+        self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
+        self.nodes.start(config.gyro.p_matrix(), Vector3::from(config.gyro.b_rad_s));
+    }
+
+    /// Begins at the first sample of all.
+    pub fn start(&mut self, t_us: u64) {
+        self.accumulator.start(t_us, self.grid, self.period_us);
+        self.rests.start(self.period_us);
+    }
+
+    /// Begins again after a gap: the frame is lost, what is fixed in the body is not.
+    pub fn gap(&mut self, t_us: u64) {
+        self.accumulator.start(t_us, self.grid, self.period_us);
+        self.rests.start(self.period_us);
+        self.nodes.interrupt();
+        if self.state == State::Undecided {
+            self.conclude(Verdict::Untold);
+        }
+    }
+
+    /// A rest has told the bias of the raw gyro.
+    fn rest(&mut self, bias: &RestBias) {
+        let sigma = bias.sigma_rad_s();
+        let change = self.nodes.set_bias(bias.rate);
+        for filter in [&mut self.tracked, &mut self.iron, &mut self.earth] {
+            if sigma * sigma < filter.bias_variance() {
+                filter.set_bias(sigma);
+            } else {
+                filter.shift_bias(&change);
+            }
+        }
+        if self.state == State::Waiting {
+            self.prior.bias_rad_s = sigma;
+        }
+    }
+
+    /// Takes one sample: raw rate, calibrated specific force and field, as they were read.
+    pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3]) {
+        if let Some(Some(rest)) = self.rests.push(rate, force, field, &self.rest_limits) {
+            let since_s = t_us.saturating_sub(self.rest_us) as f32 * 1e-6;
+            let before = self.rest_bias.map(|bias| bias.aged(since_s, self.bias_walk_rad_s_rts));
+            let bias = before.map_or(RestBias::from_rest(&rest), |bias| bias.updated(&rest));
+            (self.rest_bias, self.rest_us) = (Some(bias), t_us);
+            self.rest(&bias);
+        }
+        if t_us >= self.freeze_us {
+            self.frozen = true;
+        }
+        while let Some(increment) = self.accumulator.close_before(t_us, self.grid) {
+            if let Some(node) = self.nodes.push(&increment, self.grid.interval_s(), NODE_S) {
+                // Valid at its middle.
+                self.take(t_us.saturating_sub((0.5e6 * node.time_s) as u64), &node);
+            }
+        }
+        self.accumulator.add(rate, Reading::Missing, field);
+    }
+
+    /// What is to be made of the calibrated field now.
+    pub fn field_use(&self) -> FieldUse {
+        let doubtful = self.state == State::Undecided && self.suspicion.is_doubtful();
+        match (doubtful, self.kept.lasting()) {
+            (true, _) => FieldUse::Withheld,
+            (_, None) => FieldUse::Less(Vector3::zeros()),
+            (_, Some(interval)) if interval.corrected => FieldUse::Less(interval.offset()),
+            (_, Some(_)) => FieldUse::Withheld,
+        }
+    }
+
+    pub const fn counts(&self) -> HardIronCounts {
+        self.kept.counts
+    }
+
+    /// The latest intervals, the oldest first.
+    pub fn intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
+        self.kept.iter()
+    }
+
+    /// The earth's field, microtesla.
+    fn field_ut(&self) -> f32 {
+        libm::sqrtf(self.tracked.in_earth().norm_squared())
+    }
+
+    /// Error of the calibrated field, microtesla.
+    fn error_ut(&self) -> f32 {
+        self.noise.error_ut(self.field_ut())
+    }
+
+    fn take(&mut self, t_us: u64, node: &FieldNode) {
+        self.noise.turn(node);
+        self.turned_rad = at_most(self.turned_rad + node.angle_rad, TOLD_RAD);
+        if self.state == State::Waiting {
+            if node.fields > 0 {
+                self.prior.in_body_ut = self.noise.error_ut(libm::sqrtf(node.field_ut.norm_squared()));
+                self.tracked.start(&node.field_ut, &self.prior);
+                self.state = State::Tracking;
+            }
+            return;
+        }
+        let walk_ut2 = self.noise.walk_ut2(node, self.field_ut());
+        self.tracked.predict(node, &self.prior, walk_ut2);
+        if self.state == State::Undecided {
+            self.iron.predict(node, &self.prior, walk_ut2);
+            self.earth.predict(node, &self.prior, walk_ut2);
+        }
+        if node.fields > 0 {
+            if self.state == State::Tracking {
+                self.track(t_us, node);
+            } else {
+                self.compare(t_us, node);
+            }
+        }
+        if !self.tracked.is_sound() {
+            self.state = State::Waiting;
+            self.kept.close(t_us);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

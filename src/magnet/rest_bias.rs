@@ -1,0 +1,64 @@
+use crate::rest::Rest;
+use nalgebra::Vector3;
+
+/// Bias of the raw gyro from seconds of rest: a scalar-variance Kalman filter with a random walk between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RestBias {
+    /// rad/s, raw frame.
+    pub rate: Vector3<f32>,
+    /// Variance on each axis, (rad/s)^2.
+    pub variance: f32,
+}
+
+impl RestBias {
+    /// In-run bias instability below which no rest is believed, rad/s: 0.01 deg/s, the upper end of what data sheets of
+    /// consumer MEMS gyros show in their Allan plots.
+    const INSTABILITY_RAD_S: f32 = 1.75e-4;
+
+    pub fn from_rest(rest: &Rest) -> Self {
+        Self { rate: rest.rate, variance: measurement_variance(rest) }
+    }
+
+    /// The variance after `seconds` more of a bias random walk, rad/s per root second.
+    pub fn aged(mut self, seconds: f32, walk_rad_s_rts: f32) -> Self {
+        self.variance += walk_rad_s_rts * walk_rad_s_rts * seconds;
+        self
+    }
+
+    pub fn updated(self, rest: &Rest) -> Self {
+        let measured = measurement_variance(rest);
+        let gain = self.variance / (self.variance + measured);
+        Self { rate: self.rate + (rest.rate - self.rate) * gain, variance: self.variance * (1.0 - gain) }
+    }
+
+    /// Standard deviation with the instability in it, rad/s.
+    pub fn sigma_rad_s(&self) -> f32 {
+        libm::sqrtf(self.variance + Self::INSTABILITY_RAD_S * Self::INSTABILITY_RAD_S)
+    }
+}
+
+fn measurement_variance(rest: &Rest) -> f32 {
+    // Rounding to data-sheet codes can make a second look quieter than it is; a code is about 1e-3 rad/s.
+    rest.variance / f32::from(rest.samples) + 1e-9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rests_average_and_age() {
+        let rest = |x: f32| Rest {
+            rate: Vector3::repeat(x),
+            variance: 1e-6,
+            samples: 100,
+            force_m_s2: None,
+            force_variance: 0.0,
+        };
+        let first = RestBias::from_rest(&rest(0.01));
+        let both = first.updated(&rest(0.02));
+        assert!((both.rate.x - 0.015).abs() < 1e-6);
+        assert!((both.variance / first.variance - 0.5).abs() < 1e-3);
+        assert!(both.aged(100.0, 2e-5).variance > both.variance);
+    }
+}
