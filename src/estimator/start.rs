@@ -31,14 +31,6 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.posterior.clear();
     }
 
-    /// Forgets everything learnt, now and in earlier sessions, for instance when the gyro's effects have changed: the factory's P is the centre
-    /// of the prior again, and the bias that of the latest rest.
-    pub fn restart(&mut self) {
-        self.waiting.clear();
-        self.begin();
-        self.posterior.clear();
-    }
-
     /// From the factory's prior.
     pub(super) fn begin(&mut self) {
         self.sigma = self.settings.sigma.map(T::of);

@@ -152,7 +152,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Next;
         if self.has_diverged() || is_forsaken {
             self.begin();
-        } else if let Some((_, claim)) = self.candidates.old_step(&self.evidence, self.weighed_us) {
+        } else if let Some(claim) = self.candidates.old_step(&self.evidence, self.weighed_us) {
             let [x, y, z, ..] = claim.parameters;
             self.candidates.settle(&claim, &mut self.globals, &self.sigma);
             self.evidence.claims.retain(|other| other.step_us != claim.step_us);

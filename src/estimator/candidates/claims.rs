@@ -148,11 +148,11 @@ impl<T: Real, const E: usize> Candidates<T, E> {
     }
 
     /// The step of the bias that has been taken out for so long that it is believed for good.
-    pub fn old_step(&self, evidence: &Evidence<T>, now_us: u64) -> Option<(u8, Claim)> {
+    pub fn old_step(&self, evidence: &Evidence<T>, now_us: u64) -> Option<Claim> {
         let is_old = |claim: &&Claim| {
             claim.is_taken_out && claim.step_us > 0 && claim.step_us.saturating_add(SETTLED_US) < now_us
         };
-        evidence.claims.iter().find(is_old).map(|claim| (claim.step, *claim))
+        evidence.claims.iter().find(is_old).copied()
     }
 
     /// The sign of the unknown of an effect that has one.

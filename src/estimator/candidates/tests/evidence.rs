@@ -305,7 +305,7 @@ fn a_step_is_looked_for_after_its_shock_and_has_as_many_chances_as_there_were_sh
     }
     assert_eq!((known.candidates.shocks.at_us(1), known.candidates.shocks.at_us(0)), (Some(second_us), Some(now_us)));
     assert!(known.candidates.old_step(evidence, second_us + 1_000_000).is_none());
-    assert!(known.candidates.old_step(evidence, second_us + 1_000_000_000).is_some_and(|(step, _)| step == 1));
+    assert!(known.candidates.old_step(evidence, second_us + 1_000_000_000).is_some_and(|claim| claim.step == 1));
 }
 
 /// The chip's numbers: the root rounded to them, and weighed in them.
