@@ -3,10 +3,11 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
-    columns::{GLOBALS, NODE},
+    cholesky::Cholesky,
+    columns::{ATTITUDE, GLOBALS, NODE},
     globals::Globals,
     node::Node,
-    real::{M3, Real, V3, square, zero3, zero33},
+    real::{M3, Real, V3, square, zero33},
     rows::{CONSTANT, GLOBAL, WIDTH},
 };
 
@@ -54,24 +55,12 @@ impl<T: Real> Innovation<T> {
 
     /// They in units of their deviations: without correlation, and of variance 1.
     pub fn in_deviations(&self, noise: T) -> V3<T> {
-        // Cholesky's factor, with the innovations solved on the way.
-        let mut lower = [[T::ZERO; 3]; 3];
-        let mut solved = zero3();
-        for i in 0..3 {
-            let mut innovation = self.value[i];
-            for j in 0..=i {
-                let mut sum = self.covariance[(i, j)];
-                for k in 0..j {
-                    sum -= lower[i][k] * lower[j][k];
-                }
-                lower[i][j] = if i == j { (sum + noise).root() } else { sum / lower[j][j] };
-                if j < i {
-                    innovation -= lower[i][j] * solved[j];
-                }
-            }
-            solved[i] = innovation / lower[i][i];
-        }
-        solved
+        let with_noise = |i, j| self.covariance[(i, j)] + if i == j { noise } else { T::ZERO };
+        let mut solved = [self.value.x, self.value.y, self.value.z];
+        // With their own noise in, it is positive definite.
+        let factor = Cholesky::<T, 3>::new_or_least(3, with_noise, noise.root());
+        factor.solve_lower(&mut solved);
+        solved.into()
     }
 
     /// Whether an innovation along a direction (of length 1), weighted as the rows are, is.
@@ -79,6 +68,15 @@ impl<T: Real> Innovation<T> {
         let variance = direction.dot(&(self.covariance * direction)) + T::ONE;
         innovation * innovation > T::of(CONTRADICTED_ALONG) * variance
     }
+}
+
+/// Sum of the variances of the attitude's errors about the axes of the earth, rad^2.
+pub(super) fn attitude_variance<T: Real>(node: &Node<T>, globals: &Globals<T>) -> T {
+    let mut rows = [[T::ZERO; WIDTH]; 3];
+    for (i, row) in rows.iter_mut().enumerate() {
+        row[ATTITUDE + i] = T::ONE;
+    }
+    Innovation::new(&rows, node, globals).covariance.trace()
 }
 
 /// One step of the solution of R^T y = h: the row of R from its diagonal on.

@@ -7,6 +7,7 @@
 mod alignment;
 mod averaging;
 mod candidates;
+mod cholesky;
 pub mod columns;
 mod disagreement;
 mod drift;
@@ -146,6 +147,8 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     /// When the effects were weighed.
     weighed_us: u64,
     remainder: Remainder,
+    /// Whether more than noise was left at the end of the window before.
+    was_unexplained: bool,
     globals: Globals<T>,
     /// How often the globals have changed.
     updates: u32,
@@ -212,6 +215,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             evidence: Evidence::zero(),
             weighed_us: 0,
             remainder: Remainder::zero(),
+            was_unexplained: false,
             globals: Globals::zero(),
             updates: 0,
             averaging: Averaging::zero(),
@@ -341,6 +345,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     /// Looks at the innovations that come.
     pub fn start_remainder(&mut self) {
+        self.was_unexplained = self.is_unexplained();
         self.remainder.start();
     }
 

@@ -11,6 +11,8 @@ use super::{
 
 /// Attitude error that a start allows, rad: gravity and field of one instant of motion.
 const START_TILT_RAD: f32 = 0.35;
+/// Nodes after a start, 10 s: then P is known to a percent or two whatever the motion, and a linear model holds.
+const MOST_CURVED: u8 = 20;
 /// The first heading is fixed: it is a gauge, as the field's direction is free.
 const START_HEADING_RAD: f32 = 1e-3;
 /// The first field, of the norm.
@@ -26,6 +28,8 @@ pub(super) struct Node<T> {
     /// Earth field, of the norm.
     pub field: V3<T>,
     pub has_field: bool,
+    /// Nodes with a field from the start until the attitude is known so closely that a linear model of its errors holds; 0: it is.
+    pub curved: u8,
     pub norms: FieldNorm<T>,
     /// Rows of the root: the states, then the globals.
     pub root: [[T; NODE + GLOBALS]; NODE],
@@ -49,6 +53,7 @@ impl<T: Real> Node<T> {
             position: zero3(),
             field: zero3(),
             has_field: false,
+            curved: 0,
             norms: FieldNorm::zero(),
             root: [[T::ZERO; NODE + GLOBALS]; NODE],
         }
@@ -64,6 +69,7 @@ impl<T: Real> Node<T> {
         let east = east / norm(&east);
         self.attitude = from_rows(&east, &up.cross(&east), &up);
         self.forget(noise);
+        self.curved = MOST_CURVED;
         self.root[2][2] = T::of(1.0 / START_HEADING_RAD);
         for i in 0..3 {
             self.root[9 + i][9 + i] = T::of(1.0 / START_FIELD);
@@ -119,9 +125,9 @@ impl<T: Real> Node<T> {
         let is_seen = self.has_field && square(&body) > T::of(0.01) * square(field);
         let pair = is_seen.then(|| (body / norm(&body), earth / norm(&earth)));
         let Some((body, earth)) = pair else {
-            let norms = self.norms;
+            let (norms, curved) = (self.norms, self.curved);
             self.start(force, noise);
-            self.norms = norms;
+            (self.norms, self.curved) = (norms, curved);
             return None;
         };
         let body = from_rows(&body, &up.cross(&body), &up);

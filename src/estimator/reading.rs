@@ -2,7 +2,7 @@
 
 use super::{
     columns::GLOBALS,
-    gate::Innovation,
+    gate::{Innovation, attitude_variance},
     globals::Globals,
     node::{Kind, Node},
     parameters::Parameters,
@@ -114,7 +114,15 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     // A reading is a mean over some time between none and a sample period: across the axis it is shorter by up to angle^2 / 24.
     let turn = pre.angle / pre.seconds * T::of(settings.sample_period_s);
     let shorter = turn * turn / T::of(24.0);
-    let own = own * own + shorter * shorter;
+    let mut own = own * own + shorter * shorter;
+    if node.curved > 0 {
+        // Of an error x the linear model leaves x^2 / 2, of mean square half the squared sum of the variances. It goes with the rotation, and would
+        // be taken for iron.
+        let turned = attitude_variance(node, taken.globals);
+        let curvature = T::of(0.5) * turned * turned;
+        node.curved = if curvature < own { 0 } else { node.curved - 1 };
+        own += curvature;
+    }
     let scatter = pre.field_variance();
     rows::field(Block { rows: &mut *rows, weight: weight(own), sigma }, &reading);
     let expected = Innovation::new(rows, node, taken.globals);

@@ -7,6 +7,7 @@ mod whiteness;
 #[cfg(test)]
 mod tests;
 
+use super::work::INNOVATIONS;
 use crate::compensation::Moment;
 use conditions::Conditions;
 pub use correlate::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
@@ -23,9 +24,6 @@ const LIMIT_OF_MEMORY: f32 = FALSE_ALARMS / 2.0;
 /// The same of one quantity.
 const LIMIT: f32 = FALSE_ALARMS / (2 * COUNT) as f32;
 
-/// Nodes of which the innovations' correlations are known to a tenth.
-const ENOUGH: u16 = 40;
-
 /// What the innovations of the latest nodes go with, in sums of fixed size.
 pub(super) struct Remainder {
     conditions: Conditions,
@@ -35,8 +33,10 @@ pub(super) struct Remainder {
     seconds: f32,
     /// Nodes whose field contradicted everything known.
     contradicted: u16,
-    /// Of the window before.
-    worth_before: f32,
+    /// Mean square of a component of the field's innovations, over the latest minute.
+    dispersion: f32,
+    /// Nodes that it is of.
+    dispersed: u16,
 }
 
 impl Remainder {
@@ -48,13 +48,14 @@ impl Remainder {
             nodes: 0,
             seconds: 0.0,
             contradicted: 0,
-            worth_before: 0.0,
+            dispersion: 0.0,
+            dispersed: 0,
         }
     }
 
     /// Begins anew.
     pub fn start(&mut self) {
-        *self = Self { worth_before: self.nodes_worth_one(), ..Self::zero() };
+        *self = Self { dispersion: self.dispersion, dispersed: self.dispersed, ..Self::zero() };
     }
 
     /// Takes the conditions of an increment, turned by `rotation` into the frame of the earth.
@@ -71,6 +72,8 @@ impl Remainder {
     pub fn add(&mut self, seconds: f32, [body, earth]: [Vector3<f32>; 2]) {
         self.moments.add(&self.conditions.of_node(self.seconds), &[body, earth]);
         self.whiteness.add(self.nodes, &body);
+        self.dispersed = if self.dispersed < INNOVATIONS { self.dispersed + 1 } else { INNOVATIONS };
+        self.dispersion += (body.norm_squared() / 3.0 - self.dispersion) / f32::from(self.dispersed);
         self.nodes = self.nodes.saturating_add(1);
         self.seconds += seconds;
     }
@@ -85,10 +88,9 @@ impl Remainder {
         self.contradicted > 1
     }
 
-    /// Of how many nodes that follow one another the information is worth one; at least as many as in the window before, until there are enough.
-    pub fn nodes_worth_one(&self) -> f32 {
-        let own = self.whiteness.nodes_worth_one(&self.moments.mean_in_body(), self.moments.scatter_in_body());
-        if self.nodes < ENOUGH && self.worth_before > own { self.worth_before } else { own }
+    /// Variance of the field's innovations over the latest minute, over the one that they should have: 1 where all is as it is said to be.
+    pub const fn dispersion(&self) -> f32 {
+        self.dispersion
     }
 
     /// What they go with.

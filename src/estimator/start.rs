@@ -23,6 +23,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.compose_with(&settings.factory);
         self.builder.start(settings.sample_period_s, settings.is_instant);
         self.remainder.start();
+        self.was_unexplained = false;
         (self.unread, self.turned, self.fieldless) = (Share::zero(), Share::zero(), Share::zero());
         self.rests.start();
         let [x, y, z] = self.settings.factory.b_rad_s.map(T::of);

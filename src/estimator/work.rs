@@ -243,7 +243,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             self.widen();
         } else if end_us >= self.weighed_us.saturating_add(WEIGHED_EVERY_US) {
             self.weighed_us = end_us;
-            self.evidence.start(&self.settings.rules, self.remainder.nodes_worth_one());
+            let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
+            self.evidence.start(&self.settings.rules, self.remainder.dispersion(), is_unexplained);
             self.task = Task::Weighing;
         }
     }

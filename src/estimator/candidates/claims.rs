@@ -11,6 +11,7 @@ use super::{
 use crate::{
     compensation::effect::MAX_PARAMETERS,
     estimator::{
+        cholesky::Cholesky,
         columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, GLOBALS, Group, HARD_IRON, MAG_LAG, MAG_MATRIX, NUISANCES},
         globals::Globals,
         real::{Real, V3},
@@ -250,23 +251,12 @@ impl<T: Real, const E: usize> Candidates<T, E> {
     pub fn spread(&self, of: usize, evidence: &Evidence<T>, globals: &Globals<T>) -> [T; GLOBALS] {
         let mut by = [T::ZERO; GLOBALS];
         let n = at_most(evidence.taken.len(), MAX_TAKEN);
-        // Cholesky's factor of their covariance, its column `of`.
-        let mut factor = [[T::ZERO; MAX_TAKEN]; MAX_TAKEN];
-        for i in 0..n {
-            for j in 0..=i {
-                let value = at(&evidence.covariance, i * (i + 1) / 2 + j);
-                let sum = (0..j).fold(value, |sum, k| sum - factor[i][k] * factor[j][k]);
-                factor[i][j] = if i == j {
-                    if sum > T::ZERO { sum.root() } else { T::of(LEAST_FACTOR) }
-                } else {
-                    sum / factor[j][j]
-                };
-            }
-        }
+        let of_both = |i: usize, j: usize| at(&evidence.covariance, i * (i + 1) / 2 + j);
+        let factor = Cholesky::<T, MAX_TAKEN>::new_or_least(n, of_both, T::of(LEAST_FACTOR));
         let mut right = [T::ZERO; GLOBALS];
         for (right, row) in right.iter_mut().zip(&self.globals) {
-            for (column, factor) in evidence.taken.iter().zip(&factor) {
-                *right -= at(row, usize::from(*column).saturating_sub(NUISANCES)) * at(factor, of);
+            for (i, column) in evidence.taken.iter().enumerate() {
+                *right -= at(row, usize::from(*column).saturating_sub(NUISANCES)) * factor.at(i, of);
             }
         }
         for j in (0..GLOBALS).rev() {

@@ -6,6 +6,7 @@ use super::{Candidates, EFFECTS};
 use crate::{
     compensation::effect::MAX_PARAMETERS,
     estimator::{
+        cholesky::Cholesky,
         columns::{BIAS, GLOBALS, NUISANCES},
         globals::Globals,
         real::Real,
@@ -85,24 +86,14 @@ pub(super) fn savage_dickey<T: Real>(
     covariance: &[[T; MAX_PARAMETERS]; MAX_PARAMETERS],
     n: usize,
 ) -> T {
-    let mut factor = [[T::ZERO; MAX_PARAMETERS]; MAX_PARAMETERS];
-    let mut solved = [T::ZERO; MAX_PARAMETERS];
-    let mut evidence = T::ZERO;
-    for i in 0..at_most(n, MAX_PARAMETERS) {
-        let mut rest = x[i];
-        for j in 0..=i {
-            let sum = (0..j).fold(covariance[i][j], |sum, k| sum - factor[i][k] * factor[j][k]);
-            if i == j {
-                factor[i][i] = if sum > T::ZERO { sum.root() } else { T::of(LEAST_FACTOR) };
-            } else {
-                factor[i][j] = sum / factor[j][j];
-                rest -= factor[i][j] * solved[j];
-            }
-        }
-        solved[i] = rest / factor[i][i];
-        evidence += solved[i] * solved[i] * T::of(0.5) + factor[i][i].logarithm();
-    }
-    evidence
+    let factor = Cholesky::<T, MAX_PARAMETERS>::new_or_least(n, |i, j| covariance[i][j], T::of(LEAST_FACTOR));
+    let mut solved = *x;
+    factor.solve_lower(&mut solved);
+    half_square(&solved, n) + factor.half_log_determinant()
+}
+
+fn half_square<T: Real>(x: &[T; MAX_PARAMETERS], n: usize) -> T {
+    x.iter().take(n).fold(T::ZERO, |sum, x| sum + *x * *x) * T::of(0.5)
 }
 
 pub(super) fn at_most(n: usize, most: usize) -> usize {
@@ -114,35 +105,41 @@ pub(super) fn at<T: Real>(all: &[T], index: usize) -> T {
     all.get(index).copied().unwrap_or(T::ZERO)
 }
 
-/// What an effect would be worth beside those that are in.
-pub(super) fn worth<T: Real>(matrix: &Matrix<T>, columns: &[u8], done: usize, signed: Option<T>) -> Option<f32> {
-    let mut factor = [[T::ZERO; MAX_PARAMETERS]; MAX_PARAMETERS];
-    let mut solved = [T::ZERO; MAX_PARAMETERS];
-    let mut sum_of = T::ZERO;
-    for (i, column) in columns.iter().enumerate().take(MAX_PARAMETERS) {
-        let mut rest = matrix.dot(usize::from(*column), matrix.rows, done);
-        for (j, other) in columns.iter().enumerate().take(i + 1) {
-            let mut sum = matrix.dot(usize::from(*column), usize::from(*other), done);
-            for k in 0..j {
-                sum -= factor[i][k] * factor[j][k];
-            }
-            if i == j {
-                if sum <= T::ZERO {
-                    return None;
-                }
-                factor[i][i] = sum.root();
-            } else {
-                factor[i][j] = sum / factor[j][j];
-                rest -= factor[i][j] * solved[j];
-            }
+/// An effect beside those that are in: the factor of its information, and the solution of its lower triangle.
+pub(super) struct Beside<T> {
+    factor: Cholesky<T, MAX_PARAMETERS>,
+    solved: [T; MAX_PARAMETERS],
+    count: usize,
+}
+
+impl<T: Real> Beside<T> {
+    /// An effect of these columns, where `done` rows are of those that are in. `None` where the data say nothing of one of them.
+    pub fn new(matrix: &Matrix<T>, columns: &[u8], done: usize) -> Option<Self> {
+        let of = |i: usize| columns.get(i).map_or(0, |column| usize::from(*column));
+        let count = at_most(columns.len(), MAX_PARAMETERS);
+        let factor = Cholesky::new(count, |i, j| matrix.dot(of(i), of(j), done))?;
+        let mut solved = [T::ZERO; MAX_PARAMETERS];
+        for (i, solved) in solved.iter_mut().enumerate().take(count) {
+            *solved = matrix.dot(of(i), matrix.rows, done);
         }
-        solved[i] = rest / factor[i][i];
-        sum_of += solved[i] * solved[i] * T::of(0.5) - factor[i][i].logarithm();
+        factor.solve_lower(&mut solved);
+        Some(Self { factor, solved, count })
     }
-    // Of one parameter that has a sign: the optimum is minus what was solved.
-    match signed {
-        Some(sign) if -solved[0] * sign < T::ZERO => None,
-        _ => Some(sum_of.narrow()),
+
+    /// Log Bayes factor; `None` where its only parameter has not the sign that it must have.
+    pub fn evidence(&self, sign: Option<T>) -> Option<f32> {
+        // Of one parameter the optimum is minus what was solved.
+        let is_possible = sign.is_none_or(|sign| -self.solved[0] * sign >= T::ZERO);
+        let evidence = half_square(&self.solved, self.count) - self.factor.half_log_determinant();
+        is_possible.then(|| evidence.narrow())
+    }
+
+    /// Mean and variance of each parameter.
+    pub fn estimate(&self) -> impl Iterator<Item = (f32, f32)> {
+        let mut mean = self.solved;
+        self.factor.solve_upper(&mut mean);
+        let both = move |i: usize| (-mean[i].narrow(), self.factor.inverse_diagonal(i).narrow());
+        (0..self.count).map(both)
     }
 }
 

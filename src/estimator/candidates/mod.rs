@@ -4,11 +4,13 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 mod claims;
+mod entered;
 pub(super) mod evidence;
 mod matrix;
 mod root;
 mod rows;
 mod shocks;
+mod steadiness;
 mod terms;
 
 use super::{
@@ -185,10 +187,14 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.places.get(..self.columns).unwrap_or_default()
     }
 
+    /// Place of an effect's first parameter among those of the library.
+    pub(super) fn first_parameter_of(&self, effect: usize) -> usize {
+        self.library().iter().take(effect).map(|effect| effect.parameters().len()).sum()
+    }
+
     /// Root mean square of what one unit of a parameter adds to its sensor's reading.
     pub fn shown(&self, effect: usize, parameter: usize) -> T {
-        let before: usize = self.library().iter().take(effect).map(|effect| effect.parameters().len()).sum();
-        match self.squares.get(before + parameter) {
+        match self.squares.get(self.first_parameter_of(effect) + parameter) {
             Some(sum) if self.increments > 0 => (*sum / T::of(self.increments as f32)).root(),
             _ => T::ZERO,
         }

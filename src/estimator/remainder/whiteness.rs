@@ -9,9 +9,6 @@ const FARTHEST: usize = 12;
 /// Fewest pairs at a distance: with fewer the sum of their products is not about normal.
 const LEAST_PAIRS: f32 = 24.0;
 
-/// Deviations of a correlation of white noise that one in 1,000 is beyond.
-const BEYOND_CHANCE: f32 = 3.1;
-
 /// Products of innovations some nodes apart.
 pub(super) struct Whiteness {
     latest: [Vector3<f32>; FARTHEST],
@@ -33,24 +30,6 @@ impl Whiteness {
             *pairs = pairs.saturating_add(1);
         }
         self.latest[usize::from(number) % FARTHEST] = *innovation;
-    }
-
-    /// Of how many nodes that follow one another the information is worth one: 1 where the innovations are white, and else 1 and twice the
-    /// correlations that are beyond chance, from the nearest node on.
-    pub fn nodes_worth_one(&self, mean: &Vector3<f32>, (variance, components): (f32, f32)) -> f32 {
-        let mut sum = 1.0;
-        for (products, pairs) in self.products.iter().zip(&self.pairs) {
-            let pairs = f32::from(*pairs);
-            if pairs < LEAST_PAIRS || variance <= 0.0 {
-                break;
-            }
-            let correlation = (products / pairs - mean.norm_squared()) / variance;
-            if correlation * libm::sqrtf(components * pairs) < BEYOND_CHANCE {
-                break;
-            }
-            sum += 2.0 * correlation;
-        }
-        sum
     }
 
     /// The distance at which the remainder is most like itself, or its opposite; p-value shared out among the distances (Bonferroni).

@@ -63,7 +63,7 @@ impl Problem {
         let known = &mut *self.known;
         let Known { globals, candidates, rows, further } = known;
         let units = Units { sigma: &self.sigma, field_ut: 50.0 };
-        self.evidence.start(rules, 1.0);
+        self.evidence.start(rules, 1.0, false);
         while self.evidence.step((rows, further), globals, candidates, &units) {}
         let mut x = [0.0; E];
         for (column, mean) in self.evidence.taken.iter().zip(&self.evidence.mean) {
@@ -335,7 +335,7 @@ fn in_f32_the_same_comes_out() {
         let mut evidence = Box::new(Evidence::<f32>::zero());
         let (mut rows, mut further) = (Box::new([[0.0; WIDTH]; SCRATCH]), Box::new([[0.0; E]; SCRATCH]));
         let units = Units { sigma: &problem.sigma.map(narrowed), field_ut: 50.0 };
-        evidence.start(&rules, 1.0);
+        evidence.start(&rules, 1.0, false);
         while evidence.step((&mut rows, &mut further), &globals, &candidates, &units) {}
         problem.weigh_again(&rules);
         assert_eq!(evidence.claims.len(), problem.evidence.claims.len());

@@ -1,0 +1,122 @@
+//! Steadiness of the effects' estimates: data that did not teach an estimate score it. What a further block of data changes of an estimate that
+//! is right has the variance by which that of the estimate falls; an effect that merely resembles what there is changes by more.
+
+use super::{PARAMETERS, evidence::MAX_CLAIMS};
+
+/// Share of its variance that an estimate has to lose for its change to count: 200 times what f32's rounding may leave of a
+/// difference of variances after as many operations as a column has.
+const LEAST_TAUGHT: f32 = 0.02;
+/// Changes that are remembered: those of 20 blocks of a vector. What was there before may be over.
+const REMEMBERED: f32 = 60.0;
+
+/// An estimate and its variance; a variance of 0: none.
+#[derive(Clone, Copy)]
+struct Estimate {
+    mean: f32,
+    variance: f32,
+}
+
+/// Latest estimates of all effects, and how much they have changed for what was learnt.
+pub(super) struct Steadiness {
+    /// Claims beside which the estimates were made, one bit each.
+    beside: u32,
+    estimates: [Estimate; PARAMETERS],
+    /// Of each claim: sum of the squared changes over their variances, and their number.
+    changes: [[f32; 2]; MAX_CLAIMS],
+}
+
+impl Steadiness {
+    pub const fn zero() -> Self {
+        Self {
+            beside: 0,
+            estimates: [Estimate { mean: 0.0, variance: 0.0 }; PARAMETERS],
+            changes: [[0.0; 2]; MAX_CLAIMS],
+        }
+    }
+
+    /// Begins a weighing in which these claims were chosen. Estimates beside others cannot be compared.
+    pub fn start(&mut self, beside: u32) {
+        if beside != self.beside {
+            self.beside = beside;
+            self.estimates = Self::zero().estimates;
+        }
+    }
+
+    /// Notes an estimate: means and variances of a claim's parameters, whose places begin at `from`.
+    pub fn note(&mut self, claim: usize, from: usize, estimate: impl Iterator<Item = (f32, f32)>) {
+        let places = self.estimates.iter_mut().skip(from);
+        let Some([sum, count]) = self.changes.get_mut(claim) else { return };
+        for (before, (mean, variance)) in places.zip(estimate) {
+            let taught = before.variance - variance;
+            if taught > LEAST_TAUGHT * variance {
+                let change = mean - before.mean;
+                *sum += change * change / taught;
+                *count += 1.0;
+            }
+            *before = Estimate { mean, variance };
+        }
+        if *count > REMEMBERED {
+            let kept = REMEMBERED / *count;
+            *sum *= kept;
+            *count *= kept;
+        }
+    }
+
+    /// Variance of what further data change of an effect over the one that it should have; never below 1.
+    pub fn dispersion(&self, claim: usize) -> f32 {
+        match self.changes.get(claim) {
+            Some([sum, count]) if *sum > *count => *sum / *count,
+            _ => 1.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::indexing_slicing)]
+    extern crate std;
+    use super::*;
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    /// Estimates of a constant from readings of unit variance, noted every 20 of them; `extra` is added to each reading.
+    fn noted(seed: u64, extra: impl Fn(usize) -> f64) -> f32 {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
+        let mut uniform = || f64::from(generator.next_u32()) / f64::from(u32::MAX);
+        let mut steadiness = Steadiness::zero();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for k in 0..400 {
+            let deviate = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+            sum += 3.0 + deviate + extra(k);
+            count += 1.0;
+            if k % 20 == 19 {
+                steadiness.start(1);
+                steadiness.note(0, 0, core::iter::once(((sum / count) as f32, (1.0 / count) as f32)));
+            }
+        }
+        steadiness.dispersion(0)
+    }
+
+    #[test]
+    fn what_is_as_noisy_as_it_is_said_to_be_is_steady_and_what_comes_and_goes_is_not() {
+        let mean = |extra: fn(usize) -> f64| (0..20).map(|seed| noted(seed, extra)).sum::<f32>() / 20.0;
+        // At least 1 of each: about 1.15 on the mean where chi-square of 19 over 19 has a deviation of a third.
+        let honest = mean(|_| 0.0);
+        assert!((1.0..1.3).contains(&honest), "{honest}");
+        // Of 30 and 50 readings' period.
+        let waves = [mean(|k| libm::sin(k as f64 * 0.2)), mean(|k| libm::sin(k as f64 * 0.125))];
+        assert!(waves.iter().all(|wave| *wave > 2.5), "{waves:?}");
+    }
+
+    #[test]
+    fn estimates_beside_other_claims_are_not_compared() {
+        let mut steadiness = Steadiness::zero();
+        for (beside, mean, variance) in [(1, 0.0, 1.0), (2, 30.0, 0.5), (2, 30.1, 0.4)] {
+            steadiness.start(beside);
+            steadiness.note(0, 0, core::iter::once((mean, variance)));
+        }
+        assert_eq!(steadiness.dispersion(0), 1.0);
+        steadiness.note(0, 0, core::iter::once((31.0, 0.3)));
+        assert!((steadiness.dispersion(0) - (0.01 / 0.1 + 0.81 / 0.1) / 2.0).abs() < 1e-3);
+    }
+}

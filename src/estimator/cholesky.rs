@@ -1,0 +1,111 @@
+//! Cholesky factor of a small symmetric matrix, N = L L^T.
+
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::real::Real;
+
+/// Lower triangle L of a matrix of at most `N` rows.
+pub(super) struct Cholesky<T, const N: usize> {
+    rows: [[T; N]; N],
+    count: usize,
+}
+
+impl<T: Real, const N: usize> Cholesky<T, N> {
+    /// Factorises the first `count` rows of a matrix, given its lower triangle. `None` where a pivot is not positive.
+    pub fn new(count: usize, element: impl Fn(usize, usize) -> T) -> Option<Self> {
+        Self::factorise(count, element, None)
+    }
+
+    /// The same, with `least` in the place of a pivot that rounding left nothing of.
+    pub fn new_or_least(count: usize, element: impl Fn(usize, usize) -> T, least: T) -> Self {
+        let factor = Self::factorise(count, element, Some(least));
+        factor.unwrap_or(Self { rows: [[T::ZERO; N]; N], count: 0 })
+    }
+
+    fn factorise(count: usize, element: impl Fn(usize, usize) -> T, least: Option<T>) -> Option<Self> {
+        let mut factor = Self { rows: [[T::ZERO; N]; N], count: if count < N { count } else { N } };
+        let rows = &mut factor.rows;
+        for i in 0..factor.count {
+            for j in 0..=i {
+                let sum = (0..j).fold(element(i, j), |sum, k| sum - rows[i][k] * rows[j][k]);
+                rows[i][j] = if i != j {
+                    sum / rows[j][j]
+                } else if sum > T::ZERO {
+                    sum.root()
+                } else {
+                    least?
+                };
+            }
+        }
+        Some(factor)
+    }
+
+    /// Element (i, j <= i) of L.
+    pub fn at(&self, i: usize, j: usize) -> T {
+        self.rows.get(i).and_then(|row| row.get(j)).copied().unwrap_or(T::ZERO)
+    }
+
+    /// Solves L y = x in place.
+    pub fn solve_lower(&self, x: &mut [T; N]) {
+        for i in 0..self.count {
+            let sum = (0..i).fold(x[i], |sum, k| sum - self.rows[i][k] * x[k]);
+            x[i] = sum / self.rows[i][i];
+        }
+    }
+
+    /// Solves L^T y = x in place.
+    pub fn solve_upper(&self, x: &mut [T; N]) {
+        for i in (0..self.count).rev() {
+            let sum = (i + 1..self.count).fold(x[i], |sum, k| sum - self.rows[k][i] * x[k]);
+            x[i] = sum / self.rows[i][i];
+        }
+    }
+
+    /// Half of the logarithm of the matrix's determinant.
+    pub fn half_log_determinant(&self) -> T {
+        (0..self.count).fold(T::ZERO, |sum, i| sum + self.rows[i][i].logarithm())
+    }
+
+    /// Diagonal element `i` of the matrix's inverse.
+    pub fn inverse_diagonal(&self, i: usize) -> T {
+        let mut unit = [T::ZERO; N];
+        if let Some(one) = unit.get_mut(i) {
+            *one = T::ONE;
+        }
+        self.solve_lower(&mut unit);
+        unit.iter().take(self.count).fold(T::ZERO, |sum, x| sum + *x * *x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix4, Vector4};
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn factor_solutions_and_determinant_are_those_of_the_matrix() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(4);
+        let mut uniform = || f64::from(generator.next_u32()) / f64::from(u32::MAX) - 0.5;
+        let root = Matrix4::from_fn(|_, _| uniform());
+        let matrix = root * root.transpose() + Matrix4::identity() * 0.1;
+        let right = Vector4::from_fn(|_, _| uniform());
+        let factor = Cholesky::<f64, 6>::new(4, |i, j| matrix[(i, j)]).unwrap();
+        let mut x = [0.0; 6];
+        x[..4].copy_from_slice(right.as_slice());
+        factor.solve_lower(&mut x);
+        factor.solve_upper(&mut x);
+        let inverse = matrix.try_inverse().unwrap();
+        assert!((Vector4::from_column_slice(&x[..4]) - inverse * right).amax() < 1e-12);
+        assert!((0..4).all(|i| (factor.inverse_diagonal(i) - inverse[(i, i)]).abs() < 1e-12));
+        assert!((factor.half_log_determinant() - 0.5 * matrix.determinant().ln()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_pivot_that_is_not_positive_is_refused_or_replaced() {
+        let singular = |_: usize, _: usize| 1.0_f64;
+        assert!(Cholesky::<f64, 2>::new(2, singular).is_none());
+        assert_eq!(Cholesky::<f64, 2>::new_or_least(2, singular, 1e-3).at(1, 1), 1e-3);
+    }
+}
