@@ -6,11 +6,13 @@ use std::process::{Command, Output};
 use meerkat_mwd::config::OptimizerKind;
 use mwd::{
     bench::{
-        contenders::{Contenders, IMOA, NAMES, TRUE},
         cramer_rao::{Bound, Vibration},
         one_window::{Run, scenario},
-        pure_integration::Drift,
         rms,
+    },
+    research::{
+        contenders::{Contenders, IMOA, NAMES, TRUE},
+        pure_integration::Drift,
     },
     simulate::{Scenario, simulate},
 };

@@ -8,8 +8,7 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, EffectReport},
 };
 use mwd::{
-    configuration::of_trace,
-    flight::{Flight, fly},
+    flight::{Flight, configuration::of_trace, fly},
     simulate::{Scenario, simulate},
     trace::Trace,
 };

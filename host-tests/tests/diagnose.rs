@@ -9,9 +9,8 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, Verdict},
 };
 use mwd::{
-    configuration::of_trace,
-    diagnose::diagnosed,
-    flight::{fly, fly_with},
+    diagnosis::diagnosed,
+    flight::{configuration::of_trace, fly, fly_with},
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };

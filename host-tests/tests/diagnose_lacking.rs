@@ -5,9 +5,9 @@ use std::path::Path;
 
 use meerkat_mwd::{SampleFlags, compensation::Sensor, diagnosis::Verdict};
 use mwd::{
-    configuration::of_trace,
-    diagnose::{Diagnosed, against_reference, diagnosed, sentences},
-    flight::{Flight, fly},
+    diagnosis::{Diagnosed, against_reference, diagnosed},
+    flight::{Flight, configuration::of_trace, fly},
+    report::account::sentences,
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };

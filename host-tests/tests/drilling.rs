@@ -10,8 +10,7 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 use mwd::{
-    configuration::of_trace,
-    flight::{Flight, fly},
+    flight::{Flight, configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, Truth, simulate},
     trace::Trace,

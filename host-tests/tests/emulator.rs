@@ -5,14 +5,17 @@
 
 use meerkat_mwd::{Config, Sample, SampleFlags, config::OptimizerKind, identification::WindowReport, probe::Output};
 use mwd::{
-    configuration,
-    emulate::{self, Board, EmulateError, EmulatedFlight, Feed, Firmware},
-    flight,
-    image::{self, Image},
+    flight::{self, configuration},
     simulate::{Scenario, simulate},
-    toolchain::{self, Toolchain},
+    target::{
+        emulate::{self, EmulatedFlight, Feed},
+        error::EmulateError,
+        firmware::{Board, Firmware, build_firmware},
+        image::{self, Image},
+        toolchain::{self, Toolchain},
+        wire,
+    },
     trace::Trace,
-    wire,
 };
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
@@ -179,7 +182,7 @@ fn the_instruction_counter_is_exact_and_repeats() {
 #[test]
 fn the_image_fits_the_chip() {
     let Some(toolchain) = toolchain() else { return };
-    let Firmware { elf, size } = emulate::build_firmware(&toolchain, Board::Trace).unwrap();
+    let Firmware { elf, size } = build_firmware(&toolchain, Board::Trace).unwrap();
     println!("{size}");
     assert!(size.ram_bytes() <= image::RAM_LIMIT_BYTES, "{size}");
     assert!(size.flash_bytes <= image::FLASH_LIMIT_BYTES, "{size}");
@@ -194,7 +197,7 @@ fn the_image_fits_the_chip() {
 #[test]
 fn no_panic_can_be_reached_from_the_pipeline() {
     let Some(toolchain) = toolchain() else { return };
-    let Firmware { elf, .. } = emulate::build_firmware(&toolchain, Board::Bare).unwrap();
+    let Firmware { elf, .. } = build_firmware(&toolchain, Board::Bare).unwrap();
     let image = Image::parse(&elf).unwrap();
     for call in
         ["configure_probe", "push_sample", "poll_probe", "configure_surveyor", "push_survey", "continuous_survey"]
@@ -216,7 +219,7 @@ fn the_library_builds_alone_for_the_chip() {
 #[test]
 fn the_firmware_refuses_a_bad_trace_with_a_message() {
     let Some(toolchain) = toolchain() else { return };
-    let firmware = emulate::build_firmware(&toolchain, Board::Trace).unwrap();
+    let firmware = build_firmware(&toolchain, Board::Trace).unwrap();
     let message = |trace: &[u8]| match emulate::run_firmware(&toolchain, &firmware, trace, MINUTE) {
         Err(EmulateError::Run(error)) => error.to_string(),
         other => panic!("{other:?}"),

@@ -22,7 +22,7 @@ use meerkat_mwd::{
     },
     sample::Reading,
 };
-use mwd::{configuration::of_trace, known_error, trace::Trace};
+use mwd::{flight::configuration::of_trace, simulate::known_error, trace::Trace};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use tempfile::TempDir;
 

@@ -14,8 +14,7 @@ use meerkat_mwd::{
     diagnosis::{Correlate, DiagnosisReport, EffectReport, RemainderReport, Verdict},
 };
 use mwd::{
-    configuration::of_trace,
-    flight::fly_with,
+    flight::{configuration::of_trace, fly_with},
     simulate::{MountRotation, Scenario, Temperature, simulate},
 };
 use tempfile::TempDir;

@@ -8,12 +8,10 @@ use meerkat_mwd::{
     identification::{Decision, Refusal, WindowReport},
 };
 use mwd::{
-    configuration::of_trace,
-    diagnose::diagnosed,
-    flight::{Flight, fly},
-    result_json::result_json,
+    diagnosis::diagnosed,
+    flight::{Flight, configuration::of_trace, fly},
+    report::{json::result_json, summary::print_summary},
     simulate::{Effects, Scenario, simulate},
-    summary::print_summary,
     trace::Trace,
 };
 use serde_json::Value;

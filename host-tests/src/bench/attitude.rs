@@ -10,17 +10,17 @@ use meerkat_mwd::{Config, Sample, SampleFlags, config::Latency};
 use vqf_rs::VQF;
 
 use super::{
-    Effort,
+    effort::Effort,
     seeds::each_seed,
     table::{Cell, Table},
 };
 use crate::{
-    configuration::of_trace,
-    flight::fly,
-    main_job::bundled,
-    recordings::{FOLDER, listed},
+    flight::{configuration::of_trace, fly},
     score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg},
-    trace::Trace,
+    trace::{
+        Trace,
+        recordings::{FOLDER, folder, listed},
+    },
 };
 
 /// An estimate of a trace's attitudes.
@@ -39,7 +39,7 @@ pub const ESTIMATORS: [(&str, Estimator); 4] = [
 ];
 
 /// The recordings are played once, whatever the effort.
-pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let recordings = recordings()?;
     let names: Vec<String> = recordings.iter().map(|(name, _)| name.clone()).collect();
     let scores = each_seed(0..recordings.len() as u64, |index| score(&recordings[index as usize].1))?;
@@ -83,7 +83,7 @@ pub fn score(trace: &Trace) -> anyhow::Result<[[AttitudeRms; 2]; ESTIMATORS.len(
 fn recordings() -> anyhow::Result<Vec<(String, Trace)>> {
     let mut paths = match env::var_os(FOLDER) {
         Some(folder) => listed(Path::new(&folder)).context(FOLDER)?,
-        None => listed(&bundled())?,
+        None => listed(&folder())?,
     };
     paths.retain(|path| path.to_string_lossy().trim_end_matches(".gz").ends_with(".csv"));
     let mut all = Vec::new();

@@ -3,10 +3,10 @@
 use anyhow::Context;
 
 use super::{
-    Effort,
+    effort::Effort,
     table::{Cell, Table},
 };
-use crate::{emulate::run_program, toolchain};
+use crate::target::{machine::run_program, toolchain};
 
 /// A filter's line at one rate.
 struct Count {
@@ -18,7 +18,7 @@ struct Count {
 }
 
 /// The emulator counts exactly, so one run says it all.
-pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let printed = run_program(&toolchain::prepare()?, "filter-cost")?;
     let counts = printed.lines().map(parse).collect::<anyhow::Result<Vec<Count>>>()?;
     let mut table = Table::new(

@@ -1,7 +1,7 @@
 //! Every kind of fault of a sensor and of its wire, at every transaction of two seconds; and what the wire takes without one.
 
 use super::{
-    Effort,
+    effort::Effort,
     table::{Cell, Table},
 };
 use crate::bus_faults::{
@@ -19,7 +19,7 @@ const QUICK_STRIDE: usize = 17;
 const PARTS: [(Part, [&str; 2]); 2] =
     [(Part::Ism330dhcx, ["ISM330DHCX, SPI", "ISM330DHCX, I2C"]), (Part::Rm3100, ["RM3100, SPI", "RM3100, I2C"])];
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let stride = if effort == Effort::Full { 1 } else { QUICK_STRIDE };
     let motion = Motion::new(RUN_US, 1);
     let clean = [Bus::Spi, Bus::I2c].map(|bus| run_once(&motion, bus, None));

@@ -3,7 +3,7 @@
 use meerkat_mwd::{compensation::GyroModel, config::OptimizerKind};
 
 use super::{
-    Effort,
+    effort::Effort,
     one_window::{Run, WINDOW_S, scenario},
     seeds::each_seed,
     table::{Cell, Table},
@@ -17,7 +17,7 @@ const NAMES: [&str; 12] = ["p11", "p12", "p13", "p21", "p22", "p23", "p31", "p32
 /// Error over reported deviation of each parameter that the report calls observable.
 type Trial = [Option<f64>; 12];
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(500);
     let scenarios = ["drilling_vertical", "drilling_45deg"].map(scenario);
     let [vertical, inclined] = scenarios;

@@ -4,16 +4,15 @@ use anyhow::Context;
 use meerkat_mwd::{compensation::GyroModel, config::Config};
 
 use super::{
-    Effort,
     cramer_rao::{Bound, Vibration},
+    effort::Effort,
     gyro_grade::GyroGrade,
     one_window::{WINDOW_S, scenario},
     seeds::each_seed,
     table::{Cell, Table, median_and_worst, rms},
 };
 use crate::{
-    configuration::of_trace,
-    flight::fly,
+    flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
     simulate::{Truth, simulate},
     trace::Trace,
@@ -35,7 +34,7 @@ struct Trial {
     bound_deg_s: Option<f64>,
 }
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(20);
     GyroGrade::BOTH.into_iter().map(|grade| table(grade, seeds)).collect()
 }

@@ -7,8 +7,7 @@ use meerkat_mwd::{Config, compensation::GyroModel, config::OptimizerKind, identi
 
 use super::cramer_rao::{Bound, Vibration};
 use crate::{
-    configuration::of_trace,
-    flight::fly,
+    flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, Truth, simulate},
     trace::Trace,

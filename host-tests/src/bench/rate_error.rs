@@ -7,8 +7,8 @@ use meerkat_mwd::{
 };
 
 use super::{
-    Effort,
     cramer_rao::Vibration,
+    effort::Effort,
     one_window::{Run, scenario},
     seeds::each_seed,
     table::{Cell, Table, median_and_worst, rms},
@@ -29,7 +29,7 @@ struct Trial {
     bound_white: f64,
 }
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(200);
     let mut table = Table::new(
         format!(

@@ -7,18 +7,22 @@ use anyhow::Context;
 use meerkat_mwd::{Config, magnet::HardIronInterval};
 
 use super::{
-    Effort,
+    effort::Effort,
     seeds::each_seed,
     table::{Cell, Table},
 };
 use crate::{
-    configuration::{freeze_at_us, of_trace},
-    diagnose::{Diagnosed, against_reference, diagnosed},
-    flight::{Flight, fly},
-    recordings::{FOLDER, bundled, given, name},
-    replay::settings,
+    diagnosis::{Diagnosed, against_reference, diagnosed},
+    flight::{
+        Flight,
+        configuration::{freeze_at_us, of_trace},
+        fly,
+    },
     score::{self, PerModel, Reference},
-    trace::Trace,
+    trace::{
+        Trace,
+        recordings::{FOLDER, bundled, given, name},
+    },
 };
 
 /// Share of a recording that is kept back for the scores.
@@ -49,7 +53,7 @@ struct Played {
     magnets: Vec<WithMagnet>,
 }
 
-pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let mut paths = bundled()?;
     paths.extend(given().context(FOLDER)?);
     let played = each_seed(0..paths.len() as u64, |index| {
@@ -75,7 +79,7 @@ fn play(path: &Path) -> anyhow::Result<Played> {
 }
 
 fn way(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> Way {
-    let reference = score::score(trace, flight, &settings(trace, config)).unwrap_or_default();
+    let reference = score::score(trace, flight, &score::Settings::of(trace, config)).unwrap_or_default();
     let field = diagnosed.residual.magnetic_deg;
     Way {
         found: in_short(diagnosed),
@@ -130,7 +134,7 @@ fn with_magnets(trace: &Trace, config: &Config) -> anyhow::Result<Vec<WithMagnet
             *q = q.filter(|_| there.contains(&sample.t_us));
         }
         let heading = |flight: &Flight| {
-            let reference: Option<Reference> = score::score(&scored, flight, &settings(trace, config));
+            let reference: Option<Reference> = score::score(&scored, flight, &score::Settings::of(trace, config));
             reference.and_then(|reference| reference.attitude_rms_deg.heading)
         };
         WithMagnet { from_to_s: from_to_s(magnet), heading_deg: [heading(&without), heading(&flight)] }

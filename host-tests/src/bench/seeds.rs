@@ -8,7 +8,7 @@ use std::{
     thread,
 };
 
-use crate::replay::progress_bar;
+use crate::report::progress_bar::progress_bar;
 
 /// `trial` of every seed, in the order of the seeds however the cores share them.
 ///

@@ -7,7 +7,7 @@ use meerkat_mwd::{
 };
 
 use super::{
-    Effort,
+    effort::Effort,
     faults::{CLASSES, draw},
     one_window::Run,
     rotation_error::rotation_error_deg,
@@ -36,7 +36,7 @@ struct Trial {
     fitted: Option<Errors>,
 }
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(500);
     let trials = each_seed(0..seeds, trial)?;
     let mut tables: Vec<Table> =

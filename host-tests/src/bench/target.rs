@@ -1,14 +1,17 @@
 //! What a minute of drilling costs on the emulated chip.
 
 use super::{
-    Effort,
+    effort::Effort,
     one_window::scenario,
     table::{Cell, Table},
 };
 use crate::{
-    configuration::of_trace,
-    emulate::{Feed, PartCost, count_parts, fly_emulated},
+    flight::configuration::of_trace,
     simulate::simulate,
+    target::{
+        emulate::{Feed, fly_emulated},
+        parts::{PartCost, count_parts},
+    },
 };
 use meerkat_mwd::{Config, Sample};
 
@@ -19,7 +22,7 @@ const DURATION_S: f64 = 60.0;
 const CLOCK_HZ: f64 = 168e6;
 
 /// The emulator counts exactly, so one run says it all, however long the bench may take.
-pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let mut table = Table::new(
         format!("{DURATION_S} s of drilling at 100 Hz on the emulated Cortex-M4F (STM32F405, QEMU), instructions"),
         &["", "vertical", "45 deg", "ms at 168 MHz and one instruction a cycle"],

@@ -8,7 +8,7 @@ use meerkat_mwd::{
 };
 
 use super::{
-    Effort,
+    effort::Effort,
     one_window::{Run, WINDOW_S, scenario},
     seeds::each_seed,
     table::{Cell, Table, median_and_worst},
@@ -40,7 +40,7 @@ struct Trial {
 /// A figure of a trial for each of the two priors.
 type Figure = fn(&Trial, usize) -> Option<f64>;
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(200);
     let mut table = Table::new(
         format!(

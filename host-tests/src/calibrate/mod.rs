@@ -1,4 +1,4 @@
-//! `mwd calibrate`: accelerometer and magnetometer models from rests and turns, as a factory record with its account.
+//! Calibration: accelerometer and magnetometer models from rests and turns, as a factory record with its account.
 
 mod accelerometer;
 mod account;
@@ -13,7 +13,7 @@ mod rests;
 mod sensor;
 mod verdict;
 
-use std::{io, path::Path};
+use std::path::Path;
 
 use meerkat_mwd::{Config, Sample, SampleFlags, compensation::VectorModel, config::VectorErrors};
 
@@ -26,10 +26,8 @@ pub use sensor::SensorCalibration;
 pub use verdict::Verdict;
 
 use crate::{
-    cli::CalibrateArgs,
-    configuration::{freeze_at_us, of_file},
     failure::Failure,
-    same_file::same_file,
+    flight::configuration::{freeze_at_us, of_file},
     trace::Trace,
 };
 use held_out::{norm_error, rms};
@@ -65,24 +63,6 @@ pub struct Calibration {
     pub mag: Option<SensorCalibration>,
     /// The magnetometer's axes; `None` unless both sensors are on record, as they were or now.
     pub alignment: Option<Alignment>,
-}
-
-/// Calibrates, prints the account and writes the files asked for.
-///
-/// # Errors
-/// Bad input or usage; see [`crate::failure::exit_status`].
-pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
-    check_outputs(args)?;
-    let traces = args.traces.iter().map(|path| Trace::read(path)).collect::<Result<Vec<_>, _>>()?;
-    let calibration = calibrate(&traces, args.config.as_deref(), args.hold_out)?;
-    print_account(&mut io::stdout().lock(), &calibration)?;
-    if let Some(path) = &args.json {
-        result::write(&calibration, path)?;
-    }
-    if let Some(path) = &args.output {
-        record::write(&calibration, path)?;
-    }
-    Ok(())
 }
 
 /// Calibrates the sensors of one probe by all traces together, on top of the record in `config`; the last `hold_out` of each trace only
@@ -197,22 +177,5 @@ fn clipping_note(samples: &[Sample], config: &Config) -> Option<String> {
     } else {
         (accel + mag > 0)
             .then(|| format!("at full scale and left out: {accel} of the accelerometer, {mag} of the magnetometer"))
-    }
-}
-
-/// No result may overwrite what is read, nor another result.
-fn check_outputs(args: &CalibrateArgs) -> Result<(), Failure> {
-    let outputs: Vec<&Path> = [&args.output, &args.json].into_iter().flatten().map(AsRef::as_ref).collect();
-    let inputs = args.traces.iter().chain(&args.config);
-    for output in &outputs {
-        if output.is_file() && inputs.clone().any(|input| same_file(output, input)) {
-            return Err(Failure::BadInput(format!("{}: the result would overwrite what is read", output.display())));
-        }
-    }
-    match outputs.as_slice() {
-        [a, b] if a == b || same_file(a, b) => {
-            Err(Failure::BadInput(format!("{}: the result would overwrite another one", a.display())))
-        }
-        _ => Ok(()),
     }
 }

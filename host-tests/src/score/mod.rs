@@ -4,6 +4,7 @@
 
 mod attitude;
 mod integrated;
+pub mod nees;
 mod orientation_2s;
 mod rate_error;
 mod rates;
@@ -11,6 +12,7 @@ mod rest_gravity;
 mod time_alignment;
 
 use meerkat_mwd::{
+    Config,
     compensation::{GyroModel, VectorModel},
     probe::GAP_PERIODS,
 };
@@ -65,6 +67,19 @@ pub struct Settings {
     pub factory: GyroModel,
     /// Declination with which the flight was configured, degrees east of true north: its attitude then counts from true north.
     pub declination_deg: Option<f64>,
+}
+
+impl Settings {
+    /// What the scorer has to know of a flight over `trace`.
+    #[must_use]
+    pub fn of(trace: &Trace, config: &Config) -> Self {
+        Self {
+            from_us: config.freeze_at_us.unwrap_or(trace.first_us()),
+            accel: config.accel,
+            factory: config.gyro,
+            declination_deg: config.earth.declination_rad.map(|x| f64::from(x).to_degrees()),
+        }
+    }
 }
 
 /// Scores a flight over the samples from `settings.from_us` on. `None`: the trace has neither a reference attitude nor rests.

@@ -7,6 +7,8 @@ mod contamination;
 mod drilling;
 mod effects;
 mod interval;
+pub mod known_error;
+mod limits;
 mod multisine;
 mod ramp;
 pub(crate) mod random;
@@ -16,14 +18,11 @@ mod temperature;
 mod validation;
 pub(crate) mod vibration;
 
-use std::path::PathBuf;
-
 use meerkat_mwd::{SampleFlags, compensation::GyroModel, config::Motion};
 use nalgebra::Vector3;
 
 use crate::{
-    cli::SimulateArgs,
-    nees::p_of,
+    score::nees::p_of,
     trace::{BodyFrame, EarthFrame, Keys, Trace},
 };
 pub use contamination::{Contamination, Hits, contaminate};
@@ -160,25 +159,6 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     (trace, truth)
 }
 
-/// Reads a scenario, simulates it and writes the trace: `cargo mwd simulate`.
-///
-/// Without `output` the trace is written to the current directory, named after the scenario.
-///
-/// # Errors
-/// The scenario cannot be read or used, or the trace cannot be written.
-pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
-    let scenario = Scenario::read(&args.scenario)?;
-    let name = args.scenario.file_stem().map_or_else(|| "simulated".into(), |stem| stem.to_string_lossy());
-    let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.csv.gz")));
-    let seed = args.seed.unwrap_or(1);
-    let (trace, truth) = simulate(&scenario, seed);
-    trace.write(&path)?;
-    println!("{}: {} samples, {:.1} s, seed {seed}", path.display(), trace.samples.len(), trace.duration_s());
-    println!("true gyro model: {}", describe(&truth.gyro));
-    println!("shocks: {}", truth.shocks.len());
-    Ok(())
-}
-
 /// The earth's vectors in NED with magnetic north.
 struct EarthVectors {
     gravity_m_s2: Vector3<f64>,
@@ -231,7 +211,9 @@ fn keys(scenario: &Scenario, seed: u64, truth: &Truth) -> Keys {
     }
 }
 
-fn describe(model: &GyroModel) -> String {
+/// A gyro model in words.
+#[must_use]
+pub fn describe(model: &GyroModel) -> String {
     let b_deg_s = model.b_rad_s.map(|x| (f64::from(x).to_degrees() * 1e4).round() / 1e4);
     format!("P = {:?}, b = {b_deg_s:?} deg/s", model.p)
 }

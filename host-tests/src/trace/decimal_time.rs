@@ -61,26 +61,12 @@ fn exponent(text: &[u8]) -> i64 {
     sign * size
 }
 
-/// Microseconds as seconds with six decimals.
-pub(crate) const fn seconds(t_us: u64) -> Seconds {
-    Seconds(t_us)
-}
-
-/// See [`seconds`].
-pub(crate) struct Seconds(u64);
-
-impl std::fmt::Display for Seconds {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}.{:06}", self.0 / 1_000_000, self.0 % 1_000_000)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use proptest::prelude::*;
 
-    use super::*;
+    use super::{super::seconds::seconds, *};
 
     #[test]
     fn decimals_round_to_the_nearest_microsecond() {

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use super::decimal_time::seconds;
+use super::seconds::seconds;
 
 /// What is wrong with a trace, and where.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 use meerkat_mwd::config::{FullScale, Motion};
 
 use super::error::{Fault, quoted};
-use crate::motion;
+use crate::trace::motion;
 
 /// Key-value header of a trace; `None` where the key is absent.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -70,6 +70,15 @@ pub(super) enum KeyOutcome {
 }
 
 impl Keys {
+    /// What moves the probe: the key, else what the body frame says, for who names tool axes has a tool.
+    #[must_use]
+    pub fn motion(&self) -> Motion {
+        self.motion.unwrap_or(match self.body_frame {
+            BodyFrame::Sensor => Motion::Hand,
+            BodyFrame::Tool => Motion::DrillString,
+        })
+    }
+
     /// Takes one key.
     pub(super) fn set(&mut self, key: &str, value: &str) -> Result<KeyOutcome, Fault> {
         let bad = |must_be| Fault::BadKey { assignment: format!("{key} = {}", quoted(value)), must_be };

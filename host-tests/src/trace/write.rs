@@ -12,8 +12,8 @@ use meerkat_mwd::SampleFlags;
 
 use super::{
     Trace,
-    decimal_time::seconds,
     error::{Fault, TraceError},
+    seconds::seconds,
 };
 
 pub(super) fn write(trace: &Trace, path: &Path) -> Result<(), TraceError> {

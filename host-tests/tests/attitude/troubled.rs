@@ -9,8 +9,7 @@ use meerkat_mwd::{
     probe::Output,
 };
 use mwd::{
-    configuration::of_trace,
-    flight::fly,
+    flight::{configuration::of_trace, fly},
     simulate::{Hole, Rotation, Scenario, simulate},
     trace::Trace,
 };

@@ -4,12 +4,16 @@
 
 use mwd::{
     bench::one_window,
-    configuration,
-    emulate::{Feed, build_program, fly_emulated},
-    flight::fly,
+    flight::{
+        configuration, fly,
+        through_sensors::{each_field_once, play},
+    },
     simulate::simulate,
-    through_sensors::{each_field_once, play},
-    toolchain::{self, Toolchain},
+    target::{
+        emulate::{Feed, fly_emulated},
+        machine::build_program,
+        toolchain::{self, Toolchain},
+    },
 };
 use std::{
     io::{BufRead, BufReader, Write},

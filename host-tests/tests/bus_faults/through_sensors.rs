@@ -3,9 +3,11 @@
 use meerkat_mwd::SampleFlags;
 use mwd::{
     bench::one_window,
-    configuration,
+    flight::{
+        configuration,
+        through_sensors::{Difference, QuantisationBound, differences, each_field_once, play},
+    },
     simulate::simulate,
-    through_sensors::{Difference, QuantisationBound, differences, each_field_once, play},
     trace::Trace,
 };
 use std::path::Path;

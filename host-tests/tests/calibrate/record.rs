@@ -3,7 +3,7 @@
 use meerkat_mwd::{compensation::VectorModel, config::VectorErrors};
 use mwd::{
     calibrate::{calibrate, record},
-    configuration::of_file,
+    flight::configuration::of_file,
 };
 
 use crate::turntable::{Probe, Random, all_around};

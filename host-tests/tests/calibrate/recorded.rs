@@ -5,10 +5,8 @@ use std::path::Path;
 use meerkat_mwd::identification::Decision;
 use mwd::{
     calibrate::{Calibration, Verdict, calibrate, record},
-    configuration::of_file,
-    flight::fly,
-    replay::settings,
-    score,
+    flight::{configuration::of_file, fly},
+    score::{self, Settings},
     trace::Trace,
 };
 
@@ -50,9 +48,9 @@ fn carried_deg(name: &str, with_record: bool) -> ([f64; 3], bool) {
     let file = directory.path().join("factory.toml");
     record::write(&calibrated(&trace, Some(0.35)), &file).unwrap();
     let mut config = of_file(&trace, with_record.then_some(file.as_path())).unwrap();
-    config.freeze_at_us = Some(mwd::configuration::freeze_at_us(&trace, 0.35));
+    config.freeze_at_us = Some(mwd::flight::configuration::freeze_at_us(&trace, 0.35));
     let flight = fly(&config, &trace.samples, |_| {}).unwrap();
-    let errors = score::score(&trace, &flight, &settings(&trace, &config)).unwrap().rest_gravity_deg;
+    let errors = score::score(&trace, &flight, &Settings::of(&trace, &config)).unwrap().rest_gravity_deg;
     let found = [errors.bias_only, errors.twelve_parameters, errors.with_effects].map(Option::unwrap);
     (found, flight.reports.iter().any(|report| report.decision == Decision::Accepted))
 }

@@ -10,12 +10,10 @@ mod study;
 use handheld::{GyroError, KINDS};
 use meerkat_mwd::{config::OptimizerKind, identification::Decision};
 use mwd::{
-    configuration::of_trace,
-    flight::fly,
-    known_error,
-    main_job::recording,
+    commands::main_job::recording,
+    flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
-    simulate::{Effects, Gyro, MagneticBursts, Scenario, simulate},
+    simulate::{Effects, Gyro, MagneticBursts, Scenario, known_error, simulate},
     trace::Trace,
 };
 use played::{play, play_against_reference};

@@ -4,9 +4,12 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 use mwd::{
-    configuration::{freeze_at_us, of_trace},
-    diagnose::against_reference,
-    flight::{Flight, fly},
+    diagnosis::against_reference,
+    flight::{
+        Flight,
+        configuration::{freeze_at_us, of_trace},
+        fly,
+    },
     score::{self, PerModel},
     trace::Trace,
 };

@@ -4,9 +4,11 @@
 use crate::played::{Played, play};
 use meerkat_mwd::config::OptimizerKind;
 use mwd::{
-    known_error,
-    recordings::{FOLDER, bundled, given, name},
-    trace::Trace,
+    simulate::known_error,
+    trace::{
+        Trace,
+        recordings::{FOLDER, bundled, given, name},
+    },
 };
 use std::path::PathBuf;
 

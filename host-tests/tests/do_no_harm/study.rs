@@ -5,7 +5,10 @@ use crate::{
     played::{Played, play},
 };
 use meerkat_mwd::config::OptimizerKind;
-use mwd::{known_error, recordings, trace::Trace};
+use mwd::{
+    simulate::known_error,
+    trace::{Trace, recordings},
+};
 use std::sync::{
     Mutex,
     atomic::{AtomicUsize, Ordering},

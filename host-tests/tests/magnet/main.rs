@@ -7,7 +7,7 @@ mod runs;
 
 use handheld::{GyroError, KINDS, Kind, Random};
 use meerkat_mwd::Config;
-use mwd::{configuration::of_trace, trace::Trace};
+use mwd::{flight::configuration::of_trace, trace::Trace};
 use nalgebra::Vector3;
 use runs::{Magnet, direction_across, drilling, heading_rms_deg, watch, watch_with};
 use std::path::Path;

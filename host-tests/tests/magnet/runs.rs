@@ -7,7 +7,7 @@ use meerkat_mwd::{
     magnet::{HardIronCounts, HardIronInterval},
 };
 use mwd::{
-    configuration::of_trace,
+    flight::configuration::of_trace,
     simulate::{Effects, MagneticBursts, Scenario, simulate},
     trace::Trace,
 };

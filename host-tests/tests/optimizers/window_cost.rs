@@ -3,8 +3,7 @@ use std::path::Path;
 use super::searches::SEEDS;
 use meerkat_mwd::config::OptimizerKind;
 use mwd::{
-    configuration::of_trace,
-    flight::fly,
+    flight::{configuration::of_trace, fly},
     simulate::{Scenario, simulate},
 };
 

@@ -8,7 +8,7 @@ use meerkat_mwd::{
     storage::StoredModel,
     telemetry::{Boot, Command, CommandRefusal, EarlierModel, Erasure, Message, Outcome, ResetReason, StreamConfig},
 };
-use mwd::{emulate::real_time::RealTime, flight};
+use mwd::{flight, target::real_time::RealTime};
 use nalgebra::Vector3;
 use std::fs;
 

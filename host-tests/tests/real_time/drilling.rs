@@ -6,9 +6,9 @@ use meerkat_mwd::{
     telemetry::{AttitudeFormat, StreamConfig},
 };
 use mwd::{
-    configuration, flight,
+    flight::{self, configuration},
     simulate::{Scenario, simulate},
-    toolchain::{self, Toolchain},
+    target::toolchain::{self, Toolchain},
 };
 use std::{io::Write, path::Path, time::Duration};
 

@@ -5,9 +5,9 @@ use super::{
     received::Received,
 };
 use meerkat_mwd::Sample;
-use mwd::{
-    emulate::real_time::{Landed, RealTime},
+use mwd::target::{
     image,
+    real_time::{Landed, RealTime},
 };
 
 /// Flies twice, and checks what holds of every run.

@@ -10,10 +10,13 @@ use meerkat_mwd::{
     },
 };
 use mwd::{
-    configuration,
-    emulate::{self, Board, Firmware, real_time::RealTime},
+    flight::configuration,
     simulate::{Scenario, simulate},
-    toolchain::Toolchain,
+    target::{
+        firmware::{Board, Firmware, build_firmware},
+        real_time::RealTime,
+        toolchain::Toolchain,
+    },
 };
 use std::{
     collections::VecDeque,
@@ -64,7 +67,7 @@ impl LiveProbe {
     /// With a flash that was never written. `None`: there is no emulator.
     pub fn new() -> Option<Self> {
         let toolchain = toolchain()?;
-        let firmware = emulate::build_firmware(&toolchain, Board::Emulated).unwrap();
+        let firmware = build_firmware(&toolchain, Board::Emulated).unwrap();
         let directory = tempfile::tempdir().unwrap();
         fs::write(directory.path().join("flash.bin"), vec![0xFF; FLASH_BYTES]).unwrap();
         Some(Self { toolchain, firmware, directory, qemu: None })

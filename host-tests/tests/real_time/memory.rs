@@ -10,14 +10,15 @@ use meerkat_mwd::{
     telemetry::{Boot, ResetReason},
 };
 use mwd::{
-    deadline::CommandError,
-    emulate::{
-        self, Board, EmulateError, Firmware,
-        real_time::{RealTime, Stage},
-    },
     flight,
-    mock_flash::MockFlash,
-    toolchain::Toolchain,
+    target::{
+        deadline::CommandError,
+        error::EmulateError,
+        firmware::{Board, Firmware, build_firmware},
+        mock_flash::MockFlash,
+        real_time::{RealTime, Stage},
+        toolchain::Toolchain,
+    },
 };
 use std::{fs, path::Path};
 
@@ -34,7 +35,7 @@ struct Probe {
 impl Probe {
     fn new() -> Option<Self> {
         let toolchain = toolchain()?;
-        let firmware = emulate::build_firmware(&toolchain, Board::Emulated).unwrap();
+        let firmware = build_firmware(&toolchain, Board::Emulated).unwrap();
         let directory = tempfile::tempdir().unwrap();
         fs::write(directory.path().join("flash.bin"), vec![0xFF; FLASH_BYTES]).unwrap();
         Some(Self { toolchain, firmware, directory })

@@ -6,7 +6,7 @@ use super::{
     received::Received,
 };
 use meerkat_mwd::telemetry::{Command, Outcome};
-use mwd::{attitude_csv::write_attitude_csv, emulate::real_time::RealTime};
+use mwd::{report::attitude_csv::write_attitude_csv, target::real_time::RealTime};
 use std::{fs, path::Path, process};
 
 fn replayed(arguments: &[&str]) -> String {

@@ -5,7 +5,7 @@ use super::{
     received::Received,
 };
 use meerkat_mwd::telemetry::StreamConfig;
-use mwd::emulate::real_time::RealTime;
+use mwd::target::real_time::RealTime;
 
 #[test]
 fn a_slow_line_costs_attitudes_and_no_result() {

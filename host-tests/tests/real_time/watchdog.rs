@@ -5,7 +5,7 @@ use super::{
     received::Received,
 };
 use meerkat_mwd::telemetry::ResetReason;
-use mwd::emulate::real_time::{RealTime, Stage};
+use mwd::target::real_time::{RealTime, Stage};
 
 #[test]
 fn a_hang_in_any_stage_resets_and_the_probe_goes_on() {

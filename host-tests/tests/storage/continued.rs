@@ -9,10 +9,9 @@ use meerkat_mwd::{
     storage::{StoreReason, StoredModel, fingerprint},
 };
 use mwd::{
-    configuration::of_trace,
-    known_error,
+    flight::configuration::of_trace,
     score::systematic_rate_error_rad_s,
-    simulate::{Scenario, simulate},
+    simulate::{Scenario, known_error, simulate},
     trace::Trace,
 };
 use rand_core::{Rng, SeedableRng};

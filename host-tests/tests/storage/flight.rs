@@ -8,7 +8,7 @@ use meerkat_mwd::{
     storage::{Implausible, Outcome, StabilityGate, StoreReason, StoredModel, fingerprint},
 };
 use mwd::{
-    configuration::of_trace,
+    flight::configuration::of_trace,
     simulate::{Scenario, simulate},
     trace::Trace,
 };

@@ -6,7 +6,7 @@ use meerkat_mwd::{
     compensation::{Effect, GyroModel, MAX_ACTIVE, effects::LIBRARY},
     storage::{Implausible, Limits, ModelStore, NotDrilling, Outcome, StorageError, StoredModel},
 };
-use mwd::mock_flash::MockFlash;
+use mwd::target::mock_flash::MockFlash;
 use rand_core::Rng;
 
 type ChipStore = Store<4, { 16 * KIB }>;

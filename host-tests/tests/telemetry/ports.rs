@@ -6,7 +6,7 @@ use crate::{
     played_probe::{self, Manner},
 };
 use meerkat_mwd::telemetry::{AttitudeFormat, Command, EarlierModel, Erasure};
-use mwd::{attitude_csv::write_attitude_csv, trace::Trace};
+use mwd::{report::attitude_csv::write_attitude_csv, trace::Trace};
 use std::{fs, path::Path, process};
 
 struct Said {

@@ -6,8 +6,8 @@ use meerkat_mwd::{
     telemetry::{AttitudeFormat, Boot, Message, RawSample},
 };
 use mwd::{
-    attitude_csv::write_attitude_csv,
-    record::{Progress, Recording},
+    port::recording::{Progress, Recording},
+    report::attitude_csv::write_attitude_csv,
 };
 use std::{fs, path::Path, process::Command};
 

@@ -1,7 +1,7 @@
 //! Traces that end before a window does.
 
 use meerkat_mwd::identification::Refusal;
-use mwd::{configuration::freeze_at_us, window_note::why_no_window};
+use mwd::{flight::configuration::freeze_at_us, report::window_note::why_no_window};
 
 use crate::rig::{Run, refusal, run};
 

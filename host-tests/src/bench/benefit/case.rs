@@ -7,23 +7,26 @@ use meerkat_mwd::{Config, Sample, SampleFlags, compensation::GyroModel};
 use nalgebra::Vector3;
 
 use super::{
+    HOLD_OUT,
     error_multiplied_in::drawn,
     least_over_shifts::{Window, error_deg, windows},
     middle,
     troubled::Trouble,
 };
 use crate::{
-    configuration::{freeze_at_us, of_trace},
-    flight::{Flight, fly},
-    known_error,
-    nees::{covariance, normalised, p_of},
-    recordings::name,
-    score::{RateTrack, seconds_since},
-    trace::Trace,
+    flight::{
+        Flight,
+        configuration::{freeze_at_us, of_trace},
+        fly,
+    },
+    score::{
+        RateTrack,
+        nees::{covariance, normalised, p_of},
+        seconds_since,
+    },
+    simulate::known_error,
+    trace::{Trace, recordings::name},
 };
-
-/// Share of a recording that is kept back for the scores.
-pub(super) const HOLD_OUT: f64 = 0.5;
 
 /// A median of fewer samples at rest is no bias.
 const REST_SAMPLES: usize = 50;

@@ -9,10 +9,11 @@ use meerkat_mwd::{
 use super::{Effort, each_seed, largest, mean, middle, number};
 use crate::{
     bench::{one_window::scenario, table::Table},
-    configuration::of_trace,
-    flight::fly,
-    nees::{covariance, normalised, p_of},
-    score::systematic_rate_error_rad_s,
+    flight::{configuration::of_trace, fly},
+    score::{
+        nees::{covariance, normalised, p_of},
+        systematic_rate_error_rad_s,
+    },
     simulate::simulate,
 };
 

@@ -2,8 +2,8 @@
 
 use meerkat_mwd::SampleFlags;
 
-use super::case::HOLD_OUT;
-use crate::{configuration::freeze_at_us, trace::Trace};
+use super::HOLD_OUT;
+use crate::{flight::configuration::freeze_at_us, trace::Trace};
 
 /// What is amiss.
 #[derive(Clone, Copy, Debug, PartialEq)]

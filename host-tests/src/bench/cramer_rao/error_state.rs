@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Matrix3x6, Rotation3, SMatrix, SVector, Vector3};
 const STATES: usize = 21;
 const THETA: usize = 3;
 /// Where c begins.
-pub(in crate::bench) const C: usize = 12;
+pub(crate) const C: usize = 12;
 const LOW: usize = 15;
 const WHITE: usize = 18;
 
@@ -14,7 +14,7 @@ const WHITE: usize = 18;
 const FREE_RAD: f64 = 10.0;
 
 /// Covariance of the error state. Attitude: true tool-to-earth rotation = estimated one times exp(error), tool axes.
-pub(in crate::bench) struct ErrorState<const N: usize = 1> {
+pub(crate) struct ErrorState<const N: usize = 1> {
     /// What is estimated of the error from each of N sets of readings; stays zero while every innovation is.
     estimate: SMatrix<f64, STATES, N>,
     /// Sums of the products of their innovations, whitened.

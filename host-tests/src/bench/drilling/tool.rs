@@ -6,7 +6,7 @@ use meerkat_mwd::{
 };
 
 use crate::{
-    configuration::of_trace,
+    flight::configuration::of_trace,
     simulate::{Effects, Gyro, Hole, Random, Rotation, Scenario, ShockSettings},
     trace::Trace,
 };

@@ -4,7 +4,7 @@ use meerkat_mwd::{compensation::effects::LIBRARY, diagnosis::Verdict};
 
 use super::trial::{DATA_S, diagnose, drilled};
 use crate::bench::{
-    Effort,
+    effort::Effort,
     seeds::each_seed,
     table::{Cell, Table},
 };

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     bench::{
-        Effort,
+        effort::Effort,
         seeds::each_seed,
         table::{Cell, Table},
     },

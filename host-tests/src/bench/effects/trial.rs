@@ -8,9 +8,7 @@ use meerkat_mwd::{
 
 use crate::{
     bench::one_window::scenario,
-    configuration::of_trace,
-    flight::{Flight, fly_with},
-    replay::settings,
+    flight::{Flight, configuration::of_trace, fly_with},
     score::{self, Reference},
     simulate::{Random, Scenario, simulate},
     trace::Trace,
@@ -106,7 +104,7 @@ pub(super) fn diagnose_and_score(
 }
 
 fn scored(trace: &Trace, config: &Config, flight: &Flight) -> Reference {
-    score::score(trace, flight, &settings(trace, config)).unwrap_or_default()
+    score::score(trace, flight, &score::Settings::of(trace, config)).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -5,9 +5,9 @@ use serde::Deserialize;
 
 use super::poisson::instants;
 use crate::simulate::{
+    limits::{check, within},
     random::Random,
     scenario::ScenarioError,
-    validation::{check, within},
 };
 
 /// Dropouts at random (Poisson) instants, each of one sensor drawn at random.

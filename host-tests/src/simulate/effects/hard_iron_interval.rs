@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::simulate::{
+    limits::{all_within, check, within},
     ramp::smooth_ramp,
     scenario::ScenarioError,
-    validation::{all_within, check, within},
 };
 
 /// Hard iron that comes and goes smoothly. Where intervals overlap, their offsets add.

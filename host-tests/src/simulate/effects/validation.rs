@@ -2,8 +2,8 @@
 
 use super::{Effects, HardIronInterval, MountRotation};
 use crate::simulate::{
+    limits::{all_within, check, within},
     scenario::ScenarioError,
-    validation::{all_within, check, within},
 };
 
 impl Effects {

@@ -1,0 +1,16 @@
+//! How far a long computation is.
+
+use std::io::{self, IsTerminal};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A bar on a terminal, nothing in a pipe.
+#[must_use]
+pub fn progress_bar(samples: usize) -> ProgressBar {
+    if !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {eta}").ok();
+    let bar = ProgressBar::new(samples as u64);
+    style.into_iter().fold(bar, ProgressBar::with_style)
+}
