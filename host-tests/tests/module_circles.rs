@@ -66,6 +66,20 @@ fn no_module_imports_what_imports_it() {
     }
 }
 
+/// In the host tool a folder is one subject, and the subjects stand one above the other.
+#[test]
+fn no_folder_of_the_host_tool_imports_what_imports_it() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut folders: BTreeMap<PathBuf, BTreeSet<PathBuf>> = BTreeMap::new();
+    let folder = |file: &PathBuf| file.iter().next().map(PathBuf::from).unwrap();
+    for (from, to) in arrows(&read_crate(&root.join("src"), "lib.rs")) {
+        let others = to.iter().map(folder).filter(|to| *to != folder(&from));
+        folders.entry(folder(&from)).or_default().extend(others);
+    }
+    let circles = circles(&folders);
+    assert!(circles.is_empty(), "folders import each other in a circle: {circles:#?}");
+}
+
 #[test]
 fn a_circle_is_found_through_a_door_and_through_a_path_without_use() {
     let sources = [

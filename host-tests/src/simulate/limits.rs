@@ -1,6 +1,6 @@
 //! Checks of a value in a scenario.
 
-use super::scenario::ScenarioError;
+use super::error::ScenarioError;
 
 /// The error of a field whose value is not `ok`.
 pub(super) fn check(ok: bool, field: &'static str, must_be: &'static str) -> Result<(), ScenarioError> {

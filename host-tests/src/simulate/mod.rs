@@ -6,6 +6,7 @@
 mod contamination;
 mod drilling;
 mod effects;
+mod error;
 mod interval;
 pub mod known_error;
 mod limits;
@@ -29,11 +30,11 @@ pub use contamination::{Contamination, Hits, contaminate};
 use drilling::Drilling;
 use effects::{Disturber, bias_step};
 pub use effects::{Dropouts, Effects, HardIronInterval, MagneticBursts, MountRotation};
+pub use error::ScenarioError;
 use interval::Interval;
 pub(crate) use random::Random;
 pub use scenario::{
-    Accelerometer, EarthSettings, Gyro, Hole, Magnetometer, Rotation, Scenario, ScenarioError, ShockSettings,
-    Vibration, Wobble,
+    Accelerometer, EarthSettings, Gyro, Hole, Magnetometer, Rotation, Scenario, ShockSettings, Vibration, Wobble,
 };
 use sensors::{Ideal, Sensors};
 pub use temperature::Temperature;

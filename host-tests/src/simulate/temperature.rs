@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use serde::Deserialize;
 
 use super::{
+    error::ScenarioError,
     limits::{check, within},
-    scenario::ScenarioError,
 };
 
 /// A steady change over the run and a slow swing on top; written to the trace's `temp_c` without noise.

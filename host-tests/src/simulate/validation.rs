@@ -1,8 +1,9 @@
 //! What a scenario's values may be.
 
 use super::{
+    error::ScenarioError,
     limits::{check, within},
-    scenario::{Scenario, ScenarioError},
+    scenario::Scenario,
     sensors::matrix,
     temperature::Temperature,
 };

@@ -5,9 +5,9 @@ use serde::Deserialize;
 
 use super::poisson::instants;
 use crate::simulate::{
+    error::ScenarioError,
     limits::{check, within},
     random::Random,
-    scenario::ScenarioError,
 };
 
 /// Dropouts at random (Poisson) instants, each of one sensor drawn at random.

@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::simulate::{
+    error::ScenarioError,
     limits::{all_within, check, within},
     ramp::smooth_ramp,
-    scenario::ScenarioError,
 };
 
 /// Hard iron that comes and goes smoothly. Where intervals overlap, their offsets add.

@@ -5,9 +5,9 @@ use serde::Deserialize;
 
 use super::poisson::instants;
 use crate::simulate::{
+    error::ScenarioError,
     limits::{check, within},
     random::Random,
-    scenario::ScenarioError,
 };
 
 /// Disturbances of the field at random (Poisson) instants: fixed in the earth, half a sine in time.

@@ -4,9 +4,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
 use crate::simulate::{
+    error::ScenarioError,
     limits::{all_within, check, within},
     ramp::smooth_ramp,
-    scenario::ScenarioError,
 };
 
 /// The gyro turns against the tool, smoothly, and stays so; the other sensors stay as they were.

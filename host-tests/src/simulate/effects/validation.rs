@@ -2,8 +2,8 @@
 
 use super::{Effects, HardIronInterval, MountRotation};
 use crate::simulate::{
+    error::ScenarioError,
     limits::{all_within, check, within},
-    scenario::ScenarioError,
 };
 
 impl Effects {

@@ -1,7 +1,6 @@
 //! What is drilled, with what sensors: the TOML file that `cargo mwd simulate` reads.
 
 mod earth;
-mod error;
 mod motion;
 mod sensors;
 mod shaking;
@@ -10,10 +9,9 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::{effects::Effects, temperature::Temperature};
+use super::{effects::Effects, error::ScenarioError, temperature::Temperature};
 
 pub use earth::EarthSettings;
-pub use error::ScenarioError;
 pub use motion::{Hole, Rotation, Wobble};
 pub use sensors::{Accelerometer, Gyro, Magnetometer};
 pub use shaking::{ShockSettings, Vibration};

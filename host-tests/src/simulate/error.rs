@@ -1,3 +1,5 @@
+//! Why a scenario cannot be simulated.
+
 use std::path::PathBuf;
 
 /// Why a scenario cannot be simulated.
