@@ -2,8 +2,6 @@
 //! there, or accepted and better than doing nothing.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-#[allow(dead_code)]
-#[path = "troubled_flight/rig.rs"]
 mod rig;
 
 use meerkat_mwd::{
@@ -15,7 +13,7 @@ use mwd::{
     flight::fly,
     simulate::{Contamination, contaminate},
 };
-use rig::{Dice, Run, flown, refusal, run, saturated};
+use rig::run::{Dice, Run, flown, refusal, run, saturated};
 
 /// A second passes before readings that stay the same are frozen ones: of 50 s the rest is lost.
 const SHARE_FROZEN: f32 = 0.97;

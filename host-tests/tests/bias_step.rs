@@ -1,7 +1,9 @@
 //! A shock that changes the gyro's bias: it is named with its time and its size, and the bias that flies follows it once.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use std::path::Path;
+mod rig;
+
+use rig::files;
 
 use meerkat_mwd::{
     Config,
@@ -19,10 +21,10 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 /// A shock that is read this hard stands out of the vibration, whose half seconds reach 15 to 25 m/s^2.
 const STANDS_OUT_M_S2: f32 = 60.0;
 
-const SCENARIOS: [&str; 2] = ["drilling_45deg.toml", "drilling_vertical.toml"];
+const SCENARIOS: [&str; 2] = ["drilling_45deg", "drilling_vertical"];
 
 fn scenario(name: &str, change: impl Fn(&mut Scenario)) -> Scenario {
-    let mut scenario = Scenario::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)).unwrap();
+    let mut scenario = files::scenario(name);
     change(&mut scenario);
     scenario.validate().unwrap();
     scenario
@@ -179,7 +181,7 @@ fn shocks_without_a_step_are_not_taken_for_one() {
 #[test]
 fn a_step_without_a_shock_is_not_named() {
     for seed in 0..3 {
-        let calm = scenario("drilling_45deg.toml", |scenario| {
+        let calm = scenario("drilling_45deg", |scenario| {
             scenario.duration_s = 125.0;
             scenario.effects.bias_step_deg_s = [0.3, -0.2, 0.3];
             scenario.effects.bias_step_after_s = 55.0;
@@ -205,7 +207,7 @@ fn a_second_step_is_told_from_the_first() {
             direction * between(0.25, 0.5)
         };
         let steps_deg_s = [draw(), draw()];
-        let scenario = scenario("drilling_45deg.toml", |scenario| {
+        let scenario = scenario("drilling_45deg", |scenario| {
             scenario.duration_s = 270.0;
             scenario.shocks.peak_g = [15.0, 20.0];
             scenario.shocks.per_minute = 6.0;

@@ -1,7 +1,9 @@
 //! The loop where something is missing: each run gets its verdict, names nothing that cannot be seen, and says what it could be as well.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use std::path::Path;
+mod rig;
+
+use rig::files::{FAST_ROTATION, recording};
 
 use meerkat_mwd::{SampleFlags, compensation::Sensor, diagnosis::Verdict};
 use mwd::{
@@ -128,8 +130,7 @@ fn a_reference_with_gaps_is_used_where_it_is() {
 /// Over half a second that is not there, within a segment, nothing says how the probe turned.
 #[test]
 fn nothing_is_predicted_over_a_gap_in_time() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
-    let whole = Trace::read(&path).unwrap();
+    let whole = recording(FAST_ROTATION);
     let mut cut = whole.clone();
     cut.samples.retain(|sample| !(2_000_000..2_500_000).contains(&(sample.t_us % 5_000_000)));
     let residual = |trace: &Trace| diagnosed(trace, &of_trace(trace), &Flight::default()).residual.gravity_deg;

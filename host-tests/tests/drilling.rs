@@ -1,7 +1,9 @@
 //! Simulated drilling with known truth, drawn off-centre at random: what one 50 s window is worth on the six minutes after it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use std::path::Path;
+mod rig;
+
+use rig::files::scenario;
 
 use meerkat_mwd::{
     Config,
@@ -19,10 +21,6 @@ use mwd::{
 const SEEDS: u64 = 20;
 /// One window: 10 s at rest, then drilling.
 const WINDOW_END_S: f64 = 50.0;
-
-fn scenario(name: &str) -> Scenario {
-    Scenario::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)).unwrap()
-}
 
 /// Frozen as soon as the result of the first window has taken effect.
 fn frozen_after_one_window(trace: &Trace) -> Config {
@@ -86,19 +84,19 @@ fn one_window_is_enough(name: &str, most_deg_s: f64) {
 
 #[test]
 fn one_window_of_vertical_drilling_is_enough() {
-    one_window_is_enough("drilling_vertical.toml", 0.045);
+    one_window_is_enough("drilling_vertical", 0.045);
 }
 
 #[test]
 fn one_window_of_drilling_at_45_deg_is_enough() {
-    one_window_is_enough("drilling_45deg.toml", 0.035);
+    one_window_is_enough("drilling_45deg", 0.035);
 }
 
 /// The search's own promise: within 1 % of the Levenberg-Marquardt optimum of the same cost in the evaluations that it is given, from
 /// every seed.
 #[test]
 fn imoa_reaches_the_optimum_of_levenberg_marquardt_in_the_evaluations_that_it_is_given() {
-    let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg.toml") };
+    let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg") };
     let (trace, _) = simulate(&scenario, 100);
     let cost = |optimizer: OptimizerKind, seed: u64| {
         let mut config = frozen_after_one_window(&trace);
@@ -127,7 +125,7 @@ fn a_gyro_that_changes_for_good_is_identified_anew() {
     const CHANGE_S: f64 = 120.0;
     let scale = nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(1.03, 0.98, 1.02_f32));
     for seed in 0..3 {
-        let (mut trace, truth) = simulate(&Scenario { duration_s: 330.0, ..scenario("drilling_45deg.toml") }, seed);
+        let (mut trace, truth) = simulate(&Scenario { duration_s: 330.0, ..scenario("drilling_45deg") }, seed);
         let changed = trace.samples.partition_point(|s| s.t_us < trace.first_us() + (CHANGE_S * 1e6) as u64);
         for sample in &mut trace.samples[changed..] {
             sample.gyro_rad_s = (scale * nalgebra::Vector3::from(sample.gyro_rad_s)).into();

@@ -3,6 +3,8 @@
 //! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod rig;
+
 use meerkat_mwd::{Config, Sample, SampleFlags, config::OptimizerKind, identification::WindowReport, probe::Output};
 use mwd::{
     flight::{self, configuration},
@@ -12,7 +14,7 @@ use mwd::{
         error::EmulateError,
         firmware::{Board, Firmware, build_firmware},
         image::{self, Image},
-        toolchain::{self, Toolchain},
+        toolchain::{self},
         wire,
     },
     trace::Trace,
@@ -20,22 +22,11 @@ use mwd::{
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
-use std::{io::Write, path::Path, process::Command, time::Duration};
+use rig::emulator::toolchain;
+use rig::files::scenario;
+use std::{process::Command, time::Duration};
 
 const MINUTE: Duration = Duration::from_secs(60);
-
-/// The toolchain, or `None` after the reason was printed.
-fn toolchain() -> Option<Toolchain> {
-    match toolchain::prepare() {
-        Ok(toolchain) => Some(toolchain),
-        Err(missing) if std::env::var_os("MWD_REQUIRE_EMULATOR").is_some_and(|v| v == "1") => panic!("{missing}"),
-        Err(missing) => {
-            // The runner keeps what the macros print to itself.
-            std::io::stderr().write_all(format!("SKIPPED: {missing}\n").as_bytes()).unwrap();
-            None
-        }
-    }
-}
 
 /// A tool that tumbles, with everything that can be wrong with a recording: gaps, missing and frozen sensors, clipped and
 /// non-finite readings, time that stands still or goes back.
@@ -137,8 +128,7 @@ fn an_unbroken_flight_over_a_window_is_bit_identical_on_host_and_chip() {
 #[test]
 fn every_optimizer_is_bit_identical_on_host_and_chip() {
     use OptimizerKind::{De, ImoaLiteral, Lm, Moa, Pso, Random};
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
-    let scenario = Scenario { duration_s: 56.0, ..Scenario::read(&path).unwrap() };
+    let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg") };
     let (trace, _) = simulate(&scenario, 100);
     for kind in [ImoaLiteral, Moa, Pso, De, Random, Lm] {
         let mut config = configuration::of_trace(&trace);

@@ -3,17 +3,15 @@
 //! these on the way, its square root, its averaging and its `f32` are what can differ.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
-#[path = "handheld/mod.rs"]
-#[allow(dead_code)]
-mod handheld;
+mod rig;
 
+use rig::files::{ATTACHED_MAGNET, FAST_ROTATION, recording};
 use std::{
     io::Write,
     path::{Path, PathBuf},
     process::{Command, Stdio},
 };
 
-use handheld::{GyroError, Kind, record};
 use meerkat_mwd::{
     Sample,
     estimator::{
@@ -24,6 +22,7 @@ use meerkat_mwd::{
 };
 use mwd::{flight::configuration::of_trace, simulate::known_error, trace::Trace};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
+use rig::handheld::{GyroError, Kind, record};
 use tempfile::TempDir;
 
 /// Unknowns of the second implementation: without a bias of the accelerometer, which has no width in motion by hand.
@@ -43,11 +42,6 @@ struct Second {
     rests: f32,
     /// Nodes whose field contradicted.
     left_out: f32,
-}
-
-fn bundled(name: &str) -> Trace {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
-    Trace::read(&folder.join(name).with_extension("csv.gz")).unwrap()
 }
 
 /// With its gyro off by so much of what a cheap one may be.
@@ -303,9 +297,9 @@ const ROUNDED: f64 = 5e-4;
 fn p_is_that_of_a_second_implementation_on_the_same_increments() {
     let (simulated, _) = record(Kind::Both, true, GyroError::Percent(0.05), 90.0, 2);
     let traces = [
-        ("fast rotation", bundled("broad_06_fast_rotation_110s")),
-        ("fast rotation, gyro off by up to 10 %", spoilt(bundled("broad_06_fast_rotation_110s"), 1.0)),
-        ("attached magnet, gyro off by up to 2 %", spoilt(bundled("broad_35_attached_magnet_63s"), 0.2)),
+        ("fast rotation", recording(FAST_ROTATION)),
+        ("fast rotation, gyro off by up to 10 %", spoilt(recording(FAST_ROTATION), 1.0)),
+        ("attached magnet, gyro off by up to 2 %", spoilt(recording(ATTACHED_MAGNET), 0.2)),
         ("simulated", simulated),
     ];
     for (name, trace) in traces {

@@ -1,8 +1,7 @@
 //! What is said of a residual whose cause is outside the library, and the page that says it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-#[path = "well_formed/mod.rs"]
-mod well_formed;
+mod rig;
 
 use std::{fs, process::Command};
 
@@ -17,8 +16,8 @@ use mwd::{
     flight::{configuration::of_trace, fly_with},
     simulate::{MountRotation, Scenario, Temperature, simulate},
 };
+use rig::page::unbalanced;
 use tempfile::TempDir;
-use well_formed::unbalanced;
 
 /// A library that lacks nearly everything.
 static HARD_IRON_ALONE: [&dyn Effect; 1] = [&HardIron];

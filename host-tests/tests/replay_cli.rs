@@ -1,24 +1,23 @@
 //! The command line as other programs use it: exit statuses, files, schema, and the same bytes twice.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-#[path = "well_formed/mod.rs"]
-mod well_formed;
+mod rig;
 
+use rig::{
+    files::{FAST_ROTATION, recording_path},
+    program::mwd,
+};
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::Output,
 };
 
 use meerkat_mwd::{Sample, SampleFlags};
 use mwd::trace::{Keys, Trace};
+use rig::page::unbalanced;
 use serde_json::Value;
 use tempfile::TempDir;
-use well_formed::unbalanced;
-
-fn mwd(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).output().unwrap()
-}
 
 fn error_of(arguments: &[&str], status: i32) -> String {
     let output = mwd(arguments);
@@ -184,7 +183,7 @@ fn page_of(trace: &Path, directory: &TempDir) -> (String, Value) {
 #[test]
 fn the_page_of_a_recording_tells_its_windows_and_its_scores() {
     let directory = TempDir::new().unwrap();
-    let recorded = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
+    let recorded = recording_path(FAST_ROTATION);
     let (page, json) = page_of(&recorded, &directory);
     let windows = json["identification"]["windows"].as_array().unwrap();
     assert!(windows.len() > 1);

@@ -1,6 +1,8 @@
 //! The windows and the final parameters of the JSON result.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
+mod rig;
+
 use meerkat_mwd::{
     Config,
     compensation::GyroModel,
@@ -25,17 +27,13 @@ fn report(start_s: u64, decision: Decision, fitted: GyroModel, flown: GyroModel)
         t_start_us: start_s * 1_000_000,
         t_end_us: (start_s + 50) * 1_000_000,
         t_effect_us: Some((start_s + 55) * 1_000_000),
-        decision,
         optimizer: OptimizerKind::Lm,
         evaluations: 123,
         cost_before: Some(0.1),
         cost_after: Some(f32::NAN),
-        cost_gained_by_search: None,
         fitted,
-        bias_only: GyroModel::IDENTITY,
         flown,
         sigma: [start_s as f32; 12],
-        p_covariance: [[0.0; 15]; 3],
         observable: [true; 12],
         rank: 12,
         rest_s: 1.5,
@@ -44,6 +42,7 @@ fn report(start_s: u64, decision: Decision, fitted: GyroModel, flown: GyroModel)
         innovation_nis: 1.125,
         deg_per_turn: 0.5,
         widths: [1.0, 0.25, 3.0],
+        ..rig::report::report(decision)
     }
 }
 

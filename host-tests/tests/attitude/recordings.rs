@@ -5,6 +5,7 @@ use meerkat_mwd::{
     attitude::{AttitudeFilter, AttitudeFlags},
     config::{AttitudeConfig, Earth},
 };
+use mwd::trace::recordings;
 use nalgebra::{Quaternion, Vector3};
 use std::{
     collections::HashMap,
@@ -22,13 +23,9 @@ struct Score {
 }
 
 fn bundled() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
-    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
-    let mut paths: Vec<_> =
-        entries.map(|e| e.unwrap().path()).filter(|p| p.to_string_lossy().ends_with(".csv.gz")).collect();
+    let mut paths = recordings::bundled().unwrap();
     // The filter alone believes a magnet on the body; what the probe makes of one is in `tests/magnet`.
     paths.retain(|p| !p.to_string_lossy().contains("magnet"));
-    paths.sort();
     paths
 }
 

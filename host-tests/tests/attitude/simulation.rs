@@ -1,7 +1,8 @@
 //! A probe whose true motion is known, and what its sensors read, in double precision.
 
+use crate::rig::rotation::{angles_and_sigmas, rotation};
 use meerkat_mwd::attitude::{Attitude, AttitudeFilter, AttitudeFlags};
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -95,8 +96,7 @@ impl Truth {
 
     /// Angle between the true vertical and the estimated one.
     pub fn tilt_error_rad(&self, attitude: &Attitude) -> f64 {
-        let [w, x, y, z] = attitude.q.map(f64::from);
-        let estimate = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let estimate = rotation(attitude.q.map(f64::from));
         (estimate.inverse() * Vector3::z()).angle(&(self.q.inverse() * Vector3::z()))
     }
 }
@@ -122,15 +122,6 @@ pub fn feed(
 
 /// Whether every number of an attitude is finite and its quaternion a rotation.
 pub fn sound(a: &Attitude) -> bool {
-    let numbers = [
-        a.inclination_rad,
-        a.azimuth_rad,
-        a.gravity_toolface_rad,
-        a.magnetic_toolface_rad,
-        a.sigma_inclination_rad,
-        a.sigma_azimuth_rad,
-        a.sigma_toolface_rad,
-    ];
     let norm: f32 = a.q.iter().map(|x| x * x).sum();
-    numbers.iter().all(|x| x.is_finite() && *x >= 0.0) && (norm - 1.0).abs() < 1e-5
+    angles_and_sigmas(a).iter().all(|x| x.is_finite() && *x >= 0.0) && (norm - 1.0).abs() < 1e-5
 }

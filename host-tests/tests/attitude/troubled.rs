@@ -13,9 +13,9 @@ use mwd::{
     simulate::{Hole, Rotation, Scenario, simulate},
     trace::Trace,
 };
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::simulation::sound;
+use crate::{rig::rotation::rotation, simulation::sound};
 
 /// A flight of a probe whose gyro is calibrated and whose delays are known, at 45 deg and 30 rpm after 20 s of rest.
 pub struct Flown {
@@ -112,10 +112,6 @@ impl Flown {
         let index = self.trace.samples.partition_point(|s| s.t_us < t_us);
         rotation(self.trace.reference[index].unwrap())
     }
-}
-
-pub fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }
 
 pub fn troubled(a: &Attitude) -> bool {

@@ -2,6 +2,7 @@
 //!
 //! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
 
+use crate::rig::emulator::toolchain;
 use mwd::{
     bench::one_window,
     flight::{
@@ -12,7 +13,7 @@ use mwd::{
     target::{
         emulate::{Feed, fly_emulated},
         machine::build_program,
-        toolchain::{self, Toolchain},
+        toolchain::Toolchain,
     },
 };
 use std::{
@@ -22,18 +23,6 @@ use std::{
     process::{Command, Stdio},
     time::Duration,
 };
-
-/// The toolchain, or `None` after the reason was printed.
-fn toolchain() -> Option<Toolchain> {
-    match toolchain::prepare() {
-        Ok(toolchain) => Some(toolchain),
-        Err(missing) if std::env::var_os("MWD_REQUIRE_EMULATOR").is_some_and(|v| v == "1") => panic!("{missing}"),
-        Err(missing) => {
-            std::io::stderr().write_all(format!("SKIPPED: {missing}\n").as_bytes()).unwrap();
-            None
-        }
-    }
-}
 
 #[test]
 fn a_flight_through_adapters_on_models_is_the_same_to_the_bit_on_host_and_chip() {

@@ -1,6 +1,8 @@
 //! Every bus fault survived: each kind at every transaction of two seconds, no panic, no wrong sample unflagged.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../rig/mod.rs"]
+mod rig;
 mod checked;
 mod emulated;
 mod mocked;

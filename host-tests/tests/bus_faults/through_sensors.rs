@@ -1,5 +1,6 @@
 //! The same recording through the register models and directly.
 
+use crate::rig::files::{ATTACHED_MAGNET, FAST_ROTATION, recording};
 use meerkat_mwd::SampleFlags;
 use mwd::{
     bench::one_window,
@@ -10,13 +11,11 @@ use mwd::{
     simulate::simulate,
     trace::Trace,
 };
-use std::path::Path;
 
 /// Motion by hand, with a magnetometer whose readings come with every sample.
 #[test]
 fn a_recording_through_the_models_has_the_same_attitude_within_the_quantisation_bound() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
-    let trace = Trace::read(&path).unwrap();
+    let trace = recording(FAST_ROTATION);
     within_the_bound(&trace, 200);
 }
 
@@ -47,8 +46,7 @@ fn and_so_has_a_vertical_hole_while_both_decide_the_same() {
 /// A recorder that notes its accelerometer with every sixth sample, which no part with a FIFO does: the model converts what lies between.
 #[test]
 fn a_recording_that_lacks_readings_loses_none_of_the_others() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_35_attached_magnet_63s.csv.gz");
-    let trace = Trace::read(&path).unwrap();
+    let trace = recording(ATTACHED_MAGNET);
     let lacking = trace.samples.iter().filter(|sample| sample.flags.contains(SampleFlags::ACCEL_MISSING)).count();
     assert!(lacking * 2 > trace.samples.len());
     within_the_bound(&trace, 200);

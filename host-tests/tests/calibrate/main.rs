@@ -2,6 +2,8 @@
 //! determine is refused by name.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+#[path = "../rig/mod.rs"]
+mod rig;
 mod bad_input;
 mod recorded;
 mod recovery;

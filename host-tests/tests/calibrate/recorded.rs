@@ -1,6 +1,6 @@
 //! Two real, uncalibrated MPU-9150 (see `traces/README.md`).
 
-use std::path::Path;
+use crate::rig::files::recording;
 
 use meerkat_mwd::identification::Decision;
 use mwd::{
@@ -10,10 +10,6 @@ use mwd::{
     trace::Trace,
 };
 
-fn trace(name: &str) -> Trace {
-    Trace::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("traces").join(name)).unwrap()
-}
-
 fn calibrated(trace: &Trace, hold_out: Option<f64>) -> Calibration {
     let found = calibrate(std::slice::from_ref(trace), None, hold_out).unwrap();
     assert_eq!(found.accel.as_ref().unwrap().verdict, Verdict::Calibrated);
@@ -22,8 +18,8 @@ fn calibrated(trace: &Trace, hold_out: Option<f64>) -> Calibration {
 
 #[test]
 fn the_norm_at_rests_that_were_held_out_is_gravity() {
-    for name in ["multipos_mpu9150_imu0.csv.gz", "multipos_mpu9150_imu1.csv.gz"] {
-        let trace = trace(name);
+    for name in ["multipos_mpu9150_imu0", "multipos_mpu9150_imu1"] {
+        let trace = recording(name);
         let check = calibrated(&trace, None).accel.unwrap().held_out.unwrap();
         assert!(check.before > 0.15 && check.after < 0.0005 * 9.80665, "{name}: {check:?}");
         let later = calibrated(&trace, Some(0.35)).later.unwrap();
@@ -33,8 +29,8 @@ fn the_norm_at_rests_that_were_held_out_is_gravity() {
 
 #[test]
 fn half_of_the_orientations_are_refused() {
-    for name in ["multipos_mpu9150_imu0.csv.gz", "multipos_mpu9150_imu1.csv.gz"] {
-        let found = calibrate(&[trace(name)], None, Some(0.5)).unwrap();
+    for name in ["multipos_mpu9150_imu0", "multipos_mpu9150_imu1"] {
+        let found = calibrate(&[recording(name)], None, Some(0.5)).unwrap();
         let accel = found.accel.as_ref().unwrap();
         assert!(matches!(accel.verdict, Verdict::Kept(_)), "{name}: the z axis has not been down: {:?}", accel.verdict);
         assert!(record::text(&found).is_none());
@@ -43,7 +39,7 @@ fn half_of_the_orientations_are_refused() {
 
 /// Gravity carried to held-out rests, degrees rms with the bias only, with what was fitted last and with what flies; and whether a P was accepted.
 fn carried_deg(name: &str, with_record: bool) -> ([f64; 3], bool) {
-    let trace = trace(name);
+    let trace = recording(name);
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("factory.toml");
     record::write(&calibrated(&trace, Some(0.35)), &file).unwrap();
@@ -57,7 +53,7 @@ fn carried_deg(name: &str, with_record: bool) -> ([f64; 3], bool) {
 
 #[test]
 fn gravity_carried_to_held_out_rests_is_nearer_with_the_record_and_no_p_flies_without_a_magnetometer() {
-    for name in ["multipos_mpu9150_imu0.csv.gz", "multipos_mpu9150_imu1.csv.gz"] {
+    for name in ["multipos_mpu9150_imu0", "multipos_mpu9150_imu1"] {
         let ([before, ..], _) = carried_deg(name, false);
         let ([bias_only, fitted, flown], accepted) = carried_deg(name, true);
         println!(

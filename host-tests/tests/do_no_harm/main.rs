@@ -1,13 +1,12 @@
 //! What is flown is never worse than the factory's P with the bias alone, and better where P is wrong by percents.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop, missing_docs)]
 
-#[path = "../handheld/mod.rs"]
-mod handheld;
+#[path = "../rig/mod.rs"]
+mod rig;
 mod played;
 mod recordings;
 mod study;
 
-use handheld::{GyroError, KINDS};
 use meerkat_mwd::{config::OptimizerKind, identification::Decision};
 use mwd::{
     commands::main_job::recording,
@@ -17,6 +16,7 @@ use mwd::{
     trace::Trace,
 };
 use played::{play, play_against_reference};
+use rig::handheld::{self, GyroError, KINDS};
 
 const OPTIMIZERS: [OptimizerKind; 3] = [OptimizerKind::Imoa, OptimizerKind::Lm, OptimizerKind::Ls];
 

@@ -1,8 +1,8 @@
 //! How what flies could be fooled: tables over many simulated recordings, and over a folder of real ones. Slow; run by hand.
 
 use crate::{
-    handheld::{self, GyroError, KINDS, Kind},
     played::{Played, play},
+    rig::handheld::{self, GyroError, KINDS, Kind},
 };
 use meerkat_mwd::config::OptimizerKind;
 use mwd::{

@@ -1,6 +1,6 @@
 //! Runs with a known magnetic truth.
 
-use crate::handheld::Random;
+use crate::rig::handheld::Random;
 use meerkat_mwd::{
     Config, Probe,
     attitude::AttitudeFlags,

@@ -1,4 +1,4 @@
-use std::path::Path;
+use crate::rig::files::scenario;
 
 use super::searches::SEEDS;
 use meerkat_mwd::config::OptimizerKind;
@@ -11,8 +11,7 @@ use mwd::{
 #[test]
 fn on_a_windows_cost_levenberg_marquardt_is_best_and_imoa_the_best_without_derivatives() {
     const BUDGETS: [u32; 7] = [50, 100, 150, 200, 300, 500, 1_000];
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
-    let scenario = Scenario { duration_s: 56.0, ..Scenario::read(&path).unwrap() };
+    let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg") };
     let (trace, _) = simulate(&scenario, 100);
     let search = |kind: OptimizerKind, budget: u32, seed: u64| {
         let mut config = of_trace(&trace);

@@ -1,6 +1,6 @@
 //! The image of every board: where its chip starts, and within its chip's memory.
 
-use super::drilling::toolchain;
+use crate::rig::emulator::toolchain;
 use mwd::target::{
     firmware::{Board, Firmware, build_firmware},
     image::{self, Image},

@@ -1,9 +1,10 @@
 //! Every sample is processed once and in time, while identification and diagnosis run; and gives what it gives on the host.
 
 use super::{
-    drilling::{LIMIT, drilling, everything, missing_of_the_host, toolchain},
+    drilling::{LIMIT, drilling, everything, missing_of_the_host},
     received::Received,
 };
+use crate::rig::emulator::toolchain;
 use meerkat_mwd::Sample;
 use mwd::target::{
     image,

@@ -1,6 +1,7 @@
 //! A probe that goes on in the emulator while hosts come and go on the socket of its serial line.
 
-use super::drilling::{PERIOD_US, toolchain};
+use super::drilling::PERIOD_US;
+use crate::rig::{emulator::toolchain, files::scenario};
 use meerkat_mwd::{
     Config, Sample,
     identification::WindowReport,
@@ -40,12 +41,11 @@ const FLASH_BYTES: usize = 3 * 16 * 1024;
 
 /// A configuration, and the samples of a run that drills from 10 s on and stands still from `stop_s` on for `rest_s` at least.
 pub fn drilled(stop_s: f64, rest_s: f64, seed: u64) -> (Config, Vec<Sample>) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
     let scenario = Scenario {
         duration_s: stop_s + 60.0,
         stop_s: Some(stop_s),
         sample_period_us: PERIOD_US as u32,
-        ..Scenario::read(&path).unwrap()
+        ..scenario("drilling_45deg")
     };
     let (trace, _) = simulate(&scenario, seed);
     // At rest any minute is as good as another.

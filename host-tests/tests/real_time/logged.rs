@@ -1,6 +1,7 @@
 //! What the probe logs, as the tools on a board decode it.
 
-use super::drilling::{LIMIT, drilling, everything, toolchain};
+use super::drilling::{LIMIT, drilling, everything};
+use crate::rig::emulator::toolchain;
 use defmt_decoder::{DecodeError, Table};
 use mwd::target::{
     firmware::{Board, build_firmware},

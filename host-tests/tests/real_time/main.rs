@@ -3,6 +3,8 @@
 //! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../rig/mod.rs"]
+mod rig;
 mod boards;
 mod commands;
 mod drilling;

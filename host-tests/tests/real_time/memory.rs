@@ -1,9 +1,10 @@
 //! Stored models, end to end: a file is the flash, and the power is cut while it is written.
 
 use super::{
-    drilling::{LIMIT, drilling, everything, missing_of, toolchain},
+    drilling::{LIMIT, drilling, everything, missing_of},
     received::Received,
 };
+use crate::rig::emulator::toolchain;
 use meerkat_mwd::{
     compensation::effects::LIBRARY,
     storage::{Limits, ModelStore, Outcome},

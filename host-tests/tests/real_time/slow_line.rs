@@ -1,9 +1,10 @@
 //! On a line that is too slow attitudes go, and are counted; results do not.
 
 use super::{
-    drilling::{LIMIT, drilling, everything, toolchain},
+    drilling::{LIMIT, drilling, everything},
     received::Received,
 };
+use crate::rig::emulator::toolchain;
 use meerkat_mwd::telemetry::StreamConfig;
 use mwd::target::real_time::RealTime;
 

@@ -1,9 +1,10 @@
 //! A stage that does not come to its end is noticed, and the probe starts anew and says so.
 
 use super::{
-    drilling::{LIMIT, PERIOD_US, drilling, everything, toolchain},
+    drilling::{LIMIT, PERIOD_US, drilling, everything},
     received::Received,
 };
+use crate::rig::emulator::toolchain;
 use meerkat_mwd::telemetry::ResetReason;
 use mwd::target::real_time::{RealTime, Stage};
 

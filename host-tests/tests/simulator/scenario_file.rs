@@ -1,4 +1,4 @@
-use super::rig::attitude;
+use super::ideal::attitude;
 use mwd::{
     commands::simulate::SimulateArgs,
     simulate::{Scenario, ScenarioError, simulate},

@@ -1,6 +1,7 @@
 //! A probe starts where it ended: what a filter that goes on is worth to the next run, beside the stored model alone and beside nothing.
 
 use super::flight::probe;
+use crate::rig::files::{FAST_ROTATION, recording, scenario};
 use meerkat_mwd::{
     Config, Probe,
     compensation::GyroModel,
@@ -16,7 +17,6 @@ use mwd::{
 };
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
-use std::path::Path;
 
 /// When the second run is looked at, seconds: it moves from 10 s on.
 const AT_S: [u64; 3] = [20, 35, 50];
@@ -125,10 +125,9 @@ fn normal(generator: &mut Xoshiro128PlusPlus) -> f64 {
 /// Rate errors of the second run, deg/s, where each element of P has changed by `shock` (1 sigma) in between; the bias is always another one,
 /// and so is the hard iron where `errs` has the vector sensors err by what data sheets allow. `moves_otherwise`: in another hole, thrice as fast.
 fn drilled(shock: f64, errs: bool, moves_otherwise: bool) -> [Vec<[f64; AT_S.len()]>; 3] {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
     let mut tables = [const { Vec::new() }; 3];
     for seed in 0..12 {
-        let mut first = Scenario { duration_s: LONG_S, ..Scenario::read(&path).unwrap() };
+        let mut first = Scenario { duration_s: LONG_S, ..scenario("drilling_45deg") };
         let mut dice = Xoshiro128PlusPlus::seed_from_u64(seed);
         if errs {
             let effects = &mut first.effects;
@@ -214,8 +213,7 @@ fn a_gyro_that_has_changed_by_a_percent_in_between_is_found_again() {
 /// The same recording twice, with another error multiplied in each time.
 #[test]
 fn a_recorded_sensor_starts_where_it_ended() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
-    let recorded = Trace::read(&path).unwrap();
+    let recorded = recording(FAST_ROTATION);
     for changed in [0.0, 0.01] {
         let mut tables = [const { Vec::new() }; 3];
         for seed in 0..10 {

@@ -1,6 +1,7 @@
 //! From a flight into the flash and back into a flight.
 
 use super::models::{Chip, Dice, limits, open, prepare};
+use crate::rig::files::scenario;
 use meerkat_mwd::{
     Config, Probe,
     compensation::{GyroModel, effects::LIBRARY},
@@ -13,14 +14,12 @@ use mwd::{
     trace::Trace,
 };
 use nalgebra::Vector3;
-use std::path::Path;
 
 /// The probe is at rest until then.
 const FIRST_MOTION_US: u64 = 10_000_000;
 
 pub fn drilling(duration_s: f64, seed: u64) -> (Trace, Config) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
-    let (trace, _) = simulate(&Scenario { duration_s, ..Scenario::read(&path).unwrap() }, seed);
+    let (trace, _) = simulate(&Scenario { duration_s, ..scenario("drilling_45deg") }, seed);
     let config = of_trace(&trace);
     (trace, config)
 }

@@ -1,10 +1,10 @@
 //! What a command can accept or roll back to.
 
 use super::models::{Dice, Small, Store, open, prepare};
+use crate::rig;
 use meerkat_mwd::{
     Config,
     compensation::{GyroModel, effects::LIBRARY},
-    config::OptimizerKind,
     identification::{Decision, Refusal, WindowReport},
     storage::{ModelHistory, Outcome, StoreReason, StoredModel},
 };
@@ -59,28 +59,15 @@ fn a_cut_in_a_roll_back_leaves_one_of_the_two_models() {
 
 fn report(t_end_us: u64, decision: Decision, fitted: GyroModel) -> WindowReport {
     WindowReport {
-        t_start_us: 0,
         t_end_us,
         t_effect_us: Some(t_end_us),
-        decision,
-        optimizer: OptimizerKind::Imoa,
-        evaluations: 0,
-        cost_before: None,
-        cost_after: None,
-        cost_gained_by_search: None,
         fitted,
         bias_only: fitted,
         flown: fitted,
         sigma: [0.001; 12],
-        p_covariance: [[0.0; 15]; 3],
         observable: [true; 12],
         rank: 12,
-        rest_s: 0.0,
-        motion_s: 0.0,
-        directions_decided: 0,
-        innovation_nis: 1.0,
-        deg_per_turn: 0.0,
-        widths: [1.0; 3],
+        ..rig::report::report(decision)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the probe computed can be computed again, to the last bit, from what it sent.
 
-use crate::flown;
+use crate::{flown, rig::program::mwd};
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
     telemetry::{AttitudeFormat, Boot, Message, RawSample},
@@ -9,11 +9,7 @@ use mwd::{
     port::recording::{Progress, Recording},
     report::attitude_csv::write_attitude_csv,
 };
-use std::{fs, path::Path, process::Command};
-
-fn mwd(arguments: &[&str]) -> std::process::Output {
-    Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).output().unwrap()
-}
+use std::{fs, path::Path};
 
 /// Records the bytes of a line, replays the trace, and compares attitude files.
 fn recorded_and_replayed(config: &Config, samples: &[Sample]) {

@@ -10,7 +10,7 @@ use mwd::trace::Trace;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::rig::{Dice, run, saturated};
+use crate::rig::run::{Dice, run, saturated};
 
 struct Replayed {
     output: Output,

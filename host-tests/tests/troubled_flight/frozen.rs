@@ -3,7 +3,10 @@
 use meerkat_mwd::{Sample, attitude::AttitudeFlags, identification::Refusal};
 use mwd::simulate::Scenario;
 
-use crate::rig::{Run, accepted, flagged, of_scenario, refusal, run, scenario, within};
+use crate::rig::{
+    files::scenario,
+    run::{Run, accepted, flagged, of_scenario, refusal, run, within},
+};
 
 const GYRO: usize = 0;
 const ACCEL: usize = 1;

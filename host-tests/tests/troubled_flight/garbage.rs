@@ -8,7 +8,7 @@ use meerkat_mwd::{
 };
 use proptest::{collection::vec, option, prelude::*};
 
-use crate::rig::{Run, run, sound_output, sound_report};
+use crate::rig::run::{Run, run, sound_output, sound_report};
 
 static BASE: LazyLock<Run> = LazyLock::new(|| run(80.0, 3));
 

@@ -3,7 +3,7 @@
 use meerkat_mwd::{Config, Probe, identification::Refusal};
 use mwd::flight::Flight;
 
-use crate::rig::{Run, refusal, run as flown, sound};
+use crate::rig::run::{Run, refusal, run as flown, sound};
 
 /// A run in which only windows are identified: what their work is sliced into is counted here.
 fn run(duration_s: f64, seed: u64) -> Run {

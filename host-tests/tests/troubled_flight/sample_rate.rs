@@ -2,11 +2,14 @@
 
 use mwd::{flight::fly, simulate::Scenario};
 
-use crate::rig::{Run, of_scenario, scenario};
+use crate::rig::{
+    files::scenario,
+    run::{Run, of_scenario},
+};
 
 /// One window and its latency.
 fn sampled(sample_period_us: u32, seed: u64) -> Run {
-    let mut scenario = Scenario { duration_s: 56.0, sample_period_us, ..scenario("drilling_45deg.toml") };
+    let mut scenario = Scenario { duration_s: 56.0, sample_period_us, ..scenario("drilling_45deg") };
     if sample_period_us > 20_000 {
         // Below half the sample rate.
         scenario.vibration.angular_band_hz = [2.0, 8.0];

@@ -3,7 +3,7 @@
 use meerkat_mwd::identification::Refusal;
 use mwd::{flight::configuration::freeze_at_us, report::window_note::why_no_window};
 
-use crate::rig::{Run, refusal, run};
+use crate::rig::run::{Run, refusal, run};
 
 fn held_out(mut run: Run, fraction: f64) -> Run {
     run.config.freeze_at_us = Some(freeze_at_us(&run.trace, fraction));

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{Probe, Sample, attitude::AttitudeFlags, identification::Refusal};
 
-use crate::rig::{flagged, flown, refusal, run, sound, within};
+use crate::rig::run::{flagged, flown, refusal, run, sound, within};
 use mwd::flight::Flight;
 
 fn shifted(samples: &[Sample], by_us: u64) -> Vec<Sample> {

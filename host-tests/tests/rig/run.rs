@@ -1,10 +1,12 @@
 //! A drilling run with known truth, ways to trouble it, and what has to hold of every flight.
 
-use std::path::Path;
-
+use super::{
+    files::scenario,
+    rotation::{angles_and_sigmas, rotation},
+};
 use meerkat_mwd::{
     Config, Sample,
-    attitude::{Attitude, AttitudeFlags},
+    attitude::AttitudeFlags,
     identification::{Decision, Refusal, WindowReport},
     probe::Output,
 };
@@ -14,7 +16,7 @@ use mwd::{
     simulate::{Scenario, Truth, simulate},
     trace::Trace,
 };
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -28,13 +30,9 @@ pub struct Run {
     pub config: Config,
 }
 
-pub fn scenario(name: &str) -> Scenario {
-    Scenario::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)).unwrap()
-}
-
 /// 100 Hz, 10 s at rest, then drilling.
 pub fn run(duration_s: f64, seed: u64) -> Run {
-    of_scenario(&Scenario { duration_s, ..scenario("drilling_45deg.toml") }, seed)
+    of_scenario(&Scenario { duration_s, ..scenario("drilling_45deg") }, seed)
 }
 
 pub fn of_scenario(scenario: &Scenario, seed: u64) -> Run {
@@ -132,10 +130,6 @@ pub fn within(flight: &Flight, from_s: f64, to_s: f64) -> impl Iterator<Item = &
     flight.outputs.iter().filter(move |o| (from_s..to_s).contains(&(o.t_us as f64 * 1e-6)))
 }
 
-fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
-}
-
 /// Flies any samples; every number is finite, every sample is counted.
 pub fn flown(config: &Config, samples: &[Sample]) -> Flight {
     let flight = fly(config, samples, |_| {}).unwrap();
@@ -159,20 +153,8 @@ pub fn sound_output(output: &Output) {
     if let Some(attitude) = &output.attitude {
         let norm = libm::sqrtf(attitude.q.iter().map(|x| x * x).sum());
         assert!((norm - 1.0).abs() < 1e-3, "{output:?}");
-        assert!(numbers(attitude).iter().all(|x| x.is_finite()), "{output:?}");
+        assert!(angles_and_sigmas(attitude).iter().all(|x| x.is_finite()), "{output:?}");
     }
-}
-
-fn numbers(a: &Attitude) -> [f32; 7] {
-    [
-        a.inclination_rad,
-        a.azimuth_rad,
-        a.gravity_toolface_rad,
-        a.magnetic_toolface_rad,
-        a.sigma_inclination_rad,
-        a.sigma_azimuth_rad,
-        a.sigma_toolface_rad,
-    ]
 }
 
 pub fn sound_report(report: &WindowReport) {

@@ -1,21 +1,16 @@
 //! Scenarios without some of their errors, and what is read of their traces.
 
-use std::path::{Path, PathBuf};
-
+use crate::rig::{files::scenario, rotation::rotation};
 use mwd::{
     simulate::{Scenario, ShockSettings, Vibration, Wobble},
     trace::Trace,
 };
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 pub const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-pub fn scenario_file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)
-}
-
 pub fn files() -> [Scenario; 2] {
-    ["drilling_vertical.toml", "drilling_45deg.toml"].map(|name| Scenario::read(&scenario_file(name)).unwrap())
+    ["drilling_vertical", "drilling_45deg"].map(scenario)
 }
 
 /// A perfect gyro, accelerometer and magnetometer.
@@ -46,8 +41,7 @@ pub fn smooth(scenario: Scenario) -> Scenario {
 }
 
 pub fn attitude(trace: &Trace, i: usize) -> UnitQuaternion<f64> {
-    let [w, x, y, z] = trace.reference[i].unwrap();
-    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
+    rotation(trace.reference[i].unwrap())
 }
 
 pub fn vector(v: [f32; 3]) -> Vector3<f64> {
