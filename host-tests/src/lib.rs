@@ -1,4 +1,4 @@
-//! What stands around `meerkat-mwd` on a desk: traces in, results and scores out.
+//! What surrounds `meerkat-mwd` on a desk: commands, traces, simulation, scores, reports, the emulated chip.
 
 pub mod bench;
 pub mod bus_faults;

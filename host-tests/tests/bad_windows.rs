@@ -1,5 +1,5 @@
-//! One window of simulated drilling with a sensor, the clock or the configuration wrong for all of it: refused for the reason that is
-//! there, or accepted and better than doing nothing.
+//! One window of simulated drilling with a sensor, the clock or the configuration wrong for all of it:
+//! refused for the reason that is there, or accepted and better than doing nothing.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod rig;
@@ -99,7 +99,8 @@ fn a_gyro_that_reads_one_rate_is_unusable() {
     }
 }
 
-/// A dead gyro with noise is not frozen: it reads that the tool stands still while field and gravity turn, so that no P is right.
+/// A dead gyro with noise is not frozen: it reads that the tool stands still while field and gravity turn, so
+/// that no P is right.
 #[test]
 fn a_gyro_of_noise_alone_gives_no_p() {
     refused(
@@ -152,7 +153,8 @@ fn a_magnetometer_without_a_field_harms_nothing() {
     harmless(|run| run.with(|_, s| s.mag_ut = [f32::NAN; 3]));
 }
 
-/// Clamped by a magnet it reads a hard iron and noise: no vector of the earth, so P comes from gravity or not at all.
+/// Clamped by a magnet it reads a hard iron and noise: no vector of the earth, so P comes from gravity or not
+/// at all.
 #[test]
 fn a_magnetometer_of_one_reading_and_noise_harms_nothing() {
     harmless(|run| {
@@ -216,8 +218,8 @@ fn gaps_bend_no_window() {
     }
 }
 
-/// A prior that knows P to be the factory's holds it there; one that knows nothing leaves it to the window; sigmas beyond what can be a
-/// part's are no prior, and are refused by name.
+/// A prior that knows P to be the factory's holds it there; one that knows nothing leaves it to the window;
+/// sigmas beyond what can be a part's are no prior, and are refused by name.
 #[test]
 fn prior_sigmas_of_any_size_are_believed_or_refused() {
     for run in runs() {

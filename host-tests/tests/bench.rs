@@ -56,8 +56,8 @@ fn no_estimate_beats_the_cramer_rao_bound() {
     }
 }
 
-/// An estimate drawn from the bound has, on the mean, the error that the bound states: the map from covariance to rate error is
-/// the scorer's.
+/// An estimate drawn from the bound has, on the mean, the error that the bound states: the map from
+/// covariance to rate error is the scorer's.
 #[test]
 fn the_bound_in_deg_s_is_what_the_scorer_finds_of_estimates_at_the_bound() {
     let run = Run::simulate(&drilling("drilling_45deg"), 3).unwrap();
@@ -109,7 +109,8 @@ fn the_bound_rises_with_every_noise() {
     assert!(bound(|s| s.gyro.bias_walk_deg_s_rts *= 20.0) > 1.2 * base);
 }
 
-/// The paper's question, in one run: the gyro alone for six minutes. One window takes nearly all of the raw gyro's drift away.
+/// The paper's question, in one run: the gyro alone for six minutes. One window takes nearly all of the raw
+/// gyro's drift away.
 #[test]
 fn one_window_keeps_inclination_for_six_minutes() {
     let mut drilling = scenario("drilling_45deg").unwrap();
@@ -224,7 +225,8 @@ fn the_json_goes_nowhere_where_it_cannot_be_written() {
     assert!(String::from_utf8(refused.stderr).unwrap().contains("/nonexistent/bench.json"));
 }
 
-/// Where the emulator is missing and may not be installed, the exit status says that something is needed, and what.
+/// Where the emulator is missing and may not be installed, the exit status says that something is needed, and
+/// what.
 #[test]
 fn without_an_emulator_the_cost_on_the_chip_is_not_made_up() {
     let nothing = TempDir::new().unwrap();

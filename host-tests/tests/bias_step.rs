@@ -1,4 +1,5 @@
-//! A shock that changes the gyro's bias: it is named with its time and its size, and the bias that flies follows it once.
+//! A shock that changes the gyro's bias: it is named with its time and its size, and the bias that flies
+//! follows it once.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod rig;
@@ -64,8 +65,9 @@ fn rate_error_deg_s(trace: &Trace, flight: &Flight, from_s: f64, to_s: f64) -> f
     (seconds.iter().sum::<f64>() / seconds.len() as f64).sqrt().to_degrees()
 }
 
-/// Steps of 0.2 to 0.5 deg/s at hard shocks. A shock that falls between two samples does not stand out of the vibration: its step is told at the
-/// next one that does. One that does is told with its time, and no other beside it.
+/// Steps of 0.2 to 0.5 deg/s at hard shocks. A shock that falls between two samples does not stand out of the
+/// vibration: its step is told at the next one that does. One that does is told with its time, and no other
+/// beside it.
 #[test]
 fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
     const SEEDS: u64 = 12;
@@ -147,7 +149,8 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
         );
         // Three places for twenty shocks a minute: one in ten is seen and finds none.
         assert!(missed_though_hard <= 1, "{name}: {missed_though_hard} hard shocks found no place");
-        // A shock of some milliseconds may fall between two samples: a third of them hardly shows, and another is taken for it.
+        // A shock of some milliseconds may fall between two samples: a third of them hardly shows, and
+        // another is taken for it.
         assert!(named >= 6 && named + misdated >= 10, "{name}: {named} of {SEEDS} named, {misdated} at another time");
         assert!(4 * followed >= 3 * named, "{name}: {followed} followed of {named}");
         assert!(4 * better >= 3 * named, "{name}: better in {better} of {named}");
@@ -156,8 +159,8 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
     assert!(100 * within >= 95 * components, "{within} of {components}");
 }
 
-/// A Bayes factor of e^5 times the number of shocks comes of noise alone in one run in 150, or less often (Ville); of 20 runs three or more
-/// do so once in 3,000 times.
+/// A Bayes factor of e^5 times the number of shocks comes of noise alone in one run in 150, or less often
+/// (Ville); of 20 runs three or more do so once in 3,000 times.
 #[test]
 fn shocks_without_a_step_are_not_taken_for_one() {
     let mut false_alarms = 0;
@@ -193,8 +196,8 @@ fn a_step_without_a_shock_is_not_named() {
     }
 }
 
-/// Two steps in one run, each at a shock that stands out: each is told with its own time, and both are in the bias that flies. Shocks are rare
-/// enough for the three places of steps that are looked for at a time.
+/// Two steps in one run, each at a shock that stands out: each is told with its own time, and both are in the
+/// bias that flies. Shocks are rare enough for the three places of steps that are looked for at a time.
 #[test]
 fn a_second_step_is_told_from_the_first() {
     let (mut both, mut runs, mut others) = (0, 0, 0);
@@ -258,8 +261,8 @@ fn a_second_step_is_told_from_the_first() {
         }
     }
     println!("both in {both} of {runs}, {others} others");
-    // All places are taken at one shock in 14 (Erlang: 6 a minute, each for 10 s, at 3 places): both find one in 86 %, and of 8 runs fewer than 5
-    // do so once in 40 times.
+    // All places are taken at one shock in 14 (Erlang: 6 a minute, each for 10 s, at 3 places): both find one
+    // in 86 %, and of 8 runs fewer than 5 do so once in 40 times.
     assert!(runs >= 6 && 2 * both > runs, "both in {both} of {runs}");
     // A Bayes factor of e^5 comes of noise in one run in 150.
     assert!(others <= 1, "{others}");

@@ -1,4 +1,5 @@
-//! The loop where something is missing: each run gets its verdict, names nothing that cannot be seen, and says what it could be as well.
+//! The loop where something is missing: each run gets its verdict, names nothing that cannot be seen, and
+//! says what it could be as well.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod rig;
@@ -106,8 +107,8 @@ fn a_probe_that_stands_still_shows_nothing() {
     }
 }
 
-/// A reference that is away for half a second out of ten, and for 5 s once, is as good as a whole one; one that is hardly ever there
-/// says nothing.
+/// A reference that is away for half a second out of ten, and for 5 s once, is as good as a whole one; one
+/// that is hardly ever there says nothing.
 #[test]
 fn a_reference_with_gaps_is_used_where_it_is() {
     for seed in 0..3 {
@@ -138,7 +139,8 @@ fn nothing_is_predicted_over_a_gap_in_time() {
     assert!(cut < 1.1 * whole, "{whole} -> {cut} deg");
 }
 
-/// A clock that was set while the probe ran: the residuals are those on both sides, and what lies between costs nothing.
+/// A clock that was set while the probe ran: the residuals are those on both sides, and what lies between
+/// costs nothing.
 #[test]
 fn a_gap_of_ages_has_no_residual() {
     let whole = run(&Scenario { duration_s: 60.0, ..scenario(lag_and_iron()) }, 1);
@@ -154,8 +156,8 @@ fn a_gap_of_ages_has_no_residual() {
     }
 }
 
-/// A delay of the magnetometer and eddy currents in the collar are one under axial rotation: one name with the sum of both, which says
-/// that it could be the other.
+/// A delay of the magnetometer and eddy currents in the collar are one under axial rotation: one name with
+/// the sum of both, which says that it could be the other.
 #[test]
 fn two_effects_that_cannot_be_told_apart_are_one_and_the_account_says_so() {
     for (seed, mag_lag_ms, eddy_lag_ms) in [(0, 6.0, 3.5), (1, 9.0, 2.5), (2, 5.0, 4.0)] {

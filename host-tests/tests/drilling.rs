@@ -1,4 +1,5 @@
-//! Simulated drilling with known truth, drawn off-centre at random: what one 50 s window is worth on the six minutes after it.
+//! Simulated drilling with known truth, drawn off-centre at random: what one 50 s window is worth on the six
+//! minutes after it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod rig;
@@ -36,8 +37,8 @@ fn flown_model(flight: &Flight) -> (GyroModel, WindowReport) {
     (report.flown, report)
 }
 
-/// Systematic rate errors over the six minutes after the freeze, deg/s: of the raw gyro, of the factory's P with the window's
-/// bias, and of what is flown.
+/// Systematic rate errors over the six minutes after the freeze, deg/s: of the raw gyro, of the factory's P
+/// with the window's bias, and of what is flown.
 fn rate_errors(trace: &Trace, truth: &Truth, config: &Config, flight: &Flight) -> [f64; 3] {
     let from = trace.samples.partition_point(|s| s.t_us < config.freeze_at_us.unwrap());
     let rates = &trace.true_rate.as_ref().unwrap()[from..];
@@ -51,8 +52,9 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Raw is several deg/s; after one window the median of 20 seeds is under `most_deg_s` (the Cramer-Rao bound of such a window, for sensors
-/// without errors of their own, is 0.015 to 0.025), and no seed is worse off than with bias only.
+/// Raw is several deg/s; after one window the median of 20 seeds is under `most_deg_s` (the Cramer-Rao bound
+/// of such a window, for sensors without errors of their own, is 0.015 to 0.025), and no seed is worse off
+/// than with bias only.
 fn one_window_is_enough(name: &str, most_deg_s: f64) {
     let scenario = scenario(name);
     let mut errors = Vec::new();
@@ -92,8 +94,8 @@ fn one_window_of_drilling_at_45_deg_is_enough() {
     one_window_is_enough("drilling_45deg", 0.035);
 }
 
-/// The search's own promise: within 1 % of the Levenberg-Marquardt optimum of the same cost in the evaluations that it is given, from
-/// every seed.
+/// The search's own promise: within 1 % of the Levenberg-Marquardt optimum of the same cost in the
+/// evaluations that it is given, from every seed.
 #[test]
 fn imoa_reaches_the_optimum_of_levenberg_marquardt_in_the_evaluations_that_it_is_given() {
     let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg") };
@@ -118,8 +120,9 @@ fn imoa_reaches_the_optimum_of_levenberg_marquardt_in_the_evaluations_that_it_is
     }
 }
 
-/// A shock can change the gyro for good. The windows after it contradict what the ones before it taught, and outweigh it within minutes: three
-/// quarters of the change at least, since the filter forgets over some three minutes.
+/// A shock can change the gyro for good. The windows after it contradict what the ones before it taught, and
+/// outweigh it within minutes: three quarters of the change at least, since the filter forgets over some
+/// three minutes.
 #[test]
 fn a_gyro_that_changes_for_good_is_identified_anew() {
     const CHANGE_S: f64 = 120.0;

@@ -1,6 +1,7 @@
 //! The firmware on the emulated chip: the same bytes as on the host, and no more memory than there is.
 //!
-//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
+//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they
+//! fail.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod rig;
@@ -28,8 +29,8 @@ use std::{process::Command, time::Duration};
 
 const MINUTE: Duration = Duration::from_secs(60);
 
-/// A tool that tumbles, with everything that can be wrong with a recording: gaps, missing and frozen sensors, clipped and
-/// non-finite readings, time that stands still or goes back.
+/// A tool that tumbles, with everything that can be wrong with a recording: gaps, missing and frozen sensors,
+/// clipped and non-finite readings, time that stands still or goes back.
 fn troubled_samples(count: usize, seed: u64) -> Vec<Sample> {
     let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
     let mut noise = move |sigma: f32| sigma * (rng.next_u32() as f32 / u32::MAX as f32 - 0.5) * 3.46;

@@ -1,4 +1,5 @@
-//! The table of the paper's equations against the source: every equation has its row, and the files it names cite it.
+//! The table of the paper's equations against the source: every equation has its row, and the files it names
+//! cite it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use std::{fs, path::Path};
@@ -8,8 +9,8 @@ fn read(path: &str) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The equations that a text cites: "eq 19", "Eq 10 or 11", "eq 24 and 25", "eq 5, 6", "eq 20 to 23" with all in between. A number
-/// with a decimal point ("eq 4.15") is another source's.
+/// The equations that a text cites: "eq 19", "Eq 10 or 11", "eq 24 and 25", "eq 5, 6", "eq 20 to 23" with all
+/// in between. A number with a decimal point ("eq 4.15") is another source's.
 fn cited(text: &str) -> Vec<u32> {
     // A citation may run over the end of a comment's line.
     let markers = ["///", "//!", "//"];

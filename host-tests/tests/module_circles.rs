@@ -1,8 +1,9 @@
-//! No module imports what imports it: the files of the library and of the host tool, by the paths that they name.
+//! No module imports what imports it: the files of the library and of the host tool, by the paths that they
+//! name.
 //!
-//! An arrow runs from a file to the file that defines what it names, in a `use` or in a path. A re-export is a door and no
-//! arrow: who imports through it imports what is behind. A module may name its own parent, which it is a part of. Unit
-//! tests do not count.
+//! An arrow runs from a file to the file that defines what it names, in a `use` or in a path. A re-export is
+//! a door and no arrow: who imports through it imports what is behind. A module may name its own parent,
+//! which it is a part of. Unit tests do not count.
 
 #![allow(clippy::unwrap_used)]
 
@@ -15,7 +16,8 @@ use std::{
 /// A path in the source, or a module's: its names from the root of the crate.
 type Names = Vec<String>;
 
-/// Arrows that still close a circle: folder, from, to. One that closes none any more fails, too, and is to be deleted here.
+/// Arrows that still close a circle: folder, from, to. One that closes none any more fails, too, and is to be
+/// deleted here.
 const STILL_THERE: &[[&str; 3]] = &[
     ["src", "estimator/candidates/evidence.rs", "estimator/candidates/claims.rs"],
     ["src", "estimator/preintegration.rs", "estimator/candidates/terms.rs"],

@@ -1,6 +1,7 @@
-//! The estimator beside a second implementation of its equations: `reference_filter/filter.c`, in C and `f32`, and its average over the other
-//! sensors' errors with dense matrices. Both take increments that are made here, in `f64`, from the same samples. What the library makes of
-//! these on the way, its square root, its averaging and its `f32` are what can differ.
+//! The estimator beside a second implementation of its equations: `reference_filter/filter.c`, in C and
+//! `f32`, and its average over the other sensors' errors with dense matrices. Both take increments that are
+//! made here, in `f64`, from the same samples. What the library makes of these on the way, its square root,
+//! its averaging and its `f32` are what can differ.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 mod rig;
@@ -25,7 +26,8 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use rig::handheld::{GyroError, Kind, record};
 use tempfile::TempDir;
 
-/// Unknowns of the second implementation: without a bias of the accelerometer, which has no width in motion by hand.
+/// Unknowns of the second implementation: without a bias of the accelerometer, which has no width in motion
+/// by hand.
 const UNKNOWNS: usize = 34;
 /// Of these before P.
 const BEFORE_P: usize = 25;
@@ -54,7 +56,8 @@ fn vectors(sample: &Sample) -> [Vector3<f64>; 3] {
     [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut].map(|v| Vector3::from(v).cast())
 }
 
-/// 40 ms each, or half a radian: length, rate that turns as far, force and field turned to the middle, vibration, mean rate and its variance.
+/// 40 ms each, or half a radian: length, rate that turns as far, force and field turned to the middle,
+/// vibration, mean rate and its variance.
 fn increments(samples: &[Sample], settings: &Settings) -> (f64, Vec<f32>) {
     let period_s = f64::from(settings.sample_period_s);
     let p: Matrix3<f64> = settings.factory.p_matrix().cast();
@@ -74,7 +77,8 @@ fn increments(samples: &[Sample], settings: &Settings) -> (f64, Vec<f32>) {
             turn_before = own;
             let end = turn * half * half;
             let at = if settings.is_instant { turn * half } else { end };
-            // A mean over the interval is shorter across the axis: by angle^2 / 24, here written as the part that is across.
+            // A mean over the interval is shorter across the axis: by angle^2 / 24, here written as the part
+            // that is across.
             let across = own.norm_squared() / 24.0;
             let axis = own.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
             let lengthened = |v: Vector3<f64>| at * (v + across * (v - axis * axis.dot(&v)));
@@ -183,8 +187,8 @@ where
     2.0 * m.cholesky().unwrap().l().diagonal().iter().map(|x| x.ln()).sum::<f64>()
 }
 
-/// P's mean over the widths of the nuisances, inflations and scales of its own prior, each weighed by its evidence: formulae of Gaussian
-/// densities, nothing of the library's way to them.
+/// P's mean over the widths of the nuisances, inflations and scales of its own prior, each weighed by its
+/// evidence: formulae of Gaussian densities, nothing of the library's way to them.
 fn averaged(second: &Second, settings: &Settings) -> Vec<f64> {
     let data = second.information - prior(&second.sigma);
     let pull = second.information * second.x;
@@ -263,8 +267,8 @@ fn largest_difference<'a>(a: impl IntoIterator<Item = &'a f64>, b: impl IntoIter
     a.into_iter().zip(b).fold(0.0, |most, (a, b)| (a - b).abs().max(most))
 }
 
-/// Largest differences of P's elements from the second implementation: the filter's own mean and the averaged one, in `f64` and `f32`; and by
-/// how much the library's `f32` differs from its `f64`.
+/// Largest differences of P's elements from the second implementation: the filter's own mean and the averaged
+/// one, in `f64` and `f32`; and by how much the library's `f32` differs from its `f64`.
 fn differences(name: &str, trace: &Trace) -> [f64; 5] {
     let settings = Settings::new(&of_trace(trace));
     assert_eq!(settings.sigma.len(), GLOBALS);
@@ -288,7 +292,8 @@ fn differences(name: &str, trace: &Trace) -> [f64; 5] {
     found
 }
 
-/// An element of P to 0.1 %. It is 0.002 % here; without any one of the terms that filter.c's head lists it is 0.03 % to 3 %.
+/// An element of P to 0.1 %. It is 0.002 % here; without any one of the terms that filter.c's head lists it
+/// is 0.03 % to 3 %.
 const SAME: f64 = 1e-3;
 /// The library's `f32` and its `f64`.
 const ROUNDED: f64 = 5e-4;

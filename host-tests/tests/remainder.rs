@@ -60,8 +60,9 @@ fn names(remainder: &RemainderReport) -> Vec<Correlate> {
     remainder.named().map(|found| found.correlate).collect()
 }
 
-/// Over minutes in which temperature comes and goes, so that it is no drift in time. The attitude follows a bias within nodes: what is left of it
-/// in the innovations is a sixth, which shows in one window and not in another.
+/// Over minutes in which temperature comes and goes, so that it is no drift in time. The attitude follows a
+/// bias within nodes: what is left of it in the innovations is a sixth, which shows in one window and not in
+/// another.
 #[test]
 fn a_bias_that_goes_with_temperature_goes_with_temperature() {
     let all = diagnoses(&HARD_IRON_ALONE, |scenario| {
@@ -78,7 +79,8 @@ fn a_bias_that_goes_with_temperature_goes_with_temperature() {
     }
 }
 
-/// The filter has a column for the lag, whether or not the library has its name: nothing is left of it, and nothing else is blamed for it.
+/// The filter has a column for the lag, whether or not the library has its name: nothing is left of it, and
+/// nothing else is blamed for it.
 #[test]
 fn a_lag_that_the_library_lacks_is_not_laid_on_what_it_has() {
     for reports in diagnoses(&HARD_IRON_ALONE, |scenario| scenario.effects.mag_lag_ms = 12.0) {
@@ -102,8 +104,8 @@ fn a_gyro_that_feels_gravity_goes_with_the_specific_force_and_once_per_revolutio
     }
 }
 
-/// Outside of any library: what comes back is said to, and half a period later it is the opposite of itself. A window holds three periods, of which
-/// a parabola in time takes a part; no other quantity is blamed.
+/// Outside of any library: what comes back is said to, and half a period later it is the opposite of itself.
+/// A window holds three periods, of which a parabola in time takes a part; no other quantity is blamed.
 #[test]
 fn a_bias_that_comes_back_has_a_memory_and_no_name() {
     let with_period = |scenario: &mut Scenario, period_s: f64| {
@@ -116,14 +118,16 @@ fn a_bias_that_comes_back_has_a_memory_and_no_name() {
         assert!((3.0..5.0).contains(&memory.apart_s), "{remainder:?}");
         assert!(names(&remainder).iter().all(|name| *name == Correlate::Time), "{remainder:?}");
     }
-    // A slow one shows in one window and not in another, and a step of the bias may be taken for a part of it.
+    // A slow one shows in one window and not in another, and a step of the bias may be taken for a part of
+    // it.
     for reports in diagnoses(&LIBRARY, |scenario| with_period(scenario, 13.0)) {
         assert!(reports.iter().any(|report| report.verdict == Verdict::UnexplainedResidual));
     }
 }
 
-/// A turn by 2 deg leaves 3 deg/s across the axis. The window in which it happens does not say that all is well; no quantity is blamed for it but
-/// time, and no effect of the library but one of the magnetometer, then or later.
+/// A turn by 2 deg leaves 3 deg/s across the axis. The window in which it happens does not say that all is
+/// well; no quantity is blamed for it but time, and no effect of the library but one of the magnetometer,
+/// then or later.
 #[test]
 fn a_gyro_that_turned_in_its_mount_goes_with_time_at_most() {
     let turned_s = 89.0;

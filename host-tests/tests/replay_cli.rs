@@ -25,8 +25,8 @@ fn error_of(arguments: &[&str], status: i32) -> String {
     String::from_utf8(output.stderr).unwrap()
 }
 
-/// Ten seconds at 200 Hz: a slow turn about gravity, one second of it without magnetometer, three readings clipped,
-/// a reference for the second half.
+/// Ten seconds at 200 Hz: a slow turn about gravity, one second of it without magnetometer, three readings
+/// clipped, a reference for the second half.
 fn trace() -> Trace {
     let sample = |i: u64| {
         let mut flags = SampleFlags::TEMPERATURE_MISSING;

@@ -145,7 +145,8 @@ fn the_summary_of_a_long_flight_fits_a_screen() {
     assert!(text.lines().count() <= 40, "{text}");
 }
 
-/// An effect says when it was found and since when it is taken out, by how much it is likelier than not, and nothing of p-values.
+/// An effect says when it was found and since when it is taken out, by how much it is likelier than not, and
+/// nothing of p-values.
 #[test]
 fn an_effect_has_its_times_and_its_evidence() {
     let effects = Effects { mag_lag_ms: 11.0, ..Effects::default() };

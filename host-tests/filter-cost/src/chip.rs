@@ -78,7 +78,8 @@ struct Measurement {
     mag_ut: Vector3<f32>,
 }
 
-/// A probe that turns about its axis at 30 deg of inclination, in a field of 50 uT that dips by 65 deg, with noise.
+/// A probe that turns about its axis at 30 deg of inclination, in a field of 50 uT that dips by 65 deg, with
+/// noise.
 struct Motion {
     t_s: f32,
     state: u32,
@@ -106,7 +107,8 @@ impl Motion {
     }
 }
 
-/// SysTick: under `-icount` it counts executed instructions, and how many ticks one takes is measured with a loop of known length.
+/// SysTick: under `-icount` it counts executed instructions, and how many ticks one takes is measured with a
+/// loop of known length.
 struct Counter {
     ticks_per_instruction: f32,
     overhead_ticks: u32,

@@ -1,4 +1,5 @@
-//! How much stack a piece of work takes: the free stack is painted, and what is no longer paint has been used.
+//! How much stack a piece of work takes: the free stack is painted, and what is no longer paint has been
+//! used.
 
 use cortex_m::register::msp;
 
@@ -21,7 +22,8 @@ pub fn depth(work: impl FnOnce()) -> u32 {
 fn paint() {
     let end = msp::read() - OWN_BYTES;
     for word in (end - PAINTED_BYTES..end).step_by(4) {
-        // SAFETY: below the stack pointer nothing lives (no interrupt is enabled), and the chip's RAM reaches further down than this.
+        // SAFETY: below the stack pointer nothing lives (no interrupt is enabled), and the chip's RAM reaches
+        // further down than this.
         #[allow(unsafe_code)]
         unsafe {
             (word as *mut u32).write_volatile(PAINT);

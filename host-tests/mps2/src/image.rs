@@ -14,8 +14,8 @@ static VECTORS: [unsafe extern "C" fn() -> !; 3] = [reset, fault, fault];
 #[allow(unsafe_code)]
 #[unsafe(no_mangle)]
 unsafe extern "C" fn reset() -> ! {
-    // The compiler may move words through the floating-point unit: CPACR, full access to CP10 and CP11 (Armv7-M ARM, B3.2.20).
-    // SAFETY: one write to a register of the core, before anything else runs.
+    // The compiler may move words through the floating-point unit: CPACR, full access to CP10 and CP11
+    // (Armv7-M ARM, B3.2.20). SAFETY: one write to a register of the core, before anything else runs.
     unsafe { (0xE000_ED88 as *mut u32).write_volatile(0xF << 20) };
     cortex_m::asm::dsb();
     cortex_m::asm::isb();

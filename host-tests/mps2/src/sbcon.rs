@@ -1,4 +1,5 @@
-//! I2C by hand over the Arm Versatile serial bus interface "SBCon" (Arm DDI 0224, section 4.11): two open-drain lines.
+//! I2C by hand over the Arm Versatile serial bus interface "SBCon" (Arm DDI 0224, section 4.11): two
+//! open-drain lines.
 
 use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
@@ -30,7 +31,8 @@ impl BitBangedI2c {
         Self { _private: () }
     }
 
-    // SAFETY: the three registers are at these addresses on this machine, and have no effect but on the lines.
+    // SAFETY: the three registers are at these addresses on this machine, and have no effect but on the
+    // lines.
     #[allow(unsafe_code)]
     fn set(&mut self, line: u32, high: bool) {
         let register = if high { BASE } else { BASE.wrapping_add(1) };

@@ -1,4 +1,4 @@
-//! What the attitude filter costs on the emulated chip, beside the filters of `uf-ahrs` on the same samples.
+//! Cost of the attitude filter on the emulated chip, beside the filters of `uf-ahrs` on the same samples.
 
 use anyhow::Context;
 
@@ -8,7 +8,7 @@ use super::{
 };
 use crate::target::{machine::run_program, toolchain};
 
-/// A filter's line at one rate.
+/// Cost of a filter at one sample rate.
 struct Count {
     name: String,
     rate_hz: u32,
@@ -17,7 +17,7 @@ struct Count {
     stack_bytes: f64,
 }
 
-/// The emulator counts exactly, so one run says it all.
+/// Runs the filters once: the emulator counts exactly.
 pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let printed = run_program(&toolchain::prepare()?, "filter-cost")?;
     let counts = printed.lines().map(parse).collect::<anyhow::Result<Vec<Count>>>()?;

@@ -1,4 +1,4 @@
-//! What the sampling path costs on the emulated chip.
+//! Cost of the sampling path on the emulated chip.
 
 use super::{
     effort::Effort,
@@ -14,7 +14,7 @@ use crate::{
 /// Length of the run, seconds.
 const DURATION_S: f64 = 20.0;
 
-/// The emulator counts exactly, so one run says it all.
+/// Runs once: the emulator counts exactly.
 pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let mut scenario = scenario("drilling_45deg")?;
     scenario.duration_s = DURATION_S;

@@ -1,4 +1,5 @@
-//! Every kind of fault of a sensor and of its wire, at every transaction of two seconds; and what the wire takes without one.
+//! Every kind of fault of a sensor and its wire, at every transaction of two seconds; and the load of the
+//! wire without a fault.
 
 use super::{
     effort::Effort,
@@ -14,7 +15,7 @@ use meerkat_mwd::{
     sensors::BURST_FRAMES,
 };
 
-/// Of a quick look: every so many transactions.
+/// Stride over transactions in a quick run.
 const QUICK_STRIDE: usize = 17;
 const PARTS: [(Part, [&str; 2]); 2] =
     [(Part::Ism330dhcx, ["ISM330DHCX, SPI", "ISM330DHCX, I2C"]), (Part::Rm3100, ["RM3100, SPI", "RM3100, I2C"])];

@@ -1,18 +1,18 @@
-//! How much a measurement may take.
+//! Effort of a measurement: its number of repetitions.
 
-/// How many repetitions.
+/// Number of repetitions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// A look: minutes become seconds.
+    /// A tenth, at least three: minutes become seconds.
     Quick,
-    /// What the README states.
+    /// As many as the README's figures.
     Full,
-    /// As many as were asked for.
+    /// This many.
     Seeds(u64),
 }
 
 impl Effort {
-    /// `full` repetitions, or a tenth of them, at least three, or as many as were asked for.
+    /// The number of repetitions if `full` is the README's.
     #[must_use]
     pub fn repetitions(self, full: u64) -> u64 {
         match self {

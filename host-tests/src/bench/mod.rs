@@ -1,4 +1,4 @@
-//! Measurements of what flies: a section of `mwd bench` a file, and what they share.
+//! Measurements of what flies: each section of `mwd bench` is one module; the others are shared.
 
 pub mod attitude;
 pub(crate) mod attitude_cost;

@@ -1,4 +1,4 @@
-//! What one window of drilling is worth on the six minutes after it.
+//! Benefit of one window of drilling over the six minutes after it.
 
 use meerkat_mwd::{
     compensation::GyroModel,
@@ -14,7 +14,7 @@ use super::{
     table::{Cell, Table, median_and_worst, rms},
 };
 
-/// What searches, and its name.
+/// Searches, with their names.
 const SEARCHES: [(OptimizerKind, &str); 3] =
     [(OptimizerKind::Imoa, "IMOA"), (OptimizerKind::Lm, "Levenberg-Marquardt"), (OptimizerKind::Ls, "least squares")];
 

@@ -1,5 +1,5 @@
-//! What the loop finds on recordings of real sensors, and what it is worth there: parameters and effects from the first half, errors
-//! over the second.
+//! Findings of the loop on recordings of real sensors, and their benefit: parameters and effects from the
+//! first half, errors over the second.
 
 use std::path::Path;
 
@@ -25,20 +25,20 @@ use crate::{
     },
 };
 
-/// Share of a recording that is kept back for the scores.
+/// Share of a recording held out for the scores.
 const HOLD_OUT: f64 = 0.5;
 
-/// What came of one way to fly a recording.
+/// Result of one way to fly a recording.
 struct Way {
     found: String,
-    /// The field's residual over a second, before and after.
+    /// Residual of the field over a second, before and after.
     field_deg: [Option<f64>; 2],
     p_refused: bool,
-    /// Rotation over 2 s, as it is and with one delay taken out.
+    /// Rotation error over 2 s, as it is and with one delay taken out.
     rotation_deg: [PerModel; 2],
 }
 
-/// Heading while a magnet was on the probe.
+/// Heading error while a magnet was on the probe.
 struct WithMagnet {
     from_to_s: [f64; 2],
     /// Without the loop and with it, degrees rms.
@@ -48,7 +48,7 @@ struct WithMagnet {
 struct Played {
     name: String,
     without: Way,
-    /// `None`: it has no reference.
+    /// Result against the reference; `None` without one.
     against: Option<Way>,
     magnets: Vec<WithMagnet>,
 }
@@ -89,7 +89,7 @@ fn way(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -
     }
 }
 
-/// Effects with the size of those that have one, and magnets with their times.
+/// Effects with their sizes, and magnets with their times, as text.
 fn in_short(diagnosed: &Diagnosed) -> String {
     let effects = diagnosed.effects.iter().map(|found| {
         let parameters = found.effect.parameters();
@@ -102,7 +102,7 @@ fn in_short(diagnosed: &Diagnosed) -> String {
             .replace('_', "/")
             .replace("ut", "uT");
         let size = sizes.iter().map(|x| f64::from(x * x)).sum::<f64>().sqrt();
-        // Of one direction, or a vector; elements of a matrix have no such thing.
+        // A size exists for one direction or for a vector, not for elements of a matrix.
         match sizes.as_slice() {
             [_] | [_, _, _] => format!("{} {size:.1} {unit}", found.effect.name()),
             _ => found.effect.name().to_owned(),
@@ -120,7 +120,7 @@ fn from_to_s(magnet: &HardIronInterval) -> [f64; 2] {
     [magnet.from_us as f64 * 1e-6, magnet.to_us.map_or(f64::INFINITY, |to_us| to_us as f64 * 1e-6)]
 }
 
-/// The heading over each magnet that is found in the whole recording, nothing frozen.
+/// Heading errors over each magnet found in the whole recording, nothing frozen.
 fn with_magnets(trace: &Trace, config: &Config) -> anyhow::Result<Vec<WithMagnet>> {
     let flight = fly(config, &trace.samples, |_| {})?;
     if flight.magnets.is_empty() {

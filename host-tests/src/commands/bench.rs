@@ -20,24 +20,24 @@ use crate::{
 /// Options of `bench`.
 #[derive(Debug, Clone, Args)]
 pub struct BenchArgs {
-    /// Fewer repetitions
+    /// Take a tenth of the repetitions, at least three
     #[arg(long)]
     pub quick: bool,
-    /// So many repetitions of everything
+    /// Take this many repetitions of each measurement
     #[arg(long, value_name = "N", conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(1..))]
     pub seeds: Option<u64>,
-    /// On the emulated chip, and nothing else
+    /// Run the sections for the emulated chip instead of those for this machine
     #[arg(long)]
     pub target: bool,
-    /// Only this section; may be given more than once
+    /// Run only this section; may be given more than once
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
-    /// Write the figures
+    /// Write the tables as JSON
     #[arg(long, value_name = "OUT.json")]
     pub json: Option<PathBuf>,
 }
 
-/// One subject of the bench.
+/// One section of the bench: a name, and what prints its tables.
 struct Section {
     /// Its name on the command line.
     name: &'static str,
@@ -60,7 +60,7 @@ impl Section {
     }
 }
 
-/// In the order in which they are printed.
+/// All sections, in the order in which they are printed.
 const SECTIONS: &[Section] = &[
     Section::on_host("rate_error", rate_error::run),
     Section::on_host("inclination", inclination::run),
@@ -83,7 +83,7 @@ const SECTIONS: &[Section] = &[
     Section { name: "attitude_cost", place: Place::Target, run: attitude_cost::run },
 ];
 
-/// Runs the sections that were asked for, prints their tables as they come and writes them.
+/// Runs the sections asked for, prints each table when it is done and writes them all as JSON.
 ///
 /// # Errors
 /// There is no such section, one cannot be run, or the result cannot be written.
@@ -112,7 +112,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The sections of the place that was asked for, all or those that were named.
+/// Sections that run at the place asked for: all of them, or those named by `--only`.
 fn asked_for(args: &BenchArgs) -> Result<Vec<&'static Section>, Failure> {
     let place = if args.target { Place::Target } else { Place::Host };
     let there: Vec<&Section> = SECTIONS.iter().filter(|section| section.place == place).collect();

@@ -1,4 +1,5 @@
-//! `mwd calibrate`: accelerometer and magnetometer models from rests and turns, as a factory record with its account.
+//! `mwd calibrate`: accelerometer and magnetometer models from rests and turns, as a factory record with its
+//! account.
 
 use std::{
     io,
@@ -23,13 +24,13 @@ pub struct CalibrateArgs {
     /// Where to write the models, for --config
     #[arg(short, value_name = "FILE.toml")]
     pub output: Option<PathBuf>,
-    /// Write the result
+    /// Write the result as JSON
     #[arg(long, value_name = "OUT.json")]
     pub json: Option<PathBuf>,
-    /// Configuration on top of what the traces say; its models of the sensors are the old values
+    /// Configuration that overrides the traces' headers; its sensor models are the values to improve on
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Do not calibrate on the last fraction F of each trace, only check there
+    /// Keep the last fraction F of each trace out of the fit and check the models there
     #[arg(long, value_name = "F", value_parser = hold_out)]
     pub hold_out: Option<f64>,
 }
@@ -52,7 +53,7 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// No result may overwrite what is read, nor another result.
+/// Refuses to overwrite an input, and to write two results to one file.
 fn check_outputs(args: &CalibrateArgs) -> Result<(), Failure> {
     let outputs: Vec<&Path> = [&args.output, &args.json].into_iter().flatten().map(AsRef::as_ref).collect();
     let inputs = args.traces.iter().chain(&args.config);

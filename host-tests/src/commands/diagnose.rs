@@ -1,5 +1,5 @@
-//! `mwd diagnose`: the loop on one trace, told as an account: residual, candidates, what was added and why, what was
-//! refused and why, error before and after, what remains.
+//! `mwd diagnose`: which effect a trace's residual shows, as an account: residual, candidates, what was taken
+//! out and why, what was refused and why, error before and after, what remains.
 
 use std::{io, path::PathBuf};
 
@@ -25,25 +25,25 @@ use crate::{
 pub struct DiagnoseArgs {
     /// The trace, .csv or .csv.gz
     pub trace: PathBuf,
-    /// Use the reference columns, as on a bench with an external truth
+    /// Test gyro and vectors each against the reference columns, as on a bench with an external truth
     #[arg(long)]
     pub against_reference: bool,
     /// Score the last fraction F of the trace
     #[arg(long, value_name = "F", value_parser = hold_out)]
     pub hold_out: Option<f64>,
-    /// Configuration on top of what the trace says
+    /// Configuration that overrides the trace's header
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Write the result
+    /// Write the result as JSON
     #[arg(long, value_name = "OUT.json")]
     pub json: Option<PathBuf>,
-    /// Write a report with figures
+    /// Write a report with figures as HTML
     #[arg(long, value_name = "OUT.html")]
     pub html: Option<PathBuf>,
 }
 
 impl DiagnoseArgs {
-    /// The replay that a diagnosis looks at.
+    /// Options of the replay that is diagnosed: those that both commands have.
     fn as_replay(&self) -> ReplayArgs {
         ReplayArgs {
             trace: self.trace.clone(),

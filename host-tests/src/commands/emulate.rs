@@ -1,4 +1,4 @@
-//! `mwd emulate`: fly a trace by the firmware on the emulated chip.
+//! `mwd emulate`: flies a trace by the firmware on the emulated chip.
 
 use std::io::{self, Write};
 
@@ -17,15 +17,15 @@ use crate::{
 /// Options of `emulate`.
 #[derive(Debug, Clone, Args)]
 pub struct EmulateArgs {
-    /// Those of `replay`.
+    /// Options that `replay` has too.
     #[command(flatten)]
     pub replay: ReplayArgs,
-    /// Hand the samples over instead, as `replay` does
+    /// Give the samples to the firmware as recorded, without the sensor models
     #[arg(long, conflicts_with = "through_sensors")]
     pub direct: bool,
 }
 
-/// Flies the trace on the emulated chip and delivers what `replay` delivers, and what it cost there.
+/// Flies the trace on the emulated chip, delivers what `replay` delivers and prints what the flight cost.
 ///
 /// # Errors
 /// Bad input or usage, or whatever keeps the emulator from a whole flight.

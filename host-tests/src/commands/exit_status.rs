@@ -4,14 +4,14 @@ use meerkat_mwd::config::ConfigError;
 
 use crate::{failure::Failure, simulate::ScenarioError, target::error::EmulateError, trace::TraceError};
 
-/// The user's input or usage is wrong.
+/// Bad input or usage.
 const BAD_INPUT: u8 = 2;
-/// A port, a key, an answer or a tool is missing.
+/// A port, a key, an answer or a tool is not there.
 const MISSING: u8 = 3;
-/// Anything else.
+/// A defect of the program or of its surroundings: every other error.
 const DEFECT: u8 = 1;
 
-/// The exit status of an error: that of the first cause that has one, else a defect's.
+/// Exit status of an error: that of the first cause in its chain that has one, else a defect's.
 #[must_use]
 pub fn exit_status(error: &anyhow::Error) -> u8 {
     error

@@ -26,7 +26,7 @@ pub struct FieldArgs {
     pub date: Date,
 }
 
-/// Prints the configuration of a place, to be given to `--config`.
+/// Prints a place's field and gravity as a configuration for `--config`.
 ///
 /// # Errors
 /// A place or a day outside the model.

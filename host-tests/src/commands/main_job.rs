@@ -1,4 +1,4 @@
-//! `mwd` alone: the main job, end to end on the bundled recording.
+//! `mwd` without a command: the main job, end to end on a bundled recording.
 
 use std::{
     io::{self, Write},
@@ -31,26 +31,26 @@ use crate::{
 /// A real recording: BROAD trial 06, cut to 110 s (attribution in the folder's README).
 const RECORDING: &str = "broad_06_fast_rotation_110s.csv.gz";
 
-/// Share of the recording that is kept back for the scores.
+/// Share of the recording held out for the scores.
 const HOLD_OUT: f64 = 0.5;
 
-/// Seed of the known error that is multiplied into the gyro for the other flights.
+/// Seed of the known error that is multiplied into the gyro for flights 2 and 3.
 const KNOWN_ERROR_SEED: u64 = 1;
 
-/// Number of the flight, share of the known error, and what is then in the gyro.
+/// Number of the flight, share of the known error, and its size in words.
 const KNOWN_ERRORS: [(u32, f64, &str); 2] = [
     (2, 1.0, "P diagonal up to 10 %, off-diagonal up to 5 %, bias 2 deg/s"),
     (3, 0.2, "P diagonal up to 2 %, off-diagonal up to 1 %, bias 0.4 deg/s"),
 ];
 
-/// Where the bundled recording is.
+/// Path of the main job's recording.
 #[must_use]
 pub fn recording() -> PathBuf {
     folder().join(RECORDING)
 }
 
-/// Plays the bundled recording, as it is and with a known error of two sizes, on the emulated chip (on this machine, with a note, where
-/// no emulator can be had), and prints what came of it.
+/// Flies the bundled recording as recorded and with a known error of two sizes, and prints results and
+/// scores. Flies on the emulated chip; where no emulator can be had, on this machine, and says so.
 ///
 /// # Errors
 /// The recording or the emulator fails.
@@ -120,8 +120,8 @@ fn flown(config: &Config, trace: &Trace) -> anyhow::Result<Flown> {
     }
 }
 
-/// The last window that was accepted, else the last one: accepted or refused and why, and the parameters it found, P +- sigma and
-/// b +- sigma.
+/// Prints the last accepted window, else the last one: accepted or refused and why, and P and b with their
+/// sigmas.
 fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> io::Result<()> {
     let Some(window) = flight.standing().or(flight.reports.last()) else {
         return writeln!(out, "   no window was closed");
@@ -169,7 +169,7 @@ fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> i
     Ok(())
 }
 
-/// What the population search spent, and what it added to the posterior's mean.
+/// Cost of the population search, and what it gained over the posterior mean.
 fn search(window: &WindowReport) -> String {
     let cost = |x: Option<f32>| x.map_or("none".to_owned(), |x| format!("{x:.1}"));
     let added = window.cost_gained_by_search.map_or("nothing".to_owned(), |gained| format!("{gained:.2} of it"));

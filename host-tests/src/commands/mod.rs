@@ -1,4 +1,4 @@
-//! The command line: a command with its options a file.
+//! The command line: each command with its options is one file.
 
 mod bench;
 mod calibrate;
@@ -12,9 +12,9 @@ pub mod main_job;
 mod monitor;
 mod record;
 mod replay;
-mod request;
 mod same_file;
 pub mod simulate;
+mod toml_file;
 
 use std::{io, process::ExitCode};
 
@@ -22,8 +22,8 @@ use clap::{Parser, Subcommand};
 
 use exit_status::exit_status;
 
-/// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores. Without a
-/// subcommand: the main job, end to end on the bundled recording.
+/// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores.
+/// Without a subcommand: flies a bundled recording end to end, scores it and prints the result.
 #[derive(Debug, Parser)]
 #[command(name = "mwd", bin_name = "cargo mwd", version)]
 pub struct Cli {
@@ -35,25 +35,25 @@ pub struct Cli {
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Fly a trace on this machine: parameters or a reasoned refusal, attitude, scores
+    /// Fly a trace on this machine and print parameters (or why they were refused), attitude and scores
     Replay(replay::ReplayArgs),
-    /// Tell which physical effect the residual shows
+    /// Tell which physical effect a trace's residual shows
     Diagnose(diagnose::DiagnoseArgs),
-    /// Fly a trace by the firmware on the emulated Cortex-M4F, through register-level models of its sensors and their adapters
+    /// Fly a trace with the firmware on an emulated Cortex-M4F, through register models of the sensors
     Emulate(emulate::EmulateArgs),
-    /// Accelerometer and magnetometer models from rests and turns
+    /// Make accelerometer and magnetometer models from traces with rests and turns
     Calibrate(calibrate::CalibrateArgs),
-    /// Write the trace of a scenario
+    /// Simulate a scenario and write its trace
     Simulate(simulate::SimulateArgs),
-    /// Measure speed and accuracy
+    /// Measure speed and accuracy, and print tables
     Bench(bench::BenchArgs),
-    /// Write what a probe sends of its raw samples as a trace, and its configuration beside it
+    /// Record a probe's raw samples as a trace, with the configuration beside it
     Record(record::RecordArgs),
-    /// Show what a probe says
+    /// Show what a probe reports
     Monitor(monitor::MonitorArgs),
     /// Send a command to a probe and wait for its answer
     Command(command::CommandArgs),
-    /// The reference field and gravity of a place, as a configuration
+    /// Print a place's reference field and gravity as a configuration
     Field(field::FieldArgs),
 }
 
@@ -63,7 +63,7 @@ pub fn main() -> ExitCode {
     let Err(error) = dispatch(Cli::parse().command) else {
         return ExitCode::SUCCESS;
     };
-    // Whoever reads the output has seen enough.
+    // A closed pipe: the reader has what it wanted.
     if error
         .chain()
         .any(|cause| cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe))
@@ -74,7 +74,7 @@ pub fn main() -> ExitCode {
     ExitCode::from(exit_status(&error))
 }
 
-/// The chain of an error, without the causes whose text the one above has already taken in.
+/// Text of an error with its causes, leaving out a cause that the text before it already contains.
 fn told_once(error: &anyhow::Error) -> String {
     error.chain().map(ToString::to_string).fold(String::new(), |told, cause| {
         if told.is_empty() {

@@ -1,4 +1,4 @@
-//! `mwd monitor`: what a probe says, as it says it.
+//! `mwd monitor`: shows what a probe reports, live or once.
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -19,21 +19,21 @@ use crate::{
 /// Options of `monitor`.
 #[derive(Debug, Clone, Args)]
 pub struct MonitorArgs {
-    /// Where the probe is
+    /// Port of the probe.
     #[command(flatten)]
     pub line: LineArgs,
-    /// Listen, say once what the probe said, and end; so it is, too, where there is no terminal
+    /// Listen, print one summary and end; the default where standard output is no terminal
     #[arg(long)]
     pub once: bool,
-    /// How long to listen with --once, seconds; a capture is read to its end
+    /// Seconds to listen with --once; a captured file is read to its end
     #[arg(long, value_name = "S", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub seconds: u64,
 }
 
-/// Between two pictures.
+/// Time between two pictures of the live view.
 const FRAME: Duration = Duration::from_millis(100);
 
-/// Listens and shows.
+/// Listens to the probe and shows what it reports, live or once.
 ///
 /// # Errors
 /// Bad usage, no port, or nothing that a probe said.
@@ -61,7 +61,7 @@ pub fn run(args: &MonitorArgs) -> anyhow::Result<()> {
     shown
 }
 
-/// Shows until somebody presses q or Ctrl-C.
+/// Shows the live view until q, Esc or Ctrl-C.
 fn show(terminal: &mut ratatui::DefaultTerminal, line: &mut Line, listener: &mut Listener) -> anyhow::Result<()> {
     use ratatui::crossterm::event::{self, Event, KeyCode, KeyModifiers};
     let mut goes_on = true;
@@ -90,7 +90,7 @@ struct Listener {
 }
 
 impl Listener {
-    /// Takes what is there; whether there may be more.
+    /// Takes the bytes that are there. Returns whether more may come.
     fn listen(&mut self, line: &mut Line) -> anyhow::Result<bool> {
         let mut buffer = [0; 4096];
         let count = match line.read(&mut buffer)? {

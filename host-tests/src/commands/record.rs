@@ -1,4 +1,4 @@
-//! `mwd record`: the raw samples that a probe sends become a trace.
+//! `mwd record`: turns the raw samples that a probe sends into a trace.
 
 use std::{
     io::{self, Write},
@@ -26,19 +26,19 @@ use crate::{
 /// Options of `record`.
 #[derive(Debug, Clone, Args)]
 pub struct RecordArgs {
-    /// Where the probe is
+    /// Port of the probe.
     #[command(flatten)]
     pub line: LineArgs,
-    /// The trace, .csv or .csv.gz; the configuration it was recorded with goes beside it, .toml
+    /// The trace to write, .csv or .csv.gz; the probe's configuration is written beside it as .toml
     #[arg(short, value_name = "TRACE.csv.gz")]
     pub output: PathBuf,
-    /// End after so many seconds
+    /// End after this many seconds
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u64).range(1..))]
     pub seconds: Option<u64>,
-    /// Only listen: ask the probe for nothing
+    /// Only listen; do not ask the probe to start recording
     #[arg(long)]
     pub listen: bool,
-    /// Keep the bytes of the line, too
+    /// Also keep the bytes received
     #[arg(long, value_name = "FILE")]
     pub capture: Option<PathBuf>,
 }
@@ -99,7 +99,7 @@ pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
         }
     }
     if asks {
-        // Whatever came of the line, the samples that are here are written.
+        // Even if this last command fails, the samples received so far are written.
         let _ = frame_of(&Command::StopRecording, 1).map(|frame| line.write(&frame));
     }
     recording.link = decoder.counters();

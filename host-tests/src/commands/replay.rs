@@ -1,7 +1,6 @@
-//! `mwd replay`: read, configure, fly on the host, score, deliver.
+//! `mwd replay`: reads a trace, configures and flies the pipeline on this machine, scores and delivers.
 
 use std::{
-    fs,
     io::{self, Write},
     path::PathBuf,
 };
@@ -9,7 +8,7 @@ use std::{
 use clap::{Args, ValueEnum};
 use meerkat_mwd::{Config, Probe, config::OptimizerKind, storage::StoredModel};
 
-use super::{hold_out::hold_out, same_file::same_file};
+use super::{hold_out::hold_out, same_file::same_file, toml_file};
 use crate::{
     diagnosis::diagnosed,
     failure::Failure,
@@ -46,40 +45,42 @@ pub struct ReplayArgs {
     /// Write the surveys taken at rest and while rotating
     #[arg(long, value_name = "OUT.csv")]
     pub surveys: Option<PathBuf>,
-    /// Write the result
+    /// Write the result as JSON
     #[arg(long, value_name = "OUT.json")]
     pub json: Option<PathBuf>,
-    /// Write a report with figures
+    /// Write a report with figures as HTML
     #[arg(long, value_name = "OUT.html")]
     pub html: Option<PathBuf>,
-    /// Score the last fraction F of the trace, with parameters frozen before it
+    /// Hold out the last fraction F of the trace: freeze the parameters before it and score only there
     #[arg(long, value_name = "F", value_parser = hold_out)]
     pub hold_out: Option<f64>,
-    /// Configuration on top of what the trace says
+    /// Configuration that overrides the trace's header
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// A stored model that flies from the first sample on, as `record` writes it
+    /// Start with this stored model, as written by `record`, instead of the factory's
     #[arg(long, value_name = "FILE.toml")]
     pub model: Option<PathBuf>,
-    /// What searches for the parameters
+    /// Search method for the parameters
     #[arg(long)]
     pub optimizer: Option<Optimizer>,
     /// Seed of the search
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Look for no effect beyond the 12 parameters
+    /// Identify the 12 parameters only and look for no further effect
     #[arg(long)]
     pub no_effects: bool,
-    /// After the summary: what each window's report rests on, which sensor is to blame, what moved P, and how far P is from a known one
+    /// Explain each window after the summary: the evidence, which sensor is to blame, what moved P, and how
+    /// far P is from a known one
     #[arg(long)]
     pub explain: bool,
-    /// Through register-level models of an ISM330DHCX and an RM3100 and the adapters for them, as `emulate` does
+    /// Pass the samples through register models of an ISM330DHCX and an RM3100 and their adapters, as
+    /// `emulate` does
     #[arg(long)]
     pub through_sensors: bool,
 }
 
 impl ReplayArgs {
-    /// Sets what the command line names.
+    /// Sets the fields that the command line names.
     fn set(&self, config: &mut Config, trace: &Trace) {
         if let Some(seed) = self.seed {
             config.seed = seed;
@@ -96,7 +97,7 @@ impl ReplayArgs {
     }
 }
 
-/// Names of `--optimizer`.
+/// Values of `--optimizer`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Optimizer {
     /// Improved meerkat optimisation algorithm
@@ -109,12 +110,12 @@ pub enum Optimizer {
     De,
     /// Levenberg-Marquardt
     Lm,
-    /// The closed-form least-squares point
+    /// Closed-form least squares
     Ls,
 }
 
 impl Optimizer {
-    /// What the library calls it.
+    /// The library's name for this search.
     #[must_use]
     pub const fn kind(self) -> OptimizerKind {
         match self {
@@ -128,7 +129,7 @@ impl Optimizer {
     }
 }
 
-/// Flies a trace on the host and delivers the summary and the files asked for.
+/// Flies a trace on this machine, prints the summary and writes the files asked for.
 ///
 /// # Errors
 /// Bad input or usage; see [`crate::commands::exit_status::exit_status`].
@@ -147,12 +148,12 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Flies a trace on the host and shows how far it is.
+/// Flies a trace on this machine with a progress bar.
 #[must_use]
 pub fn fly_with_bar(probe: Box<Probe>, trace: &Trace) -> Flight {
     let bar = progress_bar(trace.samples.len());
     let flight = fly_on(probe, &trace.samples, |flown| {
-        // A thousand samples fly in well under a frame.
+        // A thousand samples take well under a frame of the bar.
         if flown % 1_000 == 0 {
             bar.set_position(flown as u64);
         }
@@ -161,15 +162,12 @@ pub fn fly_with_bar(probe: Box<Probe>, trace: &Trace) -> Flight {
     flight
 }
 
-/// The stored model that the arguments name.
+/// Reads the stored model of `--model`.
 fn stored_model(args: &ReplayArgs) -> Result<Option<StoredModel>, Failure> {
-    let Some(path) = &args.model else { return Ok(None) };
-    let bad = |what: String| Failure::BadInput(format!("{}: {what}", path.display()));
-    let text = fs::read_to_string(path).map_err(|e| bad(format!("cannot be read: {e}")))?;
-    toml::from_str(&text).map(Some).map_err(|e| bad(e.to_string().trim_end().replace('\n', " ")))
+    args.model.as_deref().map(toml_file::read).transpose()
 }
 
-/// Reads the trace and makes its configuration; everything that can be wrong with the arguments shows here.
+/// Reads the trace and makes its configuration; reports every error that the arguments can have.
 ///
 /// # Errors
 /// Bad input or usage.
@@ -181,11 +179,11 @@ pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
     Ok((trace, config))
 }
 
-/// No result may overwrite what is read, nor another result.
+/// Refuses to overwrite an input, and to write two results to one file.
 fn check_outputs(args: &ReplayArgs) -> Result<(), Failure> {
     let outputs = [&args.attitude, &args.rates, &args.surveys, &args.json, &args.html];
     for (index, output) in outputs.into_iter().enumerate() {
-        // A terminal or /dev/null takes any number of them.
+        // A terminal or /dev/null may be named any number of times.
         let Some(output) = output.as_ref().filter(|output| !output.exists() || output.is_file()) else { continue };
         let taken =
             |what: &str| Err(Failure::BadInput(format!("{}: the result would overwrite {what}", output.display())));
@@ -202,8 +200,8 @@ fn check_outputs(args: &ReplayArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Scores a flight, prints the summary and writes the files asked for; the same for a flight on the host and on the
-/// emulated chip. `place` says where it was flown, for the summary's first line.
+/// Scores a flight, prints the summary and writes the files asked for; used for flights on this machine and
+/// on the emulated chip. `place` tells the summary where it was flown.
 ///
 /// # Errors
 /// When a file or the summary cannot be written.

@@ -1,14 +1,14 @@
-//! Whether two paths lead to one file, also where it is yet to be written.
+//! Whether two paths name one file, even if it does not exist yet.
 
 use std::path::{Path, PathBuf};
 
-/// Whether what is written to one path is read from the other.
+/// Whether writing to one path would change what is read from the other.
 #[must_use]
 pub fn same_file(a: &Path, b: &Path) -> bool {
     resolved(a).is_some_and(|a| resolved(b) == Some(a))
 }
 
-/// Where the path leads; a file that is not there yet is named by its folder, which is.
+/// Absolute path; for a file that does not exist yet, that of its folder and its name.
 fn resolved(path: &Path) -> Option<PathBuf> {
     if let Ok(there) = path.canonicalize() {
         return Some(there);

@@ -1,4 +1,4 @@
-//! `mwd simulate`: the trace of a scenario.
+//! `mwd simulate`: simulates a scenario and writes its trace.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use crate::simulate::{Scenario, describe, simulate};
 /// Options of `simulate`.
 #[derive(Debug, Clone, Args)]
 pub struct SimulateArgs {
-    /// The scenario
+    /// The scenario, TOML
     #[arg(value_name = "SCENARIO.toml")]
     pub scenario: PathBuf,
     /// Where to write the trace, .csv or .csv.gz
@@ -20,9 +20,9 @@ pub struct SimulateArgs {
     pub seed: Option<u64>,
 }
 
-/// Reads a scenario, simulates it and writes the trace: `cargo mwd simulate`.
+/// Reads a scenario, simulates it, writes the trace and prints the true gyro model.
 ///
-/// Without `output` the trace is written to the current directory, named after the scenario.
+/// Without `-o` the trace is written to the current directory under the scenario's name.
 ///
 /// # Errors
 /// The scenario cannot be read or used, or the trace cannot be written.

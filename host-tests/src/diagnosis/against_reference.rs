@@ -1,7 +1,8 @@
-//! Diagnosis against a reference: the reference attitude stands in for sensors, and the same pipeline diagnoses the others.
+//! Diagnosis against a reference attitude, which stands in for the sensors that are not tested.
 //!
-//! First the gyro is read and the vectors come from the reference: what shows is the gyro's. Then the vectors are read and the gyro comes
-//! from the reference: what shows is accelerometer's and magnetometer's.
+//! First the gyro is tested: gravity and field are computed from the reference, so what shows is the gyro's
+//! error. Then the vectors are tested: the rate is computed from the reference, so what shows is the
+//! accelerometer's or the magnetometer's error.
 
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
@@ -20,10 +21,10 @@ use super::outcome::{Diagnosed, diagnosed_with};
 use crate::{
     failure::Failure,
     flight::{Flight, fly_at_a_desk},
-    trace::{EarthFrame, Trace},
+    trace::Trace,
 };
 
-/// What can be wrong with the gyro.
+/// Effects looked for when the gyro is tested.
 static OF_THE_GYRO: [&dyn Effect; 6] = [
     &GyroLag,
     &GyroBiasTemperature,
@@ -33,19 +34,19 @@ static OF_THE_GYRO: [&dyn Effect; 6] = [
     &GyroScaleAsymmetry,
 ];
 
-/// What can be wrong with the vector sensors.
+/// Effects looked for when the vector sensors are tested.
 static OF_THE_VECTORS: [&dyn Effect; 8] =
     [&MagLag, &AccelLag, &EddyLag, &AxialInterference, &HardIron, &SoftIron, &AccelBias, &LeverArm];
 
-/// The field that is given to a reference where the trace states none: 50 microtesla, 65 deg below the horizontal. Only its
-/// direction in the earth counts, and that it stays.
+/// Magnetic field assumed for the reference where the trace states none, microtesla, 65 deg below the
+/// horizontal. Only its direction in the earth counts, and that it does not change.
 const FIELD_UT: f64 = 50.0;
 const DIP_DEG: f64 = 65.0;
 
-/// Latency of work that is done at once, seconds.
+/// Latency of an identification on a desk, seconds.
 const AT_ONCE_S: f32 = 0.1;
 
-/// Flies the gyro against the reference, and diagnoses both.
+/// Tests gyro and vectors, each against the reference, and joins the findings.
 ///
 /// # Errors
 /// The trace has no reference, or the configuration cannot be used.
@@ -60,7 +61,7 @@ pub fn against_reference(trace: &Trace, config: &Config) -> anyhow::Result<(Flig
     let gyro_trace = Trace { samples: vectors_from(trace, &attitudes), ..trace.clone() };
     let vector_trace = Trace { samples: rates_from(trace, &attitudes), ..trace.clone() };
     let mut config = *config;
-    // Nothing has to wait for a chip: what comes before the hold-out is used up to its end.
+    // On a desk results are there at once: data up to the hold-out can be used.
     config.identification.latency_s = AT_ONCE_S;
     let second = fly_at_a_desk(&OF_THE_VECTORS, &config, &vector_trace.samples)?;
     let of_vectors = diagnosed_with(&OF_THE_VECTORS, &vector_trace, &config, &second);
@@ -77,7 +78,7 @@ pub fn against_reference(trace: &Trace, config: &Config) -> anyhow::Result<(Flig
     Ok((flight, Diagnosed { verdict, effects, magnets, reports, residual, residual_over_time }))
 }
 
-/// The graver of two verdicts.
+/// The more serious of two verdicts.
 fn joint(a: Verdict, b: Verdict) -> Verdict {
     let gravity = |verdict: Verdict| match verdict {
         Verdict::ModelSufficient => 0,
@@ -88,14 +89,9 @@ fn joint(a: Verdict, b: Verdict) -> Verdict {
     if gravity(a) >= gravity(b) { a } else { b }
 }
 
-/// Body to NED.
+/// Reference attitudes, body to NED.
 pub(crate) fn attitudes(trace: &Trace) -> Vec<Option<UnitQuaternion<f64>>> {
-    let half = std::f64::consts::FRAC_1_SQRT_2;
-    let to_ned = match trace.keys.earth_frame {
-        EarthFrame::Ned => UnitQuaternion::identity(),
-        // East to y, north to x, up to minus z: half a turn about (1, 1, 0).
-        EarthFrame::Enu => UnitQuaternion::new_normalize(Quaternion::new(0.0, half, half, 0.0)),
-    };
+    let to_ned = trace.keys.earth_frame.to_ned();
     let one = |q: &Option<[f64; 4]>| {
         let [w, x, y, z] = (*q)?;
         Some(to_ned * UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)))
@@ -103,7 +99,7 @@ pub(crate) fn attitudes(trace: &Trace) -> Vec<Option<UnitQuaternion<f64>>> {
     trace.reference.iter().map(one).collect()
 }
 
-/// The samples with gravity and field as the reference has them.
+/// Samples with gravity and field computed from the reference.
 pub(crate) fn vectors_from(trace: &Trace, attitudes: &[Option<UnitQuaternion<f64>>]) -> Vec<Sample> {
     let keys = &trace.keys;
     let gravity = keys.gravity_m_s2.unwrap_or(9.806_65);
@@ -124,7 +120,8 @@ pub(crate) fn vectors_from(trace: &Trace, attitudes: &[Option<UnitQuaternion<f64
     .collect()
 }
 
-/// The samples with the rate as the reference has it: from the sample before to the one after, so that nothing is late.
+/// Samples with the rate computed from the reference, from the sample before to the one after: a central
+/// difference has no delay.
 fn rates_from(trace: &Trace, attitudes: &[Option<UnitQuaternion<f64>>]) -> Vec<Sample> {
     let rate = |index: usize| -> Option<Vector3<f64>> {
         let (before, after) = (index.checked_sub(1)?, index + 1);

@@ -1,4 +1,4 @@
-//! What the diagnoses of a flight come to: effects by name, and the residual of the vectors before and after.
+//! Findings of a flight's diagnoses: effects by name, and the vectors' residual before and after.
 
 mod against_reference;
 mod outcome;

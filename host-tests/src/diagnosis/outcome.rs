@@ -1,4 +1,4 @@
-//! What a flight's diagnoses come to.
+//! Findings of all diagnoses of a flight, put together.
 
 use meerkat_mwd::{
     Config,
@@ -10,25 +10,25 @@ use meerkat_mwd::{
 use super::vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual, residual_without, vector_residual};
 use crate::{flight::Flight, trace::Trace};
 
-/// The outcome of the loop.
+/// Findings of a flight.
 #[derive(Clone)]
 pub struct Diagnosed {
-    /// The verdict at the end.
+    /// Verdict of the last diagnosis, raised if effects or magnets were found earlier.
     pub verdict: Verdict,
-    /// The effects that it holds.
+    /// Effects found and not withdrawn.
     pub effects: Vec<Found>,
     /// Magnets that came and went.
     pub magnets: Vec<HardIronInterval>,
-    /// Every diagnosis that could tell anything, with the library that it used.
+    /// Every conclusive diagnosis, with the library of effects it used.
     pub reports: Vec<(DiagnosisReport, &'static [&'static dyn Effect])>,
-    /// Residual of the vectors with the bias alone, and with all that flew.
+    /// Residual of the vectors with the bias alone, and as flown.
     pub residual: VectorResidual,
-    /// What they are made of.
+    /// The same residuals over time, for plots.
     pub residual_over_time: ResidualOverTime,
 }
 
 impl Diagnosed {
-    /// What the residual goes with, where the verdict is that it is not explained.
+    /// What an unexplained residual correlates with; `None` unless that is the verdict.
     #[must_use]
     pub fn remainder(&self) -> Option<&RemainderReport> {
         let latest_first = self.reports.iter().rev().map(|(report, _)| report);
@@ -40,23 +40,25 @@ impl Diagnosed {
     }
 }
 
-/// An effect with what it is.
+/// An effect that was found.
 #[derive(Clone)]
 pub struct Found {
-    /// Out of the library.
+    /// The effect, from the library.
     pub effect: &'static dyn Effect,
-    /// How it was found.
+    /// How it was found: evidence, parameters, times.
     pub report: EffectReport,
-    /// From when to when it is there, seconds: since it was found, or since the bias stepped.
+    /// Start and end of the effect in seconds: from when it was found, or from the bias step.
     pub active_s: [f64; 2],
-    /// Residual over a second of the vector that shows it, without it and with it, degrees rms.
+    /// Residual over one second of the vector that shows the effect, without and with it taken out, degrees
+    /// rms.
     pub residual_deg: BeforeAfter,
-    /// Effects of the library that are as likely.
+    /// Names of effects that the data make as likely.
     rivals: Vec<&'static str>,
 }
 
 impl Found {
-    /// What it may be instead: what is as likely on these data, then what the sensors can never tell from it.
+    /// Names of what it may be instead: effects as likely on these data, then effects that no data could tell
+    /// from it.
     #[must_use]
     pub fn aliases(&self) -> Vec<&'static str> {
         let own = self.effect.aliases().iter().copied().filter(|alias| !self.rivals.contains(alias));
@@ -64,13 +66,13 @@ impl Found {
     }
 }
 
-/// What the diagnoses of a flight with the default library come to.
+/// Findings of a flight with the default library of effects.
 #[must_use]
 pub fn diagnosed(trace: &Trace, config: &Config, flight: &Flight) -> Diagnosed {
     diagnosed_with(&meerkat_mwd::compensation::effects::LIBRARY, trace, config, flight)
 }
 
-/// The same with another library.
+/// Findings of a flight with another library of effects.
 pub(super) fn diagnosed_with(
     library: &'static [&'static dyn Effect],
     trace: &Trace,
@@ -81,7 +83,8 @@ pub(super) fn diagnosed_with(
     let end_s = trace.samples.last().map_or(0.0, |sample| sample.t_us as f64 / 1e6);
     let (residual, residual_over_time) = vector_residual(library, trace, config, flight);
     let mut effects: Vec<Found> = Vec::new();
-    // A step of the bias is believed for good after a while, and no later diagnosis looks for it again.
+    // A bias step is believed for good after a while, and later diagnoses do not report it again: keep the
+    // last report of each.
     let mut steps: Vec<&EffectReport> = Vec::new();
     for step in reports.iter().flat_map(|report| report.found()).filter(|found| found.step_us > 0) {
         match steps.iter_mut().find(|known| known.step_us == step.step_us) {
@@ -119,7 +122,7 @@ pub(super) fn diagnosed_with(
     }
 }
 
-/// Names of the effects that are as likely as one that was found.
+/// Names of the library's effects that are as likely as the one found.
 #[must_use]
 pub fn rivals(report: &EffectReport, library: &[&dyn Effect]) -> Vec<&'static str> {
     let is_rival = |(index, _): &(usize, &&dyn Effect)| report.rivals >> index & 1 == 1;

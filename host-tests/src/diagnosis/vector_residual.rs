@@ -1,4 +1,4 @@
-//! Residual of gravity and field over a second: predicted from a second before by the gyro, minus measured.
+//! Residual of gravity and field over one second: predicted by the gyro from a second before, minus measured.
 
 use std::collections::VecDeque;
 
@@ -14,16 +14,16 @@ use serde::Serialize;
 
 use crate::{flight::Flight, trace::Trace};
 
-/// From one vector to the one that is predicted from it, seconds.
+/// Time over which a vector is predicted, seconds.
 const SEGMENT_S: f64 = 1.0;
 
-/// Length of the mean that stands for a vector, seconds; de-rotated to its middle.
+/// Length of the mean that stands for a vector, seconds; its readings are turned to its middle.
 const MEAN_S: f64 = 0.1;
 
-/// A rate under which a segment tells nothing about rotation, rad/s rms: 3 deg/s.
+/// Least rate of a segment, rad/s rms (3 deg/s): a slower one tells nothing about rotation.
 const MOVING_RAD_S: f64 = 0.052;
 
-/// Share of the residuals, the smallest, that count, as in the scores.
+/// Share of the residuals that count, the smallest, as in the scores.
 const KEPT: f64 = 0.98;
 
 /// A figure before and after.
@@ -31,42 +31,42 @@ const KEPT: f64 = 0.98;
 pub struct BeforeAfter {
     /// With the factory's P, the bias alone and no effect.
     pub before: Option<f64>,
-    /// With all that flew.
+    /// As flown, with every accepted parameter and effect.
     pub after: Option<f64>,
 }
 
-/// Residuals of the vectors, held out where the flight was frozen.
+/// Residuals of the vectors; over the held-out part if the flight was frozen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct VectorResidual {
     /// Angle of gravity's residual, degrees rms.
     pub gravity_deg: BeforeAfter,
     /// Angle of the field's, degrees rms.
     pub magnetic_deg: BeforeAfter,
-    /// Mean square of the innovations in units of their variance, of the last diagnosis.
+    /// Mean square of the last diagnosis's innovations, in units of their variance.
     pub nis: BeforeAfter,
 }
 
-/// The angles that those residuals are made of: time, seconds, and angle, degrees, of gravity and of the field.
+/// Residual angles over time (seconds, degrees), of gravity and of the field.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ResidualOverTime {
     /// With the factory's P, the bias alone and no effect.
     pub before: [Vec<[f64; 2]>; 2],
-    /// With all that flew.
+    /// As flown, with every accepted parameter and effect.
     pub after: [Vec<[f64; 2]>; 2],
 }
 
-/// One way to read the sensors.
+/// A trace compensated in one way.
 struct Reading {
     t_s: Vec<f64>,
     rotation: Vec<UnitQuaternion<f64>>,
     rate: Vec<f64>,
-    /// Number of gaps before, in time and of the gyro: over one, nothing is predicted.
+    /// Number of gaps before each sample, in time or of the gyro: nothing is predicted across one.
     gaps: Vec<u32>,
-    /// Specific force and field in the frame of the beginning.
+    /// Specific force and field, turned to the frame of the trace's start.
     vectors: [Vec<Option<Vector3<f64>>>; 2],
 }
 
-/// The residuals of a flight with a library of effects.
+/// Residuals of a flight whose effects come from `library`.
 pub(super) fn vector_residual(
     library: &[&dyn Effect],
     trace: &Trace,
@@ -91,8 +91,8 @@ pub(super) fn vector_residual(
     (residual, over_time)
 }
 
-/// Residual of the vector that shows an effect, without it and as flown. What it adds to the gyro's reading at all times alike is not the effect's:
-/// without it that is in the bias.
+/// Residual of the vector that shows an effect, without it and as flown. A constant that the effect adds to
+/// the gyro's reading stays, because without the effect it would be part of the bias.
 pub(super) fn residual_without(
     library: &[&dyn Effect],
     trace: &Trace,
@@ -112,17 +112,17 @@ pub(super) fn residual_without(
     BeforeAfter { before: residual(&How::Without(found.found.index)), after: residual(&How::Flown) }
 }
 
-/// How a trace is read.
+/// Ways to compensate a trace.
 enum How {
-    /// With the bias alone.
+    /// With the factory's P and the bias alone.
     BiasOnly,
     /// As it flew.
     Flown,
-    /// As it flew, but for one effect of the library.
+    /// As flown, without one effect of the library.
     Without(u8),
 }
 
-/// The part of the effects without one of them, and that one.
+/// Splits the active effects into all others and that one.
 fn parted(effects: &ActiveEffects, without: u8) -> [ActiveEffects; 2] {
     let mut parts = [ActiveEffects::none(); 2];
     for found in effects.iter() {
@@ -131,7 +131,7 @@ fn parted(effects: &ActiveEffects, without: u8) -> [ActiveEffects; 2] {
     parts
 }
 
-/// The readings as they flew, or otherwise.
+/// Compensates a trace.
 fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight, how: &How) -> Reading {
     let corrected = !matches!(how, How::BiasOnly);
     let mean = if let How::Without(index) = how {
@@ -144,7 +144,7 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
     let mut diagnoses: VecDeque<_> = flight.diagnoses.iter().filter(|r| r.is_conclusive()).collect();
     let (mut model, mut effects): (GyroModel, ActiveEffects) = (config.gyro, ActiveEffects::none());
     let mut reading = Reading { t_s: vec![], rotation: vec![], rate: vec![], gaps: vec![], vectors: [vec![], vec![]] };
-    // What is more by less than a microsecond is rounding.
+    // Differences under a microsecond are rounding.
     let gap_s = (f64::from(GAP_PERIODS) * f64::from(config.sample_period_us) + 0.5) * 1e-6;
     let mut gaps = 0;
     let mut last: Option<(f64, Vector3<f64>, UnitQuaternion<f64>)> = None;
@@ -197,7 +197,7 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
     reading
 }
 
-/// What an effect of the gyro adds to its reading in the mean, rad/s.
+/// Mean rate that one effect adds to the gyro's reading, rad/s.
 fn mean_rate_of(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight, index: u8) -> Vector3<f32> {
     let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
     let (Some(last), Some(window)) = (last, flight.reports.last()) else { return Vector3::zeros() };
@@ -227,7 +227,8 @@ fn moment(sample: &Sample, config: &Config, model: &GyroModel, last: Option<(f64
     }
 }
 
-/// Angles of the residuals of gravity and field over the moving segments from `from_s` on: middle of the segment, seconds, and degrees.
+/// Residual angles of gravity and field over the moving segments from `from_s` on: middle of the segment in
+/// seconds, and degrees.
 fn residuals(reading: &Reading, from_s: f64) -> [Vec<[f64; 2]>; 2] {
     let at = |t_s: f64| reading.t_s.partition_point(|&t| t < t_s);
     let mut angles: [Vec<[f64; 2]>; 2] = [vec![], vec![]];
@@ -236,7 +237,7 @@ fn residuals(reading: &Reading, from_s: f64) -> [Vec<[f64; 2]>; 2] {
         let (first, second) =
             (at(start_s)..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
         if let Some(&next_s) = reading.t_s.get(first.start).filter(|_| first.start == second.end) {
-            // Nothing is there: a gap may last for years.
+            // Skip the gap at once: it may last for years.
             start_s = next_s;
             continue;
         }
@@ -260,7 +261,7 @@ fn residuals(reading: &Reading, from_s: f64) -> [Vec<[f64; 2]>; 2] {
     angles
 }
 
-/// Root mean square of those that count, degrees.
+/// Root mean square of the residuals that count, degrees.
 fn rms_of_kept(angles: &[[f64; 2]]) -> Option<f64> {
     let mut angles: Vec<f64> = angles.iter().map(|[_, angle]| *angle).collect();
     angles.sort_by(f64::total_cmp);

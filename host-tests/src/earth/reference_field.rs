@@ -1,4 +1,4 @@
-//! The earth's field at a place and a date, by the World Magnetic Model, of a place and a date.
+//! The earth's magnetic field at a place and a date, by the World Magnetic Model.
 
 use world_magnetic_model::{
     GeomagneticField,
@@ -30,7 +30,8 @@ pub struct ReferenceField {
     pub declination_sigma_rad: f32,
 }
 
-/// The field at a geodetic latitude (degrees north), a longitude (degrees east), a height above the ellipsoid (metres) and a day.
+/// The field at a geodetic latitude (degrees north), a longitude (degrees east), a height above the ellipsoid
+/// (metres) and a day.
 ///
 /// # Errors
 /// A place or a day outside the model: 2020 to 2029, 1 km below the ellipsoid to 850 km above.
@@ -57,7 +58,7 @@ pub fn reference_field(
 /// A day written as `YYYY-MM-DD`.
 ///
 /// # Errors
-/// Why it is none.
+/// Why the text is no day.
 pub fn day(text: &str) -> Result<Date, String> {
     let mut parts = text.split('-');
     let (Some(year), Some(month), Some(day), None) = (parts.next(), parts.next(), parts.next(), parts.next()) else {
@@ -75,8 +76,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// `WMM2025_TEST_VALUES.txt` of NOAA's National Centers for Environmental Information: day, height in km, latitude, longitude, then
-    /// X, Y, Z in nanotesla and the declination in degrees. 2027.5 is 2 July, noon.
+    /// `WMM2025_TEST_VALUES.txt` of NOAA's National Centers for Environmental Information: day, height in km,
+    /// latitude, longitude, then X, Y, Z in nanotesla and the declination in degrees. 2027.5 is 2 July, noon.
     const PUBLISHED: [(&str, [f64; 7]); 12] = [
         ("2025-01-01", [0.0, 80.0, 0.0, 6521.6, 145.9, 54791.5, 1.28]),
         ("2025-01-01", [0.0, 0.0, 120.0, 39677.8, -109.6, -10580.2, -0.16]),

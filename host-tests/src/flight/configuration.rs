@@ -1,4 +1,4 @@
-//! From what the trace says, what the user's file says and what the command line says to one [`Config`]; the later wins.
+//! The configuration of a flight: the trace's header, a file on top of it, the command line on top of that.
 
 use std::path::Path;
 
@@ -10,10 +10,12 @@ use meerkat_mwd::{
 
 use crate::{failure::Failure, trace::Trace};
 
-/// A stated period may exceed the trace's median step by this share of it: a recording that lost samples has longer steps, none shorter.
+/// Share by which a stated period may exceed the trace's median step: lost samples make steps longer, never
+/// shorter.
 const PERIOD_TOLERANCE: f64 = 0.2;
 
-/// The configuration of a flight over `trace`: with a file's values on top, where one is named, and `on_top` last.
+/// The configuration of a flight over `trace`: the header, the file's values if there is a file, and `on_top`
+/// last.
 ///
 /// # Errors
 /// A configuration file that cannot be read or used, or a field out of its range.
@@ -23,7 +25,7 @@ pub fn configuration(trace: &Trace, file: Option<&Path>, on_top: impl FnOnce(&mu
     checked(config, trace)
 }
 
-/// The configuration of a trace with a file's values on top.
+/// The configuration of a trace with a file's values on top, without a command line.
 ///
 /// # Errors
 /// A configuration file that cannot be read or used, or a field out of its range.
@@ -33,13 +35,13 @@ pub fn of_file(trace: &Trace, path: Option<&Path>) -> Result<Config, Failure> {
 
 fn checked(config: Config, trace: &Trace) -> Result<Config, Failure> {
     config.validate().map_err(|error| {
-        // What is wrong without the user's file is the trace's.
+        // An error that is there without the user's file is the trace's.
         if of_trace(trace).validate() != Err(error) {
             return Failure::Config(error);
         }
         let path = trace.path.display();
         Failure::BadInput(match error.field {
-            // Nobody wrote this field: it is the trace's median step, and the message has to say so.
+            // Nobody wrote this field: it is the trace's median step, so the message names the step.
             "sample_period_us" => {
                 format!("{path}: {error}, and the median step of the trace is {}", config.sample_period_us)
             }
@@ -49,7 +51,8 @@ fn checked(config: Config, trace: &Trace) -> Result<Config, Failure> {
     Ok(config)
 }
 
-/// What the trace itself says: full scales, the gyro's delay, what moves the probe, the earth, and the median step as the nominal period.
+/// What the trace's header states: full scales, the gyro's delay, the kind of motion, the earth; the median
+/// step is the nominal period.
 #[must_use]
 pub fn of_trace(trace: &Trace) -> Config {
     let keys = &trace.keys;
@@ -74,13 +77,14 @@ pub fn of_trace(trace: &Trace) -> Config {
     }
 }
 
-/// The instant from which the last `fraction` of the trace is held out, microseconds.
+/// Time from which the last `fraction` of the trace is held out, microseconds.
 #[must_use]
 pub fn freeze_at_us(trace: &Trace, fraction: f64) -> u64 {
     trace.first_us() + ((1.0 - fraction) * trace.duration_us() as f64).round() as u64
 }
 
-/// What the trace says with the file's values on top, table by table, so that a key that the file does not name keeps its value.
+/// The header's configuration with the file's values on top, table by table: a key that the file does not
+/// name keeps its value.
 fn overlaid(trace: &Trace, path: &Path) -> Result<Config, Failure> {
     let bad = |what: String| Failure::BadInput(format!("{}: {what}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|e| bad(format!("cannot be read: {e}")))?;
@@ -89,7 +93,7 @@ fn overlaid(trace: &Trace, path: &Path) -> Result<Config, Failure> {
     overlay(&mut merged, file);
     let config: Config =
         merged.try_into().map_err(|e: toml::de::Error| bad(e.to_string().trim_end().replace('\n', " ")))?;
-    // Where the file is silent, it is the median step itself; one sample has none.
+    // If the file is silent the period is the median step itself; a trace of one sample has no step.
     let (stated, median) = (config.sample_period_us, trace.nominal_period_us());
     let all_are_gaps = u64::from(median) > u64::from(GAP_PERIODS) * u64::from(stated);
     if median > 0 && (all_are_gaps || f64::from(stated) > (1.0 + PERIOD_TOLERANCE) * f64::from(median)) {
@@ -163,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_period_that_is_not_the_traces_is_refused_with_both() {
-        // A recording that lost samples has longer steps than were meant.
+        // Lost samples make the median step longer than intended.
         for stated in [1_167, 2_800, 3_500, 4_200] {
             assert_eq!(overlay_with(&format!("sample_period_us = {stated}")).unwrap().sample_period_us, stated);
         }

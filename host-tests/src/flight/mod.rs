@@ -17,7 +17,7 @@ use meerkat_mwd::{
 
 use crate::failure::Failure;
 
-/// What one run of the pipeline over a trace gave, on the host or on the emulated chip.
+/// Result of one run of the pipeline over a trace, on the host or on the emulated chip.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Flight {
     /// One per sample, in order.
@@ -26,9 +26,9 @@ pub struct Flight {
     pub reports: Vec<WindowReport>,
     /// One per diagnosis, in order.
     pub diagnoses: Vec<DiagnosisReport>,
-    /// Magnets that came and went, those of the latest that the probe keeps.
+    /// Magnets that came and went, the latest that the probe keeps.
     pub magnets: Vec<HardIronInterval>,
-    /// Events counted on the way.
+    /// Counters of the probe at the end.
     pub counters: Counters,
 }
 
@@ -40,8 +40,8 @@ impl Flight {
     }
 }
 
-/// Flies on the host: every sample is pushed, then [`Probe::poll_budget`] units of work are done, as the firmware does.
-/// `progress` is told the number of samples flown so far.
+/// Flies on the host: pushes every sample, then does [`Probe::poll_budget`] units of work, as the firmware
+/// does. Calls `progress` with the number of samples flown so far.
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.
@@ -49,7 +49,7 @@ pub fn fly(config: &Config, samples: &[Sample], progress: impl FnMut(usize)) -> 
     Ok(fly_on(probe(&LIBRARY, config)?, samples, progress))
 }
 
-/// A probe before its first sample, with a stored model or the factory's.
+/// Configures a probe, with a stored model or the factory's, before its first sample.
 ///
 /// # Errors
 /// The configuration or the model cannot be used.
@@ -60,13 +60,13 @@ pub fn started(config: &Config, model: Option<&StoredModel>) -> Result<Box<Probe
     Ok(probe)
 }
 
-/// Flies a probe that was started.
+/// Flies a configured probe.
 #[must_use]
 pub fn fly_on(probe: Box<Probe>, samples: &[Sample], progress: impl FnMut(usize)) -> Flight {
     fly_at(Pace::OfTheChip, probe, samples, progress)
 }
 
-/// The same with another library of effects.
+/// Flies on the host with another library of effects.
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.
@@ -79,7 +79,7 @@ pub fn fly_with(
     Ok(fly_at(Pace::OfTheChip, probe(library, config)?, samples, progress))
 }
 
-/// The same on a desk: all work is done as soon as it is there.
+/// Flies with all work done as soon as it is there, as a desk computer can.
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.
@@ -91,7 +91,7 @@ pub fn fly_at_a_desk(
     Ok(fly_at(Pace::OfADesk, probe(library, config)?, samples, |_| {}))
 }
 
-/// The surveys of a flight at rest and over whole turns, in the order in which they were completed.
+/// Surveys of a flight, at rest and over whole turns, in the order of their completion.
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.
@@ -111,7 +111,7 @@ pub fn surveys(mut probe: Box<Probe>, samples: &[Sample]) -> Result<Vec<SurveyRe
     Ok(taken)
 }
 
-/// How much work is done after a sample.
+/// Amount of work done after each sample.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Pace {
     OfTheChip,
@@ -134,7 +134,7 @@ fn fly_at(pace: Pace, mut probe: Box<Probe>, samples: &[Sample], mut progress: i
         flight.diagnoses.extend(probe.take_diagnosis());
         progress(flown + 1);
     }
-    // Reports that came faster than one a sample.
+    // Reports that are ready faster than one a sample.
     flight.reports.extend(std::iter::from_fn(|| probe.poll(0)));
     flight.diagnoses.extend(std::iter::from_fn(|| probe.take_diagnosis()));
     flight.magnets = probe.hard_iron_intervals().copied().collect();

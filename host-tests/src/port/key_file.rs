@@ -10,7 +10,7 @@ use meerkat_mwd::telemetry::Key;
 
 use crate::failure::Failure;
 
-/// A key and, in a file beside it, the latest counter that was used with it.
+/// A key and the latest counter used with it, which is kept in a file beside it.
 #[derive(Debug)]
 pub struct KeyFile {
     key: Key,
@@ -19,10 +19,12 @@ pub struct KeyFile {
 }
 
 impl KeyFile {
-    /// Reads `path`, 64 hexadecimal digits, and `path` with `.counter` behind it, a decimal number; 0 where that is not there yet.
+    /// Reads the key from `path` (64 hexadecimal digits) and the counter from `path` with `.counter` behind
+    /// it (a decimal number; 0 if there is no such file).
     ///
     /// # Errors
-    /// [`Failure::Missing`] without the key's file, [`Failure::BadInput`] for anything in them that is neither.
+    /// [`Failure::Missing`] if the key's file is missing, [`Failure::BadInput`] if a file holds anything
+    /// else.
     pub fn open(path: &Path) -> Result<Self, Failure> {
         let text = fs::read_to_string(path)
             .map_err(|e| Failure::Missing(format!("{}: the key cannot be read: {e}", path.display())))?;
@@ -48,10 +50,10 @@ impl KeyFile {
         &self.key
     }
 
-    /// A counter that was not used before; it is used up, on disk, when this returns.
+    /// Returns an unused counter and marks it as used on disk first.
     ///
     /// # Errors
-    /// Its file cannot be written, or there is none left.
+    /// The counter's file cannot be written, or no counter is left.
     pub fn next_counter(&mut self) -> Result<u64, Failure> {
         let next = self.latest.checked_add(1);
         let next = next.ok_or_else(|| Failure::BadInput(format!("{}: full", self.counter_path.display())))?;
@@ -59,7 +61,7 @@ impl KeyFile {
         Ok(next)
     }
 
-    /// Remembers the latest counter that the probe has seen.
+    /// Stores the latest counter that the probe reports.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -1,4 +1,4 @@
-//! Where a probe is: a serial port, a socket, or what was captured of one.
+//! The line to a probe: a serial port, a socket, or a file captured from one.
 
 use std::{
     fs::File,
@@ -12,15 +12,15 @@ use clap::Args;
 
 use crate::failure::Failure;
 
-/// How long a read waits before it says that nothing came.
+/// Longest wait of a read.
 const PATIENCE: Duration = Duration::from_millis(50);
-/// How long a connection may take to come about.
+/// Longest wait for a connection.
 const CONNECT: Duration = Duration::from_secs(5);
 
-/// Options of all that listens to a probe.
+/// Options of every command that talks to a probe.
 #[derive(Debug, Clone, Args)]
 pub struct LineArgs {
-    /// A serial port, tcp:HOST:PORT, unix:PATH, or a file with what such a port said
+    /// A serial port, tcp:HOST:PORT, unix:PATH, or a file of captured bytes
     #[arg(value_name = "PORT|FILE")]
     pub place: String,
     /// Speed of a serial port
@@ -28,14 +28,14 @@ pub struct LineArgs {
     pub baud: u32,
 }
 
-/// What a read gave.
+/// Outcome of a read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
-    /// So many bytes.
+    /// This many bytes came.
     Bytes(usize),
-    /// Nothing, this time.
+    /// Nothing came in time.
     Nothing,
-    /// Nothing ever again.
+    /// The line has ended.
     End,
 }
 
@@ -53,10 +53,11 @@ enum Device {
 }
 
 impl Line {
-    /// Opens what `args` name.
+    /// Opens the line that `args` name.
     ///
     /// # Errors
-    /// [`Failure::BadInput`] for a name that is none, [`Failure::Missing`] for a port or socket that cannot be had.
+    /// [`Failure::BadInput`] for a name that is no port, [`Failure::Missing`] if the port or socket cannot be
+    /// opened.
     pub fn open(args: &LineArgs) -> Result<Self, Failure> {
         let place = args.place.as_str();
         let device = if let Some(address) = place.strip_prefix("tcp:") {
@@ -77,13 +78,13 @@ impl Line {
         Ok(Self { device })
     }
 
-    /// Whether a probe is at the other end, now.
+    /// Whether a probe is at the other end; a captured file is not live.
     #[must_use]
     pub const fn is_live(&self) -> bool {
         !matches!(self.device, Device::Capture(_))
     }
 
-    /// Reads what is there, or waits a twentieth of a second for it.
+    /// Reads the bytes that are there, waiting for up to a twentieth of a second.
     ///
     /// # Errors
     /// The line broke.
@@ -110,7 +111,7 @@ impl Line {
     /// Sends bytes to the probe.
     ///
     /// # Errors
-    /// The line broke, or is a capture.
+    /// The line broke, or is a captured file.
     pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         let device: &mut dyn Write = match &mut self.device {
             Device::Serial(port) => port,

@@ -1,4 +1,4 @@
-//! A probe at the end of a line: what it says, and what is said to it.
+//! The line to a probe: bytes, keys, recorded samples, and the view of what it reports.
 
 pub mod command_frame;
 pub mod key_file;

@@ -16,12 +16,12 @@ use crate::{
     trace::{BodyFrame, Keys, Trace, seconds},
 };
 
-/// What a probe sent of one run.
+/// Raw samples of one run of a probe, with its configuration.
 #[derive(Debug, Default)]
 pub struct Recording {
-    /// What the samples were flown with.
+    /// Report of the start that applies to the samples.
     boot: Option<Boot>,
-    /// Number of the first sample that is flown with something else.
+    /// Number of the first sample that was flown with another configuration.
     ends_before: Option<u32>,
     samples: Vec<Sample>,
     first_number: u32,
@@ -31,23 +31,23 @@ pub struct Recording {
     out_of_order: u64,
     restarted: bool,
     refused: Option<CommandRefusal>,
-    /// Frames of another version.
+    /// Number of frames of another version.
     pub not_understood: u64,
-    /// What became of the frames.
+    /// Counters of the decoder.
     pub link: LinkCounters,
 }
 
 /// Whether anything more belongs to this recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// Go on.
+    /// More may come.
     Goes,
-    /// The probe has started afresh.
+    /// The probe has restarted: the recording is complete.
     Over,
 }
 
 impl Recording {
-    /// Takes what came next.
+    /// Takes the next message.
     pub fn take(&mut self, message: Message) -> Progress {
         match message {
             Message::Boot(boot) => self.take_boot(boot),
@@ -62,7 +62,8 @@ impl Recording {
         Progress::Goes
     }
 
-    /// Samples that a report of the start comes before may still come after it, and the report of a recording's beginning is no start.
+    /// Samples may still arrive after the report of a start that follows them. The report that opens a
+    /// recording is no restart.
     fn take_boot(&mut self, boot: Boot) {
         if self.samples.is_empty() {
             self.boot = Some(boot);
@@ -95,7 +96,7 @@ impl Recording {
         self.samples.is_empty()
     }
 
-    /// What became of the frames, for a reader.
+    /// Frames received, damaged and lost, in one line.
     #[must_use]
     pub fn link_line(&self) -> String {
         let LinkCounters { frames, bad, oversize, lost, .. } = self.link;
@@ -106,7 +107,7 @@ impl Recording {
         )
     }
 
-    /// The trace, with what the format has of the configuration in its header.
+    /// The trace; its header holds what the format has of the configuration.
     #[must_use]
     pub fn trace(&self) -> Trace {
         let config = self.boot.as_ref().map(|boot| &boot.config);
@@ -121,7 +122,8 @@ impl Recording {
         }
     }
 
-    /// Writes the trace, and the configuration beside it; gives what a reader has to know.
+    /// Writes the trace and the configuration beside it. Returns lines for the user: what was written, and
+    /// how to replay it.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -173,13 +175,13 @@ impl Recording {
     }
 }
 
-/// The name of the configuration's file.
+/// Path of the configuration's file.
 #[must_use]
 pub fn beside(trace: &Path) -> PathBuf {
     PathBuf::from(format!("{}.toml", stem(trace)))
 }
 
-/// The name of the stored model's file.
+/// Path of the stored model's file.
 #[must_use]
 pub fn model_beside(trace: &Path) -> PathBuf {
     PathBuf::from(format!("{}.model.toml", stem(trace)))

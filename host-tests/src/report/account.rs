@@ -1,4 +1,4 @@
-//! The account that a user reads.
+//! The account of a diagnosis, as text.
 
 use std::io::{self, Write};
 
@@ -60,7 +60,7 @@ pub fn print_account(
     Ok(())
 }
 
-/// One line a diagnosis, one an effect, one for what else was tried.
+/// Prints a diagnosis: one line for it, one for each effect found, one for the other candidates.
 pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, library: &[&dyn Effect]) -> io::Result<()> {
     writeln!(
         out,
@@ -103,7 +103,7 @@ fn print_outcome(out: &mut impl Write, diagnosed: &Diagnosed) -> io::Result<()> 
     Ok(())
 }
 
-/// What was found, an effect in a line.
+/// Effects and magnets that were found, one sentence each.
 #[must_use]
 pub fn sentences(diagnosed: &Diagnosed) -> Vec<String> {
     diagnosed.effects.iter().map(sentence).chain(diagnosed.magnets.iter().map(of_magnet)).collect()
@@ -118,7 +118,7 @@ fn of_magnet(magnet: &HardIronInterval) -> String {
     format!("hard_iron from {from_s:.1} s to {until}: {size:.1} uT, ({x:.1}, {y:.1}, {z:.1}) uT, {remark}")
 }
 
-/// One effect in a line.
+/// An effect in one sentence.
 fn sentence(found: &Found) -> String {
     let parameters = found.effect.parameters().iter().enumerate().map(|(k, parameter)| {
         let value = found.report.found.parameters.get(k).copied().unwrap_or(0.0) * parameter.in_unit;
@@ -149,7 +149,7 @@ fn sentence(found: &Found) -> String {
     )
 }
 
-/// The verdict as the JSON spells it.
+/// Name of a verdict, as in the JSON.
 #[must_use]
 pub const fn verdict_name(verdict: Verdict) -> &'static str {
     match verdict {

@@ -1,5 +1,5 @@
-//! The `--attitude` file. The same code writes it for a flight on the host and on the emulated chip, so that equal
-//! outputs give equal bytes.
+//! The `--attitude` file. The same code writes it for a flight on the host and on the emulated chip, so that
+//! equal outputs give equal bytes.
 
 use std::{
     fs::File,
@@ -15,8 +15,8 @@ const HEADER: &str = "t_s,qw,qx,qy,qz,inclination_deg,azimuth_deg,gravity_toolfa
                       sigma_inclination_deg,sigma_azimuth_deg,sigma_toolface_deg,flags";
 const NO_ATTITUDE: &str = ",,,,,,,,,,,,";
 
-/// Writes one row per sample: time of validity, body to NED, angles and their 1-sigma in degrees, flags; empty cells
-/// where there is no attitude yet or a number does not exist.
+/// Writes one row per sample: time of validity, body to NED, angles and their 1-sigma in degrees, flags;
+/// empty cells where there is no attitude yet or a number does not exist.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -54,7 +54,8 @@ fn write_rows(outputs: &[Output], out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// A comma and the shortest decimal that reads back as the same f32; an empty cell for what is no number.
+/// Writes a comma and the shortest decimal that reads back as the same f32; an empty cell for NaN or
+/// infinity.
 pub(crate) fn write_cell(out: &mut impl Write, number: f32) -> io::Result<()> {
     if number.is_finite() { write!(out, ",{number}") } else { out.write_all(b",") }
 }

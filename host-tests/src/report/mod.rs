@@ -1,4 +1,4 @@
-//! What a user gets of a flight: summary, account, JSON, CSV and pages.
+//! What a user gets of a flight: summary, account of the diagnosis, JSON, CSV and pages.
 
 pub mod account;
 pub mod attitude_csv;

@@ -1,10 +1,10 @@
-//! Which motion a flight was told, and who said so.
+//! The kind of motion that a flight was configured for, and where it was stated.
 
 use meerkat_mwd::Config;
 
 use crate::trace::{BodyFrame, Trace, motion::name};
 
-/// Who says which motion flew.
+/// Where the kind of motion was stated.
 #[must_use]
 pub fn origin(trace: &Trace, config: &Config) -> &'static str {
     let keys = &trace.keys;
@@ -16,7 +16,7 @@ pub fn origin(trace: &Trace, config: &Config) -> &'static str {
     }
 }
 
-/// Which motion flew, in one line.
+/// The kind of motion and its origin in one line.
 #[must_use]
 pub fn line(trace: &Trace, config: &Config) -> String {
     format!("motion: {} ({})", name(config.identification.motion), origin(trace, config))

@@ -1,10 +1,10 @@
-//! How far a long computation is.
+//! Progress of a long computation.
 
 use std::io::{self, IsTerminal};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar on a terminal, nothing in a pipe.
+/// A progress bar on a terminal; hidden in a pipe.
 #[must_use]
 pub fn progress_bar(samples: usize) -> ProgressBar {
     if !io::stderr().is_terminal() {

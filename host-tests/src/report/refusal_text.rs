@@ -1,8 +1,8 @@
-//! Why P was refused, in words.
+//! Reasons of refusal in words.
 
 use meerkat_mwd::identification::{Decision, Refusal};
 
-/// A window's outcome.
+/// Outcome of a window in words.
 #[must_use]
 pub fn decision_text(decision: &Decision) -> String {
     match decision {
@@ -12,7 +12,7 @@ pub fn decision_text(decision: &Decision) -> String {
     }
 }
 
-/// The reason as a reader of the report wants it, with its figures and units.
+/// Reason of a refusal with its figures and units.
 #[must_use]
 pub fn refusal_text(refusal: &Refusal) -> String {
     match *refusal {
@@ -51,7 +51,7 @@ pub fn refusal_text(refusal: &Refusal) -> String {
             "P is {sigmas:.1} deviations of its prior from the factory's, more than any data sheet allows; check the gyro's axes, signs, \
              units and full scale"
         ),
-        // Variants may be added to the library before they have words here.
+        // The library may gain reasons that have no words here yet.
         ref other => format!("{other:?}"),
     }
 }

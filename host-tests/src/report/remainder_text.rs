@@ -1,8 +1,8 @@
-//! What is said of a residual that no effect explains.
+//! Words for a residual that no effect explains.
 
 use meerkat_mwd::diagnosis::RemainderReport;
 
-/// What the remainder goes with, and whether it is like itself some time later.
+/// What the remainder correlates with, and whether it resembles itself some time later.
 #[must_use]
 pub fn remainder_text(remainder: &RemainderReport) -> String {
     if remainder.is_white() {

@@ -1,4 +1,4 @@
-//! What a user sees after a flight: a screenful.
+//! The summary of a flight, one screen long.
 
 use std::io::{self, Write};
 
@@ -22,7 +22,7 @@ use crate::{
     trace::{Trace, clipping_is_known, seconds},
 };
 
-/// More windows than this are counted, not listed.
+/// Number of windows above which they are counted instead of listed.
 const LISTED_WINDOWS: usize = 8;
 
 /// Prints trace facts, notes, windows, final parameters and scores.
@@ -136,7 +136,7 @@ fn print_parameters(out: &mut impl Write, last: &Parameters) -> io::Result<()> {
     let in_deg = |x: f32| x.to_degrees();
     let cells: Vec<String> =
         last.b_rad_s.iter().zip(b_sigma).map(|(&b, &s)| format!("{:8.4} +- {:.4} ", in_deg(b), in_deg(s))).collect();
-    // Nobody states how well a bias from rest is known.
+    // Nothing states how well a bias from rest is known.
     let prior = if last.is_prior { " (+- prior)" } else { "" };
     writeln!(out, "final b  {}  deg/s{prior}; {} of 12 directions observed", cells.join("   "), last.rank)
 }
@@ -178,7 +178,7 @@ fn figure(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))
 }
 
-/// The verdict at the end, and the effects that it holds.
+/// Prints the verdict and the effects found.
 fn print_diagnosed(out: &mut impl Write, config: &Config, diagnosed: &Diagnosed) -> io::Result<()> {
     if !config.effects {
         return writeln!(out, "effects  not looked for");

@@ -15,8 +15,8 @@ const HEADER: &str = "t_start_s,t_end_s,kind,inclination_deg,sigma_inclination_d
                       sigma_gravity_toolface_deg,magnetic_toolface_deg,sigma_magnetic_toolface_deg,toolface,gravity_m_s2,\
                       sigma_gravity_m_s2,field_ut,sigma_field_ut,dip_deg,sigma_dip_deg,temperature_c,rotating,grade,reason";
 
-/// Writes one row for each survey: its span, angles, totals and their 1-sigma, which toolface applies, its grade, and the check that is
-/// the reason for it; empty cells where there is no number.
+/// Writes one row a survey: span, angles, totals and their 1-sigma, which toolface applies, grade, and the
+/// check that decided it; empty cells where there is no number.
 ///
 /// # Errors
 /// When the file cannot be written.

@@ -4,7 +4,7 @@ use meerkat_mwd::{Config, identification::WindowReport};
 
 use crate::{flight::Flight, trace::Trace};
 
-/// A window this much shorter than configured is called short, seconds: its last sample comes one period before its end.
+/// Shortfall from which a window is called short, seconds: its last sample comes one period before its end.
 const TOLERANCE_S: f64 = 0.5;
 
 /// Length of a window, seconds.
@@ -13,7 +13,13 @@ pub fn length_s(report: &WindowReport) -> f64 {
     report.t_end_us.saturating_sub(report.t_start_us) as f64 * 1e-6
 }
 
-/// Says so when a window is shorter than configured.
+/// Start and end of a window, seconds.
+#[must_use]
+pub fn span(report: &WindowReport) -> String {
+    format!("{:.1} to {:.1}", report.t_start_us as f64 * 1e-6, report.t_end_us as f64 * 1e-6)
+}
+
+/// A remark if the window is shorter than configured.
 #[must_use]
 pub fn window_note(report: &WindowReport, config: &Config) -> Option<String> {
     let (length, configured) = (length_s(report), f64::from(config.identification.window_s));
@@ -21,7 +27,7 @@ pub fn window_note(report: &WindowReport, config: &Config) -> Option<String> {
         .then(|| format!("{length:.1} s long, shorter than the configured {configured:.1} s"))
 }
 
-/// Says why when there is no window at all.
+/// The reason if there is no window at all.
 #[must_use]
 pub fn why_no_window(trace: &Trace, config: &Config, flight: &Flight) -> Option<String> {
     if !flight.reports.is_empty() {
@@ -32,7 +38,7 @@ pub fn why_no_window(trace: &Trace, config: &Config, flight: &Flight) -> Option<
     let available_s = trace.duration_us().min(until_us) as f64 * 1e-6;
     let latency_s = identification.latency_s;
     let (part, window_s, needed) = if config.freeze_at_us.is_some() {
-        // The last window closes in time for its result, however short it is then.
+        // The last window is closed early enough for its result, however short that makes it.
         ("the part before the hold-out", 0.0, format!("the result of a window takes {latency_s:.1} s"))
     } else {
         let window_s = identification.window_s;

@@ -4,7 +4,7 @@ use meerkat_mwd::{compensation::GyroModel, config::OptimizerKind, identification
 
 use crate::bench::{cramer_rao::Vibration, one_window::Run};
 
-/// What searches, and its name; all with the same budget, the same start and the same box.
+/// Searches with their names; all have the same budget, start and box.
 const SEARCHES: [(OptimizerKind, &str); 4] = [
     (OptimizerKind::Pso, "PSO"),
     (OptimizerKind::Moa, "MOA"),
@@ -25,11 +25,11 @@ pub const NAMES: [&str; 9] = [
     "an estimate at the Cramer-Rao bound",
 ];
 
-/// Where IMOA's own answer stands among [`NAMES`].
+/// Index of IMOA's own answer among [`NAMES`].
 pub const IMOA: usize = 4;
-/// Where the true parameters stand.
+/// Index of the true parameters.
 pub const TRUE: usize = 7;
-/// Where the estimate at the Cramer-Rao bound stands.
+/// Index of the estimate at the Cramer-Rao bound.
 pub const AT_BOUND: usize = 8;
 
 /// The models of one run.

@@ -14,13 +14,13 @@ use crate::bench::{
     {Cell, Table, median, median_and_worst, rms},
 };
 
-/// The scenarios give none; the dip of 65 deg belongs to about this one.
+/// Latitude that the scenarios do not state, degrees; a dip of 65 deg belongs to about this one.
 const LATITUDE_DEG: f64 = 50.0;
 
 /// Drifts of one seed, in the order of [`NAMES`].
 type Trial = Vec<Drift>;
 
-/// One angle of a drift.
+/// Picks one angle of a drift.
 type Angle = fn(&Drift) -> &Vec<f64>;
 
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {

@@ -11,7 +11,8 @@ const EVERY_S: f64 = 30.0;
 /// Points: six minutes.
 const POINTS: usize = 12;
 
-/// Below this inclination the gravity toolface is singular and the magnetic one is scored, rad (the attitude filter's limit).
+/// Below this inclination the gravity toolface is singular and the magnetic one is scored, rad (the attitude
+/// filter's limit).
 const NEAR_VERTICAL_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// Errors of one flight at its points, degrees.
@@ -24,11 +25,13 @@ pub struct Drift {
 }
 
 impl Drift {
-    /// Integrates the run's gyro, compensated by `model`, from the sample on at which the window's result applies.
+    /// Integrates the run's gyro, compensated by `model`, from the sample on at which the window's result
+    /// applies.
     ///
-    /// Readings are means over the interval around their times, so the edges of the intervals are stepped through, with the
-    /// two-sample coning term (Savage 1998, J. Guid. Control Dyn. 21(1), eq 45: a twelfth of the cross product of neighbours). The
-    /// earth's rotation is taken out where the scenario gives a latitude. `None`: the run is too short.
+    /// Readings are means over the interval around their times, so the edges of the intervals are stepped
+    /// through, with the two-sample coning term (Savage 1998, J. Guid. Control Dyn. 21(1), eq 45: a twelfth
+    /// of the cross product of neighbours). The earth's rotation is taken out where the scenario gives a
+    /// latitude. `None`: the run is too short.
     #[must_use]
     pub fn of(run: &Run, model: &GyroModel) -> Option<Self> {
         let period_s = f64::from(run.scenario.sample_period_us) * 1e-6;
@@ -64,7 +67,8 @@ impl Drift {
     }
 }
 
-/// Errors of inclination and toolface, degrees: gravity toolface, and near the vertical magnetic toolface (azimuth plus it).
+/// Errors of inclination and toolface, degrees: gravity toolface, and near the vertical magnetic toolface
+/// (azimuth plus it).
 fn errors_deg(estimate: &UnitQuaternion<f64>, truth: &UnitQuaternion<f64>) -> (f64, f64) {
     let angles = |q: &UnitQuaternion<f64>| {
         let c = q.to_rotation_matrix().into_inner();
@@ -96,8 +100,9 @@ mod tests {
         Run::simulate(&scenario, 3).unwrap()
     }
 
-    /// Without noise the true parameters integrate to the truth, earth rate (1.5 deg in six minutes) and coning and all; a bias
-    /// of 1e-3 deg/s along the tool's axis is 0.36 deg of toolface after six minutes and none of inclination.
+    /// Without noise the true parameters integrate to the truth, earth rate (1.5 deg in six minutes) and
+    /// coning and all; a bias of 1e-3 deg/s along the tool's axis is 0.36 deg of toolface after six minutes
+    /// and none of inclination.
     #[test]
     fn true_parameters_do_not_drift_and_a_bias_along_the_axis_is_toolface() {
         for inclination_deg in [0.0, 45.0] {

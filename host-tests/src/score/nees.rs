@@ -1,30 +1,30 @@
-//! Normalised estimation error squared (NEES) of P: whether its stated covariance holds (Bar-Shalom, Li,
-//! Kirubarajan 2001, Estimation with Applications to Tracking and Navigation, section 5.4).
+//! Normalised estimation error squared (NEES) of P: tells whether its stated covariance is right (Bar-Shalom,
+//! Li, Kirubarajan 2001, Estimation with Applications to Tracking and Navigation, section 5.4).
 
 use meerkat_mwd::{compensation::GyroModel, identification::WindowReport};
 use nalgebra::{SMatrix, SVector};
 
-/// Elements of P.
+/// Number of P's elements.
 const ELEMENTS: usize = 9;
 
 /// A covariance of P's elements, row by row.
 pub type Covariance = SMatrix<f64, ELEMENTS, ELEMENTS>;
 
-/// The covariance that a window states of P.
+/// Covariance of P that a window reports.
 #[must_use]
 pub fn covariance(report: &WindowReport) -> Covariance {
     Covariance::from_fn(|row, column| f64::from(report.covariance_of_p(row, column)))
 }
 
-/// P of a model, row by row.
+/// P of a model, row-major.
 #[must_use]
 pub fn p_of(model: &GyroModel) -> [f64; ELEMENTS] {
     let mut elements = model.p.as_flattened().iter();
     std::array::from_fn(|_| elements.next().copied().map_or(f64::NAN, f64::from))
 }
 
-/// Squared error of P in units of its covariance, over the number of elements: 1 on the mean where the covariance is right. `None` where
-/// it is not positive definite.
+/// Squared error of P in units of its covariance, divided by the number of elements: 1 on average if the
+/// covariance is right. `None` if the covariance is not positive definite.
 #[must_use]
 pub fn normalised(fitted: &[f32], covariance: &Covariance, truth: &[f64; ELEMENTS]) -> Option<f64> {
     let error = fitted.iter().zip(truth).map(|(x, truth)| f64::from(*x) - truth);

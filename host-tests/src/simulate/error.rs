@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Why a scenario cannot be simulated.
+/// An error in a scenario or its file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScenarioError {
@@ -27,7 +27,7 @@ pub enum ScenarioError {
     Field {
         /// The field, with its table.
         field: &'static str,
-        /// What it must be.
+        /// The values that it may have.
         must_be: &'static str,
     },
 }

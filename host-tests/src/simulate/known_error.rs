@@ -1,4 +1,5 @@
-//! A known gyro error multiplied into a trace: what an identification should then find is known, on real data too.
+//! A known gyro error multiplied into a trace, so that the right result of an identification is known on real
+//! data too.
 
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use nalgebra::{Matrix3, Vector3};
@@ -14,8 +15,8 @@ const OFF_DIAGONAL: f64 = 0.05;
 /// Magnitude of b, rad/s (2 deg/s).
 const BIAS_RAD_S: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
-/// A gyro model whose every element of P is off by half to all of 10 % (diagonal) or 5 % (off-diagonal), with random signs, and
-/// whose b is 2 deg/s in a random direction. The same seed gives the same model.
+/// Draws a gyro model: every element of P is off by half to all of 10 % (diagonal) or 5 % (off-diagonal) with
+/// random sign; b is 2 deg/s in a random direction. The same seed gives the same model.
 #[must_use]
 pub fn draw(seed: u64) -> GyroModel {
     let mut random = Random::new(seed);
@@ -29,7 +30,7 @@ pub fn draw(seed: u64) -> GyroModel {
     GyroModel { p, b_rad_s: random.direction().map(|x| (BIAS_RAD_S * x) as f32) }
 }
 
-/// The same error in `scale` of its size.
+/// The same error at `scale` of its size.
 #[must_use]
 pub fn scaled(model: &GyroModel, scale: f64) -> GyroModel {
     let identity = GyroModel::IDENTITY.p;
@@ -42,8 +43,8 @@ pub fn scaled(model: &GyroModel, scale: f64) -> GyroModel {
     GyroModel { p, b_rad_s: model.b_rad_s.map(|b| (scale * f64::from(b)) as f32) }
 }
 
-/// Puts the error into the gyro readings: raw' = P^-1 raw + b, so that `truth` compensates raw' back to raw. What the sensor of a
-/// recording had wrong already stays in it. A `truth` whose P cannot be inverted leaves the trace as it is.
+/// Puts the error into the gyro readings: raw' = P^-1 raw + b, so that `truth` compensates raw' back to raw.
+/// The recorded sensor's own errors stay in raw. If P has no inverse the trace stays as it is.
 pub fn apply(trace: &mut Trace, truth: &GyroModel) {
     let Some(inverse) = truth.p_matrix().map(f64::from).try_inverse() else { return };
     let b_rad_s = Vector3::from(truth.b_rad_s.map(f64::from));

@@ -1,4 +1,4 @@
-//! What a scenario's values may be.
+//! Checks of a scenario's values.
 
 use super::{
     error::ScenarioError,

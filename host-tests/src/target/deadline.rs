@@ -1,4 +1,4 @@
-//! A program run to its end, or to a deadline: nothing that the `mwd` program starts may wait for ever.
+//! Programs run to their end or to a deadline: nothing that `mwd` starts may wait for ever.
 
 use std::{
     fs::File,
@@ -8,51 +8,51 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Most of a failed program's output that is shown, bytes.
+/// Most output shown of a failed program, bytes.
 const TAIL: usize = 2_000;
 
-/// Why a program did not succeed.
+/// Reasons why a program did not succeed.
 #[derive(Debug, thiserror::Error)]
 pub enum CommandError {
-    /// It could not be started, or its output not be kept.
+    /// The program could not be started, or its output not stored.
     #[error("{program} cannot be run: {source}")]
     NotRun {
-        /// Its name.
+        /// The program.
         program: String,
         /// What the system says.
         source: io::Error,
     },
-    /// It was ended at the deadline.
+    /// The program was stopped at the deadline.
     #[error("{program} was stopped after {seconds} s\n{tail}")]
     TimedOut {
-        /// Its name.
+        /// The program.
         program: String,
         /// The deadline.
         seconds: u64,
-        /// The last of what it printed.
+        /// The end of its output.
         tail: String,
     },
-    /// It ended by itself, without success.
+    /// The program ended without success.
     #[error("{program} failed ({status})\n{tail}")]
     Failed {
-        /// Its name.
+        /// The program.
         program: String,
         /// How it ended.
         status: ExitStatus,
-        /// The last of what it printed.
+        /// The end of its output.
         tail: String,
     },
 }
 
-/// Runs `command` without input and gives what it wrote to its standard output.
+/// Runs `command` without input and returns its standard output.
 ///
 /// # Errors
-/// It could not be started, was stopped at the deadline, or failed; with the last of its output.
+/// The program could not be started, was stopped at the deadline, or failed; with the end of its output.
 pub fn run(command: &mut Command, deadline: Duration) -> Result<String, CommandError> {
     let program = command.get_program().to_string_lossy().into_owned();
     let not_run = |source| CommandError::NotRun { program: program.clone(), source };
 
-    // Files and not pipes: a pipe fills up when nobody reads it, and stays open as long as a grandchild lives.
+    // Output goes to files: a pipe fills up if nobody reads it, and stays open while a grandchild lives.
     let mut stdout = tempfile::tempfile().map_err(not_run)?;
     let mut stderr = tempfile::tempfile().map_err(not_run)?;
     command.stdin(Stdio::null());
@@ -72,7 +72,7 @@ pub fn run(command: &mut Command, deadline: Duration) -> Result<String, CommandE
     }
 }
 
-/// `None` when it had to be stopped.
+/// Waits for the end; `None` if the program had to be stopped.
 fn wait(command: &mut Command, deadline: Duration) -> io::Result<Option<ExitStatus>> {
     let start = Instant::now();
     let mut child = command.spawn()?;
@@ -98,7 +98,7 @@ fn text(file: &mut File) -> io::Result<String> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// As many of the last lines as are not too much, and at least one.
+/// The last lines of a text, as many as fit, at least one.
 fn last(text: &str) -> &str {
     let text = text.trim_end();
     let mut from = text.rfind('\n').map_or(0, |newline| newline + 1);

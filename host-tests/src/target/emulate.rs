@@ -1,4 +1,4 @@
-//! The same flight, by the firmware on the emulated chip.
+//! A flight by the firmware on the emulated chip.
 
 use std::{fs, time::Duration};
 
@@ -18,10 +18,10 @@ use crate::flight::{
     through_sensors::{self, SamplingCost},
 };
 
-/// A flight on the emulated chip, and what it cost.
+/// A flight on the emulated chip, and its cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmulatedFlight {
-    /// What the host's run gives too, bit for bit.
+    /// The flight; equal to the host's, bit for bit.
     pub flight: Flight,
     /// Instructions in `Probe::poll` for each of the flight's reports.
     pub poll_instructions: Vec<u64>,
@@ -29,12 +29,12 @@ pub struct EmulatedFlight {
     pub summary: Summary,
     /// RAM and flash of the firmware.
     pub image: ImageSize,
-    /// What the sampling path took, where the samples came through the sensors' models.
+    /// Cost of the sampling path, if the samples came through the sensor models.
     pub sampling: Option<SamplingCost>,
 }
 
 impl EmulatedFlight {
-    /// Instructions, stack and memory, for a reader.
+    /// Instructions, stack and memory, as lines for the summary.
     #[must_use]
     pub fn cost_lines(&self) -> Vec<String> {
         let Self { summary, image, .. } = self;
@@ -80,16 +80,17 @@ impl EmulatedFlight {
 /// How a recording reaches the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feed {
-    /// Each sample is handed over as it was recorded.
+    /// The firmware is given each sample as recorded.
     Direct,
-    /// The recording is the truth of register models of the sensors, and the adapters that fly with real ones read these.
+    /// Register models of the sensors measure the recording, and the adapters that fly with real sensors read
+    /// the models.
     ThroughSensors,
 }
 
 /// Flies the samples on the emulated chip. Prepares the toolchain and builds the firmware first.
 ///
 /// # Errors
-/// Whatever keeps it from a whole flight.
+/// Anything that prevents a whole flight; see [`EmulateError`].
 pub fn fly_emulated(config: &Config, samples: &[Sample], feed: Feed) -> Result<EmulatedFlight, EmulateError> {
     config.validate()?;
     let toolchain = toolchain::prepare()?;
@@ -114,7 +115,7 @@ pub fn fly_emulated(config: &Config, samples: &[Sample], feed: Feed) -> Result<E
     })
 }
 
-/// Runs the firmware over the bytes of a `trace.bin` and gives those of its `flight.bin`, and what it printed.
+/// Runs the firmware on the bytes of a `trace.bin`; returns those of its `flight.bin`, and what it printed.
 ///
 /// # Errors
 /// The emulator cannot be run, was stopped after `time`, or the firmware ended with a message.

@@ -1,4 +1,4 @@
-//! Why there is no flight on the emulated chip.
+//! Reasons why there is no flight on the emulated chip.
 
 use std::io;
 
@@ -6,10 +6,10 @@ use meerkat_mwd::{config::ConfigError, sensor_models::PlayedCounts};
 
 use super::{deadline::CommandError, image::ImageError, missing::Missing, wire::WireError};
 
-/// Why there is no emulated flight.
+/// Reasons why there is no emulated flight.
 #[derive(Debug, thiserror::Error)]
 pub enum EmulateError {
-    /// Something that is needed is not there.
+    /// A tool is missing.
     #[error(transparent)]
     Missing(#[from] Missing),
     /// The configuration cannot be used.
@@ -24,7 +24,7 @@ pub enum EmulateError {
     /// A file could not be read or written.
     #[error("{what}: {source}")]
     File {
-        /// What was being done.
+        /// What was tried.
         what: &'static str,
         /// What the system says.
         source: io::Error,
@@ -35,21 +35,21 @@ pub enum EmulateError {
     /// The emulator, or the firmware in it, failed.
     #[error("the emulated firmware failed: {0}")]
     Run(CommandError),
-    /// The samples that came through the sensors there are not those that come through them here.
+    /// The samples that came through the sensor models differ between chip and host.
     #[error("the samples came through the sensors otherwise than on this machine: {there:?}, here {here:?}")]
     Sensors {
-        /// What the firmware counted.
+        /// Counts of the firmware.
         there: Option<PlayedCounts>,
-        /// What was counted here.
+        /// Counts of this machine.
         here: PlayedCounts,
     },
-    /// The firmware has no function of a part that is to be counted.
+    /// The firmware has no function of a part to be counted.
     #[error("no function of the firmware's belongs to the part {0:?}")]
     NoPart(&'static str),
-    /// The counts of the parts are none.
+    /// The plugin's output is not counts.
     #[error("the emulator's plugin wrote no counts: {0:?}")]
     Counts(String),
-    /// What the firmware wrote is not a flight.
+    /// The firmware's output is not a whole flight.
     #[error("the emulated firmware wrote no whole flight: {0}")]
     Wire(#[from] WireError),
 }

@@ -1,4 +1,4 @@
-//! The firmware's images.
+//! Images of the firmware, built for a board.
 
 use super::{error::EmulateError, machine::BUILD};
 use crate::target::{
@@ -10,16 +10,16 @@ use std::fs;
 
 /// A built firmware.
 pub struct Firmware {
-    /// The linked file.
+    /// The ELF file.
     pub elf: Vec<u8>,
-    /// What it takes of the chip.
+    /// Its size in the chip's memory.
     pub size: ImageSize,
 }
 
-/// What the firmware is built for.
+/// Boards that the firmware is built for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Board {
-    /// The emulated STM32F405 with a trace in and a flight out, as fast as it goes.
+    /// The emulated STM32F405 without a clock: a trace in, a flight out.
     Trace,
     /// The emulated STM32F405 in real time.
     Emulated,
@@ -27,12 +27,12 @@ pub enum Board {
     Stm32f405,
     /// A real nRF52840.
     Nrf52840,
-    /// None: only the calls of the pipeline, to look at what they can reach.
+    /// No board: only the pipeline's calls, to see what they can reach.
     Bare,
 }
 
 impl Board {
-    /// The memory of its chip, or of the machine that stands for it.
+    /// Memory of the board's chip, or of the machine that emulates it.
     #[must_use]
     pub fn chip(self, toolchain: &Toolchain) -> ChipMemory {
         match self {
@@ -43,13 +43,13 @@ impl Board {
     }
 }
 
-/// Builds the firmware, or finds it built.
+/// Builds the firmware for a board, unless it is built already.
 ///
 /// # Errors
-/// It does not build, or to something that is no image.
+/// The build fails, or its result is no image.
 pub fn build_firmware(toolchain: &Toolchain, board: Board) -> Result<Firmware, EmulateError> {
     let file = |what| move |source| EmulateError::File { what, source };
-    // Two boards have one name for their file: nobody else builds until it is read.
+    // Boards share one file name: hold the lock until the file is read.
     let _one_at_a_time =
         toolchain::lock("mwd-firmware.lock").map_err(file("the target directory cannot be written"))?;
     let mut cargo = toolchain.cargo_build();

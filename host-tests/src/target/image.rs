@@ -1,46 +1,46 @@
-//! What the firmware takes of the chip, read from its ELF file.
+//! Memory of the chip that a firmware needs, read from its ELF file.
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, SymbolKind, elf};
 use std::fmt;
 
-/// Where the STM32F405's flash begins (data sheet DS8626, memory map).
+/// Start of the STM32F405's flash (data sheet DS8626, memory map).
 pub const FLASH_START: u64 = 0x0800_0000;
-/// Where its RAM begins.
+/// Start of its RAM.
 pub const RAM_START: u64 = 0x2000_0000;
-/// Where its CCM begins, which holds the stack, and below it statics that nothing initialises.
+/// Start of its CCM, which holds the stack and, below it, statics that nothing initialises.
 const CCM_START: u64 = 0x1000_0000;
-/// What those may take of it, as `memory.x` says, bytes.
+/// Part of the CCM for those statics, bytes, as in `memory.x`.
 const BELOW_THE_STACK_BYTES: u64 = 12 * 1024;
-/// The CCM, bytes.
+/// Size of the CCM, bytes.
 const CCM_BYTES: u64 = 64 * 1024;
-/// Most stack that the firmware may use, bytes.
+/// Limit of the firmware's stack, bytes.
 pub const STACK_LIMIT_BYTES: u64 = 12 * 1024;
-/// Longest time from the acquisition of a sample to its attitude, microseconds.
+/// Limit of the time from a sample's acquisition to its attitude, microseconds.
 pub const DELAY_LIMIT_US: u64 = 2_000;
-/// Static data that the firmware may have, bytes: the STM32F405's contiguous SRAM.
+/// Limit of static data, bytes: the STM32F405's contiguous SRAM.
 pub const RAM_LIMIT_BYTES: u64 = 128 * 1024;
-/// Flash that the firmware may take, bytes: half of the STM32F405's.
+/// Limit of flash, bytes: half of the STM32F405's.
 pub const FLASH_LIMIT_BYTES: u64 = 512 * 1024;
-/// Flash that the sensors' drivers and the hardware's library of a real board may take beside it, bytes.
+/// Limit of further flash for sensor drivers and hardware library of a real board, bytes.
 pub const DRIVERS_LIMIT_BYTES: u64 = 24 * 1024;
 
 /// Memory of a chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChipMemory {
-    /// Where its flash begins, and with it the vector table.
+    /// Start of its flash, and of the vector table.
     pub flash_start: u64,
-    /// What an image may take of it; the rest is kept for stored models.
+    /// Flash for an image, bytes; the rest is kept for stored models.
     pub flash_bytes: u64,
-    /// RAM from [`RAM_START`] on that static data may take.
+    /// RAM for static data, bytes, from [`RAM_START`] on.
     pub ram_bytes: u64,
-    /// One past the stack's memory: the stack pointer after reset.
+    /// Stack pointer after reset: one past the stack's memory.
     pub stack_top: u64,
-    /// Memory that the stack has for itself; `None`: what static data leave of the RAM.
+    /// Memory of the stack alone, bytes; `None` if it shares the RAM with static data.
     pub stack_bytes: Option<u64>,
 }
 
 impl ChipMemory {
-    /// Memory that an image has for its stack.
+    /// Memory that an image leaves for its stack, bytes.
     #[must_use]
     pub fn stack_bytes_beside(&self, size: &ImageSize) -> u64 {
         self.stack_bytes.unwrap_or(self.ram_bytes.saturating_sub(size.ram_bytes()))
@@ -56,7 +56,7 @@ pub const STM32F405: ChipMemory = ChipMemory {
     stack_bytes: Some(CCM_BYTES - BELOW_THE_STACK_BYTES),
 };
 
-/// The same in QEMU before 8.0.
+/// STM32F405 as QEMU before 8.0 emulates it.
 pub const STM32F405_CCM_BEHIND_SRAM: ChipMemory =
     ChipMemory { stack_top: RAM_START + STM32F405.ram_bytes + CCM_BYTES, ..STM32F405 };
 
@@ -69,23 +69,23 @@ pub const NRF52840: ChipMemory = ChipMemory {
     stack_bytes: None,
 };
 
-/// Memory of the chip that an image takes.
+/// Size of an image in the chip's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageSize {
-    /// Static data with an initial value, bytes; it takes flash too.
+    /// Initialised static data, bytes; its initial values take flash too.
     pub data_bytes: u64,
-    /// Static data that begins as zero, or as anything, bytes.
+    /// Zeroed or uninitialised static data, bytes.
     pub bss_bytes: u64,
     /// Flash: vector table, code, constants and the initial values of the data, bytes.
     pub flash_bytes: u64,
-    /// What stands for hardware that an emulator lacks, register models of the sensors, bytes of code beside the firmware.
+    /// Code of register models of the sensors, bytes: it replaces hardware and is not counted as firmware.
     pub models_bytes: u64,
 }
 
-/// The section of what stands for hardware, as the linker script names it.
+/// Section of the register models, as in the linker script.
 const MODELS_SECTION: &str = ".models";
 
-/// The section of what nothing initialises, in CCM below the stack: the linker script holds it to its memory.
+/// Section of uninitialised statics in CCM below the stack; the linker script bounds it.
 const BELOW_THE_STACK_SECTION: &str = ".ccm";
 
 impl ImageSize {
@@ -116,7 +116,7 @@ impl fmt::Display for ImageSize {
     }
 }
 
-/// The first two words of the vector table, and where it stands.
+/// The first two words of the vector table, and its address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VectorTable {
     /// Address of the table.
@@ -127,13 +127,13 @@ pub struct VectorTable {
     pub reset: u32,
 }
 
-/// Why a file is not an image of the firmware.
+/// Reasons why a file is not an image of the firmware.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
-    /// It is no 32-bit ELF file.
+    /// The file is no 32-bit ELF file.
     #[error("not an ELF image: {0}")]
     NotElf(#[from] object::Error),
-    /// Nothing was linked into it: the linker script was not used.
+    /// Nothing was linked: the linker script was not used.
     #[error("the image has no vector table: it was linked without its script")]
     NoVectorTable,
 }
@@ -144,7 +144,7 @@ pub struct Image<'elf> {
 }
 
 impl<'elf> Image<'elf> {
-    /// Reads the headers of an ELF file.
+    /// Parses an ELF file.
     ///
     /// # Errors
     /// It is not a 32-bit ELF file.
@@ -152,7 +152,7 @@ impl<'elf> Image<'elf> {
         Ok(Self { file: object::read::elf::ElfFile32::parse(elf)? })
     }
 
-    /// What it takes of the chip's memory.
+    /// Size of the image in the chip's memory.
     #[must_use]
     pub fn size(&self) -> ImageSize {
         let mut size = ImageSize { data_bytes: 0, bss_bytes: 0, flash_bytes: 0, models_bytes: 0 };
@@ -181,28 +181,28 @@ impl<'elf> Image<'elf> {
         size
     }
 
-    /// Whether it holds code of a function whose (mangled) name contains `part`. An image is linked without what cannot be
-    /// reached, and keeps its symbols.
+    /// Whether the image holds a function whose mangled name contains `part`. The linker drops what cannot be
+    /// reached, and keeps symbols.
     #[must_use]
     pub fn has_function(&self, part: &str) -> bool {
         !self.functions(&[part]).is_empty()
     }
 
-    /// Where the functions begin whose (mangled) names contain all of `parts`.
+    /// Addresses of functions whose mangled names contain all of `parts`.
     #[must_use]
     pub fn functions(&self, parts: &[&str]) -> Vec<u64> {
         let is_one = |symbol: &object::read::elf::ElfSymbol32<'_, '_>| {
             symbol.kind() == SymbolKind::Text
                 && symbol.name().is_ok_and(|name| parts.iter().all(|part| name.contains(part)))
         };
-        // The lowest bit says that it is Thumb code.
+        // The lowest bit marks Thumb code.
         self.file.symbols().filter(is_one).map(|symbol| symbol.address() & !1).collect()
     }
 
-    /// The head of its vector table.
+    /// Stack pointer, reset address and place of the vector table.
     ///
     /// # Errors
-    /// There is none.
+    /// The image has no vector table.
     pub fn vector_table(&self) -> Result<VectorTable, ImageError> {
         let section = self.file.section_by_name(".vector_table").ok_or(ImageError::NoVectorTable)?;
         let words = section.data()?;

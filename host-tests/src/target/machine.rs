@@ -4,15 +4,16 @@ use std::{path::PathBuf, process::Command, time::Duration};
 
 use super::{deadline, error::EmulateError, toolchain::Toolchain};
 
-/// A cold build takes some ten seconds.
+/// Time allowed for a build; a cold one takes some ten seconds.
 pub(super) const BUILD: Duration = Duration::from_secs(900);
-/// Start of the emulator, and a share for each sample that no identification comes near.
+/// Time allowed for a run, and for each sample of it: far more than any identification takes.
 pub(super) const RUN: Duration = Duration::from_secs(120);
 pub(super) const RUN_PER_SAMPLE: Duration = Duration::from_millis(10);
-/// 64 ns for every instruction: time then depends on the instructions alone, and 168 MHz ticks resolve single ones.
+/// 64 ns for every instruction: time then depends on the instructions alone, and 168 MHz ticks resolve single
+/// ones.
 const INSTRUCTION_CLOCK: &str = "shift=6,sleep=off";
 
-/// The emulator with an instruction clock; the program to run is to be added.
+/// The emulator with an instruction clock; the caller adds the program to run.
 pub(super) fn emulator(toolchain: &Toolchain) -> Command {
     let mut qemu = Command::new(&toolchain.qemu);
     qemu.args(["-machine", toolchain.machine, "-icount", INSTRUCTION_CLOCK]);
@@ -21,7 +22,7 @@ pub(super) fn emulator(toolchain: &Toolchain) -> Command {
     qemu
 }
 
-/// Builds a package of the workspace whose one program is for the chip.
+/// Builds a package of the workspace that has one program, for the chip.
 ///
 /// # Errors
 /// It does not build.
@@ -30,7 +31,7 @@ pub fn build_program(toolchain: &Toolchain, package: &str) -> Result<PathBuf, Em
     Ok(toolchain.built(package))
 }
 
-/// Builds such a package, runs it on the chip and gives what it printed.
+/// Builds a package, runs it on the emulated chip and returns what it printed.
 ///
 /// # Errors
 /// It does not build, the emulator cannot be run, or the program failed.

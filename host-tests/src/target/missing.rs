@@ -1,6 +1,6 @@
-//! What is needed and not there.
+//! A tool that is needed and missing.
 
-/// Something that is needed, is not there and could not be installed.
+/// A tool that is missing and could not be installed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{what}\nInstall it with: {command}")]
 pub struct Missing {

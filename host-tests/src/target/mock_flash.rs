@@ -1,4 +1,5 @@
-//! A NOR flash in memory: it programs words, only from 1 to 0, erases whole sectors, counts both, and loses power where it is told to.
+//! A NOR flash in memory: programs words (only from 1 to 0), erases whole sectors, counts both, and loses
+//! power on request.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
@@ -6,26 +7,27 @@ use embedded_storage::nor_flash::{
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// What is left of the word or the erasure during which the power goes.
+/// State of the word or sector that is being changed when power goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
-    /// It never began.
+    /// The change had not begun.
     Before,
-    /// It was under way: of a word some bits are programmed; of a sector every bit is as it was, erased or anything.
+    /// The change was under way: some bits of a word are programmed; each bit of a sector is as before,
+    /// erased or random.
     Torn,
-    /// It was done, and nobody heard of it.
+    /// The change was done, but not reported.
     After,
 }
 
-/// Every kind of cut.
+/// All kinds of cut.
 pub const CUTS: [Cut; 3] = [Cut::Before, Cut::Torn, Cut::After];
 
-/// Why the flash did not do it.
+/// Reasons why the flash refuses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MockError {
     /// The power is off.
     PowerCut,
-    /// A word was to be programmed a second time, or an erasure was not allowed: a defect of whoever asked.
+    /// A word would be programmed twice, or erasing is not allowed: a defect of the caller.
     Forbidden,
     /// The arguments are wrong.
     Arguments(NorFlashErrorKind),
@@ -40,7 +42,7 @@ impl NorFlashError for MockError {
     }
 }
 
-/// The flash. `WORD` bytes are programmed at a time and `SECTOR` bytes erased.
+/// The flash; it programs `WORD` bytes at a time and erases `SECTOR` bytes.
 #[derive(Clone, Debug)]
 pub struct MockFlash<const WORD: usize = 4, const SECTOR: usize = 16384> {
     bytes: Vec<u8>,
@@ -56,7 +58,7 @@ pub struct MockFlash<const WORD: usize = 4, const SECTOR: usize = 16384> {
 }
 
 impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
-    /// An erased flash of so many sectors. `seed` is of what is left by cuts.
+    /// An erased flash of this many sectors. `seed` decides what torn changes leave.
     #[must_use]
     pub fn new(sectors: usize, seed: u64) -> Self {
         Self {
@@ -72,12 +74,12 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
         }
     }
 
-    /// The power goes `operations` words or erasures from now.
+    /// Cuts the power after `operations` more words or erasures.
     pub fn cut_in(&mut self, operations: u64, cut: Cut) {
         self.cut = Some((self.operations + operations, cut));
     }
 
-    /// The power is back, and stays.
+    /// Restores the power.
     pub fn power_up(&mut self) {
         (self.is_on, self.cut) = (true, None);
     }
@@ -88,12 +90,12 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
         self.is_on
     }
 
-    /// Whether erasing is allowed: not while drilling.
+    /// Allows or forbids erasing, which is forbidden while drilling.
     pub const fn allow_erase(&mut self, allowed: bool) {
         self.may_erase = allowed;
     }
 
-    /// One bit of this sector no longer erases.
+    /// Makes one bit of a sector fail to erase.
     pub const fn wear_out(&mut self, sector: usize) {
         self.stuck = Some(sector);
     }
@@ -104,24 +106,24 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
         self.operations
     }
 
-    /// Erasures of each sector.
+    /// Number of erasures of each sector.
     #[must_use]
     pub fn erases(&self) -> &[u32] {
         &self.erases
     }
 
-    /// Words programmed in each sector.
+    /// Number of words programmed in each sector.
     #[must_use]
     pub fn words(&self) -> &[u64] {
         &self.words
     }
 
-    /// What it holds, to be spoilt.
+    /// Content, for a test to spoil.
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         &mut self.bytes
     }
 
-    /// Begins an operation: what is left of it when the power goes during it.
+    /// Counts an operation; returns the cut if power goes during it.
     fn begin(&mut self) -> Result<Option<Cut>, MockError> {
         if !self.is_on {
             return Err(MockError::PowerCut);
@@ -171,7 +173,8 @@ impl<const WORD: usize, const SECTOR: usize> NorFlash for MockFlash<WORD, SECTOR
                 let noise = self.rng.next_u32();
                 match (cut, kind) {
                     (Some(Cut::Before), _) => {}
-                    // Some cells have been erased; all to the eye; anything; or all but a few.
+                    // Torn erasure: some cells erased; all apparently erased; random; or all but a few
+                    // erased.
                     (Some(Cut::Torn), 0) => *byte |= noise as u8,
                     (Some(Cut::Torn), 1) => *byte = noise as u8,
                     (Some(Cut::Torn), 2) if noise.is_multiple_of(1024) => {}

@@ -1,4 +1,4 @@
-//! The firmware on the emulated chip: toolchain, images, the emulator, and what goes in and comes out.
+//! The firmware on the emulated chip: toolchain, images, the emulator, and the files in and out.
 
 pub mod deadline;
 pub mod emulate;

@@ -1,4 +1,4 @@
-//! What the parts of an identification cost on the emulated chip, counted by a plugin of the emulator's.
+//! Cost of the parts of an identification on the emulated chip, counted by a plugin of the emulator.
 
 use super::{
     error::EmulateError,
@@ -14,15 +14,15 @@ use crate::target::{
 use meerkat_mwd::{Config, Sample};
 use std::{fs, path::Path, process::Command};
 
-/// The plugin, in C because the emulator takes a shared library with C's calls.
+/// Source of the plugin, in C because the emulator loads a shared library with a C interface.
 const PLUGIN: &str = include_str!("part_counts.c");
-/// The name that it is built under.
+/// File name of the built plugin.
 const LIBRARY: &str = "part_counts.so";
 
-/// A part of what the firmware does between samples, with the functions at which it begins, by what their (mangled) names hold. It
-/// lasts until another part begins.
+/// Parts of the firmware's work between samples. Each begins at functions whose mangled names contain all the
+/// strings of a group, and lasts until another part begins.
 const PARTS: [(&str, &[&[&str]]); 5] = [
-    // What is no identification; the first, which the count begins with.
+    // Everything but identification; it comes first because the count begins with it.
     ("", &[&["5Probe4push"], &["5Probe4poll"], &["17DiagnosisSchedule4step"]]),
     ("increments, and the rows of a node", &[&["9estimator4work", "4take"]]),
     ("filter, and its averaged posterior", &[&["9estimator4work", "4step"]]),
@@ -30,21 +30,22 @@ const PARTS: [(&str, &[&[&str]]); 5] = [
     ("search", &[&["10identifier", "11step_search"]]),
 ];
 
-/// A part, and what all of it took in one run.
+/// A part of the work, and its cost in one run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PartCost {
-    /// What it is.
+    /// Name of the part.
     pub name: &'static str,
     /// Executed instructions.
     pub instructions: u64,
-    /// An estimate, by the processor's instruction timings with memory that never waits.
+    /// Processor cycles, estimated from its instruction timings with memory that never waits.
     pub cycles: u64,
 }
 
 /// Flies the samples on the emulated chip and counts what the parts of their identifications take.
 ///
 /// # Errors
-/// Whatever keeps it from a whole flight; a part that the firmware has no function for; a plugin that cannot be built.
+/// Anything that prevents a whole flight; a part without a function in the firmware; a plugin that does not
+/// build.
 pub fn count_parts(config: &Config, samples: &[Sample]) -> Result<Vec<PartCost>, EmulateError> {
     config.validate()?;
     let toolchain = toolchain::prepare()?;
@@ -60,7 +61,7 @@ pub fn count_parts(config: &Config, samples: &[Sample]) -> Result<Vec<PartCost>,
     let plugin = format!("{}{}", path.join(LIBRARY).display(), entries(&elf)?);
     let mut qemu = emulator(&toolchain);
     qemu.current_dir(path).args(["-kernel", "probe", "-plugin", &plugin]);
-    // Each block of instructions is counted: several times as slow as without.
+    // The plugin counts each block of instructions, which is several times slower.
     let time = (RUN + RUN_PER_SAMPLE.saturating_mul(u32::try_from(samples.len()).unwrap_or(u32::MAX))) * 4;
     deadline::run(&mut qemu, time).map_err(EmulateError::Run)?;
     let counts = fs::read_to_string(path.join("parts.txt")).map_err(file("the plugin wrote no counts"))?;
@@ -72,7 +73,7 @@ fn build_plugin(toolchain: &Toolchain, directory: &Path) -> Result<(), EmulateEr
     fs::write(&source, PLUGIN).map_err(|source| EmulateError::File { what: "the plugin cannot be written", source })?;
     let said = deadline::run(Command::new(&toolchain.qemu).arg("--version"), BUILD).map_err(EmulateError::Run)?;
     let major = said.split("version ").nth(1).and_then(|rest| rest.split('.').next()?.parse::<u32>().ok());
-    // Of the plugins' interface; each emulator takes those from its least to its own.
+    // Version of the plugin interface; each emulator accepts a range of versions.
     let version = match major {
         Some(..=8) => 1,
         Some(9) => 2,
@@ -85,7 +86,7 @@ fn build_plugin(toolchain: &Toolchain, directory: &Path) -> Result<(), EmulateEr
     Ok(())
 }
 
-/// The plugin's arguments: the address of every function at which a part begins.
+/// Arguments of the plugin: the address of every function at which a part begins.
 fn entries(elf: &[u8]) -> Result<String, EmulateError> {
     let image = Image::parse(elf)?;
     let mut arguments = String::new();
@@ -103,7 +104,7 @@ fn entries(elf: &[u8]) -> Result<String, EmulateError> {
     Ok(arguments)
 }
 
-/// Of the plugin's lines, one a part: instructions and cycles.
+/// Reads the plugin's output: instructions and cycles, one line a part.
 fn parse(counts: &str) -> Option<Vec<PartCost>> {
     let line = |(line, (name, _)): (&str, (&'static str, _))| {
         let (instructions, cycles) = line.split_once(' ')?;

@@ -1,4 +1,5 @@
-//! The probe's program in real time on the emulated chip: sensors that go on with the clock, telemetry on the serial line.
+//! The probe's program in real time on the emulated chip: sensors follow the clock, telemetry goes to the
+//! serial line.
 
 use super::{
     error::EmulateError,
@@ -11,38 +12,38 @@ use crate::{
 use meerkat_mwd::{Config, Sample, config::SurveyConfig, sensor_models::Recording, telemetry::StreamConfig};
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Duration};
 
-/// A stage of the program.
+/// A stage of the probe's program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// The interrupt that reads the sensors.
     Acquisition,
-    /// Samples to attitudes.
+    /// Computes attitudes from samples.
     Samples,
-    /// Identification and diagnosis.
+    /// Does identification and diagnosis.
     Work,
-    /// Frames out, commands in.
+    /// Sends frames and receives commands.
     Telemetry,
 }
 
-/// What is to be run.
+/// Settings of a run.
 #[derive(Clone, Debug)]
 pub struct RealTime {
     /// The probe's configuration.
     pub config: Config,
-    /// Its surveys'.
+    /// Configuration of its surveys.
     pub survey: SurveyConfig,
-    /// What goes over the serial line.
+    /// Settings of the telemetry stream.
     pub stream: StreamConfig,
-    /// Whether raw samples go over it.
+    /// Whether raw samples are sent.
     pub recording: bool,
     /// The key of commands that change calibration.
     pub key: Option<[u8; 32]>,
-    /// A stage that does not end, from a sample on.
+    /// A stage that hangs, and the sample from which on it does.
     pub hang: Option<(Stage, u32)>,
-    /// Words programmed and sectors erased before the power is cut.
+    /// Number of flash operations (words programmed, sectors erased) before the power is cut.
     pub power_cut_after: Option<u32>,
-    /// An instruction takes 2 to this power nanoseconds. 3 is 125 million a second: 1.34 cycles of 168 MHz each. 4 is 2.7 cycles each, slower
-    /// than the chip.
+    /// Time of an instruction: 2 to this power nanoseconds. 3 is 125 million instructions a second, 1.34
+    /// cycles of 168 MHz each; 4 is 2.7 cycles each, slower than the chip.
     pub instruction_time: u8,
 }
 
@@ -61,17 +62,17 @@ impl Default for RealTime {
     }
 }
 
-/// What a run printed at its end, and sent.
+/// Output of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Landed {
-    /// What the program counted, by name.
+    /// Counts that the program printed at its end, by name.
     pub values: BTreeMap<String, String>,
-    /// Every byte of the serial line.
+    /// Every byte sent over the serial line.
     pub serial: Vec<u8>,
 }
 
 impl Landed {
-    /// A count by its name; `None`: it is not there.
+    /// A count by its name; `None` if there is none.
     #[must_use]
     pub fn count(&self, name: &str) -> Option<u64> {
         self.values.get(name)?.parse().ok()
@@ -79,11 +80,11 @@ impl Landed {
 }
 
 impl RealTime {
-    /// Builds the firmware and runs it over the samples, one each sample period; their own times are not used. They are the truth of register models
-    /// of the sensors.
+    /// Builds the firmware and runs it. Register models of the sensors measure one sample each sample period;
+    /// the samples' own times are not used.
     ///
     /// # Errors
-    /// Whatever keeps the program from coming to its end.
+    /// Anything that prevents the program from reaching its end.
     pub fn run(&self, toolchain: &Toolchain, samples: &[Sample], limit: Duration) -> Result<Landed, EmulateError> {
         let firmware = build_firmware(toolchain, Board::Emulated)?;
         let directory = tempfile::tempdir().map_err(file("no temporary directory"))?;
@@ -91,8 +92,8 @@ impl RealTime {
         self.run_in(directory.path(), toolchain, limit)
     }
 
-    /// Writes what a run reads: firmware, configuration, sensors' truth. A `flash.bin` that is there (49,152 bytes, erased ones 0xFF) is the memory
-    /// of stored models; without one the probe has none.
+    /// Writes the files of a run: firmware, configuration, the sensors' truth. If the directory holds a
+    /// `flash.bin` (49,152 bytes, 0xFF if erased), it is the flash of stored models; else there is none.
     ///
     /// # Errors
     /// The directory cannot be written.
@@ -108,7 +109,7 @@ impl RealTime {
         fs::write(directory.join("sensors.bin"), truth).map_err(file("the sensors' file cannot be written"))
     }
 
-    /// The truth of the sensors, one sample each sample period, and how it is played.
+    /// Truth for the sensors, one sample each sample period, and how it is played.
     fn played(&self, samples: &[Sample]) -> (Vec<Sample>, Recording) {
         let period_us = self.config.sample_period_us;
         let timed: Vec<Sample> = (samples.iter().zip(1_u64..))
@@ -117,16 +118,16 @@ impl RealTime {
         (through_sensors::truth(&timed), through_sensors::recording(&timed, period_us))
     }
 
-    /// What the adapters make of the samples there, and so what flies: the same on this machine.
+    /// Samples that the adapters deliver, on the chip and on this machine alike: what flies.
     #[must_use]
     pub fn through_sensors(&self, samples: &[Sample]) -> Vec<Sample> {
         through_sensors::play(&self.played(samples).0, self.config.sample_period_us).samples
     }
 
-    /// Runs what was prepared, the serial line kept in `serial.bin`.
+    /// Runs the prepared program and stores the serial line in `serial.bin`.
     ///
     /// # Errors
-    /// Whatever keeps the program from coming to its end.
+    /// Anything that prevents the program from reaching its end.
     pub fn run_in(&self, directory: &Path, toolchain: &Toolchain, limit: Duration) -> Result<Landed, EmulateError> {
         let mut qemu = self.emulator(directory, toolchain, "file:serial.bin");
         let printed = deadline::run(&mut qemu, limit).map_err(EmulateError::Run)?;
@@ -136,7 +137,7 @@ impl RealTime {
         Ok(Landed { values, serial })
     }
 
-    /// The emulator over what was prepared, its serial line on what QEMU calls a character device, such as
+    /// The emulator command for the prepared files, with its serial line on a QEMU character device such as
     /// `unix:PATH,server=on,wait=on`.
     #[must_use]
     pub fn emulator(&self, directory: &Path, toolchain: &Toolchain, serial: &str) -> Command {
@@ -150,12 +151,12 @@ impl RealTime {
     }
 }
 
-/// What a file that cannot be read or written is to a run.
+/// Makes an error of a file that cannot be read or written.
 fn file(what: &'static str) -> impl FnOnce(std::io::Error) -> EmulateError {
     move |source| EmulateError::File { what, source }
 }
 
-/// Ten numbers and the flags, little-endian.
+/// A sample as ten numbers and flags, little-endian.
 fn record(sample: &Sample) -> Vec<u8> {
     let vectors = [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut];
     let numbers = vectors.iter().flatten().chain([&sample.temperature_c]);

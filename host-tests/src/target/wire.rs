@@ -1,4 +1,4 @@
-//! The two files between host and firmware, in postcard's encoding: `trace.bin` in, `flight.bin` out.
+//! Files between host and firmware, in postcard's encoding: `trace.bin` in, `flight.bin` out.
 
 use crate::flight::Flight;
 use meerkat_mwd::{
@@ -8,7 +8,7 @@ use meerkat_mwd::{
     telemetry::{Record, Summary},
 };
 
-/// What a whole `flight.bin` holds.
+/// Content of a whole `flight.bin`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Landed {
     /// Outputs, reports and counters.
@@ -23,35 +23,36 @@ pub struct Landed {
     pub dynamics: Vec<DrillingDynamics>,
 }
 
-/// Why bytes are not a whole flight.
+/// Reasons why bytes are not a whole flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
-    /// Something between the records cannot be one.
+    /// A record cannot be decoded.
     #[error("record {record} (byte {byte}) cannot be decoded")]
     Malformed {
-        /// Count of records before it.
+        /// Number of records before it.
         record: usize,
-        /// Where it begins.
+        /// Offset of its first byte.
         byte: usize,
     },
     /// The last record is not the summary.
     #[error("the flight breaks off after {records} records, without a summary")]
     NoSummary {
-        /// Count of records.
+        /// Number of records.
         records: usize,
     },
     /// Records follow the summary.
     #[error("{bytes} bytes follow the summary")]
     AfterSummary {
-        /// How many bytes.
+        /// Number of bytes.
         bytes: usize,
     },
 }
 
-/// The configuration, how the recording is played to the sensors' models (`None`: it is handed over), then one sample after another.
+/// Encodes the configuration, how the recording is played to the sensor models (`None`: given directly), then
+/// each sample.
 ///
 /// # Errors
-/// None in practice: every field has an encoding.
+/// Never in practice: every field has an encoding.
 pub fn encode_trace(
     config: &Config,
     recording: Option<Recording>,
@@ -62,10 +63,10 @@ pub fn encode_trace(
     samples.into_iter().try_fold(bytes, |bytes, sample| postcard::to_extend(&sample, bytes))
 }
 
-/// Reads records to the summary.
+/// Decodes records up to the summary.
 ///
 /// # Errors
-/// Where the bytes stop being records.
+/// The bytes stop being records.
 pub fn decode_flight(bytes: &[u8]) -> Result<Landed, WireError> {
     let mut outputs = Vec::new();
     let mut reports = Vec::new();

@@ -1,4 +1,4 @@
-//! A recorded or simulated trace: the samples, what its header says, and the reference it is scored against.
+//! A recorded or simulated trace: samples, header, and the reference that scores are measured against.
 
 mod columns;
 mod decimal_time;
@@ -19,17 +19,17 @@ use meerkat_mwd::{Sample, SampleFlags, config::FullScale, probe::CLIPPED_SHARE};
 
 pub(crate) use seconds::seconds;
 
-/// A trace in memory. The reference columns are for scoring only: the pipeline sees `samples` and nothing else.
+/// A trace in memory. Reference columns are for scoring only: the pipeline sees nothing but `samples`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
-    /// Where it was read from.
+    /// The file it was read from.
     pub path: PathBuf,
     /// Header keys.
     pub keys: Keys,
     /// One per row, times strictly increasing.
     pub samples: Vec<Sample>,
-    /// Reference attitude, body to the trace's earth frame, scalar first; `None` where a cell is empty; no elements when
-    /// the columns are absent.
+    /// Reference attitude, body to the trace's earth frame, scalar first; `None` for an empty cell; empty
+    /// without the columns.
     pub reference: Vec<Option<[f64; 4]>>,
     /// Whether a sample is scored (column `movement`).
     pub movement: Option<Vec<bool>>,
@@ -37,13 +37,14 @@ pub struct Trace {
     pub rest: Option<Vec<bool>>,
     /// True angular rate, rad/s, body frame (columns `wx_true`, `wy_true`, `wz_true` of simulated traces).
     pub true_rate: Option<Vec<[f64; 3]>>,
-    /// What the driver itself said of a sample (column `sample_flags` of recorded traces, the bits of [`SampleFlags`]).
+    /// Flags that the driver itself set (column `sample_flags` of recorded traces, the bits of
+    /// [`SampleFlags`]).
     pub driver_flags: Option<Vec<SampleFlags>>,
-    /// Remarks for the user, for instance which columns were ignored.
+    /// Remarks for the user, such as ignored columns.
     pub notes: Vec<String>,
 }
 
-/// Whether any sensor's full scale is known; without one, clipping cannot be.
+/// Whether any sensor's full scale is known; without one, clipping cannot be told.
 #[must_use]
 pub fn clipping_is_known(full_scale: &FullScale) -> bool {
     full_scale.gyro_rad_s.or(full_scale.accel_m_s2).or(full_scale.mag_ut).is_some()
@@ -60,7 +61,8 @@ impl Trace {
 
     /// Writes the trace so that [`Trace::read`] gives it back, gzip when the name ends in `.gz`.
     ///
-    /// The notes have no place in the format. Sensor groups that no sample has are left out.
+    /// Notes are not written: the format has no place for them. Sensor groups that no sample has are left
+    /// out.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -112,14 +114,14 @@ impl Trace {
         self.samples.iter().filter(|sample| sample.flags.intersects(any)).count()
     }
 
-    /// Number of samples without a reference attitude; all of them when the columns are absent.
+    /// Number of samples without a reference attitude; all if there are no such columns.
     #[must_use]
     pub fn reference_missing(&self) -> usize {
         self.samples.len() - self.reference.iter().filter(|q| q.is_some()).count()
     }
 
-    /// Sets the clipped flags of every sample from these full scales (see [`CLIPPED_SHARE`]) and clears the others, but for what the
-    /// driver said.
+    /// Sets each sample's clipped flags from these full scales (see [`CLIPPED_SHARE`]); the driver's own
+    /// flags stay, all others are cleared.
     pub fn mark_clipped(&mut self, full_scale: &FullScale) {
         let beyond = |v: &[f32; 3], full_scale: Option<f32>| {
             full_scale.is_some_and(|limit| v.iter().any(|x| x.abs() >= CLIPPED_SHARE * limit))

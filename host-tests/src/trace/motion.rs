@@ -1,16 +1,16 @@
-//! Names of what moves the probe.
+//! Names of the kinds of motion.
 
 use meerkat_mwd::config::Motion;
 
 const NAMES: [(&str, Motion); 2] = [("hand", Motion::Hand), ("drill_string", Motion::DrillString)];
 
-/// The name in traces and reports.
+/// Name of a kind of motion, as in traces and reports.
 #[must_use]
 pub fn name(motion: Motion) -> &'static str {
     NAMES.into_iter().find(|(_, named)| *named == motion).map_or("unknown", |(name, _)| name)
 }
 
-/// The motion of this name.
+/// The kind of motion with this name.
 #[must_use]
 pub fn named(name: &str) -> Option<Motion> {
     NAMES.into_iter().find(|(known, _)| *known == name.to_ascii_lowercase()).map(|(_, motion)| motion)

@@ -21,7 +21,7 @@ pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("traces")
 }
 
-/// Those of the folder that [`FOLDER`] names, in the order of their names; none without it.
+/// Recordings of the folder that [`FOLDER`] names, in the order of their names; none if it is not set.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -29,7 +29,7 @@ pub fn given() -> Result<Vec<PathBuf>, Failure> {
     std::env::var_os(FOLDER).map_or_else(|| Ok(Vec::new()), |folder| within(Path::new(&folder)))
 }
 
-/// The file's name without what all of them end in.
+/// Name of a recording: the file's name without its ending.
 #[must_use]
 pub fn name(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -44,7 +44,7 @@ fn within(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(paths)
 }
 
-/// What a folder holds, in the order of the names.
+/// Paths in a folder, in the order of their names.
 ///
 /// # Errors
 /// The folder cannot be read.

@@ -1,11 +1,11 @@
-//! Times as text.
+//! Times as text, in seconds.
 
 /// Microseconds as seconds with six decimals.
 pub(crate) const fn seconds(t_us: u64) -> Seconds {
     Seconds(t_us)
 }
 
-/// See [`seconds`].
+/// A time that prints as seconds; see [`seconds`].
 pub(crate) struct Seconds(u64);
 
 impl std::fmt::Display for Seconds {

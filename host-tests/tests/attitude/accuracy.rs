@@ -89,8 +89,8 @@ fn errors_are_as_large_as_the_sigmas_say() {
     assert!((4.0..66.8).contains(&sums[1]), "azimuth {sums:?}");
 }
 
-/// Root mean square errors, degrees: tilt, magnetic toolface, over the last two thirds of a simulated minute of drilling at 100 Hz
-/// with stick-slip, lateral vibration and shocks.
+/// Root mean square errors, degrees: tilt, magnetic toolface, over the last two thirds of a simulated minute
+/// of drilling at 100 Hz with stick-slip, lateral vibration and shocks.
 fn drilling(inclination_deg: f64, gyro_error: f64, seed: u64) -> [f64; 2] {
     let dt_s = 0.01;
     let mut noise = Noise::new(seed);

@@ -1,4 +1,5 @@
-//! The attitude filter on bundled recordings with an optical reference (`traces/*.csv.gz` with `qw..qz` and `movement`).
+//! The attitude filter on bundled recordings with an optical reference (`traces/*.csv.gz` with `qw..qz` and
+//! `movement`).
 
 use flate2::read::MultiGzDecoder;
 use meerkat_mwd::{
@@ -14,8 +15,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Root mean square error in degrees over the scored samples (total, heading, inclination; definition of the BROAD data set),
-/// and the part of them whose tilt error is within three of the filter's sigmas.
+/// Root mean square error in degrees over the scored samples (total, heading, inclination; definition of the
+/// BROAD data set), and the part of them whose tilt error is within three of the filter's sigmas.
 struct Score {
     samples: u32,
     rms_deg: [f64; 3],
@@ -88,8 +89,8 @@ fn score(path: &Path) -> Score {
     Score { samples, rms_deg: sums.map(|s| (s / n).sqrt().to_degrees()), within_three_sigma: f64::from(within) / n }
 }
 
-/// Bounds: the worst of six recordings measured (total 3.5, heading 3.4, inclination 0.8 deg; two of them carry a magnet) with a
-/// fifth more.
+/// Bounds: the worst of six recordings measured (total 3.5, heading 3.4, inclination 0.8 deg; two of them
+/// carry a magnet) with a fifth more.
 #[test]
 fn attitude_stays_near_the_optical_reference() {
     for path in bundled() {

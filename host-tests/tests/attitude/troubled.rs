@@ -17,7 +17,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{rig::rotation::rotation, simulation::sound};
 
-/// A flight of a probe whose gyro is calibrated and whose delays are known, at 45 deg and 30 rpm after 20 s of rest.
+/// A flight of a probe whose gyro is calibrated and whose delays are known, at 45 deg and 30 rpm after 20 s
+/// of rest.
 pub struct Flown {
     pub trace: Trace,
     pub outputs: Vec<Output>,
@@ -58,14 +59,16 @@ pub struct Seen {
     /// The largest in stated sigmas.
     pub tilt_sigmas: f64,
     pub azimuth_sigmas: f64,
-    /// The largest change of the error from one sample to the next, degrees, and in the sigmas that were stated before it.
+    /// The largest change of the error from one sample to the next, degrees, and in the sigmas that were
+    /// stated before it.
     pub jump_deg: f64,
     pub jump_sigmas: f64,
     /// Share of samples with a flag that something is wrong.
     pub flagged: f64,
     /// Share of samples with an error of more than 4 stated sigmas.
     pub beyond: f64,
-    /// Share of samples of which the inclination, the azimuth or the toolface is more than 4 of its sigmas off.
+    /// Share of samples of which the inclination, the azimuth or the toolface is more than 4 of its sigmas
+    /// off.
     pub untold: f64,
 }
 

@@ -1,4 +1,5 @@
-//! Sensors that fail while a whole probe drills: the attitude says so, its sigmas grow with its errors, and it comes back.
+//! Sensors that fail while a whole probe drills: the attitude says so, its sigmas grow with its errors, and
+//! it comes back.
 
 use meerkat_mwd::{Sample, SampleFlags};
 use mwd::simulate::{Hole, Rotation, Scenario};
@@ -94,8 +95,9 @@ fn failing_vector_sensors_are_flagged_and_the_gyro_carries_the_attitude_over() {
     }
 }
 
-/// The gyro: while it lasts nothing carries the rotation, and the sigmas have to say so. From [`UNTOLD`] on its readings look like any
-/// others, and each is another jump: it is the field that contradicts them, from the first reading on.
+/// The gyro: while it lasts nothing carries the rotation, and the sigmas have to say so. From [`UNTOLD`] on
+/// its readings look like any others, and each is another jump: it is the field that contradicts them, from
+/// the first reading on.
 const GYRO_TROUBLES: [Trouble; 5] = [
     ("gyro missing", 2.0, |_, s| s.flags.insert(SampleFlags::GYRO_MISSING)),
     ("gyro not a number", 2.0, |_, s| s.gyro_rad_s[2] = f32::NAN),

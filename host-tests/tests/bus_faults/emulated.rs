@@ -1,6 +1,8 @@
-//! The sampling path on the emulated chip: the same samples to the bit; and a driver against a device model that nobody here wrote.
+//! The sampling path on the emulated chip: the same samples to the bit; and a driver against a device model
+//! that nobody here wrote.
 //!
-//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
+//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they
+//! fail.
 
 use crate::rig::emulator::toolchain;
 use mwd::{
@@ -75,8 +77,8 @@ fn connect(path: &Path) -> BufReader<UnixStream> {
     panic!("the emulator opens no socket");
 }
 
-/// What the image prints of a field in nanotesla. It is set when the machine is there and before it runs: a reset of the device, which setting
-/// up the machine is, clears what the command line says.
+/// What the image prints of a field in nanotesla. It is set when the machine is there and before it runs: a
+/// reset of the device, which setting up the machine is, clears what the command line says.
 fn measured(toolchain: &Toolchain, image: &[u8], field_nt: [u32; 3]) -> String {
     let directory = tempfile::tempdir().unwrap();
     std::fs::write(directory.path().join("image"), image).unwrap();

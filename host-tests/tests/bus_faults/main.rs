@@ -1,4 +1,5 @@
-//! Every bus fault survived: each kind at every transaction of two seconds, no panic, no wrong sample unflagged.
+//! Every bus fault survived: each kind at every transaction of two seconds, no panic, no wrong sample
+//! unflagged.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 #[path = "../rig/mod.rs"]
@@ -34,7 +35,8 @@ fn without_a_fault_every_sample_is_right_and_hardly_one_is_flagged() {
     }
 }
 
-/// No wrong sample but for a payload that the wire has spoilt by less than the innovation limit, which no part here can tell.
+/// No wrong sample but for a payload that the wire has spoilt by less than the innovation limit, which no
+/// part here can tell.
 fn sweep_all(bus: Bus, part: Part, stride: usize) {
     let (motion, clean) = motion(bus);
     for kind in KINDS {

@@ -1,7 +1,9 @@
-//! The same faults from a bus that someone else wrote: `embedded-hal-mock`, which also checks every byte that the driver sends.
+//! The same faults from a bus that someone else wrote: `embedded-hal-mock`, which also checks every byte that
+//! the driver sends.
 //!
-//! What the driver and a register model say to each other, with an error at one transaction, becomes what the mock expects and answers; on the
-//! mock the driver then has to do the same. Only the mock's I2C bus can fail.
+//! What the driver and a register model say to each other, with an error at one transaction, becomes what the
+//! mock expects and answers; on the mock the driver then has to do the same. Only the mock's I2C bus can
+//! fail.
 
 use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
@@ -120,7 +122,8 @@ fn magnetic<B: I2c>(bus: B, mut pass: impl FnMut(u64)) -> Told<MagneticReading> 
     (readings, conditions, *source.counters())
 }
 
-/// Plays a model with an error at a transaction, then the mock with what was said; both have to come out the same.
+/// Plays a model with an error at a transaction, then the mock with what was said; both have to come out the
+/// same.
 macro_rules! at_every_transaction {
     ($model:expr, $address:expr, $source:ident, $least:expr) => {{
         let motion = Motion::new(RUN_US, 5);

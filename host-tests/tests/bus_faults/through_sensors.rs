@@ -26,8 +26,8 @@ fn so_has_simulated_drilling() {
     within_the_bound(&simulate(&scenario, 5).0, 200);
 }
 
-/// Where the uncalibrated gyro's bias is at the limit of rest, one flight sees rest earlier than the other, by what rounding does; from then on what is
-/// known differs, and the attitude is as far off as was stated.
+/// Where the uncalibrated gyro's bias is at the limit of rest, one flight sees rest earlier than the other,
+/// by what rounding does; from then on what is known differs, and the attitude is as far off as was stated.
 #[test]
 fn and_so_has_a_vertical_hole_while_both_decide_the_same() {
     let mut scenario = one_window::scenario("drilling_vertical").unwrap();
@@ -43,7 +43,8 @@ fn and_so_has_a_vertical_hole_while_both_decide_the_same() {
     );
 }
 
-/// A recorder that notes its accelerometer with every sixth sample, which no part with a FIFO does: the model converts what lies between.
+/// A recorder that notes its accelerometer with every sixth sample, which no part with a FIFO does: the model
+/// converts what lies between.
 #[test]
 fn a_recording_that_lacks_readings_loses_none_of_the_others() {
     let trace = recording(ATTACHED_MAGNET);

@@ -37,7 +37,8 @@ fn half_of_the_orientations_are_refused() {
     }
 }
 
-/// Gravity carried to held-out rests, degrees rms with the bias only, with what was fitted last and with what flies; and whether a P was accepted.
+/// Gravity carried to held-out rests, degrees rms with the bias only, with what was fitted last and with what
+/// flies; and whether a P was accepted.
 fn carried_deg(name: &str, with_record: bool) -> ([f64; 3], bool) {
     let trace = recording(name);
     let directory = tempfile::tempdir().unwrap();

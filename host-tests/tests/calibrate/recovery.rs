@@ -89,6 +89,7 @@ fn a_magnetometer_that_sits_askew_is_turned() {
         let error = |k: usize| (alignment.turn_rad[k] - probe.mag_turn_rad[k]).abs();
         inside += (0..3).filter(|&k| error(k) < alignment.quantile * alignment.sigma_rad[k]).count();
     }
-    // The magnetometer's own errors are not in these deviations, so fewer hold the truth than of the parameters.
+    // The magnetometer's own errors are not in these deviations, so fewer hold the truth than of the
+    // parameters.
     assert!(inside >= 45, "{inside} of 60");
 }

@@ -54,7 +54,8 @@ fn turning_about_one_axis_leaves_what_lies_along_it() {
 
 #[test]
 fn a_cap_of_orientations_is_refused_or_right() {
-    // Within 60 deg of one attitude; what is let through has to be right to the 0.3 deg that it is let through for.
+    // Within 60 deg of one attitude; what is let through has to be right to the 0.3 deg that it is let
+    // through for.
     for seed in 0..20 {
         let mut random = Random::new(300 + seed);
         let probe = Probe::drawn(&mut random);

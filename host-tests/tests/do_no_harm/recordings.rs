@@ -1,5 +1,5 @@
-//! Recordings of real sensors, as they are and with a known error multiplied into the gyro. The whole ones are not in this repository:
-//! `MWD_RECORDINGS` names their folder.
+//! Recordings of real sensors, as they are and with a known error multiplied into the gyro. The whole ones
+//! are not in this repository: `MWD_RECORDINGS` names their folder.
 
 use crate::played::{Played, play};
 use meerkat_mwd::config::OptimizerKind;

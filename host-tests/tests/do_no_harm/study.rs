@@ -1,4 +1,5 @@
-//! How what flies could be fooled: tables over many simulated recordings, and over a folder of real ones. Slow; run by hand.
+//! How what flies could be fooled: tables over many simulated recordings, and over a folder of real ones.
+//! Slow; run by hand.
 
 use crate::{
     played::{Played, play},

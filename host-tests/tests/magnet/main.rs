@@ -99,8 +99,9 @@ fn motion_by_hand_holds_a_magnet_only_where_one_was_attached() {
     }
 }
 
-/// Times and size from the optical reference: what the field is more than the earth's, h(t) = m(t + 14 ms) - C^T B, with B from the
-/// parts without a magnet, is half of its later self at 42.65 s and 99.4 s, and (0.5, 0.0, -8.4) microtesla in between.
+/// Times and size from the optical reference: what the field is more than the earth's, h(t) = m(t + 14 ms) -
+/// C^T B, with B from the parts without a magnet, is half of its later self at 42.65 s and 99.4 s, and (0.5,
+/// 0.0, -8.4) microtesla in between.
 #[test]
 fn the_magnet_of_a_real_recording_is_found_and_no_longer_turns_the_heading() {
     let trace = recording(ATTACHED_MAGNET);

@@ -8,8 +8,8 @@ fn every_population_search_finds_the_bottom_of_a_bowl() {
         for (name, mut search) in all(&SearchSpace::UNIT, 20_000, seed) {
             search.run(&bowl, u32::MAX);
             assert_eq!(search.evaluations(), 20_000);
-            // Squared distance, 0.02 to 0.6 at the start. Of the published methods the members never stop jumping, and as
-            // printed IMOA is drawn to the origin; random search is as dense as its draws.
+            // Squared distance, 0.02 to 0.6 at the start. Of the published methods the members never stop
+            // jumping, and as printed IMOA is drawn to the origin; random search is as dense as its draws.
             let tolerance = match name {
                 "imoa" | "imoa, all operators" | "pso" => 1e-5,
                 // Differences that die out early stop it short from some seeds.
@@ -36,7 +36,8 @@ impl Cost<D> for Ripples {
     }
 }
 
-/// What the population is for: the exchange alone stays in the nearest minimum, and without it the moves often miss the lowest.
+/// What the population is for: the exchange alone stays in the nearest minimum, and without it the moves
+/// often miss the lowest.
 #[test]
 fn imoa_finds_the_lowest_of_many_minima_and_needs_its_population_for_it() {
     let space = SearchSpace::within([-3.0; D], [3.0; D]).unwrap();

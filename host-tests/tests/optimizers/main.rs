@@ -1,4 +1,5 @@
-//! The optimisers through the public API: what holds for every one of them, and which is best on a window's cost.
+//! The optimisers through the public API: what holds for every one of them, and which is best on a window's
+//! cost.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 #[path = "../rig/mod.rs"]

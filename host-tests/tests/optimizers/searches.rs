@@ -1,4 +1,5 @@
-//! Every search, and costs to search: a bowl, one with a hole that is not finite, and one that is finite nowhere.
+//! Every search, and costs to search: a bowl, one with a hole that is not finite, and one that is finite
+//! nowhere.
 
 use meerkat_mwd::optimizer::{
     Cost, DifferentialEvolution, DifferentialEvolutionSettings, Imoa, ImoaLiteral, ImoaLiteralSettings, ImoaSettings,

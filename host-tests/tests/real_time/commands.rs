@@ -42,7 +42,8 @@ fn calibrating() -> [Command; 6] {
     ]
 }
 
-/// The owner of the probe: the key's file and the counter beside it, for the program and for what is sent without it.
+/// The owner of the probe: the key's file and the counter beside it, for the program and for what is sent
+/// without it.
 struct Owner<'a>(&'a LiveProbe);
 
 impl<'a> Owner<'a> {
@@ -74,8 +75,9 @@ impl<'a> Owner<'a> {
 /// Bias beyond which a probe that does not know it takes rest for motion, rad/s: 2 deg/s, and a tenth more.
 const BIAS_THAT_TURNS_RAD_S: f32 = 0.038;
 
-/// A run whose latest window was accepted, after others that were; the host's flight of it, bit for bit the probe's, tells. What flies moves
-/// on from it with every update. Its gyro has a bias without which rest is motion.
+/// A run whose latest window was accepted, after others that were; the host's flight of it, bit for bit the
+/// probe's, tells. What flies moves on from it with every update. Its gyro has a bias without which rest is
+/// motion.
 fn with_accepted_windows() -> (Config, Vec<Sample>) {
     let all_are_accepted = |(config, samples): &(Config, Vec<Sample>)| {
         let flown = run(*config, None).through_sensors(&samples[..140 * 200]);

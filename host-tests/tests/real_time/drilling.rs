@@ -33,7 +33,8 @@ pub fn everything() -> StreamConfig {
     stream
 }
 
-/// Checks that each output of a probe is to the last bit what the same samples give on the host, and returns how many are not there.
+/// Checks that each output of a probe is to the last bit what the same samples give on the host, and returns
+/// how many are not there.
 pub fn missing_of_the_host(config: &Config, samples: &[Sample], probe: &[Output]) -> u64 {
     missing_of(&flight::fly(config, samples, |_| ()).unwrap().outputs, probe)
 }

@@ -39,7 +39,8 @@ pub const KEY: [u8; 32] = *b"a key that no probe has 32 bytes";
 /// Of the probe's three sectors.
 const FLASH_BYTES: usize = 3 * 16 * 1024;
 
-/// A configuration, and the samples of a run that drills from 10 s on and stands still from `stop_s` on for `rest_s` at least.
+/// A configuration, and the samples of a run that drills from 10 s on and stands still from `stop_s` on for
+/// `rest_s` at least.
 pub fn drilled(stop_s: f64, rest_s: f64, seed: u64) -> (Config, Vec<Sample>) {
     let scenario = Scenario {
         duration_s: stop_s + 60.0,
@@ -170,7 +171,8 @@ impl Host {
         panic!("in vain: {what}");
     }
 
-    /// Listens while it drills and until it has stood still for a survey; the latest window whose fit was judged.
+    /// Listens while it drills and until it has stood still for a survey; the latest window whose fit was
+    /// judged.
     pub fn drill(&mut self, stop_us: u64) -> WindowReport {
         let mut reports = Vec::new();
         self.until("a survey after drilling", |message| match message {

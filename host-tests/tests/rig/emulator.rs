@@ -3,7 +3,8 @@
 use mwd::target::toolchain::{self, Toolchain};
 use std::io::Write;
 
-/// The toolchain, or `None` after the reason was printed: then a test passes, but with `MWD_REQUIRE_EMULATOR=1` it fails.
+/// The toolchain, or `None` after the reason was printed: then a test passes, but with
+/// `MWD_REQUIRE_EMULATOR=1` it fails.
 pub fn toolchain() -> Option<Toolchain> {
     match toolchain::prepare() {
         Ok(toolchain) => Some(toolchain),

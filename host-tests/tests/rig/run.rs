@@ -43,7 +43,8 @@ pub fn of_scenario(scenario: &Scenario, seed: u64) -> Run {
 }
 
 impl Run {
-    /// The same run of a probe whose factory model is the true one, so that its attitude is good from the start.
+    /// The same run of a probe whose factory model is the true one, so that its attitude is good from the
+    /// start.
     pub fn calibrated(mut self) -> Self {
         self.config.gyro = self.truth.gyro;
         self
@@ -99,15 +100,16 @@ impl Run {
         within(flight, from_s, f64::INFINITY).map(ratio).fold(0.0, f64::max)
     }
 
-    /// Systematic rate errors over the whole run, deg/s: of bias only, of what the report fits, and of what it flies.
+    /// Systematic rate errors over the whole run, deg/s: of bias only, of what the report fits, and of what
+    /// it flies.
     pub fn rate_errors_deg_s(&self, report: &WindowReport) -> [f64; 3] {
         let rates = self.trace.true_rate.as_ref().unwrap();
         [report.bias_only, report.fitted, report.flown]
             .map(|model| systematic_rate_error_rad_s(&self.truth.gyro, &model, rates).unwrap().to_degrees())
     }
 
-    /// Whether the report's P flies and leaves at most a tenth of the rate error with bias only. How accurate a window is, is measured
-    /// where there is no trouble.
+    /// Whether the report's P flies and leaves at most a tenth of the rate error with bias only. How accurate
+    /// a window is, is measured where there is no trouble.
     pub fn identified(&self, report: &WindowReport) -> bool {
         let [bias_only, _, flown] = self.rate_errors_deg_s(report);
         println!("{bias_only:.3} -> {flown:.3} deg/s, {:?}", report.decision);

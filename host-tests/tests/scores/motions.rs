@@ -26,7 +26,8 @@ pub fn cells(q: &Q) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// A trace at `period_us` with the given attitude (body to NED) and gyro reading (rad/s), both functions of seconds.
+/// A trace at `period_us` with the given attitude (body to NED) and gyro reading (rad/s), both functions of
+/// seconds.
 pub fn trace(period_us: u64, seconds: u64, attitude: impl Fn(f64) -> Q, gyro: impl Fn(f64) -> Vector3<f64>) -> Trace {
     let mut trace = Trace::default();
     for i in 0..=seconds * 1_000_000 / period_us {

@@ -10,8 +10,8 @@ use meerkat_mwd::{
 
 use super::fake_part::{FakePart, PERIOD_US, World, lateness_us, read};
 
-/// Oscillators off by up to 8 %, polls at irregular times, from every period to every eighth: polled stamps are within a period of
-/// the truth, and every frame comes out once.
+/// Oscillators off by up to 8 %, polls at irregular times, from every period to every eighth: polled stamps
+/// are within a period of the truth, and every frame comes out once.
 #[test]
 fn polled_stamps_are_within_a_period_and_nothing_is_lost() {
     for seed in 0..300 {
@@ -47,7 +47,8 @@ fn polled_stamps_are_within_a_period_and_nothing_is_lost() {
                 world.borrow().true_period_us
             );
         }
-        // Settled, the steps from stamp to stamp are the part's own, but for the few bursts that put the phase right.
+        // Settled, the steps from stamp to stamp are the part's own, but for the few bursts that put the
+        // phase right.
         let period_us = world.borrow().true_period_us;
         let steps = readings[2_000..].windows(2).map(|pair| (pair[1].t_us - pair[0].t_us) as f64);
         let off = steps.filter(|step_us| (step_us / period_us - 1.0).abs() > 0.05).count();
@@ -131,7 +132,8 @@ fn what_has_no_room_stays_in_the_part() {
     assert!(readings.iter().all(|reading| lateness_us(reading).abs() < 1.05 * f64::from(PERIOD_US)));
 }
 
-/// Without a FIFO, polled more slowly than it measures: of the frames that are over-written most are counted, and none too many.
+/// Without a FIFO, polled more slowly than it measures: of the frames that are over-written most are counted,
+/// and none too many.
 #[test]
 fn without_a_fifo_what_was_overwritten_is_counted() {
     for seed in 0..20 {

@@ -12,7 +12,8 @@ fn magnetic(t_us: u64, flags: SampleFlags) -> MagneticReading {
 }
 
 proptest! {
-    /// Every magnetic reading is in one sample, or counted as lost, or still waits; one that is in a sample is at most one and a half periods old.
+    /// Every magnetic reading is in one sample, or counted as lost, or still waits; one that is in a sample
+    /// is at most one and a half periods old.
     #[test]
     fn readings_are_neither_lost_in_silence_nor_doubled(
         steps in prop::collection::vec(1_000_u64..40_000, 1..60), late in prop::collection::vec(0_usize..3, 60), bursts in 1_usize..8

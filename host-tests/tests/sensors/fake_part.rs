@@ -70,7 +70,8 @@ impl World {
         (self.random.next_u32() % 5) as i32 - 2
     }
 
-    /// The gyro's x is the time of the frame, in tenths of a microsecond short of ten periods, so that a stamp can be compared with it.
+    /// The gyro's x is the time of the frame, in tenths of a microsecond short of ten periods, so that a
+    /// stamp can be compared with it.
     fn measure(&mut self) -> Frame<2> {
         let time = (self.next_us * 0.1) as i32;
         let mut gyro = [time, self.noise(), self.noise()];

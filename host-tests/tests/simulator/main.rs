@@ -1,4 +1,5 @@
-//! The simulator against physics: what its columns say about each other, in closed forms and by an independent integration.
+//! The simulator against physics: what its columns say about each other, in closed forms and by an
+//! independent integration.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 #[path = "../rig/mod.rs"]

@@ -1,4 +1,5 @@
-//! A probe starts where it ended: what a filter that goes on is worth to the next run, beside the stored model alone and beside nothing.
+//! A probe starts where it ended: what a filter that goes on is worth to the next run, beside the stored
+//! model alone and beside nothing.
 
 use super::flight::probe;
 use crate::rig::files::{FAST_ROTATION, recording, scenario};
@@ -122,8 +123,9 @@ fn normal(generator: &mut Xoshiro128PlusPlus) -> f64 {
     (0..12).map(|_| f64::from(generator.next_u32()) / f64::from(u32::MAX)).sum::<f64>() - 6.0
 }
 
-/// Rate errors of the second run, deg/s, where each element of P has changed by `shock` (1 sigma) in between; the bias is always another one,
-/// and so is the hard iron where `errs` has the vector sensors err by what data sheets allow. `moves_otherwise`: in another hole, thrice as fast.
+/// Rate errors of the second run, deg/s, where each element of P has changed by `shock` (1 sigma) in between;
+/// the bias is always another one, and so is the hard iron where `errs` has the vector sensors err by what
+/// data sheets allow. `moves_otherwise`: in another hole, thrice as fast.
 fn drilled(shock: f64, errs: bool, moves_otherwise: bool) -> [Vec<[f64; AT_S.len()]>; 3] {
     let mut tables = [const { Vec::new() }; 3];
     for seed in 0..12 {
@@ -166,8 +168,8 @@ fn drilled(shock: f64, errs: bool, moves_otherwise: bool) -> [Vec<[f64; AT_S.len
     tables
 }
 
-/// Whether the median is no worse than from the factory's prior, by more than chance makes of so few seeds. The worst seed may be: see what is
-/// printed.
+/// Whether the median is no worse than from the factory's prior, by more than chance makes of so few seeds.
+/// The worst seed may be: see what is printed.
 fn is_no_worse([nothing, _, filter]: &[Vec<[f64; AT_S.len()]>; 3], k: usize) -> bool {
     summary(filter, k)[0] <= 1.05 * summary(nothing, k)[0]
 }
@@ -203,8 +205,8 @@ fn a_gyro_that_has_changed_by_a_percent_in_between_is_found_again() {
         print(&format!("{what}, deg/s"), &tables);
         assert!(summary(&tables[2], 0)[0] < 0.5 * summary(&tables[1], 0)[0], "{what}");
         for k in 0..AT_S.len() {
-            // Not where sensors err: what of P's change looks like their errors is held against what the first run said of these (0.76 deg/s
-            // at 50 s, 0.57 from the factory's prior).
+            // Not where sensors err: what of P's change looks like their errors is held against what the
+            // first run said of these (0.76 deg/s at 50 s, 0.57 from the factory's prior).
             assert!(is_no_worse(&tables, k) || errs && !moves_otherwise, "{what}, {k}");
         }
     }

@@ -102,7 +102,8 @@ fn a_model_that_has_proved_stable_is_stored_and_flies_from_the_first_sample_afte
     }
 }
 
-/// At any instant of a flight, what flies then, through flash, flies in another probe: P, b and effects, to the bit.
+/// At any instant of a flight, what flies then, through flash, flies in another probe: P, b and effects, to
+/// the bit.
 #[test]
 fn a_flight_that_is_broken_off_anywhere_goes_on_with_the_same_model() {
     let (trace, config) = drilling(170.0, 5);

@@ -10,8 +10,8 @@ use meerkat_mwd::{
 };
 use mwd::target::mock_flash::CUTS;
 
-/// A roll-back stores the model before anew and retires the others; wherever the power goes, one of the two flies, and once it is said to be
-/// done, the one before.
+/// A roll-back stores the model before anew and retires the others; wherever the power goes, one of the two
+/// flies, and once it is said to be done, the one before.
 #[test]
 fn a_cut_in_a_roll_back_leaves_one_of_the_two_models() {
     let mut dice = Dice::new(61);
@@ -98,7 +98,8 @@ fn the_latest_window_that_could_look_is_proposed_while_its_effects_fly() {
     assert_eq!(history.previous().map(|model| model.gyro), Some(factory));
     assert_eq!(history.proposed(30, &none).map(|model| model.gyro), Some(first.gyro));
     assert_eq!(history.latest().gyro, warmer);
-    // An effect is found: what flew without it is one step back, and the fit beside other effects is no longer proposed.
+    // An effect is found: what flew without it is one step back, and the fit beside other effects is no
+    // longer proposed.
     history.window(&report(50, still, warmer), &warmer, &second.effects, None);
     assert_eq!(history.previous().map(|model| (model.gyro, model.effects)), Some((warmer, none)));
     assert_eq!(history.proposed(30, &second.effects), None);

@@ -1,4 +1,5 @@
-//! What the probe keeps in flash: there after every power cut, believed only when it is whole and plausible, and worn evenly.
+//! What the probe keeps in flash: there after every power cut, believed only when it is whole and plausible,
+//! and worn evenly.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 #[path = "../rig/mod.rs"]

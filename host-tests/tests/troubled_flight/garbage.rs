@@ -1,4 +1,5 @@
-//! Streams that no one would send: whatever comes, the pipeline stays finite, counts everything and never panics.
+//! Streams that no one would send: whatever comes, the pipeline stays finite, counts everything and never
+//! panics.
 
 use std::sync::LazyLock;
 

@@ -73,8 +73,8 @@ fn a_tenth_of_a_sensors_cells_missing_does_not_stop_identification() {
     }
 }
 
-/// At one sample an interval nothing stands in for a missing one, and no second is complete: that is the gyro's fault, not a
-/// lack of excitation.
+/// At one sample an interval nothing stands in for a missing one, and no second is complete: that is the
+/// gyro's fault, not a lack of excitation.
 #[test]
 fn too_many_missing_readings_are_named_as_the_reason() {
     let run = run(60.0, 3);

@@ -43,7 +43,8 @@ fn so_it_is_at_periods_that_make_no_20_ms() {
     }
 }
 
-/// A gyro that means over its sample loses little down to the slowest rate that is taken; increments there are up to 50 ms.
+/// A gyro that means over its sample loses little down to the slowest rate that is taken; increments there
+/// are up to 50 ms.
 #[test]
 fn at_50_to_80_hz_it_is_accurate_too() {
     for period_us in [20_000, 19_000, 16_667, 15_000, 13_334, 12_500] {
@@ -73,8 +74,8 @@ fn a_slower_period_is_refused_by_name() {
     assert!(error.to_string().contains("20 Hz"), "{error}");
 }
 
-/// Two samples missing of each five: under the nominal period of 50 Hz they come at 30 Hz. The attitude goes on, and what is identified
-/// does no harm.
+/// Two samples missing of each five: under the nominal period of 50 Hz they come at 30 Hz. The attitude goes
+/// on, and what is identified does no harm.
 #[test]
 fn samples_that_come_at_30_hz_under_a_nominal_50_hz_stream_an_attitude_and_harm_nothing() {
     let run = sampled(20_000, 1).calibrated();

@@ -1,6 +1,7 @@
-//! How much of the attainable benefit is flown: recordings with a reference and a known gyro error multiplied in.
+//! Share of the attainable benefit that is flown, on recordings with a reference and a known gyro error
+//! multiplied in.
 //!
-//! The recordings are those of the folder that `MWD_RECORDINGS` names, else the bundled ones. The reference
+//! Recordings come from the folder named by `MWD_RECORDINGS`, else from the repository. The reference only
 //! scores; the probe never sees it.
 
 mod case;
@@ -20,16 +21,16 @@ use crate::trace::recordings::{FOLDER, bundled, given};
 use case::{Case, Errors, Recording};
 use troubled::Trouble;
 
-/// Share of a recording that is kept back for the scores.
+/// Share of a recording held out for the scores.
 const HOLD_OUT: f64 = 0.5;
 
 /// Sizes of the error, in the order of the rows; 0 leaves the recording as it is.
 const SCALES: [f64; 5] = [1.0, 0.3, 0.2, 0.1, 0.0];
 
-/// Those that are shown of each recording.
+/// Scales shown for each recording.
 const SHOWN: [f64; 3] = [1.0, 0.2, 0.0];
 
-/// What is amiss in the first half, and the error beside it.
+/// Troubles of the first half, each with the scale of the error beside it.
 const TROUBLES: [(&str, Trouble, f64); 9] = [
     ("a gap of 0.1 s every 10 s", Trouble::Gaps(100_000), 1.0),
     ("a gap of 1 s every 10 s", Trouble::Gaps(1_000_000), 1.0),
@@ -60,10 +61,10 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     ])
 }
 
-/// Errors drawn for a recording.
+/// Number of errors drawn for a recording.
 fn draws(effort: Effort, scale: f64) -> u64 {
     match effort {
-        // There is only one way to leave it as it is.
+        // There is only one way to leave a recording as it is.
         _ if scale == 0.0 => 1,
         Effort::Quick => 1,
         Effort::Full => 2,
@@ -212,18 +213,18 @@ fn number(value: f64, decimals: usize) -> Cell {
     Cell::number(value, decimals)
 }
 
-/// NaN of nothing.
+/// Mean; NaN without values.
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// NaN of nothing.
+/// Largest value; NaN without values.
 fn largest(values: &[f64]) -> f64 {
     values.iter().copied().reduce(f64::max).unwrap_or(f64::NAN)
 }
 
-/// Median, of an even number the mean of the middle two: of a dozen shares the upper one would flatter.
-/// NaN of nothing.
+/// Median; of an even number the mean of the middle two, because the upper one of a dozen shares would
+/// flatter. NaN without values.
 fn middle(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

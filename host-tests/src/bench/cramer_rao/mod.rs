@@ -1,14 +1,15 @@
-//! The Bayesian Cramer-Rao bound of the 12 parameters for one window of a simulated run (van Trees 1968, section 2.4).
+//! Bayesian Cramer-Rao bound of the 12 parameters for one window of a simulated run (van Trees 1968, section
+//! 2.4).
 //!
-//! The model of the readings is the simulator's, linearised about the truth; it is then linear and Gaussian, and the bound is the
-//! posterior covariance of a Kalman filter over the error state. The trajectory is a nuisance: nothing is known of the rate except
-//! what the gyro reads, and that the tool stands still while it rests. The attitude at the start is free.
+//! Readings follow the simulator's model, linearised about the truth. It is then linear and Gaussian, and the
+//! bound is the posterior covariance of a Kalman filter over the error state. The trajectory is a nuisance:
+//! the rate is known only from the gyro and from standing still at rest. The attitude at the start is free.
 //!
-//! The prior is the library's, wider than what the simulator draws from. Where a window shows the parameters that makes no
-//! difference; where it does not, an estimate that stays at the prior's mean can err by less than the bound.
+//! The prior is the library's, wider than the simulator's distribution. It makes no difference where a window
+//! shows the parameters; elsewhere an estimate that stays at the prior's mean can err by less than the bound.
 //!
-//! Whatever is left out makes the bound lower, so that it stays one: shocks, the bit's chatter, full scales and rounding are left
-//! out, and gravity and field of the earth are known exactly.
+//! Omissions make the bound lower, so that it remains a bound: shocks, the bit's chatter, full scales and
+//! rounding are left out, and the earth's gravity and field are known exactly.
 
 pub(crate) mod error_state;
 
@@ -21,28 +22,28 @@ use crate::{
     trace::Trace,
 };
 
-/// What is known of the vibration's spectrum.
+/// Knowledge of the vibration's spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Vibration {
-    /// All: the simulator's high-pass in tool axes. Then gravity is sharp, for the vibration has no slow part in these axes; a tool's has none in
-    /// the earth's, if it stays in its hole.
+    /// Full knowledge: the simulator's high-pass in tool axes. Gravity is sharp then, because the vibration
+    /// has no slow part in these axes; a real tool that stays in its hole has none in the earth's.
     Coloured,
-    /// How much is left of it in means over a fifth of a second, as if it were white.
+    /// Knowledge of what remains in means over a fifth of a second, as if the vibration were white.
     White,
 }
 
-/// A mean over this long is what [`Vibration::White`] knows, seconds.
+/// Length of the mean that [`Vibration::White`] knows, seconds.
 pub const MEAN_S: f64 = 0.2;
 
-/// The least covariance that an unbiased estimate of theta = (P row-major, c = P b) can have, at the end of the window.
+/// Least covariance of an unbiased estimate of theta = (P row-major, c = P b) at the end of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
-    /// Of P, dimensionless, and c, rad/s.
+    /// Covariance of P, dimensionless, and c, rad/s.
     pub covariance: SMatrix<f64, 12, 12>,
 }
 
 impl Bound {
-    /// The bound of the samples up to and including `last`, from the first one of the run on.
+    /// The bound from the samples up to and including `last`, from the first of the run on.
     #[must_use]
     pub fn of_window(
         scenario: &Scenario,
@@ -101,7 +102,7 @@ impl Bound {
         Self { covariance: filter.theta() }
     }
 
-    /// The same so much later, nothing more having been read: the bias has walked on.
+    /// The bound some time later without further readings: the bias has walked on.
     #[must_use]
     pub fn later(mut self, scenario: &Scenario, truth: &GyroModel, samples: usize) -> Self {
         let p = truth.p_matrix().map(f64::from);
@@ -111,9 +112,9 @@ impl Bound {
         self
     }
 
-    /// Root mean square over the rates, their axes and the posterior of the systematic rate error, rad/s: with
-    /// W = [raw (x) I, -I] of each sample the root of the mean of tr(W C W^T) / 3. What
-    /// [`crate::score::systematic_rate_error_rad_s`] measures of an estimate.
+    /// Rms of the systematic rate error over rates, axes and the posterior, rad/s: the root of the mean of
+    /// tr(W C W^T) / 3 with W = [raw (x) I, -I] of each sample. It bounds
+    /// [`crate::score::systematic_rate_error_rad_s`].
     #[must_use]
     pub fn rate_error_rad_s(&self, truth: &GyroModel, true_rates_rad_s: &[[f64; 3]]) -> f64 {
         let inverse = truth.p_matrix().map(f64::from).try_inverse().unwrap_or_else(Matrix3::identity);
@@ -136,12 +137,12 @@ impl Bound {
 }
 
 impl Bound {
-    /// An estimate as good as the bound allows: the truth with an error drawn from the covariance.
+    /// An estimate as good as the bound allows: the truth plus an error drawn from the covariance.
     #[must_use]
     pub fn draw(&self, truth: &GyroModel, seed: u64) -> GyroModel {
         let mut random = Random::new(seed);
         let unit = SVector::<f64, 12>::from_fn(|_, _| random.normal());
-        // A covariance of a filter is positive definite but for rounding.
+        // A filter's covariance is positive definite, apart from rounding.
         let error = self.covariance.cholesky().map_or_else(SVector::zeros, |factor| factor.l() * unit);
         let true_p = truth.p_matrix().map(f64::from);
         let p = true_p + Matrix3::from_fn(|i, j| error[3 * i + j]);
@@ -154,7 +155,7 @@ impl Bound {
     }
 }
 
-/// What the library is told of theta before a window.
+/// The library's prior deviations of theta.
 pub(super) fn prior_sigmas(prior: &IdentificationConfig) -> [f64; 12] {
     std::array::from_fn(|i| {
         f64::from(match i {

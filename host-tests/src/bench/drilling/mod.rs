@@ -1,7 +1,8 @@
 //! Attitude while drilling, against the simulator's truth, beside VQF's on the same samples.
 //!
-//! Vector sensors err at the level of the ISCWSA MWD model, the gyro as one does whose twelve parameters are known; the configuration
-//! says as much, and that no sensor is delayed. 30 s at rest are followed by a minute of drilling with vibration and shocks of up to 20 g.
+//! Vector sensors err as the ISCWSA MWD model says, the gyro like one whose twelve parameters have been
+//! identified; the configuration says so, and that no sensor is delayed. 30 s of rest are followed by a
+//! minute of drilling with vibration and shocks of up to 20 g.
 
 mod tool;
 
@@ -16,9 +17,9 @@ use super::{
 use crate::{flight::fly, simulate::simulate, trace::Trace};
 use tool::{REST_S, config, scenario};
 
-/// Scored are the rest after so long, and drilling from so long after its begin, seconds.
+/// Time after the start of the rest, and of drilling, from which samples are scored, seconds.
 const SETTLED_S: f64 = 5.0;
-/// Every so many samples one is scored: errors change in tenths of seconds.
+/// Every how many samples one is scored: errors change over tenths of seconds.
 const SCORED: usize = 10;
 
 /// Inclinations, degrees.
@@ -28,9 +29,9 @@ const ROTATIONS_RPM: [(&str, f64); 5] =
     [("sliding", 0.0), ("30 rpm", 30.0), ("60 rpm", 60.0), ("120 rpm", 120.0), ("180 rpm", 180.0)];
 const CELLS: u64 = (INCLINATIONS_DEG.len() * ROTATIONS_RPM.len()) as u64;
 
-/// Below this inclination the magnetic toolface is the one that applies, degrees.
+/// Inclination below which the magnetic toolface applies, degrees.
 const NEAR_VERTICAL_DEG: f64 = 5.5;
-/// From this inclination on azimuth is scored, degrees.
+/// Inclination from which azimuth is scored, degrees.
 const AZIMUTH_FROM_DEG: f64 = 10.0;
 
 const ANGLES: [&str; 3] = ["inclination", "toolface", "azimuth above 10 deg"];
@@ -83,7 +84,7 @@ fn shares(runs: &[Run]) -> Table {
     table
 }
 
-/// Which run's which phase (0 at rest, 1 drilling) counts.
+/// Chooses runs and phases (0 rest, 1 drilling) for a cell.
 type Chosen = Box<dyn Fn(&Run, usize) -> bool>;
 
 fn phases() -> Vec<(String, Chosen)> {
@@ -110,7 +111,7 @@ fn pool(runs: &[Run], estimator: usize, variant: usize, chosen: &Chosen) -> Sums
     pooled
 }
 
-/// Sums over samples, by angle.
+/// Sums over samples, for each angle.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     squares: [f64; 3],
@@ -138,7 +139,8 @@ impl Sums {
     }
 }
 
-/// One run's sums: ours and VQF's, as it is and without a constant heading offset, at rest and drilling.
+/// Sums of one run: this project's and VQF's, as it is and without a constant heading offset, at rest and
+/// drilling.
 struct Run {
     inclination_deg: f64,
     rpm: f64,

@@ -1,4 +1,4 @@
-//! How often something is named where nothing is.
+//! False alarms: how often an effect is named when there is none.
 
 use meerkat_mwd::{compensation::effects::LIBRARY, diagnosis::Verdict};
 
@@ -9,7 +9,7 @@ use crate::bench::{
     table::{Cell, Table},
 };
 
-/// Seeds that no other table of effects has.
+/// First seed; no other table of effects uses these seeds.
 const FIRST_SEED: u64 = 10_000;
 
 pub(super) fn table(effort: Effort) -> anyhow::Result<Table> {

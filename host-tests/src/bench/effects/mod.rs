@@ -1,4 +1,5 @@
-//! Does the diagnosis name what is there, and does it help? Simulated drilling with effects that nobody declares to the pipeline.
+//! Does the diagnosis name what is there, and does it help? Simulated drilling with effects that nobody
+//! declares to the pipeline.
 
 mod cases;
 mod false_alarms;
@@ -16,13 +17,13 @@ use super::{
 use cases::{CASES, Case};
 use trial::{DATA_S, Errors, HELD_OUT_S, Outcome, diagnose_and_score, drilled};
 
-/// A difference of error that counts: 5 %.
+/// Ratio of errors that counts as a clear difference.
 const CLEARLY: f64 = 1.05;
 
-/// Below it a difference is worse by the letter only, deg.
+/// Difference of errors that matters, degrees.
 const MATTERS_DEG: f64 = 0.1;
 
-/// Whether it is clearly worse with the loop than without it.
+/// Whether the error with the loop is clearly larger than without it.
 fn is_worse([without, with]: &[f64; 2]) -> bool {
     *with > CLEARLY * without
 }
@@ -30,7 +31,7 @@ fn is_worse([without, with]: &[f64; 2]) -> bool {
 struct Trial {
     outcome: Outcome,
     errors: Errors,
-    /// Whether what was drawn can be seen and matters, where there is one thing that should be named.
+    /// Whether what was drawn can be seen and matters, if one effect should be named.
     observable: Option<bool>,
 }
 
@@ -109,7 +110,8 @@ fn name_cells(case: &Case, trials: &[Trial]) -> Vec<Cell> {
     ]
 }
 
-/// In how many of the runs in which it can be seen and matters it is what it should be, and how many these are.
+/// Number of runs with a right outcome among those whose effect can be seen and matters, and number of the
+/// latter.
 fn met_of_observable(case: &Case, trials: &[Trial]) -> [usize; 2] {
     let observable = || trials.iter().filter(|trial| trial.observable == Some(true));
     [observable().filter(|trial| case.is_met(&trial.outcome)).count(), observable().count()]

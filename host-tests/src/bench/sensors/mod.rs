@@ -1,4 +1,4 @@
-//! How long the bus is busy for a sample: what the drivers move, at each part's own greatest clock.
+//! Bus load of a sample: what the drivers move, at each part's greatest clock.
 
 mod wire;
 
@@ -15,16 +15,16 @@ use super::{
 };
 use wire::Wire;
 
-/// What the samples are for: 200 Hz.
+/// Sample period of the measurement, microseconds (200 Hz).
 const SAMPLE_US: u64 = 5_000;
-/// Twenty seconds: some turns of every thermometer.
+/// Number of samples: twenty seconds, in which every thermometer is read some times.
 const SAMPLES: u64 = 4_000;
-/// The start and what has to settle are not the sampling path.
+/// Samples at the start that are left out: starting and settling are not the sampling path.
 const SETTLED: u64 = 200;
 
 const MHZ: f64 = 1e6;
 
-/// It is counted, not measured: no need for more than one run.
+/// Runs once: bytes are counted, not measured.
 pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let mut table = Table::new(
         "Bus per sample at 200 Hz: the parts polled every 5 ms for 20 s, settings read back with every burst; gaps between bytes and transactions are the board's",
@@ -80,7 +80,7 @@ fn of_magnetic<P: Part<1>>(bus: &str, clock_hz: f64, wire: &Wire, part: P, table
     })
 }
 
-/// Adds the row of a part; how long it keeps the bus busy for a sample, microseconds.
+/// Adds the row of a part; returns the time for which it keeps the bus busy per sample, microseconds.
 fn measure<const V: usize>(
     data: &PartData<V>,
     bus: &str,

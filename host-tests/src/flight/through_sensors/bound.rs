@@ -1,4 +1,4 @@
-//! How much quantisation may change the attitude.
+//! Bound on how much quantisation may change the attitude.
 
 use crate::flight::Flight;
 use meerkat_mwd::{
@@ -6,47 +6,53 @@ use meerkat_mwd::{
     attitude::{Attitude, AttitudeFlags},
 };
 
-/// Sensitivities of the adapters' ranges: 70 mdps, 0.488 mg (ISM330DHCX at 2000 dps and 16 g), 1/75 microtesla (RM3100 at 200 cycles).
+/// Sensitivities of the adapters' ranges: 70 mdps, 0.488 mg (ISM330DHCX at 2000 dps and 16 g), 1/75
+/// microtesla (RM3100 at 200 cycles).
 const GYRO_DEG_S: f64 = 0.070;
 const ACCEL_G: f64 = 0.488e-3;
 const MAG_UT: f64 = 1.0 / 75.0;
 /// Horizontal field where none is configured: that of 75 deg of dip in 58 microtesla.
 const HORIZONTAL_UT: f64 = 15.0;
-/// Deviations of a walk about three axes that one in 10,000 walks exceeds (chi-square with three degrees of freedom: 4.6).
+/// Radius in deviations that a random walk about three axes exceeds once in 10,000 (chi-square with three
+/// degrees of freedom: 4.6).
 const DEVIATIONS: f64 = 4.6;
-/// How long a constant error of the rate acts before the vectors and the bias have made up for it, seconds.
+/// Time for which a constant rate error acts before vectors and bias have corrected it, seconds.
 const MEMORY_S: f64 = 10.0;
 
-/// A bound of the difference of attitude between a recording that is handed over and the same recording through the models, degrees.
+/// Bound on the attitude difference between a recording as it is and the same recording through the sensor
+/// models, degrees.
 ///
 /// A reading is rounded to the nearest code: its error e is within half a code q on each axis.
 ///
-/// * **gyro, moving.** Where the rate changes by a code or more from sample to sample, or has that much noise, e is white and uniform: variance
-///   q^2/12. Integrated over a time T in steps of dt it makes a walk about each axis with variance q^2/12 T dt. Nothing that corrects the attitude
-///   is counted on: T is the whole flight, and 4.6 deviations are taken.
-/// * **gyro, at rest.** Where the rate stands within a code, e is a constant of up to q/2 on each axis, sqrt(3) q/2 together. The filter takes it for
-///   bias; when the probe moves again e is white, and the bias is wrong by that much until the vectors have said so, within 10 s.
+/// * **gyro, moving.** Where the rate changes by a code or more from sample to sample, or has that much
+///   noise, e is white and uniform: variance q^2/12. Integrated over a time T in steps of dt it makes a walk
+///   about each axis with variance q^2/12 T dt. Nothing that corrects the attitude is counted on: T is the
+///   whole flight, and 4.6 deviations are taken.
+/// * **gyro, at rest.** Where the rate stands within a code, e is a constant of up to q/2 on each axis,
+///   sqrt(3) q/2 together. The filter takes it for bias; when the probe moves again e is white, and the bias
+///   is wrong by that much until the vectors have said so, within 10 s.
 /// * **accelerometer.** Gravity's direction is off by at most sqrt(3)/2 q/g.
-/// * **magnetometer.** The heading is off by at most sqrt(3)/2 q/H, H the horizontal field. The gain's error is common to the axes and
-///   turns nothing.
+/// * **magnetometer.** The heading is off by at most sqrt(3)/2 q/H, H the horizontal field. The gain's error
+///   is common to the axes and turns nothing.
 ///
-/// All of them add up in the same direction. It holds for flights with one and the same model: what an identification makes of other
-/// codes is not bounded by it. And it holds while both decide the same: a rate or a force at a threshold is over it in one code and under it in the
-/// next, and a rest that is seen a few blocks earlier corrects the attitude so much earlier ([`Difference::undecided`]).
+/// The parts are added as if all pointed the same way. The bound holds for flights with one and the same
+/// model: an identification on other codes is not bounded by it. It holds while both flights decide the same:
+/// a reading at a threshold is over it in one code and under it in the next, and a rest that is seen a few
+/// filter steps earlier corrects the attitude that much earlier ([`Difference::undecided`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuantisationBound {
-    /// The gyro's walk, degrees.
+    /// Part of the gyro in motion: a random walk, degrees.
     pub gyro_walk_deg: f64,
-    /// The gyro's constant, degrees.
+    /// Part of the gyro at rest: a constant taken for bias, degrees.
     pub gyro_rest_deg: f64,
-    /// The accelerometer's part, degrees.
+    /// Part of the accelerometer, degrees.
     pub accel_deg: f64,
-    /// The magnetometer's part, degrees.
+    /// Part of the magnetometer, degrees.
     pub mag_deg: f64,
 }
 
 impl QuantisationBound {
-    /// For a flight of so many samples.
+    /// The bound of a flight over this many samples.
     #[must_use]
     pub fn new(config: &Config, samples: usize) -> Self {
         let dt_s = f64::from(config.sample_period_us) * 1e-6;
@@ -65,35 +71,36 @@ impl QuantisationBound {
         }
     }
 
-    /// All of it, degrees.
+    /// Sum of all parts, degrees.
     #[must_use]
     pub const fn total_deg(&self) -> f64 {
         self.gyro_walk_deg + self.gyro_rest_deg + self.accel_deg + self.mag_deg
     }
 }
 
-/// How far apart the attitudes of two flights over the same times are.
+/// Difference between the attitudes of two flights over the same times.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Difference {
-    /// Largest angle between them, degrees.
+    /// Largest angle, degrees.
     pub largest_deg: f64,
     /// Root mean square of the angles, degrees.
     pub rms_deg: f64,
-    /// Outputs at which only one of them has decided something, that the probe is at rest for instance: what is known differs, and by how much the
-    /// attitude was off shows as a difference. They are not in the numbers above.
+    /// Outputs at which only one flight has decided something, such as that the probe rests: their sigmas
+    /// differ, and the angle shows how far the attitude was off before. They are left out of the numbers
+    /// above.
     pub undecided: usize,
-    /// Largest angle there, degrees.
+    /// Largest angle at those outputs, degrees.
     pub undecided_deg: f64,
-    /// The same in deviations as the one that knows less states them.
+    /// Largest angle at those outputs, over the larger of the two stated deviations.
     pub undecided_deviations: f64,
 }
 
-/// Sigmas follow from what was decided, and from readings only through the attitude, by less than a thousandth here: where they differ by more
-/// than this part, the decisions did.
+/// Relative difference of sigmas above which the flights decided differently. Sigmas depend on decisions, and
+/// on readings only through the attitude, here by less than a thousandth.
 const SAME_SIGMA: f64 = 0.01;
 
 impl Difference {
-    /// Between two flights.
+    /// Compares two flights.
     #[must_use]
     pub fn between(a: &Flight, b: &Flight) -> Self {
         let mut difference = Self::default();
@@ -129,7 +136,8 @@ fn angle_deg(a: &Attitude, b: &Attitude) -> f64 {
     (4.0 * (norm.sqrt() / 2.0).min(1.0).asin()).to_degrees()
 }
 
-/// Stated deviation of the rotation, radians: two tilts and a heading, which near the vertical is the toolface.
+/// Stated deviation of the whole rotation, radians: two tilts and a heading (near the vertical, the
+/// toolface).
 fn rotation_sigma(attitude: &Attitude) -> f64 {
     let near_vertical = attitude.flags.contains(AttitudeFlags::NEAR_VERTICAL);
     let heading = if near_vertical { attitude.sigma_toolface_rad } else { attitude.sigma_azimuth_rad };

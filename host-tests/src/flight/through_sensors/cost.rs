@@ -1,22 +1,23 @@
-//! What the sampling path takes on the emulated chip.
+//! Cost of the sampling path on the emulated chip.
 
 use meerkat_mwd::sensor_models::PlayedCounts;
 
-/// Instructions of the sampling path for one sample, and what the chip counted.
+/// Instructions of the sampling path per sample, and what the chip counted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SamplingCost {
-    /// Adapters, supervision and combiner.
+    /// Instructions of adapters, supervision and combiner.
     pub adapters: f64,
-    /// The wires and the models behind them, which a board has hardware for.
+    /// Instructions of wires and register models; a board has hardware for these.
     pub wires: f64,
-    /// The most that both took for one sample.
+    /// Largest sum of both for one sample.
     pub most: f64,
-    /// What came through there.
+    /// Samples that came through, as the chip counted them.
     pub counts: PlayedCounts,
 }
 
 impl SamplingCost {
-    /// From what the firmware prints of a flight through the adapters: a line that begins with `sampling`, then names and numbers.
+    /// Reads what the firmware prints of a flight through the adapters: a line that begins with `sampling`,
+    /// then names and numbers.
     #[must_use]
     pub fn said(text: &str) -> Option<Self> {
         let line = text.lines().find_map(|line| line.strip_prefix("sampling "))?;

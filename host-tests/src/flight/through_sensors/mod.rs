@@ -1,4 +1,4 @@
-//! A recording through the register-level models of the sensors and the adapters that fly with real ones, instead of handed over.
+//! A recording played through register models of the sensors and the adapters that fly with real ones.
 
 mod bound;
 mod cost;

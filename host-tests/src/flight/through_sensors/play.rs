@@ -1,4 +1,4 @@
-//! The recording as the truth of the models.
+//! Plays a recording as the truth that the register models measure.
 
 use meerkat_mwd::{
     Sample, SampleFlags,
@@ -6,23 +6,23 @@ use meerkat_mwd::{
     sensors::Counters,
 };
 
-/// Depth of the FIFO that is modelled; with a watermark of one frame two words are in it.
+/// Depth of the modelled FIFO in words; with a watermark of one frame it holds two.
 pub const WORDS: usize = 16;
-/// What came out.
+/// Samples and counts after the models.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Played {
-    /// One per sample of the recording, at its time; what did not come through is flagged missing.
+    /// One per sample of the recording, at its time; readings that did not come through are flagged missing.
     pub samples: Vec<Sample>,
-    /// How many came through, and how they were stamped.
+    /// Number of samples that came through, and how they were stamped.
     pub counts: PlayedCounts,
-    /// Readings that were there in the recording and are flagged missing now: gyro, accelerometer, magnetometer.
+    /// Readings present in the recording and flagged missing now: gyro, accelerometer, magnetometer.
     pub flagged: [usize; 3],
-    /// What the adapters counted: gyro and accelerometer, magnetometer.
+    /// Counters of the adapters: gyro with accelerometer, magnetometer.
     pub counters: [Counters; 2],
 }
 
-/// The truth that is played for a recording: at instants without a gyro's or an accelerometer's reading, which a part has none of, the line between the
-/// readings before and after, give or take what a part shows in any case; the flags stay.
+/// The truth played for a recording. A part has no missing readings, so gaps of gyro or accelerometer are
+/// bridged linearly; their flags stay.
 #[must_use]
 pub fn truth(samples: &[Sample]) -> Vec<Sample> {
     let mut truth = samples.to_vec();
@@ -49,21 +49,22 @@ fn fill(samples: &mut [Sample], missing: SampleFlags, dither: f32, of: impl Fn(&
     }
 }
 
-/// How a recording is played: each sample is a conversion of the gyro and the accelerometer, each sample with a field one of the
-/// magnetometer.
+/// Settings of the play: each sample is one conversion of gyro and accelerometer, each sample with a field
+/// one of the magnetometer.
 #[must_use]
 pub fn recording(samples: &[Sample], period_us: u32) -> Recording {
     let fields: Vec<u64> =
         samples.iter().filter(|s| !s.flags.contains(SampleFlags::MAG_MISSING)).map(|s| s.t_us).collect();
     let mut steps: Vec<u64> = fields.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable();
-    // A recorder's magnetometer may come unevenly: what is soon after the last is not too early.
+    // A recorder's magnetometer may come unevenly: take the tenth percentile of the steps, so that a short
+    // step is not too early.
     let magnetic = steps.get(steps.len() / 10).and_then(|step| u32::try_from(*step).ok());
     Recording { inertial_us: period_us, magnetic_us: magnetic.unwrap_or(period_us) }
 }
 
-/// The recording with each magnetometer reading once: many recorders hold one over several samples, which a part that is read when it has
-/// measured does not do (and which looks like a part that is frozen).
+/// The recording with each magnetometer reading once. Recorders often repeat one over several samples; a part
+/// that is read when it has measured does not, and a repeated reading looks frozen.
 #[must_use]
 pub fn each_field_once(samples: &[Sample]) -> Vec<Sample> {
     let mut last = None;

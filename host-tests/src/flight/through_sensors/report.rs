@@ -1,11 +1,12 @@
-//! What `--through-sensors` says beside the flight.
+//! Text that `--through-sensors` prints below the flight.
 
 use super::{Difference, Played, QuantisationBound};
 use crate::flight::fly;
 use meerkat_mwd::{Config, Sample, SampleFlags, config::ConfigError};
 use std::io::{self, Write};
 
-/// Flies both with the factory's model throughout, and says how far apart they are beside the bound.
+/// Flies recorded and played samples with the factory's model throughout, and prints their attitude
+/// difference beside the bound.
 ///
 /// # Errors
 /// The output cannot be written.
@@ -55,16 +56,17 @@ pub fn report(out: &mut impl Write, config: &Config, recorded: &[Sample], played
     }
 }
 
-/// How far apart the attitudes are.
+/// Attitude differences between the two flights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differences {
-    /// What quantisation does: the recording that is handed over lacks the readings that the adapters did not believe.
+    /// Difference made by quantisation alone: readings that the adapters refused are taken out of the
+    /// recording too.
     pub quantisation: Difference,
-    /// With what their lack does.
+    /// Difference including the refused readings.
     pub all: Difference,
 }
 
-/// Flies both with nothing identified.
+/// Flies both without identification and compares them.
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.

@@ -1,4 +1,4 @@
-//! What a probe has said so far, on a screen and in lines.
+//! View of what a probe has reported so far, as a screen and as lines.
 
 mod screen;
 mod state;

@@ -17,7 +17,7 @@ use super::{
     summary::{angles_text, diagnosis_text, grade_text, health_text, model_text, survey_text, toolface},
 };
 
-/// Draws what was heard: the toolface's dial on the left, everything else in words beside it.
+/// Draws the toolface dial on the left and the reports in words beside it.
 pub fn draw(frame: &mut Frame<'_>, state: &State) {
     let [dial, words] = Layout::horizontal([Constraint::Length(34), Constraint::Min(30)]).areas(frame.area());
     let [dial, _] = Layout::vertical([Constraint::Length(17), Constraint::Min(0)]).areas(dial);
@@ -80,7 +80,7 @@ pub fn draw(frame: &mut Frame<'_>, state: &State) {
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }).block(Block::bordered()), words);
 }
 
-/// A point of the dial: 0 on top, clockwise as one looks down the hole.
+/// A point on the dial: 0 on top, clockwise looking down-hole.
 fn on_dial(angle_rad: f64, radius: f64) -> (f64, f64) {
     (radius * angle_rad.sin(), radius * angle_rad.cos())
 }
@@ -97,7 +97,7 @@ mod tests {
 
     use super::*;
 
-    /// Where the pointer's strokes are, as seen from the dial's middle, with a toolface.
+    /// Ends of the pointer's strokes for a toolface, from the dial's middle.
     fn pointer(toolface_deg: f32) -> (f64, f64) {
         let attitude = Attitude {
             q: [1.0, 0.0, 0.0, 0.0],

@@ -7,43 +7,43 @@ use meerkat_mwd::{
     telemetry::{AttitudeFrame, Boot, Health, Identification, LinkCounters, Message},
 };
 
-/// The latest of everything that a probe said.
+/// The latest report of each kind that a probe has sent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
-    /// What it runs with.
+    /// Configuration and firmware, from the report of the start.
     pub boot: Option<Boot>,
-    /// Angles, and when.
+    /// Latest angles, with their time.
     pub attitude: Option<AttitudeFrame>,
-    /// Survey.
+    /// Latest survey.
     pub survey: Option<SurveyReport>,
-    /// Shaking.
+    /// Latest drilling dynamics: vibration and shocks.
     pub dynamics: Option<DrillingDynamics>,
-    /// What came of the last window.
+    /// Result of the latest window.
     pub identification: Option<Identification>,
-    /// When the model that flies was accepted, microseconds; `None`: none was since anything was heard.
+    /// Time at which the flown model was accepted, microseconds; `None` if not since listening began.
     pub model_since_us: Option<u64>,
-    /// Effects and verdict.
+    /// Latest diagnosis: effects and verdict.
     pub diagnosis: Option<DiagnosisReport>,
-    /// A magnet.
+    /// Latest magnet that came or left.
     pub hard_iron: Option<HardIronInterval>,
-    /// Counters.
+    /// Latest counters of the probe.
     pub health: Option<Health>,
-    /// The latest time that anything was valid at, microseconds.
+    /// Latest time of validity of anything, microseconds.
     pub t_us: u64,
-    /// Raw samples that came.
+    /// Number of raw samples received.
     pub samples: u64,
-    /// Frames of another version.
+    /// Number of frames of another version.
     pub not_understood: u64,
-    /// What became of the frames.
+    /// Counters of the decoder.
     pub link: LinkCounters,
 }
 
 impl State {
-    /// Takes what came next.
+    /// Takes the next message.
     pub fn take(&mut self, message: Message) {
         let t_us = match message {
             Message::Boot(boot) => {
-                // Another run: nothing of the last one is true any more.
+                // The probe has restarted: what it said before no longer holds.
                 *self = Self { boot: Some(boot), not_understood: self.not_understood, ..Self::default() };
                 0
             }
@@ -93,14 +93,14 @@ impl State {
         attitude.t_us
     }
 
-    /// How long the model has flown, seconds.
+    /// Time that the model has flown, seconds.
     #[must_use]
     pub fn model_age_s(&self) -> Option<f64> {
         self.model_since_us.map(|since| self.t_us.saturating_sub(since) as f64 * 1e-6)
     }
 }
 
-/// What a reader has to know of an attitude, in words.
+/// Flags of an attitude, in words.
 #[must_use]
 pub fn flags_text(flags: AttitudeFlags) -> String {
     let names = [

@@ -9,7 +9,7 @@ use meerkat_mwd::{
 use super::state::{State, flags_text};
 use crate::report::refusal_text::refusal_text;
 
-/// What was heard, one line for each matter; none where no frame came.
+/// Summary of what was received, one line a subject; no lines if no frame came.
 #[must_use]
 pub fn summary_lines(state: &State) -> Vec<String> {
     if state.link.frames == 0 {
@@ -51,7 +51,7 @@ fn attitude_text(attitude: &AttitudeFrame) -> String {
     )
 }
 
-/// Inclination, azimuth and toolface with their deviations, and the flags where there are any.
+/// Inclination, azimuth and toolface with their deviations, and the flags if there are any.
 pub(super) fn angles_text(angles: &CompactAngles) -> Vec<String> {
     let [sigma_inclination, sigma_azimuth, sigma_toolface] = angles.sigmas_rad().map(f32::to_degrees);
     let (kind, toolface) = toolface(angles);
@@ -67,7 +67,7 @@ pub(super) fn angles_text(angles: &CompactAngles) -> Vec<String> {
     parts
 }
 
-/// The toolface that applies, radians, and which it is.
+/// Name and value of the toolface that applies, radians.
 pub(super) fn toolface(angles: &CompactAngles) -> (&'static str, f32) {
     if angles.flags().contains(meerkat_mwd::attitude::AttitudeFlags::NEAR_VERTICAL) {
         ("magnetic", angles.magnetic_toolface_rad())

@@ -1,4 +1,5 @@
-//! P from outside the probe's own sensors: the simulator's, or one that the reference attitude gives.
+//! A P that does not come from the probe's own sensors: the simulator's, or one fitted to the reference
+//! attitude.
 
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
@@ -16,19 +17,20 @@ use crate::{
     trace::Trace,
 };
 
-/// A P that windows are held against.
+/// A known P, to compare windows with.
 pub(super) struct KnownP {
-    /// Where it comes from.
+    /// Its source, for the report.
     pub source: &'static str,
-    /// Row-major.
+    /// P, row-major.
     pub p: [f64; 9],
-    /// Of its own error.
+    /// Covariance of this P's own error.
     pub covariance: Covariance,
 }
 
 impl KnownP {
-    /// The simulator's true P; else what the estimator finds, in `f64` and over the whole trace, when gravity and field come from the
-    /// reference attitude. `None` where the trace has neither, or the reference does not say enough.
+    /// The simulator's true P; else the estimator's result over the whole trace in `f64`, with gravity and
+    /// field computed from the reference attitude. `None` if the trace has neither, or the reference
+    /// determines too little.
     pub(super) fn of(trace: &Trace, config: &Config) -> Option<Self> {
         if let Some(p) = trace.keys.true_gyro_p {
             return Some(Self { source: "the simulator's", p, covariance: Covariance::zeros() });
@@ -49,7 +51,7 @@ fn from_reference(trace: &Trace, config: &Config) -> Option<Posterior> {
     let mut config = *config;
     config.identification.vectors_from_reference = true;
     let mut settings = Settings::new(&config);
-    // The reference has a clock of its own.
+    // The reference has its own clock, so both vectors may be late by some milliseconds.
     for (column, width_s) in [(MAG_LAG.from, 0.015), (ACCEL_LAG.from, 0.005)] {
         *settings.sigma.get_mut(column)? = width_s;
     }

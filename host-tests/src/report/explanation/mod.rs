@@ -1,4 +1,4 @@
-//! What a window's report rests on, for who wants to know which sensor is to blame.
+//! Explanation of each window: which sensor is to blame, what moved P, and how far P is from a known one.
 
 mod known_p;
 mod watched;
@@ -14,38 +14,39 @@ use serde::Serialize;
 
 use crate::{
     flight::Flight,
+    report::window_note::span,
     score::nees::{covariance, normalised},
     trace::Trace,
 };
 use known_p::KnownP;
 use watched::{Moved, Update, updates};
 
-/// Whose errors [`WindowReport::widths`] are.
+/// Sensors of [`WindowReport::widths`], in its order.
 const SENSORS: [&str; 3] = ["magnetometer matrix", "hard iron", "accelerometer"];
 
-/// A sensor is to blame from this width on, times the data sheet's.
+/// Width, times the data sheet's, from which a sensor is blamed.
 const TO_BLAME: f32 = 1.5;
 
-/// What is known of a flight's windows beyond their reports.
+/// Explanations of a flight's windows.
 pub struct Explanation {
     known: Option<KnownP>,
     windows: Vec<Option<Window>>,
 }
 
-/// What a window rests on.
+/// Explanation of one window.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Window {
-    /// Log Bayes factor of unknown widths of the vector sensors' errors over the data sheets': of all together.
+    /// Log Bayes factor of free widths of all vector sensors' errors over the data sheets' widths.
     pub evidence_of_widths: f32,
-    /// The same of each alone.
+    /// Log Bayes factor of a free width of one sensor alone.
     pub evidence_of_width: BySensor,
-    /// Normalised estimation error squared of P, over 9; `null` without a P to hold it against.
+    /// Normalised estimation error squared of P, over 9; `null` without a known P.
     pub nees_of_p: Option<f64>,
-    /// By how much each kind of rows has moved the filter's P since the window before, as degrees in a turn.
+    /// Change of the filter's P since the window before by each kind of rows, as degrees in a turn.
     pub moved_deg_per_turn: ByRows,
 }
 
-/// One number a sensor.
+/// One number for each vector sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[allow(missing_docs)]
 pub struct BySensor {
@@ -54,7 +55,7 @@ pub struct BySensor {
     pub accelerometer: f32,
 }
 
-/// One number a kind of rows. Their vectors add up to that of all, not their sizes.
+/// One number for each kind of rows. The changes add up as vectors; their sizes do not.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[allow(missing_docs)]
 pub struct ByRows {
@@ -66,7 +67,7 @@ pub struct ByRows {
 }
 
 impl Explanation {
-    /// Flies `probe`, which is the one that flew, over the samples again.
+    /// Flies `probe`, started like the one that flew, over the samples again and watches its estimator.
     #[must_use]
     pub fn of(probe: Box<Probe>, trace: &Trace, config: &Config, flight: &Flight) -> Self {
         let known = KnownP::of(trace, config);
@@ -81,7 +82,7 @@ impl Explanation {
         Self { known, windows }
     }
 
-    /// One for each window of the flight; `None` where it has no result.
+    /// Explanations by window; `None` for a window without a result.
     #[must_use]
     pub fn windows(&self) -> &[Option<Window>] {
         &self.windows
@@ -112,13 +113,13 @@ fn since(now: &Moved, before: &Moved) -> Moved {
     moved
 }
 
-/// By how much a whole turn about an axis becomes another one, degrees: rms of the three axes. NaN of a P that has no inverse.
+/// Change of a whole turn about an axis, degrees, rms of the three axes. NaN if P has no inverse.
 fn deg_per_turn(change: &[f64; 9], p: &Matrix3<f64>) -> f64 {
     let change = p.try_inverse().map(|inverse| Matrix3::from_row_slice(change) * inverse);
     change.map_or(f64::NAN, |change| 360.0 * (change.norm_squared() / 3.0).sqrt())
 }
 
-/// Two tables with one row for each window.
+/// Prints two tables with one row a window.
 ///
 /// # Errors
 /// When `out` takes no more.
@@ -163,17 +164,13 @@ fn second_row(report: &WindowReport, window: &Window) -> String {
     format!(
         "{:>21} {:>8.1} {magnetometer_matrix:>8.1} {hard_iron:>8.1} {accelerometer:>8.1} {field:>8.2} {velocity:>9.2} {position:>9.2} \
          {rest:>8.2} {all:>8.2} {nees:>9}",
-        times(report),
+        span(report),
         window.evidence_of_widths
     )
 }
 
-fn times(report: &WindowReport) -> String {
-    format!("{:.1} to {:.1}", report.t_start_us as f64 * 1e-6, report.t_end_us as f64 * 1e-6)
-}
-
 fn row(report: &WindowReport) -> String {
-    let window = times(report);
+    let window = span(report);
     if report.t_effect_us.is_none() {
         return format!("{window:>21} no result in time");
     }
@@ -190,13 +187,13 @@ fn row(report: &WindowReport) -> String {
     )
 }
 
-/// Of P's nine elements, row-major.
+/// Sigmas of P's nine elements, row-major.
 const fn p_sigma(report: &WindowReport) -> [f32; 9] {
     let [a, b, c, d, e, f, g, h, i, ..] = report.sigma;
     [a, b, c, d, e, f, g, h, i]
 }
 
-/// The sensors whose errors the data find larger than the data sheet says, the worst first.
+/// Sensors whose errors the data show to be wider than the data sheet says, the widest first.
 fn blamed(widths: [f32; 3]) -> String {
     let mut wide: Vec<(&str, f32)> = SENSORS.into_iter().zip(widths).filter(|(_, width)| *width >= TO_BLAME).collect();
     wide.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -1,27 +1,28 @@
-//! The flight once more, on the host, with an eye on the estimator at each of its steps.
+//! A second flight on the host that reads the estimator at each of its steps.
 
 use meerkat_mwd::{
     Probe, Sample,
     estimator::{MovedByRows, WidthEvidence},
 };
 
-/// Kinds of rows that move P.
+/// Number of kinds of rows that move P.
 pub(super) const KINDS: usize = 4;
 
-/// Elements of P by kind of rows.
+/// Change of P's elements by kind of rows.
 pub(super) type Moved = [[f64; 9]; KINDS];
 
-/// What the estimator rested on when an update was asked for.
+/// State of the estimator when an update was asked for.
 pub(super) struct Update {
-    /// Last sample of it, microseconds.
+    /// Time of its last sample, microseconds.
     pub t_us: u64,
-    /// About the widths of the vector sensors' errors.
+    /// Evidence about the widths of the vector sensors' errors.
     pub evidence: WidthEvidence,
-    /// By how much the rows of each kind have moved P since the start: field, velocity, position, rest.
+    /// Change of P since the start by the rows of each kind: field, velocity, position, rest.
     pub moved: Moved,
 }
 
-/// Flies the samples. The results are those of any other flight over them: how the work is sliced does not change them.
+/// Flies the samples and collects every update. The results equal those of any other flight: they do not
+/// depend on how the work is sliced.
 pub(super) fn updates(mut probe: Box<Probe>, samples: &[Sample]) -> Vec<Update> {
     let mut updates = Vec::new();
     let mut moved = [[0.0; 9]; KINDS];
@@ -29,7 +30,7 @@ pub(super) fn updates(mut probe: Box<Probe>, samples: &[Sample]) -> Vec<Update> 
         if probe.push(sample).is_none() {
             continue;
         }
-        // One step at a time, and at least as much work as the chip does.
+        // Step by step, with at least as much work as the chip does.
         for _ in 0..probe.poll_budget() {
             probe.poll(1);
             if let Some(by) = probe.estimator().moved_by_rows() {

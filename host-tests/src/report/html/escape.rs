@@ -1,6 +1,6 @@
-//! Text in a page.
+//! Escaping of text for a page.
 
-/// Text as it stands in a page.
+/// Text with the characters that HTML gives a meaning escaped.
 #[must_use]
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());

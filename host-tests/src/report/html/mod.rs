@@ -1,4 +1,4 @@
-//! Pages of a report: one file that needs nothing else.
+//! HTML pages, each one file that needs nothing else.
 
 pub mod diagnosis;
 pub mod escape;
@@ -22,7 +22,7 @@ pub fn write_page(path: &Path, page: &str) -> Result<(), Failure> {
     std::fs::write(path, page).map_err(|error| Failure::output(path, &error))
 }
 
-/// A whole page around its body; the title is text, escaped here.
+/// A whole page around a body. The title is plain text and is escaped here.
 #[must_use]
 pub fn document(title: &str, body: &str) -> String {
     format!(
@@ -32,7 +32,7 @@ pub fn document(title: &str, body: &str) -> String {
     )
 }
 
-/// With a capital.
+/// Text with a capital first letter.
 #[must_use]
 pub fn sentence(text: &str) -> String {
     let mut letters = text.chars();

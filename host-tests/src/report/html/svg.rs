@@ -1,10 +1,10 @@
-//! Plots over time.
+//! Plots over time, as SVG.
 
 use std::fmt::Write;
 
 use super::escape::escape;
 
-/// Size of the drawing and of the part that the data fill, in its own units.
+/// Width of the drawing, in its own units; height and margins follow.
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 240.0;
 const LEFT: f64 = 64.0;
@@ -12,36 +12,36 @@ const RIGHT: f64 = 12.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 34.0;
 
-/// About how many intervals an axis has.
+/// Approximate number of intervals of an axis.
 const INTERVALS: f64 = 5.0;
 
-/// One set of points.
+/// One line or set of points.
 pub struct Series {
-    /// For the legend.
+    /// Name in the legend.
     pub name: String,
     /// Class in the style sheet.
     pub class: &'static str,
-    /// Time, seconds; value; deviation, 0 where it has none. A value that is no number breaks the line.
+    /// Time in seconds, value, deviation (0 if none). A value that is not finite breaks the line.
     pub points: Vec<[f64; 3]>,
-    /// Longest step that is bridged by a line, seconds.
+    /// Longest step that the line bridges, seconds.
     pub bridged_s: f64,
-    /// Whether each point has a mark of its own.
+    /// Whether each point is marked.
     pub marked: bool,
 }
 
 /// A plot of some series over time.
 pub struct Plot<'a> {
-    /// Of the values.
+    /// Unit of the values.
     pub unit: &'a str,
-    /// Where the axis of time begins, seconds.
+    /// Start of the time axis, seconds.
     pub from_s: f64,
-    /// Where it ends, seconds.
+    /// End of the time axis, seconds.
     pub to_s: f64,
-    /// Values beyond are drawn on the edge.
+    /// Range of the value axis; values beyond it are drawn on its edge.
     pub range: [f64; 2],
-    /// Intervals of time that are shaded.
+    /// Shaded intervals of time.
     pub shaded_s: &'a [[f64; 2]],
-    /// What is drawn.
+    /// The lines and points.
     pub series: Vec<Series>,
 }
 
@@ -57,7 +57,7 @@ impl Plot<'_> {
         TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - share.clamp(0.0, 1.0))
     }
 
-    /// The drawing.
+    /// The plot as SVG.
     #[must_use]
     pub fn draw(&self) -> String {
         let mut out = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\">\n");
@@ -123,7 +123,7 @@ impl Plot<'_> {
     }
 }
 
-/// Round values over a range, with their text.
+/// Round values over a range, with their texts.
 fn ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
     let rough = (high - low) / INTERVALS;
     if !(rough > 0.0 && rough.is_finite()) {
@@ -134,7 +134,7 @@ fn ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
     let decimals = (-step.log10().floor()).max(0.0) as usize;
     let first = (low / step).ceil() as i64;
     let last = (high / step).floor() as i64;
-    // 0 times a step is 0, not -0.
+    // Multiples of the step by whole numbers, so that zero is 0 and not -0.
     (first..=last).map(|k| k as f64 * step).map(|value| (value, format!("{value:.decimals$}"))).collect()
 }
 

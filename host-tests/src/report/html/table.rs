@@ -2,10 +2,10 @@
 
 use super::escape::escape;
 
-/// One row: whether it stands out, and its cells.
+/// A row: whether it is highlighted, and its cells.
 pub type Row = (bool, Vec<String>);
 
-/// A table; its cells are text, escaped here.
+/// A table. Cells are plain text and are escaped here.
 #[must_use]
 pub fn table(head: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
     let cells = |tag: &str, cells: &mut dyn Iterator<Item = &str>| -> String {
@@ -19,7 +19,7 @@ pub fn table(head: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
     out + "</table>\n"
 }
 
-/// A number that may not exist.
+/// A number, or a dash if there is none.
 #[must_use]
 pub fn figure(x: Option<f64>) -> String {
     x.map_or_else(|| "-".to_owned(), |x| format!("{x:.3}"))

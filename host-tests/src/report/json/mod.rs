@@ -1,5 +1,5 @@
-//! The `--json` file, schema `meerkat-mwd/1`. Fields may be added, never renamed. A number that does not exist is `null`:
-//! serde_json writes NaN and infinities so.
+//! The `--json` file, schema `meerkat-mwd/1`. Fields may be added, never renamed. A number that does not
+//! exist is `null`: serde_json writes NaN and infinities so.
 
 use std::{
     collections::BTreeMap,
@@ -28,7 +28,7 @@ use crate::{
     trace::{Trace, clipping_is_known, motion::name},
 };
 
-/// The whole result.
+/// The whole result of a flight.
 #[derive(Debug, Serialize)]
 pub struct ResultJson {
     schema: &'static str,
@@ -60,7 +60,7 @@ struct Missing {
 
 #[derive(Debug, Serialize)]
 struct Identification {
-    /// What moves the probe, and who says so.
+    /// The kind of motion, and where it was stated.
     motion: &'static str,
     motion_from: &'static str,
     windows: Vec<Window>,
@@ -72,11 +72,11 @@ struct Identification {
 
 #[derive(Debug, Serialize)]
 struct Diagnosis {
-    /// `null`: nothing was looked for.
+    /// Verdict of the diagnosis; `null` if effects were not looked for.
     verdict: Option<&'static str>,
     effects: Vec<EffectJson>,
     residual: VectorResidual,
-    /// `null` where the last diagnosis leaves nothing unexplained.
+    /// What the last diagnosis leaves unexplained; `null` if nothing.
     remainder: Option<RemainderJson>,
 }
 
@@ -87,12 +87,12 @@ struct EffectJson {
     parameters: BTreeMap<&'static str, f32>,
     sigma: BTreeMap<&'static str, f32>,
     active_s: Vec<[f64; 2]>,
-    /// When it was found, and since when it is taken out, seconds; `null` where it is not.
+    /// When the effect was found, and since when it is taken out, seconds; `null` if not.
     found_s: Option<f64>,
     taken_out_s: Option<f64>,
     /// Log Bayes factor.
     evidence: Option<f32>,
-    /// Whether it is taken out of the readings: not where it is larger than this effect can be.
+    /// Whether it is taken out of the readings; not if it is larger than such an effect can be.
     taken_out: bool,
     residual_before: Option<f64>,
     residual_after: Option<f64>,
@@ -122,7 +122,8 @@ impl EffectJson {
         }
     }
 
-    /// A magnet that came while the probe ran. It is decided by odds of a million to one, and has no residual of its own.
+    /// A magnet that came while the probe ran. It was decided at odds of a million to one and has no residual
+    /// of its own.
     fn of_magnet(magnet: &HardIronInterval, end_s: f64) -> Self {
         let names = ["x_ut", "y_ut", "z_ut"];
         Self {
@@ -193,7 +194,7 @@ pub fn result_json(
 }
 
 impl ResultJson {
-    /// With what each window rests on.
+    /// Adds the explanations to the windows.
     #[must_use]
     pub fn explained(mut self, explanation: &Explanation) -> Self {
         for (window, explained) in self.identification.windows.iter_mut().zip(explanation.windows()) {

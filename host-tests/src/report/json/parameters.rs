@@ -1,11 +1,11 @@
-//! The twelve parameters of the gyro, as the result and the summary show them.
+//! The gyro's twelve parameters at the end of a flight, for the JSON and the summary.
 
 use meerkat_mwd::{Config, compensation::GyroModel};
 use serde::Serialize;
 
 use crate::flight::Flight;
 
-/// A gyro model with what is known about it.
+/// A gyro model with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Parameters {
     /// P, row-major, dimensionless.
@@ -15,11 +15,11 @@ pub struct Parameters {
     pub b_rad_s: [f32; 3],
     /// 1-sigma of P then b.
     pub sigma: [f32; 12],
-    /// Which of the 12 are observed.
+    /// Which of the 12 the data observe.
     pub observable: [bool; 12],
-    /// Independent directions observed.
+    /// Number of independent directions that the data observe.
     pub rank: u8,
-    /// Whether `sigma` is only what was known before any window.
+    /// Whether `sigma` is the prior's: no window was accepted.
     #[serde(skip)]
     pub is_prior: bool,
 }
@@ -31,8 +31,8 @@ impl Parameters {
         Self { p, b_rad_s: model.b_rad_s, sigma, observable, rank, is_prior: false }
     }
 
-    /// What the last window left flying. Its uncertainty is that of the last window that was accepted, the prior's when none was: then its
-    /// bias comes from rest or is the factory's.
+    /// The model that flies after the last window. Its uncertainty is that of the last accepted window; the
+    /// prior's if none was, and then the bias comes from rest or from the factory.
     #[must_use]
     pub fn at_the_end(config: &Config, flight: &Flight) -> Self {
         let model = flight.reports.last().map_or(&config.gyro, |report| &report.flown);
@@ -50,7 +50,7 @@ fn prior_sigma(config: &Config) -> [f32; 12] {
     [diagonal, off, off, off, diagonal, off, off, off, diagonal, bias, bias, bias]
 }
 
-/// Microseconds to seconds; division, so that the shortest decimal is the exact one.
+/// Microseconds to seconds. Divides, because then the shortest decimal is exact.
 pub(super) fn in_seconds(t_us: u64) -> f64 {
     t_us as f64 / 1e6
 }

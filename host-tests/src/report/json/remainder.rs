@@ -1,7 +1,7 @@
 use meerkat_mwd::diagnosis::RemainderReport;
 use serde::Serialize;
 
-/// What the residual that no effect explains goes with.
+/// What an unexplained residual correlates with, for the JSON.
 #[derive(Debug, Serialize)]
 pub(super) struct RemainderJson {
     goes_with: Vec<CorrelateJson>,

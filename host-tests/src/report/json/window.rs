@@ -1,4 +1,4 @@
-//! A window of the identification, as the result holds it.
+//! A window of the identification, for the JSON.
 
 use meerkat_mwd::{
     Config,
@@ -30,12 +30,12 @@ pub(super) struct Window {
     deg_per_turn: f32,
     widths: Option<Widths>,
     window_note: Option<String>,
-    /// With `--explain`.
+    /// Explanation of the window, with `--explain`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) explanation: Option<explanation::Window>,
 }
 
-/// Widths that the data choose for the errors of the vector sensors, over the data sheet's.
+/// Error widths of the vector sensors that the data choose, times the data sheets'.
 #[derive(Debug, Serialize)]
 struct Widths {
     magnetometer_matrix: f32,
@@ -57,7 +57,7 @@ impl Window {
             Decision::Refused(refusal) => (false, Some(refusal_text(refusal))),
             other => (false, Some(format!("{other:?}"))),
         };
-        // An overrun has nothing to report but itself.
+        // A window that overran has no result.
         let has_result = report.t_effect_us.is_some();
         Self {
             t_start_s: in_seconds(report.t_start_us),
@@ -73,7 +73,7 @@ impl Window {
             rest_s: report.rest_s,
             motion_s: has_result.then_some(report.motion_s),
             directions_decided: has_result.then_some(report.directions_decided),
-            // Without motion there are no innovations that count.
+            // Without motion no innovation counts.
             innovation_nis: (has_result && report.motion_s > 0.0).then_some(report.innovation_nis),
             deg_per_turn: report.deg_per_turn,
             widths: has_result.then(|| Widths::new(report)),

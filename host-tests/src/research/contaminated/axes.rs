@@ -1,4 +1,4 @@
-//! A gyro whose axes are exchanged and turned round, in a window that is hit as well.
+//! Unknown axes: a gyro whose axes are permuted and reversed, in a window that is hit as well.
 
 use meerkat_mwd::optimizer::{Cost, OptimizerError, SearchSpace};
 use nalgebra::Matrix3;
@@ -23,10 +23,10 @@ use crate::{
 /// The six orders of three axes.
 const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 
-/// Test windows for rates of which nothing is known, seconds: short, since the vectors turn within them.
+/// Test windows for unknown rates, seconds: short, because the vectors turn within them.
 pub(super) const SHORT_S: [f64; 2] = [0.4, 0.1];
 
-/// Deviation of the elements of a P of which nothing is known.
+/// Deviation of the elements of an unknown P.
 const WIDE: f64 = 1.0;
 
 /// All 48 signed permutations.
@@ -62,20 +62,20 @@ pub(super) fn wide_prior() -> Prior {
     Prior { mean: Theta::zeros(), sigma }
 }
 
-/// How the axes are looked for.
+/// Way to find the axes.
 #[derive(Clone, Copy, Debug)]
 enum Finder {
-    /// They are taken as they are.
+    /// Takes them as they are.
     None,
-    /// One linear solve with the wide prior, re-weighted by this.
+    /// One linear solve with the wide prior, re-weighted if set.
     Linear(bool),
-    /// The best of the 48 by the recipe's cost.
+    /// The best of the 48 permutations by the recipe's cost.
     Every,
     /// A search of the wide box on the same equations' Geman-McClure cost (c 3).
     Search(Search, u32),
 }
 
-/// The Geman-McClure cost of the weak form as it stands.
+/// The Geman-McClure cost of the weak form itself.
 struct Plain<'a>(WeakForm<'a>);
 
 impl Cost<12> for Plain<'_> {
@@ -84,7 +84,7 @@ impl Cost<12> for Plain<'_> {
     }
 }
 
-/// What has to be applied to the raw gyro, and its cost.
+/// The permutation to apply to the raw gyro, and its cost.
 fn found(finder: Finder, readings: &Readings, seed: u64, spent: &mut Spent) -> Result<Matrix3<f64>, OptimizerError> {
     let prior = wide_prior();
     // Without a nominal rate the unknown is the rate itself, of whatever size.
@@ -127,7 +127,7 @@ fn found(finder: Finder, readings: &Readings, seed: u64, spent: &mut Spent) -> R
     })
 }
 
-/// Share of the windows whose axes are found, and whose fit after that is good.
+/// Share of windows whose axes are found, and whose fit is good after that.
 pub(super) fn table(runs: &[Drilled]) -> anyhow::Result<Table> {
     let title = "Gyro axes exchanged and turned round (one of 48, drawn) in windows that are hit, the kinds by turns: axes found, % / fit \
                  good after that, %"

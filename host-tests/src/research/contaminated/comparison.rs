@@ -1,4 +1,4 @@
-//! One table of methods over every kind and share.
+//! Comparison of methods over every kind and share of contamination.
 
 use super::{
     drilled::{Drilled, SHARES, in_parallel},
@@ -14,12 +14,12 @@ use crate::{
     simulate::Contamination,
 };
 
-/// Success: the error is under so many times that of the clean fit.
+/// Ratio of an error to the clean fit's below which a fit is a success.
 pub(super) const SUCCESS_RATIO: f64 = 2.0;
 
-/// One window under one kind: the error of each method over the clean fit's, and what it cost.
+/// One window under one kind: each method's error over the clean fit's, and its cost.
 struct Outcome {
-    /// `None`: not hit.
+    /// Kind of contamination; `None` if not hit.
     kind: Option<Contamination>,
     share_index: usize,
     found: Vec<(f64, Spent)>,
@@ -43,12 +43,12 @@ pub(super) const KIND_HEADS: [&str; 7] = [
     "gyro bursts",
 ];
 
-/// The methods on windows with test windows of the usual length.
+/// Compares the methods on test windows of the usual length.
 pub(super) fn compare(title: String, runs: &[Drilled], methods: &[Method]) -> Table {
     compare_with(title, runs, methods, TEST_WINDOW_S, Clone::clone)
 }
 
-/// The methods on windows whose readings are changed by `prepare` first.
+/// Compares the methods on readings that `prepare` changes first.
 pub(super) fn compare_with(
     title: String,
     runs: &[Drilled],

@@ -6,11 +6,13 @@ use super::{
 };
 use crate::simulate::random::Random;
 
-/// Test windows of a subset: four of both sensors leave three equations over, and half of them hit still leaves one subset in 16.
+/// Test windows of a subset: four of both sensors leave three equations over, and half of them hit still
+/// leaves one subset in 16.
 const SUBSET: usize = 4;
 
-/// Random sample consensus (Fischler and Bolles, Comm. ACM 24 (1981) 381) with a truncated cost (MSAC) and local optimisation: each
-/// subset that beats the best gets two re-weighted solves on everything, the winner six.
+/// Random sample consensus (Fischler and Bolles, Comm. ACM 24 (1981) 381) with a truncated cost (MSAC) and
+/// local optimisation: each subset that beats the best gets two re-weighted solves on everything, the winner
+/// six.
 pub(super) fn ransac(window: &Window<'_>, draws: u32) -> Answer {
     let problem = window.weak_form(false);
     let loss = Loss::Tukey(TUKEY);

@@ -19,24 +19,25 @@ use crate::{
     trace::Trace,
 };
 
-/// Shares of the samples that are hit, by turns of the seeds.
+/// Shares of the samples hit, by turns of the seeds.
 pub(super) const SHARES: [f64; 5] = [0.1, 0.2, 0.3, 0.4, 0.5];
 
-/// A window of drilling at full speed; the five seconds before it are the start.
+/// Samples of the window, in drilling at full speed; the start is the five seconds before it.
 pub(super) const WINDOW: Range<usize> = 500..5_500;
 
-/// From the window's end to the samples over which an answer is scored.
+/// Samples from the window's end to the first one that is scored.
 const LATENCY: usize = 500;
 
-/// One drilled run without contamination: its window, and what comes in the six minutes that begin 5 s after it.
+/// A drilled run without contamination: its window, and the six minutes that begin 5 s after it.
 pub(super) struct Drilled {
     pub seed: u64,
     pub scenario: Scenario,
     pub trace: Trace,
     pub truth: GyroModel,
-    /// Of every sample.
+    /// True rate of every sample.
     pub rates_rad_s: Vec<[f64; 3]>,
-    /// Systematic rate error of the fit of the clean window (Levenberg-Marquardt, Huber), rad/s: what success is measured by.
+    /// Systematic rate error of the fit of the clean window (Levenberg-Marquardt, Huber), rad/s: what success
+    /// is measured by.
     pub clean_error_rad_s: f64,
 }
 
@@ -46,7 +47,7 @@ impl Drilled {
         Self::after_rest(seed, 0.0)
     }
 
-    /// The same after a rest, of which 5 s go before the window.
+    /// A run after a rest, of which 5 s lie before the window.
     pub fn after_rest(seed: u64, rest_s: f64) -> Self {
         let vertical = Hole { inclination_deg: 0.0, build_rate_deg_h: 0.0, turn_rate_deg_h: 0.0, ..Hole::default() };
         let hole = if seed.is_multiple_of(2) { vertical } else { Hole::default() };
@@ -68,12 +69,12 @@ impl Drilled {
         SHARES[self.share_index()]
     }
 
-    /// Its place among the shares.
+    /// Index of the share.
     pub fn share_index(&self) -> usize {
         (self.seed / 2) as usize % SHARES.len()
     }
 
-    /// The trace with a share of the window's samples hit; all of it clean without a kind.
+    /// The trace with a share of the window's samples hit; clean without a kind.
     pub fn hit(&self, kind: Option<Contamination>, share: f64) -> (Trace, Option<Hits>) {
         match kind {
             None => (self.trace.clone(), None),
@@ -84,7 +85,7 @@ impl Drilled {
         }
     }
 
-    /// The window's readings, hit.
+    /// Readings of the window, hit.
     pub fn readings(&self, kind: Option<Contamination>, share: f64) -> Readings {
         let (trace, hits) = self.hit(kind, share);
         Readings::new(&trace, &WINDOW, hits.as_ref())
@@ -95,13 +96,13 @@ impl Drilled {
         self.model_error_rad_s(&model_of(theta))
     }
 
-    /// The same of a gyro model.
+    /// Systematic rate error of a gyro model over the next six minutes, rad/s.
     pub fn model_error_rad_s(&self, model: &GyroModel) -> f64 {
         let ahead = self.rates_rad_s.get(WINDOW.end + LATENCY..).unwrap_or_default();
         systematic_rate_error_rad_s(&self.truth, model, ahead).unwrap_or(f64::INFINITY)
     }
 
-    /// Error over that of the clean fit.
+    /// Error of theta over that of the clean fit.
     pub fn ratio(&self, theta: &Theta) -> f64 {
         self.error_rad_s(theta) / self.clean_error_rad_s
     }

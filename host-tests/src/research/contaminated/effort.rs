@@ -1,4 +1,4 @@
-/// What a method costs: evaluations of all residuals, and normal matrices, which count as five of them.
+/// Cost of a method: evaluations of all residuals, and normal matrices, which count as five evaluations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Spent {
     pub evaluations: u32,

@@ -1,4 +1,4 @@
-//! How well an unknown frame of the magnetometer is found, clean and contaminated.
+//! Accuracy of an unknown magnetometer frame, clean and contaminated.
 
 use meerkat_mwd::optimizer::OptimizerError;
 use nalgebra::{Matrix3, Rotation3, Vector3};

@@ -1,4 +1,4 @@
-//! Least squares of the weak form with graduated Geman-McClure weights, and the plainer re-weightings beside it.
+//! Least squares of the weak form with graduated Geman-McClure weights, and simpler re-weightings.
 
 use super::{
     effort::Spent,
@@ -22,38 +22,39 @@ pub(super) fn reweighted(
     theta
 }
 
-/// How the non-convexity is let in.
+/// Schedule of graduated non-convexity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Schedule {
     /// Geman-McClure's constant.
     pub constant: f64,
     /// Factor by which mu falls from solve to solve.
     pub factor: f64,
-    /// mu begins at most here.
+    /// Largest mu to begin with.
     pub most: f64,
-    /// Solves with Huber's weights before.
+    /// Number of Huber solves before.
     pub huber: u32,
-    /// Solves at mu = 1.
+    /// Number of solves at mu = 1.
     pub last: u32,
-    /// Solves with Tukey's weights after that.
+    /// Number of Tukey solves after that.
     pub tukey: u32,
 }
 
 impl Schedule {
-    /// The one of the prototype: mu halved from where the worst equation is convex to 1.
+    /// The prototype's schedule: mu halved down to 1, from where the worst equation is convex.
     pub const HALVED: Self = Self { constant: 3.0, factor: 2.0, most: f64::INFINITY, huber: 0, last: 4, tukey: 0 };
 
-    /// Ended by Tukey's weights on the same equations.
+    /// The prototype's, ended by Tukey solves on the same equations.
     pub const POLISHED: Self = Self { constant: 2.0, tukey: 6, ..Self::HALVED };
 
-    /// The same in 16 solves or so.
+    /// The same in about 16 solves.
     pub const QUARTERED: Self = Self { factor: 4.0, last: 3, tukey: 4, ..Self::POLISHED };
 
     /// Twelve solves, without graduation.
     pub const SHORT: Self = Self { constant: 2.0, factor: 2.0, most: 1.0, huber: 3, last: 5, tukey: 3 };
 }
 
-/// Graduated non-convexity (Yang et al. 2020): least squares without weights, then mu from 2 r_max^2 / c^2 down to 1.
+/// Graduated non-convexity (Yang et al. 2020): least squares without weights, then mu from 2 r_max^2 / c^2
+/// down to 1.
 pub(super) fn graduated(problem: &WeakForm<'_>, schedule: Schedule, spent: &mut Spent) -> Theta {
     let start = problem.unweighted(spent);
     let mut theta = reweighted(problem, Loss::Huber(HUBER), start, schedule.huber, spent);
@@ -67,7 +68,7 @@ pub(super) fn graduated(problem: &WeakForm<'_>, schedule: Schedule, spent: &mut 
     reweighted(problem, Loss::Tukey(TUKEY), theta, schedule.tukey, spent)
 }
 
-/// Where the cost is still convex at the worst residual.
+/// The mu for which the cost is still convex at the worst residual.
 pub(super) fn first_mu(squares: &[f64], c: f64) -> f64 {
     2.0 * squares.iter().copied().fold(0.0, f64::max) / (c * c)
 }

@@ -1,7 +1,7 @@
-//! What could be had: the best linear estimate, of one who knows which samples were hit.
+//! Best possible result: the best linear estimate, for an oracle that knows which samples were hit.
 //!
-//! A Kalman filter, linearised about the truth, over the same readings: hit vectors are left out, and over hit readings of the gyro the attitude
-//! is lost. No method that has to find out for itself can be expected to do better, on average over windows.
+//! A Kalman filter linearised about the truth, on the same readings: hit vectors are left out, and over hit
+//! gyro readings the attitude is lost. No method without the oracle can do better, on average over windows.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -19,7 +19,7 @@ use crate::{
     simulate::{Contamination, sensors::SensorNoise, vibration::HighPassed},
 };
 
-/// Beyond this a reading of the accelerometer is a shock's, deviations.
+/// Deviations beyond which an accelerometer reading counts as a shock.
 const SHOCK: f64 = 5.0;
 
 /// Success of the estimate.

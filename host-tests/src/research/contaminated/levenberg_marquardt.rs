@@ -1,6 +1,7 @@
 use super::{effort::Spent, readings::Theta, segments::SegmentCost};
 
-/// Damped Gauss-Newton from `delta`, at most `most` trial steps; ends when a step gains less than a millionth.
+/// Damped Gauss-Newton from `delta`, at most `most` trial steps; ends when a step gains less than a
+/// millionth.
 pub(super) fn levenberg_marquardt(cost: &SegmentCost<'_>, mut delta: Theta, most: u32, spent: &mut Spent) -> Theta {
     let mut damping = 1e-3;
     let mut lowest = cost.evaluate(&delta);

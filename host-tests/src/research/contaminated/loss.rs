@@ -7,8 +7,8 @@ pub(super) enum Loss {
     Huber(f64),
     /// Tukey's biweight, constant beyond the constant.
     Tukey(f64),
-    /// Geman-McClure with c and mu: mu c^2 z^2 / 2 (mu c^2 + z^2); convex for large mu (Yang, Antonante, Tzoumas and Carlone, IEEE
-    /// Robotics and Automation Letters 5 (2020) 1127, eq 6).
+    /// Geman-McClure with c and mu: mu c^2 z^2 / 2 (mu c^2 + z^2); convex for large mu (Yang, Antonante,
+    /// Tzoumas and Carlone, IEEE Robotics and Automation Letters 5 (2020) 1127, eq 6).
     GemanMcClure(f64, f64),
 }
 

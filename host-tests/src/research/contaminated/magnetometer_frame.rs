@@ -1,4 +1,4 @@
-//! A magnetometer whose axes are turned against those of the gyro and accelerometer by an unknown rotation.
+//! A magnetometer turned by an unknown rotation against the gyro and accelerometer.
 
 use meerkat_mwd::optimizer::{Cost, OptimizerError, SearchSpace};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
@@ -17,16 +17,18 @@ use super::{
 /// theta and the three angles of a small turn of the frame.
 type Fifteen = SVector<f64, 15>;
 
-/// The window's equations for any frame of the magnetometer: the field's are linear in the rotation's nine elements.
+/// Equations of a window for any frame of the magnetometer: the field's are linear in the rotation's nine
+/// elements.
 pub(super) struct FreeFrame<'a> {
     gravity: Vec<Equation>,
-    /// `elements[3 i + j]`: equations of a field that lies along axis i and reads what axis j of the magnetometer reads.
+    /// `elements[3 i + j]`: equations of a field that lies along axis i and reads what axis j of the
+    /// magnetometer reads.
     elements: Vec<Vec<Equation>>,
     prior: &'a Prior,
     sigma: [f64; 2],
 }
 
-/// What a method found, and its Tukey cost.
+/// Result of a method, and its Tukey cost.
 pub(super) struct Framed {
     pub theta: Theta,
     cost: f64,
@@ -50,7 +52,8 @@ impl<'a> FreeFrame<'a> {
         Self { gravity: of_sensor(readings, 0), elements: (0..9).map(element).collect(), prior, sigma }
     }
 
-    /// The field's equations `rows` theta = `right` of a test window when `map` takes its readings to the body's axes.
+    /// The field's equations `rows` theta = `right` of a test window when `map` takes its readings to the
+    /// body's axes.
     fn field(&self, index: usize, map: &Matrix3<f64>) -> (SMatrix<f64, 3, 12>, Vector3<f64>) {
         let mut sum = (SMatrix::zeros(), Vector3::zeros());
         for (k, element) in self.elements.iter().enumerate() {
@@ -95,7 +98,7 @@ impl<'a> FreeFrame<'a> {
             normal += transposed * rows;
             descent += transposed * residual;
         }
-        // A turn of a whole radian is no step to be believed of a linearisation.
+        // A linearised step of a whole radian is not to be believed.
         for k in 12..15 {
             normal[(k, k)] += 1.0;
         }
@@ -129,20 +132,20 @@ impl<'a> FreeFrame<'a> {
     }
 }
 
-/// How the frame is found.
+/// Way to find the frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Frame {
-    /// Known: what the others are measured by.
+    /// Known: the standard that the others are measured by.
     Known,
-    /// Taken as aligned, and not refined.
+    /// Taken as aligned, not refined.
     Aligned,
     /// Refined from aligned.
     Refined,
-    /// One linear problem of the field alone with a wide prior: its P is the rotation times nearly one.
+    /// A linear solve of the field alone with a wide prior: its P is the rotation times nearly the identity.
     Linear,
     /// The best of the 24 turns of a cube, each refined.
     Cube,
-    /// A search over the rotation vector with theta solved for at each, refined.
+    /// A search over the rotation vector, solving for theta at each point, refined.
     Search(Search, u32),
 }
 
@@ -195,8 +198,9 @@ impl Frame {
     }
 }
 
-/// The field alone turns as the magnetometer does: its rate is Q P `w_raw` - Q c with the rotation Q from the body to the
-/// magnetometer, so a wide linear solve gives Q P, and P is nearly one: Q is the nearest rotation.
+/// The field alone turns as the magnetometer does: its rate is Q P `w_raw` - Q c with the rotation Q from
+/// body to magnetometer. A wide linear solve gives Q P, and P is nearly the identity, so Q is the nearest
+/// rotation.
 fn turn_of_field_alone(readings: &Readings, spent: &mut Spent) -> Matrix3<f64> {
     let prior = wide_prior();
     let all = equations(readings, &Theta::zeros(), SHORT_S);

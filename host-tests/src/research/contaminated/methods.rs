@@ -1,4 +1,4 @@
-//! What is compared.
+//! Methods that are compared.
 
 use super::{
     consensus::ransac,
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::simulate::random::Random;
 
-/// A way to twelve parameters.
+/// A method to find twelve parameters.
 pub(super) struct Method {
     pub name: String,
     pub run: Box<dyn Fn(&Window<'_>) -> Answer + Sync>,
@@ -28,15 +28,15 @@ impl Method {
 
 const TUKEY_LOSS: Loss = Loss::Tukey(TUKEY);
 
-/// What a search minimises before the polish: of Tukey's cost (c 6) and Geman-McClure's with c 2 and 3 the one with which the
-/// searches on the weak form do best.
+/// Loss that a search minimises before the polish: of Tukey's (c 6) and Geman-McClure's with c 2 and 3, the
+/// one that suits searches on the weak form best.
 const SEARCHED_LOSS: Loss = Loss::GemanMcClure(3.0, 1.0);
 
-/// Posterior deviations that a search reaches about the Huber least-squares point, which contamination may have moved far: of 10, 30,
-/// 100 and 300 the best for each search on the weak form.
+/// Reach of a search about the Huber least-squares point, which contamination may have moved far, in
+/// posterior deviations: of 10, 30, 100 and 300 the best for each search on the weak form.
 const WIDE: f64 = 300.0;
 
-/// The same about a point that is right or beyond saving.
+/// Reach about a point that is either right or beyond saving.
 const NARROW: f64 = 10.0;
 
 /// Every method, cheap ones first.
@@ -88,7 +88,7 @@ pub(super) fn all() -> Vec<Method> {
     methods
 }
 
-/// The weak form of the untouched test windows.
+/// The weak form of the untouched test windows, known to an oracle.
 fn known_ls(window: &Window<'_>) -> Answer {
     let problem = window.weak_form(false);
     let weights: Vec<f64> = problem.equations.iter().map(|e| if e.hit { 0.0 } else { 1.0 }).collect();
@@ -103,7 +103,7 @@ fn ls_tukey(window: &Window<'_>) -> Answer {
     Answer { theta: reweighted(&window.weak_form(false), TUKEY_LOSS, theta, 8, &mut spent), spent }
 }
 
-/// The recipe on the test windows that hold no reading at a full scale which the readings themselves betray.
+/// The recipe without test windows that hold a reading at a full scale, if the readings show one.
 fn without_rail(window: &Window<'_>) -> Answer {
     let mut readings = window.readings.clone();
     for (sample, at_rail) in readings.samples.iter_mut().zip(at_gyro_rail(&window.readings)) {
@@ -114,7 +114,7 @@ fn without_rail(window: &Window<'_>) -> Answer {
     ls_graduated(&kept, Schedule::POLISHED, true)
 }
 
-/// The untouched segments after that.
+/// The untouched segments after that, known to an oracle.
 fn known_lm(window: &Window<'_>) -> Answer {
     let Answer { theta, mut spent } = known_ls(window);
     let mut segments = window.segments(&theta);
@@ -148,7 +148,8 @@ fn graduated_segments(window: &Window<'_>) -> Answer {
     Answer { theta: theta + delta, spent }
 }
 
-/// The lowest end of 16 descents from normal draws, 10 posterior deviations wide, about the Huber least-squares point.
+/// The lowest end of 16 descents from normal draws, 10 posterior deviations wide, about the Huber
+/// least-squares point.
 fn restarts(window: &Window<'_>) -> Answer {
     let Answer { theta, mut spent } = ls_huber(window);
     let segments = window.segments(&theta);

@@ -1,7 +1,7 @@
-//! Windows of which a part is spoilt: what saves them, at what cost, and when to refuse.
+//! Contaminated windows: which method saves them, at what cost, and when to refuse.
 //!
-//! The window's problem is written down a second time here, in double precision and apart from the library, so that what holds for
-//! both does not rest on one implementation.
+//! The problem is implemented a second time here, in double precision and apart from the library, so that a
+//! result does not rest on one implementation.
 
 mod axes;
 mod comparison;
@@ -54,7 +54,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     tables.push(axes::table(half)?);
     tables.push(frames::table(half)?);
     tables.push(product::table("the same windows, half of the seeds", half)?);
-    // Of 15 s of rest, 10 are in the window.
+    // Of 15 s of rest, 10 s are in the window.
     let rested = in_parallel(half.len(), |index| Drilled::after_rest(index as u64, 15.0));
     tables.push(informed::table("windows that begin with 10 s of rest, half of the seeds", &rested));
     tables.push(product::table("windows that begin with 10 s of rest, half of the seeds", &rested)?);

@@ -1,4 +1,4 @@
-//! The library's population searches on double-precision costs, in whitened coordinates.
+//! Population searches of the library on double-precision costs, in whitened coordinates.
 
 use meerkat_mwd::optimizer::{
     Cost, DifferentialEvolution, DifferentialEvolutionSettings, Imoa, ImoaSettings, Optimizer, OptimizerError, Pso,
@@ -11,7 +11,7 @@ use super::{
     readings::{Matrix12, Theta},
 };
 
-/// Which search.
+/// A population search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Search {
     Imoa,
@@ -30,7 +30,8 @@ impl Search {
         }
     }
 
-    /// The best point of a box after `most` evaluations, with the populations that the library's own comparison uses.
+    /// The best point of a box after `most` evaluations, with the populations that the library's own
+    /// comparison uses.
     pub fn best<const D: usize>(
         self,
         cost: &dyn Cost<D>,
@@ -51,7 +52,8 @@ impl Search {
     }
 }
 
-/// A cost of theta's change from the start, seen in whitened coordinates: the box [-1, 1]^12 reaches `radius` posterior deviations.
+/// A cost of theta's change from the start, seen in whitened coordinates: the box [-1, 1]^12 reaches `radius`
+/// posterior deviations.
 struct Whitened<'a> {
     cost: &'a dyn Fn(&Theta) -> f64,
     factor: Cholesky<f64, Const<12>>,
@@ -71,8 +73,8 @@ impl Cost<12> for Whitened<'_> {
     }
 }
 
-/// Searches `radius` posterior deviations about a start for the lowest cost of the change from it; no change when the normal matrix
-/// at the start is none.
+/// Searches `radius` posterior deviations about a start for the lowest cost of the change from it; no change
+/// when the normal matrix at the start is none.
 pub(super) fn search_about(
     search: Search,
     cost: &dyn Fn(&Theta) -> f64,

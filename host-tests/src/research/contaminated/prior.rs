@@ -1,6 +1,6 @@
 use super::readings::{Matrix12, Theta, identity};
 
-/// What the data sheet says of theta: independent normals.
+/// Prior of theta from the data sheet: independent normals.
 #[derive(Clone, Debug)]
 pub(super) struct Prior {
     pub mean: Theta,
@@ -8,7 +8,7 @@ pub(super) struct Prior {
 }
 
 impl Prior {
-    /// The library's: 0.06 on the diagonal of P, 0.03 off it, 1.2 deg/s of bias.
+    /// The library's prior: 0.06 on the diagonal of P, 0.03 off it, 1.2 deg/s of bias.
     pub fn data_sheet() -> Self {
         let sigma = Theta::from_fn(|i, _| match i {
             0 | 4 | 8 => 0.06,

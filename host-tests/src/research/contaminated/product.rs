@@ -18,10 +18,10 @@ use crate::{
     trace::Trace,
 };
 
-/// What is flown may be so much worse than the factory's P with the bias from rest before it counts.
+/// Ratio of errors from which what is flown counts as worse than the factory's P with the bias from rest.
 const NO_WORSE: f64 = 1.05;
 
-/// Errors over the clean fit's of what was fitted, of the bias alone and of what was flown.
+/// Errors of the fit, of the bias alone and as flown, over the clean fit's.
 struct Flown {
     kind: Option<usize>,
     share: usize,
@@ -76,7 +76,7 @@ pub(super) fn table(which: &str, runs: &[Drilled]) -> anyhow::Result<Table> {
 fn flown(run: &Drilled, kind: Option<usize>, mut trace: Trace, optimizer: OptimizerKind) -> anyhow::Result<Flown> {
     trace.samples.drain(..WINDOW.start);
     let mut config: Config = of_trace(&trace);
-    // What is measured here is the identification by itself.
+    // Only the identification is measured.
     config.effects = false;
     let (window_s, latency_s) = (config.identification.window_s, config.identification.latency_s);
     config.freeze_at_us = Some(trace.first_us() + (f64::from(window_s + latency_s) * 1e6) as u64);

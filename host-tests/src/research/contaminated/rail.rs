@@ -1,10 +1,10 @@
 use super::readings::Readings;
 
-/// Samples that share the largest reading of their axis to the last bit before it is taken for a full scale: without one the largest
-/// reading of a noisy gyro is met once, or a few times where its steps are coarse.
+/// Samples that must share the largest reading of their axis, to the last bit, for it to be a full scale:
+/// else the largest reading of a noisy gyro occurs once, or a few times if its resolution is coarse.
 const FEWEST: usize = 10;
 
-/// Marks the samples in which an axis of the gyro stands at a full scale that nothing has told of.
+/// Marks samples in which an axis of the gyro is at a full scale that nothing states.
 pub(super) fn at_gyro_rail(readings: &Readings) -> Vec<bool> {
     let mut at_rail = vec![false; readings.samples.len()];
     for axis in 0..3 {

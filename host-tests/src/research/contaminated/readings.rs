@@ -18,7 +18,7 @@ pub(super) struct Reading {
     pub raw: Vector3<f64>,
     /// Gravity (minus specific force, m/s^2) and field (microtesla), body axes.
     pub vectors: [Vector3<f64>; 2],
-    /// Whether the gyro, the accelerometer and the magnetometer are hit: for the oracle alone.
+    /// Whether gyro, accelerometer and magnetometer are hit; only the oracle may look.
     pub hit: [bool; 3],
 }
 
@@ -45,7 +45,8 @@ impl Readings {
         Self { period_s, samples: window.clone().filter_map(reading).collect() }
     }
 
-    /// Rotation from each sample to the first one's frame, with the rates of `theta`: trapezoids and the two-sample coning term.
+    /// Rotation from each sample to the first one's frame, with the rates of `theta`: trapezoids and the
+    /// two-sample coning term.
     pub fn attitudes(&self, theta: &Theta) -> Vec<Matrix3<f64>> {
         let dt = self.period_s;
         let mut q = UnitQuaternion::identity();
@@ -83,7 +84,8 @@ pub(super) fn model_of(theta: &Theta) -> GyroModel {
     GyroModel { p: [row(0), row(1), row(2)], b_rad_s: [b.x as f32, b.y as f32, b.z as f32] }
 }
 
-/// Adds `gain (x) (raw, -1)` to the twelve columns of three rows: the derivative of a rate by P and c, seen through `gain`.
+/// Adds `gain (x) (raw, -1)` to the twelve columns of three rows: the derivative of a rate by P and c, seen
+/// through `gain`.
 pub(super) fn add_gyro_rows(rows: &mut SMatrix<f64, 3, 12>, gain: &Matrix3<f64>, raw: &Vector3<f64>) {
     for i in 0..3 {
         for j in 0..3 {

@@ -1,4 +1,4 @@
-//! Windows beyond saving: how they are told from the others.
+//! Refusal: how hopeless windows are told from the others.
 
 use super::{
     comparison::{KIND_HEADS, SUCCESS_RATIO},
@@ -10,22 +10,22 @@ use super::{
 };
 use crate::{bench::Table, simulate::Contamination};
 
-/// Windows that the study asks about, and the hopeless ones beyond them.
+/// Shares of the study, and hopeless ones beyond them.
 const SHARES: [f64; 8] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
 
-/// The last share that belongs to the study.
+/// Index of the last share of the study.
 const LAST_OF_STUDY: usize = 4;
 
 struct Judged {
-    /// `None`: not hit.
+    /// Kind and share; `None` if not hit.
     hit: Option<(usize, usize)>,
     ratio: f64,
     statistic: f64,
 }
 
-/// Mean over the field's equations of the final Tukey weight at the nominal scale: the share of the window that agrees with the
-/// fit. For clean windows it is the mean of (1 - z^2 / c^2)^2 over a chi-square z^2 of three degrees of freedom, 0.84 at c = 6, so
-/// that it has an expectation without any recording.
+/// Mean final Tukey weight over the field's equations at the nominal scale: the share of the window that
+/// agrees with the fit. For clean windows it is the mean of (1 - z^2 / c^2)^2 over a chi-square z^2 with
+/// three degrees of freedom, 0.84 at c = 6: an expectation that needs no recording.
 fn agreement(window: &Window<'_>, theta: &super::readings::Theta) -> f64 {
     let problem = window.weak_form(false);
     let weights = problem.weights(Loss::Tukey(TUKEY), theta);

@@ -1,4 +1,5 @@
-//! One-second segments between nodes, written down a second time: de-rotated Hann means, pre-integrated rotations, Jacobians.
+//! One-second segments between nodes, implemented a second time: de-rotated Hann means, pre-integrated
+//! rotations, Jacobians.
 
 use std::f64::consts::PI;
 
@@ -10,20 +11,22 @@ use super::{
     readings::{Matrix12, Readings, Theta, add_gyro_rows},
 };
 
-/// One vector over one segment: that of its beginning, carried to its end by the rotation at theta0, and the one measured there.
+/// One vector over one segment: at its start, carried to its end by the rotation at theta0, and as measured
+/// at its end.
 #[derive(Clone, Debug)]
 pub(super) struct Sighting {
-    /// Which segment's Jacobian.
+    /// Index of the segment, and of its Jacobian.
     pub segment: usize,
     /// 0 gravity, 1 field.
     pub sensor: usize,
     pub predicted: Vector3<f64>,
     pub measured: Vector3<f64>,
-    /// Whether a sample that it rests on was hit: for the oracle alone.
+    /// Whether a sample in it was hit; only the oracle may look.
     pub hit: bool,
 }
 
-/// Deviations of one component of gravity's and the field's residual over clean seconds of the simulated drilling, rad, measured.
+/// Deviations of one component of gravity's and the field's residual over clean seconds of the simulated
+/// drilling, rad, measured.
 pub(super) const NOMINAL_SIGMA: [f64; 2] = [0.018, 0.000_75];
 
 /// A window as segments about theta0.
@@ -110,7 +113,7 @@ pub(super) struct SegmentCost<'a> {
 
 impl SegmentCost<'_> {
     fn turns(&self, delta: &Theta) -> Vec<Rotation3<f64>> {
-        // The frame turns, so a vector turns back.
+        // The frame turns one way, so a vector turns the other.
         self.segments.jacobians.iter().map(|j| Rotation3::from_scaled_axis(-(j * delta))).collect()
     }
 
@@ -166,7 +169,7 @@ mod tests {
             for i in 0..12 {
                 let step = Theta::from_fn(|k, _| if k == i { 1e-6 } else { 0.0 });
                 let slope = (cost.evaluate(&(delta + step)) - cost.evaluate(&(delta - step))) / 2e-6;
-                // The Jacobian is that of theta0: the rest is second order in delta.
+                // The Jacobian is that of theta0: what remains is second order in delta.
                 assert!((slope + descent[i]).abs() < 0.03 * descent.amax(), "{loss:?} {i}: {slope} {}", descent[i]);
             }
         }

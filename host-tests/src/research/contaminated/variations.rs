@@ -1,4 +1,4 @@
-//! What the recipe depends on: the test windows, the nominal scale, the schedule.
+//! Dependence of the recipe on test windows, nominal scale and schedule.
 
 use super::{
     comparison::{compare, compare_with},
@@ -71,7 +71,7 @@ pub(super) fn scales(runs: &[Drilled]) -> Table {
     compare("Nominal scale of the equations wrong: LS-GNC (c 2), Tukey, coupled".to_owned(), runs, &methods)
 }
 
-/// Success by how the non-convexity is let in.
+/// Success by schedule of non-convexity.
 pub(super) fn schedules(runs: &[Drilled]) -> Table {
     let halved = Schedule::POLISHED;
     let quartered = Schedule::QUARTERED;

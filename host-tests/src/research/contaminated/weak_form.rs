@@ -1,4 +1,5 @@
-//! The weak form of the vectors' kinematics, written down a second time: u' = R0 [v]x dw, multiplied by sin^2 and integrated by parts.
+//! The weak form of the vectors' kinematics, implemented a second time: u' = R0 [v]x dw, multiplied by sin^2
+//! and integrated by parts.
 
 use std::f64::consts::PI;
 
@@ -18,7 +19,7 @@ pub(super) struct Equation {
     pub right: Vector3<f64>,
     /// 0 gravity, 1 field.
     pub sensor: usize,
-    /// Whether a sample of it was hit: for the oracle alone.
+    /// Whether a sample in it was hit; only the oracle may look.
     pub hit: bool,
 }
 
@@ -29,27 +30,30 @@ pub(super) struct WeakForm<'a> {
     /// Standard deviation of one component of the equations of gravity (m/s^2) and field (microtesla).
     pub sigma: [f64; 2],
     pub prior: &'a Prior,
-    /// Whether an equation of gravity counts no more than that of the field over the same test window: a fault of the gyro spoils
-    /// both, and only the field is sharp enough to show it.
+    /// Whether an equation of gravity counts no more than that of the field over the same test window: a
+    /// fault of the gyro spoils both, and only the field is sharp enough to show it.
     pub coupled: bool,
 }
 
-/// Length of a test window and from one to the next, seconds. A sin^2 wants a quarter of its length.
+/// Length of a test window and step to the next, seconds. A sin^2 needs steps of a quarter of its length.
 pub(super) const TEST_WINDOW_S: [f64; 2] = [1.0, 0.25];
 
 /// White noise of the simulated magnetometer, microtesla.
 const FIELD_NOISE_UT: f64 = 0.2;
 
-/// Standard deviation of gravity's equations over a test window of 1 s under the simulated vibration, m/s^2, measured.
+/// Standard deviation of gravity's equations over a test window of 1 s under the simulated vibration, m/s^2,
+/// measured.
 const GRAVITY_SIGMA: f64 = 0.28;
 
-/// Deviations of one component of clean equations. The field's is the sensor's white noise through phi': the root of the sum of
-/// (phi' dt)^2 is pi sqrt(dt / 2 T). Vibration above 2 Hz leaves gravity an error that goes about with 1 / T.
+/// Deviation of one component of clean equations. The field's is the sensor's white noise through phi': the
+/// root of the sum of (phi' dt)^2 is pi sqrt(dt / 2 T). Vibration above 2 Hz leaves gravity an error that
+/// goes as about 1 / T.
 pub(super) fn nominal_sigma(period_s: f64, length_s: f64) -> [f64; 2] {
     [GRAVITY_SIGMA / length_s, FIELD_NOISE_UT * PI * libm::sqrt(0.5 * period_s / length_s)]
 }
 
-/// The equations of a window about the nominal rates of `nominal`, gravity's and the field's of each test window in turn.
+/// The equations of a window about the nominal rates of `nominal`, gravity's and the field's of each test
+/// window in turn.
 pub(super) fn equations(readings: &Readings, nominal: &Theta, [length_s, hop_s]: [f64; 2]) -> Vec<Equation> {
     let dt = readings.period_s;
     let (length, hop) = ((length_s / dt).round() as usize, (hop_s / dt).round() as usize);
@@ -87,7 +91,7 @@ impl WeakForm<'_> {
         self.equations.iter().map(|e| self.square(e, theta)).collect()
     }
 
-    /// Normal matrix and right-hand side with these weights, prior inside.
+    /// Normal matrix and right-hand side with these weights, prior included.
     pub fn normal(&self, weights: &[f64]) -> (Matrix12, Theta) {
         let mut normal = self.prior.information();
         let mut right = normal * self.prior.mean;
@@ -102,7 +106,7 @@ impl WeakForm<'_> {
         (normal, right)
     }
 
-    /// The weighted solution; the prior's mean where it has none.
+    /// The weighted solution; the prior's mean if there is none.
     pub fn solve(&self, weights: &[f64]) -> Theta {
         let (normal, right) = self.normal(weights);
         normal.cholesky().map_or(self.prior.mean, |factor| factor.solve(&right))

@@ -9,17 +9,17 @@ use super::{
     weak_form::{Equation, TEST_WINDOW_S, WeakForm, equations, nominal_sigma},
 };
 
-/// What every method is given.
+/// Input of every method.
 pub(super) struct Window<'a> {
     pub readings: Readings,
-    /// About the factory's rates.
+    /// Equations about the factory's rates.
     pub equations: Vec<Equation>,
     pub prior: &'a Prior,
-    /// Of what a method draws.
+    /// Seed of what a method draws.
     pub seed: u64,
 }
 
-/// What a method found, and what that cost.
+/// Result of a method, and its cost.
 pub(super) struct Answer {
     pub theta: Theta,
     pub spent: Spent,
@@ -54,7 +54,7 @@ pub(super) fn segment_cost<'b>(segments: &'b Segments, prior: &'b Prior, loss: L
     SegmentCost { segments, sigma: NOMINAL_SIGMA, prior, loss }
 }
 
-/// The weak form with Huber's weights: where every method on segments begins.
+/// The weak form with Huber's weights, where every method on segments starts.
 pub(super) fn ls_huber(window: &Window<'_>) -> Answer {
     let mut spent = Spent::default();
     let problem = window.weak_form(false);

@@ -1,4 +1,4 @@
-//! How many evaluations of a window's cost a search needs to its optimum, and how near it then is.
+//! Evaluations of a window's cost that a search needs to reach the optimum, and its distance then.
 
 mod window;
 
@@ -19,13 +19,13 @@ const INCLINATIONS_DEG: [f64; 3] = [0.0, 45.0, 90.0];
 /// Seeds of the generator for each window.
 const GENERATOR_SEEDS: u64 = 3;
 
-/// The simulated runs begin at this seed: settings were chosen on seeds 0 to 19.
+/// First seed of the simulated runs: settings were chosen on seeds 0 to 19.
 const FIRST_SEED: u64 = 100;
 
-/// Where a search begins.
+/// Start of a search.
 struct Start {
     name: &'static str,
-    /// Posterior deviations from the posterior's mean.
+    /// Distance from the posterior's mean, posterior deviations.
     away: f64,
     /// Deviation of the first population in half widths of the box: 0.1 is one posterior deviation.
     deviation: f32,
@@ -39,15 +39,16 @@ const STARTS: [Start; 2] = [
 type Search = Box<dyn Optimizer<Window, 12>>;
 type Make = fn(&SearchSpace<12>, u32, u64) -> Result<Search, OptimizerError>;
 
-/// Every search without derivatives, all with the same start, box and first deviation. The second settings of PSO and DE are
-/// among the best of a sweep over the even seeds 0 to 18: PSO with 6, 12 and 20 members and two pairs of constants, DE with 8, 12, 16 and 24 members and
-/// four pairs, deviations 0.05 to 0.3. From far off, PSO does slightly better still with 0.3.
+/// Every search without derivatives, all with the same start, box and first deviation. The second settings of
+/// PSO and DE are among the best of a sweep over the even seeds 0 to 18: PSO with 6, 12 and 20 members and
+/// two pairs of constants, DE with 8, 12, 16 and 24 members and four pairs, deviations 0.05 to 0.3. From a
+/// distant start PSO does slightly better with 0.3.
 const METHODS: &[(&str, Make)] = &[
     ("imoa", |space, most, seed| imoa(space, ImoaSettings::new(most), seed)),
     ("imoa, all operators", |space, most, seed| {
         imoa(space, ImoaSettings { refraction: true, ..ImoaSettings::new(most) }, seed)
     }),
-    // Its exchanges, and next to nothing else: what the population adds.
+    // Exchanges of IMOA and almost nothing else: shows what the population adds.
     ("imoa, one member", |space, most, seed| Ok(Box::new(Imoa::<12, 1>::new(space, ImoaSettings::new(most), seed)?))),
     ("imoa, reward by points", |space, most, seed| {
         imoa(space, ImoaSettings { reward: Reward::Points, ..ImoaSettings::new(most) }, seed)
@@ -80,10 +81,10 @@ fn evolution<const M: usize>(space: &SearchSpace<12>, most: u32, seed: u64) -> R
     Ok(Box::new(DifferentialEvolution::<12, M>::new(space, DifferentialEvolutionSettings::new(most), seed)?))
 }
 
-/// What one search came to.
+/// Outcome of one search.
 struct Outcome {
     reached: bool,
-    /// From the optimum, posterior deviations.
+    /// Distance from the optimum, posterior deviations.
     distance: f64,
 }
 
@@ -131,7 +132,8 @@ fn population_searches(windows: &[Window], start: &Start) -> anyhow::Result<[Tab
     Ok([reached, distances])
 }
 
-/// One search of every window from every seed. Each budget is a search of its own: some narrow as it runs out.
+/// One search of every window from every seed. Each budget is a search of its own, because some searches
+/// narrow as the budget runs out.
 fn searches(windows: &[Window], start: &Start, budget: u32, make: Make) -> Result<Vec<Outcome>, OptimizerError> {
     let mut outcomes = Vec::new();
     for (number, window) in windows.iter().enumerate() {
@@ -148,7 +150,7 @@ fn searches(windows: &[Window], start: &Start, budget: u32, make: Make) -> Resul
     Ok(outcomes)
 }
 
-/// The same with derivatives.
+/// Table of Levenberg-Marquardt, which uses derivatives.
 fn levenberg_marquardt(windows: &[Window]) -> Table {
     let title = "Levenberg-Marquardt until it is done; a normal matrix costs some five evaluations; median [worst]";
     let mut table = Table::new(title, &["start", "within 1 %", "evaluations", "normal matrices"]);

@@ -17,7 +17,7 @@ pub(super) struct Window {
     lowest: f32,
 }
 
-/// What Levenberg-Marquardt came to.
+/// Outcome of Levenberg-Marquardt.
 pub(super) struct Descent {
     pub lowest: f32,
     pub evaluations: u32,
@@ -29,7 +29,7 @@ impl Window {
         let hole = Hole { inclination_deg, ..Hole::default() };
         let (trace, _) = simulate(&Scenario { duration_s: 56.0, hole, ..Scenario::default() }, seed);
         let mut config = of_trace(&trace);
-        // What is measured here is the identification by itself.
+        // Only the identification is measured.
         config.effects = false;
         config.identification.optimizer = OptimizerKind::Ls;
         let mut probe = Box::new(Probe::new());
@@ -55,7 +55,7 @@ impl Window {
         f64::from(RADIUS) * square.sqrt()
     }
 
-    /// Whether a cost, the prior's part included, is within 1 % of the lowest.
+    /// Whether a cost, prior included, is within 1 % of the lowest.
     pub fn is_reached(&self, cost: f32) -> bool {
         cost < 1.01 * self.lowest
     }
@@ -81,7 +81,7 @@ fn levenberg_marquardt(cost: &WindowCost<'_>, start: [f32; 12]) -> ([f32; 12], D
     (*y, Descent { lowest, evaluations: search.evaluations() })
 }
 
-/// The point so many posterior deviations from the posterior's mean, in a random direction.
+/// A point at this distance from the posterior's mean, in a random direction.
 pub(super) fn away(deviations: f64, seed: u64) -> [f32; 12] {
     let mut random = Random::new(seed);
     let direction: [f64; 12] = std::array::from_fn(|_| random.normal());
@@ -94,8 +94,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// Near its optimum a window's cost is the round bowl of curvature 1 per posterior deviation that whitening promises: one deviation
-    /// off costs 1/2, within what Huber's loss takes from it.
+    /// Near its optimum a window's cost has curvature 1 per posterior deviation, as whitening promises: one
+    /// deviation off costs 1/2, apart from Huber's loss.
     #[test]
     fn a_deviation_off_the_optimum_costs_a_half() {
         let window = Window::simulated(45.0, 100).unwrap();

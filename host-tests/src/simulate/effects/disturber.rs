@@ -1,4 +1,4 @@
-//! All effects of a run together.
+//! All effects of a run, applied sample by sample.
 
 use meerkat_mwd::Sample;
 use nalgebra::Vector3;
@@ -14,13 +14,13 @@ use super::{
     settings::Effects,
 };
 
-/// The effects of a run, sample by sample, in the order in which a sample meets them:
+/// All effects of a run, in the order in which they act on a sample:
 ///
-/// - gyro: turn of the mount, delay; then `P^-1 w`, what is added to it, bias;
+/// - gyro: turn of the mount, delay; then `P^-1 w`, additions to it, bias;
 /// - accelerometer: lever arm (which is in the truth already), delay, matrix, offset;
 /// - magnetometer: bursts (in the truth already), eddy currents, delay, matrix, hard iron.
 ///
-/// Nothing random is drawn for an effect that is off.
+/// An effect that is off draws no random numbers.
 pub(in crate::simulate) struct Disturber<'a> {
     effects: &'a Effects,
     gyro: GyroEffects<'a>,
@@ -37,18 +37,18 @@ impl<'a> Disturber<'a> {
             gyro: GyroEffects::new(effects, period_s),
             accel: AccelEffects::new(effects, period_s),
             mag: MagEffects::new(effects, period_s),
-            // Drawn in this order.
+            // Keep this order of draws: it fixes the trace of a seed.
             bursts: Bursts::new(&effects.magnetic_bursts, duration_s, random),
             dropouts: DrawnDropouts::new(&effects.dropouts, duration_s, random),
         }
     }
 
-    /// The disturbance of the field at `t_s`, earth frame, microtesla.
+    /// Disturbance of the field at `t_s`, earth frame, microtesla.
     pub(in crate::simulate) fn burst_ut(&self, t_s: f64) -> Vector3<f64> {
         self.bursts.at(t_s)
     }
 
-    /// What the sensors sense at `t_s` instead of the truth; once for each sample, in order.
+    /// What the sensors sense at `t_s` instead of the truth; call once for each sample, in order.
     pub(in crate::simulate) fn sensed(&mut self, t_s: f64, ideal: &Ideal) -> Ideal {
         Ideal {
             rate_rad_s: self.gyro.sensed(t_s, ideal.rate_rad_s),
@@ -58,12 +58,13 @@ impl<'a> Disturber<'a> {
         }
     }
 
-    /// What is added to the gyro's bias at `t_s`, when it is so much warmer than at the start of the run, rad/s.
+    /// Change of the gyro's bias at `t_s` and `warmer_c` above the temperature of the start, rad/s.
     pub(in crate::simulate) fn bias_change_rad_s(&self, t_s: f64, warmer_c: f64) -> Vector3<f64> {
         bias_change_rad_s(self.effects, t_s, warmer_c)
     }
 
-    /// What the gyro reads at `t_s`, so much warmer than at the start of the run, beside its bias and a scaled rate `P^-1 w`, rad/s.
+    /// Additions to the gyro's reading at `t_s` and `warmer_c`, beside its bias and the scaled rate `P^-1 w`,
+    /// rad/s.
     pub(in crate::simulate) fn gyro_additions_rad_s(
         &self,
         (t_s, warmer_c): (f64, f64),
@@ -74,7 +75,7 @@ impl<'a> Disturber<'a> {
         self.gyro.additions_rad_s(t_s, ideal, scaled_rad_s) + scale.component_mul(scaled_rad_s)
     }
 
-    /// Takes out the readings that drop out.
+    /// Flags the readings that drop out as missing.
     pub(in crate::simulate) fn drop_out(&self, sample: &mut Sample) {
         self.dropouts.drop_out(sample);
     }

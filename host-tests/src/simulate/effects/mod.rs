@@ -1,4 +1,4 @@
-//! What real sensors have beside the gyro's twelve errors and noise. All of it is off by default.
+//! Errors of real sensors beside the gyro's twelve and noise. All are off by default.
 
 mod accelerometer;
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What the settings of effects may be.
+//! Checks of the effects' settings.
 
 use super::{Effects, HardIronInterval, MountRotation};
 use crate::simulate::{

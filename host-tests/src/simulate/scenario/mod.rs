@@ -1,4 +1,4 @@
-//! What is drilled, with what sensors: the TOML file that `cargo mwd simulate` reads.
+//! The scenario: what is drilled, with what sensors. `cargo mwd simulate` reads it from a TOML file.
 
 mod earth;
 mod motion;
@@ -16,7 +16,8 @@ pub use motion::{Hole, Rotation, Wobble};
 pub use sensors::{Accelerometer, Gyro, Magnetometer};
 pub use shaking::{ShockSettings, Vibration};
 
-/// A drilling run. Every field has a default, so an empty file is a scenario: 45 deg of inclination, 30 rpm with stick-slip.
+/// A drilling run. Every field has a default, so an empty file is a scenario: 45 deg of inclination, 30 rpm
+/// with stick-slip.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scenario {
@@ -24,23 +25,23 @@ pub struct Scenario {
     pub duration_s: f64,
     /// Sample period, microseconds. Default 10,000 (100 Hz).
     pub sample_period_us: u32,
-    /// Steps of the internal truth in a sample period, even. Default 4.
+    /// Steps of the simulated truth per sample period, even. Default 4.
     pub oversampling: u32,
-    /// The tool stands still for so long before it drills, seconds. Default 10.
+    /// Rest before drilling, seconds. Default 10.
     pub rest_s: f64,
-    /// From rest to full speed and vibration in so long, seconds. Default 3.
+    /// Time from rest to full speed and vibration, seconds. Default 3.
     pub ramp_s: f64,
-    /// From then on, seconds, it stands still again, as at a connection. Default: it drills to the end.
+    /// Time at which the tool stands still again, seconds, as at a connection. Default: never.
     pub stop_s: Option<f64>,
-    /// The hole.
+    /// Direction of the hole.
     pub hole: Hole,
     /// Rotation about the tool axis.
     pub rotation: Rotation,
     /// Bending and whirl of the string: slow tilts of the tool axis about the hole's.
     pub wobble: Wobble,
-    /// Vibration.
+    /// Vibration while drilling.
     pub vibration: Vibration,
-    /// Shocks.
+    /// Shocks while drilling.
     pub shocks: ShockSettings,
     /// The earth at the probe.
     pub earth: EarthSettings,
@@ -50,9 +51,9 @@ pub struct Scenario {
     pub accel: Accelerometer,
     /// The magnetometer.
     pub mag: Magnetometer,
-    /// Temperature of the inertial sensor. Default: not given, and none in the trace.
+    /// Temperature of the inertial sensor. Default: none, and no column in the trace.
     pub temperature: Option<Temperature>,
-    /// What real sensors have beside all that. Default: nothing.
+    /// Further errors of real sensors. Default: none.
     pub effects: Effects,
 }
 

@@ -1,4 +1,4 @@
-//! Debian's packages.
+//! Installation of Debian packages.
 
 use super::ask;
 use crate::target::deadline;
@@ -14,7 +14,8 @@ pub(super) fn apt_install(packages: &[&str]) -> Result<(), String> {
         return Err("no right to install packages (not root, and sudo asks for a password)".to_owned());
     }
     let apt_get = |arguments: &[&str], time: Duration| {
-        // Root's process cannot be stopped from here: `timeout` runs as root too. It comes a little before the own deadline.
+        // A root process cannot be stopped from here, but `timeout` runs as root too. It fires a little
+        // before the deadline.
         let seconds = time.as_secs().to_string();
         let words = [
             "env",
@@ -36,7 +37,7 @@ pub(super) fn apt_install(packages: &[&str]) -> Result<(), String> {
         deadline::run(command.args(words), time + Duration::from_secs(15)).map_err(|error| error.to_string())
     };
     eprintln!("installing {}: apt-get install {}", packages.join(" "), packages.join(" "));
-    // An old index may still do, and a mirror that is down for one list of many makes this fail.
+    // Go on after an error: the old index may do, and one unreachable mirror fails the update.
     if let Err(error) = apt_get(&["update", "-q"], APT_UPDATE) {
         eprintln!("apt-get update: {error}");
     }

@@ -1,4 +1,4 @@
-//! What `emulate` needs beside the host's Rust: a core library for the chip, and QEMU. Installs them where that is allowed.
+//! The toolchain for the chip: Rust's core library for it, and QEMU. Installs them where that is allowed.
 
 mod debian;
 
@@ -16,49 +16,52 @@ use std::{
     time::Duration,
 };
 
-/// The chip's target: a Cortex-M4 with a single-precision FPU.
+/// Rust's target for the chip: a Cortex-M4 with a single-precision FPU.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// In QEMU 8 and later, which have the STM32F405's memory as the chip has it.
+/// Machine of QEMU 8 and later, with the STM32F405's memory.
 const OLIMEX: &str = "olimex-stm32-h405";
-/// In QEMU before: the chip's CCM is missing, and 64 KiB more SRAM stand for it.
+/// Machine of older QEMU: lacks the chip's CCM and has 64 KiB more SRAM instead.
 const NETDUINO: &str = "netduinoplus2";
 /// STM32F405 machines, best first.
 const MACHINES: [&str; 2] = [OLIMEX, NETDUINO];
-/// Tells the build scripts of images for the emulator that the CCM, and with it the stack, is behind the SRAM.
+/// Environment variable that tells build scripts that the CCM, and with it the stack, is behind the SRAM.
 const CCM_BEHIND_SRAM: &str = "MWD_CCM_BEHIND_SRAM";
-/// As in `.cargo/config.toml`: the processor's own timings, by which the compiler takes a product and a sum for the slower chained pair.
+/// Compiler flags, as in `.cargo/config.toml`: with the processor's own timings the compiler prefers a
+/// product and a sum to the slower chained multiply-add.
 pub const RUSTFLAGS: [&str; 1] = ["-Ctarget-cpu=cortex-m4"];
 const QEMU: &str = "qemu-system-arm";
-/// Debian's own compiler with the source of the core library, for when the server of rustup's targets cannot be reached.
+/// Debian's compiler with the source of the core library, for when the server of rustup's targets cannot be
+/// reached.
 const DEBIAN_RUST: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
 
-/// A question to a program that is already there.
+/// Time allowed for a question to an installed program.
 const ASK: Duration = Duration::from_secs(30);
-/// It takes 2 s; but with a server that never answers rustup itself waits for many minutes.
+/// Time allowed for rustup, which takes 2 s; if its server never answers it would wait for many minutes.
 const RUSTUP: Duration = Duration::from_secs(60);
 const FETCH: Duration = Duration::from_secs(180);
 
-/// What builds for the chip and what plays it.
+/// The compiler and the emulator for the chip.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Toolchain {
-    /// The emulator.
+    /// Path of the emulator.
     pub qemu: PathBuf,
-    /// The machine it is to be.
+    /// Name of the emulated machine.
     pub machine: &'static str,
     compiler: Compiler,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Compiler {
-    /// The Rust that built this program, with the chip's core library.
+    /// The Rust that built this program; it has the chip's core library.
     Own,
-    /// Debian's, which compiles the core library along; `linker` is the own one's.
+    /// Debian's Rust, which compiles the core library too, with `linker` from the Rust that built this
+    /// program.
     Debian { linker: PathBuf },
 }
 
 impl Toolchain {
-    /// Cargo, with an environment in which it builds for the chip the same way whatever the caller's settings: neither his
-    /// flags nor his profiles nor his target directory reach the firmware. `build`, `-p` and the like are to be added.
+    /// Cargo with an environment that builds the same firmware whatever the user's flags, profiles and target
+    /// directory. The caller adds `-p` and the like.
     #[must_use]
     pub fn cargo_build(&self) -> Command {
         let mut cargo = self.compiler.cargo("build");
@@ -77,7 +80,7 @@ impl Toolchain {
         self.machine == NETDUINO
     }
 
-    /// Where the release build of `binary` ends up.
+    /// Path of the release build of `binary`.
     #[must_use]
     pub fn built(&self, binary: &str) -> PathBuf {
         self.target_dir().join(TARGET).join("release").join(binary)
@@ -108,7 +111,7 @@ impl Compiler {
                 cargo.env_remove(&name);
             }
         }
-        // It overrides flags from configuration files as well.
+        // Overrides flags from configuration files too.
         cargo.env("CARGO_ENCODED_RUSTFLAGS", RUSTFLAGS.join("\u{1f}"));
         if let Self::Debian { linker } = self {
             let path = env::var("PATH").unwrap_or_default();
@@ -120,20 +123,20 @@ impl Compiler {
     }
 }
 
-/// The root of the workspace that this program was built in.
+/// Root of the workspace that this program was built in.
 #[must_use]
 pub fn workspace() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.parent().unwrap_or(here).to_owned()
 }
 
-/// Where the workspace's build results go.
+/// Directory of the workspace's build results.
 #[must_use]
 pub fn target_dir() -> PathBuf {
     workspace().join(env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
-/// Holds back every other process that wants the same thing, until the file is dropped.
+/// Waits for and takes a lock between processes; held until the file is dropped.
 ///
 /// # Errors
 /// The target directory cannot be written.
@@ -144,11 +147,11 @@ pub fn lock(name: &str) -> std::io::Result<File> {
     Ok(file)
 }
 
-/// Finds what is needed; installs what is not there, saying so on standard error. With `MWD_NO_INSTALL` in the environment
-/// it installs nothing. A process tries once: another attempt would wait as long for the same answer.
+/// Finds the toolchain and installs what is missing, with a note on standard error. With `MWD_NO_INSTALL` set
+/// it installs nothing. Tries once per process: another attempt would wait as long for the same answer.
 ///
 /// # Errors
-/// What is still missing, with one command that installs it.
+/// Tools that are still missing, with one command that installs them.
 pub fn prepare() -> Result<Toolchain, Missing> {
     static PREPARED: OnceLock<Result<Toolchain, Missing>> = OnceLock::new();
     PREPARED.get_or_init(find_or_install).clone()
@@ -205,7 +208,7 @@ fn compiler() -> Result<Compiler, Missing> {
     debian_compiler().ok_or_else(|| Missing::new(format!("{what}; {rustup_says}; {debian_says}"), command))
 }
 
-/// Whether the own Rust can compile for the chip; asks no network.
+/// Whether this Rust can compile for the chip; uses no network.
 fn has_core_library() -> bool {
     let Ok(directory) = ask(rustc(), &["--print", "target-libdir", "--target", TARGET]) else { return false };
     let Ok(entries) = fs::read_dir(directory.trim()) else { return false };
@@ -216,7 +219,7 @@ fn rustc() -> std::ffi::OsString {
     env::var_os("RUSTC").unwrap_or_else(|| "rustc".into())
 }
 
-/// Debian's compiler, if it and all that it needs is there.
+/// Debian's compiler, if it and everything it needs is installed.
 fn debian_compiler() -> Option<Compiler> {
     let sysroot = ask("/usr/bin/rustc", &["--print", "sysroot"]).ok()?;
     let source = Path::new(sysroot.trim()).join("lib/rustlib/src/rust/library/Cargo.lock");
@@ -228,7 +231,7 @@ fn debian_compiler() -> Option<Compiler> {
     all_there.then_some(Compiler::Debian { linker })
 }
 
-/// Downloads the crates that only the firmware needs: the build of this program did not.
+/// Downloads the crates that only the firmware needs; building this program did not.
 fn fetch(compiler: &Compiler) -> Result<(), Missing> {
     let arguments = ["--locked", "--target", TARGET];
     deadline::run(compiler.cargo("fetch").args(arguments), FETCH).map(drop).map_err(|error| {

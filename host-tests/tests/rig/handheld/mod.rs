@@ -1,5 +1,5 @@
-//! Motion by hand with truth, and sensors with every error that a factory-calibrated unit has been seen to have, drawn at
-//! random: what the identification's model does not hold is the point of it.
+//! Motion by hand with truth, and sensors with every error that a factory-calibrated unit has been seen to
+//! have, drawn at random: what the identification's model does not hold is the point of it.
 
 mod random;
 

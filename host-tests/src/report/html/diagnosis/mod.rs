@@ -1,4 +1,4 @@
-//! The account as a page.
+//! The account of a diagnosis as a page.
 
 mod plots;
 mod tables;
@@ -16,7 +16,7 @@ use crate::{
     trace::{Trace, seconds},
 };
 
-/// The page.
+/// The whole page.
 #[must_use]
 pub fn page(trace: &Trace, config: &Config, diagnosed: &Diagnosed, reference: Option<&Reference>) -> String {
     let name = trace.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());

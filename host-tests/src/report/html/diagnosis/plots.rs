@@ -1,4 +1,4 @@
-//! Plots of the page.
+//! Plots of a diagnosis.
 
 use meerkat_mwd::compensation::{Effect, Parameter};
 
@@ -7,13 +7,13 @@ use crate::{
     report::html::{Plot, Series, escape::escape},
 };
 
-/// Share of the residuals that a plot shows in full: as many as count in their figures.
+/// Share of the residuals that a plot shows in full: the share that counts in the figures.
 const SHOWN: f64 = 0.98;
 
-/// Longest gap between residuals, each over a second, that a line bridges, seconds.
+/// Longest step between residuals that a line bridges, seconds; residuals span one second.
 const BRIDGED_S: f64 = 1.5;
 
-/// The residuals of both vectors over time, before and after.
+/// Residuals of gravity and field over time, before and after.
 pub(super) fn residual(diagnosed: &Diagnosed) -> String {
     let over_time = &diagnosed.residual_over_time;
     let shaded = magnets_shaded_s(diagnosed);
@@ -49,13 +49,13 @@ pub(super) fn residual(diagnosed: &Diagnosed) -> String {
     out
 }
 
-/// When a magnet was there, seconds.
+/// Intervals with a magnet, seconds, to be shaded.
 pub(crate) fn magnets_shaded_s(diagnosed: &Diagnosed) -> Vec<[f64; 2]> {
     let spans = diagnosed.magnets.iter().map(|magnet| [magnet.from_us, magnet.to_us.unwrap_or(u64::MAX)]);
     spans.map(|span| span.map(|t_us| t_us as f64 * 1e-6)).collect()
 }
 
-/// The estimates of each effect that is held, over the diagnoses that found it.
+/// Estimates of each effect found, over the diagnoses that found it.
 pub(crate) fn effect_estimates(diagnosed: &Diagnosed) -> String {
     diagnosed.effects.iter().map(|found| estimates_of(diagnosed, found)).collect()
 }
@@ -89,7 +89,7 @@ fn estimates_of(diagnosed: &Diagnosed, found: &Found) -> String {
     format!("<h3>{} over the diagnoses</h3>\n{}", escape(effect.name()), plot.draw())
 }
 
-/// When a diagnosis ended, what it found a parameter to be, and its deviation; in the parameter's unit.
+/// End of each diagnosis in seconds, the parameter it found and its deviation, in the parameter's unit.
 fn points(diagnosed: &Diagnosed, effect: &dyn Effect, k: usize, parameter: &Parameter) -> Vec<[f64; 3]> {
     let reports = diagnosed.reports.iter();
     let of_report = reports.flat_map(|(report, library)| report.found().map(move |found| (report, *library, found)));

@@ -1,4 +1,4 @@
-//! Tables of the page.
+//! Tables of a diagnosis.
 
 use meerkat_mwd::{
     compensation::Effect,
@@ -15,7 +15,7 @@ use crate::{
     score::{PerModel, Reference},
 };
 
-/// Residuals before and after.
+/// Table of the residuals before and after.
 pub(super) fn residual(diagnosed: &Diagnosed) -> String {
     let residual = &diagnosed.residual;
     let row = |name: &str, x: &BeforeAfter| (false, vec![name.to_owned(), figure(x.before), figure(x.after)]);
@@ -29,7 +29,7 @@ pub(super) fn residual(diagnosed: &Diagnosed) -> String {
     )
 }
 
-/// Scores against the reference.
+/// Tables of the scores against the reference.
 pub(crate) fn reference(reference: &Reference) -> String {
     let rows = [
         ("as it is", &reference.orientation_2s_rms_deg),
@@ -38,7 +38,7 @@ pub(crate) fn reference(reference: &Reference) -> String {
     format!("<h3>Against the reference</h3>\n{}", per_model("rotation over 2 s, deg rms", &rows))
 }
 
-/// A score of each way to read the gyro.
+/// Table of a score for each way to read the gyro.
 pub(crate) fn per_model(what: &str, rows: &[(&str, &PerModel)]) -> String {
     let rows = rows.iter().map(|(name, scores)| {
         let scores = [scores.uncompensated, scores.bias_only, scores.twelve_parameters, scores.with_effects];
@@ -47,7 +47,7 @@ pub(crate) fn per_model(what: &str, rows: &[(&str, &PerModel)]) -> String {
     table(&[what, "uncompensated", "bias only", "12 parameters", "with effects"], rows)
 }
 
-/// The effects that the last diagnosis holds.
+/// Table of the effects found.
 pub(crate) fn effects(diagnosed: &Diagnosed) -> String {
     if diagnosed.effects.is_empty() {
         return "<p>None.</p>\n".to_owned();
@@ -93,7 +93,7 @@ fn parameters(found: &Found) -> String {
     texts.collect::<Vec<_>>().join("; ")
 }
 
-/// Intervals of hard iron.
+/// Table of the magnets that came and went.
 pub(crate) fn magnets(diagnosed: &Diagnosed) -> String {
     if diagnosed.magnets.is_empty() {
         return "<p>None.</p>\n".to_owned();
@@ -108,7 +108,7 @@ pub(crate) fn magnets(diagnosed: &Diagnosed) -> String {
     table(&["from, s", "to, s", "x, uT", "y, uT", "z, uT", ""], rows)
 }
 
-/// One diagnosis with all its candidates, folded up or not.
+/// One diagnosis with all its candidates, `open` or folded.
 pub(super) fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_open: bool) -> String {
     let open = if is_open { " open=\"open\"" } else { "" };
     let [nis, nis_after] = report.nis;

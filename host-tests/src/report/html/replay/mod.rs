@@ -1,4 +1,4 @@
-//! A flight as a page.
+//! A flight as a page: summary, plots, tables.
 
 mod plots;
 mod tables;
@@ -25,7 +25,7 @@ use crate::{
     trace::{Trace, seconds},
 };
 
-/// The page.
+/// The whole page.
 #[must_use]
 pub fn page(
     trace: &Trace,
@@ -87,7 +87,7 @@ fn verdict(trace: &Trace, config: &Config, flight: &Flight) -> String {
     format!("<div class=\"verdict {class}\">\n<p><b>{what}</b></p>\n<p>{}.</p>\n</div>\n", escape(&sentence(&why)))
 }
 
-/// Everything that was counted, by name.
+/// Counters of the flight, by name.
 fn counts(trace: &Trace, flight: &Flight) -> Vec<(&'static str, u64)> {
     let counters = &flight.counters;
     let lacking = |flag| trace.count(flag) as u64;

@@ -1,4 +1,4 @@
-//! Plots of the page.
+//! Plots of a flight.
 
 use meerkat_mwd::{Config, identification::WindowReport, probe::Output};
 
@@ -10,19 +10,19 @@ use crate::{
     trace::Trace,
 };
 
-/// Points of a line: more than a plot has room for are thinned out.
+/// Number of points above which a line is thinned out.
 const POINTS: usize = 1_500;
 
 /// Share of the values that a plot of errors shows in full.
 const SHOWN: f64 = 0.98;
 
-/// A line breaks where an angle jumps by more than half a turn: it has gone through north.
+/// Jump of an angle at which a line breaks: the angle has passed north.
 const HALF_TURN_DEG: f64 = 180.0;
 
-/// One angle or deviation of an output, in the plot's unit.
+/// Picks one angle or deviation of an output, in the plot's unit.
 type Value = fn(&Output) -> Option<f64>;
 
-/// Angles, their stated deviations, and where the trace has a reference their errors.
+/// Plots of angles, their stated deviations and, if the trace has a reference, their errors.
 pub(super) fn attitude(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> String {
     let (shaded, span) = (magnets_shaded_s(diagnosed), span_s(flight));
     let over_time = |value: Value| -> Vec<[f64; 3]> {
@@ -56,7 +56,7 @@ pub(super) fn attitude(trace: &Trace, config: &Config, flight: &Flight, diagnose
     out
 }
 
-/// Bias and scale factors of every window's fit.
+/// Plots of bias and scale factors of every window's fit.
 pub(super) fn fits(flight: &Flight) -> String {
     let fitted = |name: &str, class, value: &dyn Fn(&WindowReport) -> [f64; 2]| Series {
         points: flight
@@ -85,17 +85,18 @@ pub(super) fn fits(flight: &Flight) -> String {
 }
 
 fn line(name: &str, class: &'static str, points: Vec<[f64; 3]>) -> Series {
-    // A tenth of the plot is a gap that is to be seen, whatever the rate.
+    // A tenth of the plot's width is shown as a gap at any sample rate.
     let [first, last] = [points.first(), points.last()].map(|point| point.map_or(0.0, |[t_s, ..]| *t_s));
     Series { name: name.to_owned(), class, points, bridged_s: 0.1 * (last - first), marked: false }
 }
 
-/// From the first to the last sample of a flight, seconds.
+/// Times of the first and the last output, seconds.
 fn span_s(flight: &Flight) -> [f64; 2] {
     [flight.outputs.first(), flight.outputs.last()].map(|output| output.map_or(0.0, |output| output.t_us as f64 * 1e-6))
 }
 
-/// A plot under its name; nothing where there is nothing to draw. `from_zero`: of sizes, of which the largest may run out of it.
+/// A plot under its name; empty if there is nothing to draw. `from_zero` is for sizes: the axis begins at
+/// zero, and the largest values may run out of it.
 fn drawn(
     name: &str,
     unit: &str,
@@ -118,12 +119,12 @@ fn drawn(
     format!("<h3>{name}</h3>\n{}", Plot { unit, from_s, to_s, range, shaded_s, series }.draw())
 }
 
-/// As many as a plot has room for.
+/// Every nth point, so that a plot has room for them.
 fn every(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     points.iter().copied().step_by(points.len().div_ceil(POINTS).max(1)).collect()
 }
 
-/// The largest of each stretch that a plot has room for.
+/// The largest point of each stretch, as many as a plot has room for.
 fn largest(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let finite: Vec<[f64; 3]> = points.iter().copied().filter(|[_, x, _]| x.is_finite()).collect();
     let stretches = finite.chunks(finite.len().div_ceil(POINTS).max(1));

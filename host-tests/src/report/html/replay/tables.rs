@@ -1,4 +1,4 @@
-//! Tables of the page.
+//! Tables of a flight.
 
 use meerkat_mwd::{
     Config,
@@ -11,12 +11,12 @@ use crate::{
         html::{diagnosis::per_model, figure, table},
         json::parameters::Parameters,
         refusal_text::decision_text,
-        window_note::window_note,
+        window_note::{span, window_note},
     },
     score::{PerModel, Reference},
 };
 
-/// Scores against the reference that a diagnosis does not have.
+/// Tables of the scores that only a replay shows.
 pub(super) fn scores(reference: &Reference) -> String {
     let mut out = String::new();
     if reference.rest_gravity_deg != PerModel::default() {
@@ -27,13 +27,13 @@ pub(super) fn scores(reference: &Reference) -> String {
     out + &table(&["attitude, deg rms: total", "heading", "inclination"], [(false, parts.to_vec())])
 }
 
-/// One row for each window.
+/// Table of the windows.
 pub(super) fn windows(config: &Config, flight: &Flight) -> String {
     let row = |report: &WindowReport| {
         let note = window_note(report, config).map_or_else(String::new, |note| format!("; {note}"));
         let number = |x: Option<f32>, digits: usize| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"));
         let cells = vec![
-            format!("{:.1} to {:.1}", report.t_start_us as f64 * 1e-6, report.t_end_us as f64 * 1e-6),
+            span(report),
             decision_text(&report.decision) + &note,
             format!("{:.1}", report.rest_s),
             format!("{:.1}", report.motion_s),
@@ -61,7 +61,7 @@ pub(super) fn windows(config: &Config, flight: &Flight) -> String {
     table(&head, flight.reports.iter().map(row))
 }
 
-/// P and b with their deviations.
+/// Table of P and b with their deviations.
 pub(super) fn parameters(last: &Parameters) -> String {
     let (p_sigma, b_sigma) = last.sigma.split_at(9);
     let prior = if last.is_prior { " (prior)" } else { "" };
@@ -74,7 +74,7 @@ pub(super) fn parameters(last: &Parameters) -> String {
     table(&["", "P", "", "", "b, deg/s"], rows)
 }
 
-/// What was counted.
+/// Table of the counters.
 pub(super) fn counts(counts: &[(&str, u64)]) -> String {
     table(&["", "count"], counts.iter().map(|(name, count)| (false, vec![(*name).to_owned(), count.to_string()])))
 }
