@@ -1,5 +1,5 @@
-//! The loop: what is named, on recordings and on runs whose effects nobody declared, and what is said where
-//! nothing can be.
+//! The diagnosis loop: which effects it names on recordings and on runs with undeclared effects, and what it
+//! says if nothing can be named.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use std::{path::Path, process::Command, sync::LazyLock};
@@ -35,7 +35,7 @@ fn moment(number: usize) -> Moment {
     }
 }
 
-/// What is added to a truth by the terms of an effect is taken out again, to second order in its size.
+/// What an effect's terms add to a truth is removed again, to second order in its size.
 #[test]
 fn what_an_effect_adds_is_taken_out() {
     for (index, effect) in LIBRARY.iter().enumerate() {
@@ -134,7 +134,7 @@ fn nothing_is_named_where_nothing_is_and_what_is_outside_the_library_stays_unexp
 fn a_g_sensitivity_is_taken_out_whole() {
     let g = [[0.2, -0.2, 0.1], [0.25, 0.2, -0.2], [-0.15, 0.2, 0.2]];
     for seed in 0..3 {
-        // The first that finds it holds P as it flies, bent by it: those that follow see it as it is.
+        // The first window that finds it holds a P that it has bent; the following ones see it as it is.
         let effects = Effects { g_sensitivity_deg_s_g: g, ..Effects::default() };
         let report = last_diagnosis(&simulate(&Scenario { duration_s: 200.0, effects, ..Scenario::default() }, seed).0);
         assert_eq!(names(&report), ["g_sensitivity"], "{seed}");

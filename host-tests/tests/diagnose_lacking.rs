@@ -1,5 +1,5 @@
-//! The loop where something is missing: each run gets its verdict, names nothing that cannot be seen, and
-//! says what it could be as well.
+//! The diagnosis loop with something missing: each run gets its verdict, nothing is named that cannot be
+//! seen, and alternatives are stated.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod rig;

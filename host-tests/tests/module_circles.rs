@@ -1,9 +1,8 @@
-//! No module imports what imports it: the files of the library and of the host tool, by the paths that they
-//! name.
+//! The modules of library, firmware and host tool: none imports what imports it.
 //!
-//! An arrow runs from a file to the file that defines what it names, in a `use` or in a path. A re-export is
-//! a door and no arrow: who imports through it imports what is behind. A module may name its own parent,
-//! which it is a part of. Unit tests do not count.
+//! An arrow runs from a file to the file that defines a name it uses, in a `use` or in a path. A re-export is
+//! a door, not an arrow: it leads to the file that defines the name. A module may name its own ancestors,
+//! because it is a part of them. Unit tests do not count.
 
 #![allow(clippy::unwrap_used)]
 
@@ -13,11 +12,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A path in the source, or a module's: its names from the root of the crate.
+/// A path, as names from the root of the crate or as written.
 type Names = Vec<String>;
 
-/// Arrows that still close a circle: folder, from, to. One that closes none any more fails, too, and is to be
-/// deleted here.
+/// Known arrows that close a circle: folder, from, to. Delete an arrow here when it no longer closes a
+/// circle; the test demands it.
 const STILL_THERE: &[[&str; 3]] = &[
     ["src", "estimator/candidates/evidence.rs", "estimator/candidates/claims.rs"],
     ["src", "estimator/preintegration.rs", "estimator/candidates/terms.rs"],
@@ -27,15 +26,15 @@ const STILL_THERE: &[[&str; 3]] = &[
     ["src/bin/probe", "sensor_board.rs", "stm32f405.rs"],
 ];
 
-/// The crates that are looked at: the folder of each below the repository, and its first file.
+/// The crates that are read: folder below the repository, and first file.
 const CRATES: [(&str, &str); 3] = [("src", "lib.rs"), ("src/bin/probe", "main.rs"), ("host-tests/src", "lib.rs")];
 
 /// A file of a crate.
 struct Module {
     file: PathBuf,
-    /// Paths that it re-exports, by the names that they get.
+    /// Re-exported paths, by the names they get.
     doors: BTreeMap<String, Names>,
-    /// Paths that it names.
+    /// Paths that the file names.
     named: Vec<Names>,
 }
 
@@ -68,7 +67,7 @@ fn no_module_imports_what_imports_it() {
     }
 }
 
-/// In the host tool a folder is one subject, and the subjects stand one above the other.
+/// A top-level folder of the host tool is one subject, and subjects form layers.
 #[test]
 fn no_folder_of_the_host_tool_imports_what_imports_it() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -80,6 +79,17 @@ fn no_folder_of_the_host_tool_imports_what_imports_it() {
     }
     let circles = circles(&folders);
     assert!(circles.is_empty(), "folders import each other in a circle: {circles:#?}");
+}
+
+/// Settled research is left alone by everything but the command that prints it.
+#[test]
+fn only_the_bench_command_calls_settled_research() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let arrows = arrows(&read_crate(&root.join("src"), "lib.rs"));
+    let is_research = |file: &PathBuf| file.starts_with("research");
+    let callers = arrows.iter().filter(|(from, to)| !is_research(from) && to.iter().any(is_research));
+    let callers: Vec<_> = callers.map(|(from, _)| from.display().to_string()).collect();
+    assert_eq!(callers, ["commands/bench.rs"]);
 }
 
 #[test]
@@ -125,7 +135,7 @@ fn read_crate(folder: &Path, first: &str) -> Crate {
                 if is_first || names.last().is_some_and(|name| name == "mod") {
                     names.pop();
                 }
-                // The library's binary has a first file of its own.
+                // The library's `bin` has first files of its own.
                 if is_first || !["lib.rs", "main.rs"].map(Path::new).contains(&file.as_path()) {
                     files.insert(names, file);
                 }
@@ -147,7 +157,7 @@ impl Module {
         let mut rest = String::new();
         let mut imported = Vec::new();
         for statement in code_of(text).split_inclusive([';', '{', '}']).collect::<String>().split(';') {
-            // What stands before `use` in the same statement is an attribute or the end of a block.
+            // The text before `use` in the same statement is an attribute or the end of a block.
             let Some((before, tree)) = split_at_use(statement) else {
                 rest.push_str(statement);
                 rest.push(';');
@@ -177,7 +187,7 @@ impl Module {
     }
 }
 
-/// The code without comments, strings' content and unit tests.
+/// The code without comments and unit tests.
 fn code_of(text: &str) -> String {
     let mut code = String::new();
     for line in text.lines() {
@@ -187,11 +197,11 @@ fn code_of(text: &str) -> String {
         code.push_str(line.split("//").next().unwrap_or_default());
         code.push(' ');
     }
-    // One file's tests stand in one line with it above.
+    // Lines were joined, so the tests of a file may stand in one line with its code.
     code.split(" mod tests {").next().unwrap_or_default().to_owned()
 }
 
-/// What stands before `use`, and the tree behind it.
+/// The text before `use`, and the tree behind it.
 fn split_at_use(statement: &str) -> Option<(&str, &str)> {
     let at = statement.match_indices("use ").find(|(at, _)| {
         statement[..*at]
@@ -202,7 +212,7 @@ fn split_at_use(statement: &str) -> Option<(&str, &str)> {
     Some((&statement[..at.0], &statement[at.0 + 4..]))
 }
 
-/// The paths of a tree of imports, with their other names.
+/// The paths of a tree of imports, with their aliases.
 fn leaves(tree: &str) -> Vec<(Names, Option<String>)> {
     let tree = tree.trim();
     if let Some((stem, branches)) = tree.split_once('{') {
@@ -232,7 +242,7 @@ fn leaves(tree: &str) -> Vec<(Names, Option<String>)> {
     vec![(names, alias.map(str::to_owned))]
 }
 
-/// Paths of two names and more.
+/// Paths of two or more names in the code.
 fn paths(code: &str) -> Vec<Names> {
     let is_of_path = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == ':';
     let words = code.split(|letter| !is_of_path(letter)).filter(|word| word.contains("::"));
@@ -240,7 +250,7 @@ fn paths(code: &str) -> Vec<Names> {
     names.filter(|names| names.len() > 1).collect()
 }
 
-/// A path from the root of the crate; `None` for one that leaves the crate.
+/// A path as names from the root of the crate; `None` if it leaves the crate.
 fn from_root(path: &Names, own: &Names, all: &BTreeSet<Names>) -> Option<Names> {
     let head = path.first()?.as_str();
     let ups = path.iter().take_while(|name| *name == "super").count();
@@ -256,18 +266,18 @@ fn from_root(path: &Names, own: &Names, all: &BTreeSet<Names>) -> Option<Names> 
     (is_relative || all.contains(&child)).then_some(full)
 }
 
-/// The module that defines what a path names.
+/// The module that defines what a path names, through every door.
 fn definer(modules: &Crate, path: &Names, depth: usize) -> Option<Names> {
     let module = (0..=path.len()).rev().map(|n| &path[..n]).find(|stem| modules.contains_key(*stem))?.to_vec();
     let Some(item) = path.get(module.len()) else { return Some(module) };
     let here = modules.get(&module)?;
-    // A door may lead to a door; two that lead to each other do not compile.
+    // A door may lead to another door; doors in a loop do not compile.
     let Some(behind) = here.doors.get(item).filter(|_| depth < 8) else { return Some(module) };
     let behind = behind.iter().chain(&path[module.len() + 1..]).cloned().collect();
     definer(modules, &behind, depth + 1)
 }
 
-/// Who imports whom.
+/// The files that each file names.
 fn arrows(modules: &Crate) -> BTreeMap<PathBuf, BTreeSet<PathBuf>> {
     let mut arrows = BTreeMap::new();
     for (own, module) in modules {
@@ -279,7 +289,7 @@ fn arrows(modules: &Crate) -> BTreeMap<PathBuf, BTreeSet<PathBuf>> {
     arrows
 }
 
-/// The circles: the files of each, and the arrows between them.
+/// The circles: files of each, and the arrows between them.
 fn circles(arrows: &BTreeMap<PathBuf, BTreeSet<PathBuf>>) -> Vec<(BTreeSet<PathBuf>, Vec<String>)> {
     let reached = |from: &PathBuf| {
         let (mut seen, mut open) = (BTreeSet::new(), vec![from]);

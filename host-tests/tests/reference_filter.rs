@@ -29,12 +29,12 @@ use tempfile::TempDir;
 /// Unknowns of the second implementation: without a bias of the accelerometer, which has no width in motion
 /// by hand.
 const UNKNOWNS: usize = 34;
-/// Of these before P.
+/// Number of unknowns before P.
 const BEFORE_P: usize = 25;
 
 type Square<const N: usize> = SMatrix<f64, N, N>;
 
-/// What the second implementation gives.
+/// Result of the second implementation.
 struct Second {
     /// Deviations from the prior's mean, and their information.
     x: SVector<f64, UNKNOWNS>,
@@ -42,11 +42,11 @@ struct Second {
     sigma: Vec<f64>,
     nodes: f32,
     rests: f32,
-    /// Nodes whose field contradicted.
+    /// Number of nodes whose field contradicted.
     left_out: f32,
 }
 
-/// With its gyro off by so much of what a cheap one may be.
+/// A trace with a gyro error of this share of a cheap gyro's.
 fn spoilt(mut trace: Trace, share: f64) -> Trace {
     known_error::apply(&mut trace, &known_error::scaled(&known_error::draw(3), share));
     trace
@@ -115,7 +115,7 @@ fn increments(samples: &[Sample], settings: &Settings) -> (f64, Vec<f32>) {
 fn compiled(directory: &TempDir) -> PathBuf {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_filter/filter.c");
     let program = directory.path().join("filter");
-    // No fused products: they round otherwise from machine to machine.
+    // No fused products, whose rounding differs between machines.
     let result =
         Command::new("gcc").args(["-O2", "-ffp-contract=off", "-o"]).arg(&program).arg(source).arg("-lm").output();
     let output =
@@ -152,7 +152,7 @@ fn second(trace: &Trace, settings: &Settings) -> Second {
     let directory = TempDir::new().unwrap();
     let mut child = Command::new(compiled(&directory)).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let bytes: Vec<u8> = input.iter().flat_map(|x| x.to_ne_bytes()).collect();
-    // It writes nothing before it has read all.
+    // The program reads everything before it writes.
     child.stdin.take().unwrap().write_all(&bytes).unwrap();
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success());

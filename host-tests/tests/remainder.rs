@@ -1,4 +1,4 @@
-//! What is said of a residual whose cause is outside the library, and the page that says it.
+//! What is said of a residual whose cause is outside the library, in text and on the page.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod rig;
@@ -19,7 +19,7 @@ use mwd::{
 use rig::page::unbalanced;
 use tempfile::TempDir;
 
-/// A library that lacks nearly everything.
+/// A library that lacks nearly every effect.
 static HARD_IRON_ALONE: [&dyn Effect; 1] = [&HardIron];
 
 fn scenario(change: impl Fn(&mut Scenario)) -> Scenario {
@@ -30,7 +30,7 @@ fn scenario(change: impl Fn(&mut Scenario)) -> Scenario {
     scenario
 }
 
-/// All that the diagnoses say, for three seeds.
+/// All diagnoses of three seeds.
 fn diagnoses(library: &'static [&'static dyn Effect], change: impl Fn(&mut Scenario)) -> [Vec<DiagnosisReport>; 3] {
     [0, 1, 2].map(|seed| {
         let trace = simulate(&scenario(&change), seed).0;
@@ -47,7 +47,7 @@ fn diagnoses(library: &'static [&'static dyn Effect], change: impl Fn(&mut Scena
     })
 }
 
-/// What the last diagnosis that tells anything says of what it cannot explain.
+/// The last conclusive diagnosis's words on what it cannot explain.
 fn remainders(library: &'static [&'static dyn Effect], change: impl Fn(&mut Scenario)) -> [RemainderReport; 3] {
     diagnoses(library, change).map(|all| {
         let last = all.iter().rev().find(|report| report.is_conclusive()).unwrap();

@@ -1,4 +1,4 @@
-//! What runs after reset.
+//! Start of the image: what runs after reset.
 
 use crate::{lsm303dlhc::Magnetometer, sbcon::BitBangedI2c};
 use semihosting::{eprintln, println, process};
@@ -42,7 +42,7 @@ fn measure() -> Result<(), crate::sbcon::I2cError> {
     magnetometer.start()?;
     let [x, y, z] = magnetometer.field_nt()?;
     println!("field {x} {y} {z}");
-    // Nobody is at another address: the bus says so.
+    // No part answers at another address: the bus reports so.
     println!("nobody {:?}", magnetometer.nobody_answers());
     Ok(())
 }

@@ -8,7 +8,7 @@ const BASE: *mut u32 = 0x4002_A000 as *mut u32;
 const SCL: u32 = 1;
 const SDA: u32 = 1 << 1;
 
-/// No part has acknowledged.
+/// No part acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum I2cError {
     NoAcknowledge(NoAcknowledgeSource),
@@ -26,7 +26,7 @@ pub struct BitBangedI2c {
 }
 
 impl BitBangedI2c {
-    /// The interface. There is one, and one program.
+    /// The interface. There is one, and this program is its only user.
     pub const fn take() -> Self {
         Self { _private: () }
     }
@@ -66,7 +66,7 @@ impl BitBangedI2c {
         level
     }
 
-    /// Sends a byte, most significant bit first; whether it was acknowledged.
+    /// Sends a byte, most significant bit first. Returns whether it was acknowledged.
     fn send(&mut self, byte: u8) -> bool {
         for bit in (0..8).rev() {
             self.clock(byte >> bit & 1 != 0);

@@ -1,4 +1,7 @@
-//! Settled research: what only compares searches and fits with what flies. Nothing but `mwd bench` calls it.
+//! Settled research: comparisons of searches and fits with what flies. Only `mwd bench` calls it.
+//!
+//! A folder and not a crate: it needs this crate's simulator, flights, scores and tables, and this crate's
+//! program calls it. As a crate it would depend on the crate that depends on it.
 
 pub(crate) mod contaminated;
 pub mod contenders;

@@ -23,8 +23,8 @@ fn with_the_sensors_delays_declared_the_attitude_is_no_worse_than_vqf_and_withou
     let (mut of_ours, mut undeclared, mut of_vqf) = (Vec::new(), Vec::new(), Vec::new());
     for entry in std::fs::read_dir(folder()).unwrap() {
         let path = entry.unwrap().path();
-        // A magnet that comes in the first two seconds, as in the cut that has one, finds a heading that is
-        // still being settled.
+        // A magnet that comes within the first two seconds, as in that cut, meets a heading that is still
+        // settling.
         let name = path.file_name().unwrap().to_string_lossy();
         if !name.starts_with("broad") || !name.ends_with(".csv.gz") || name.contains("magnet") {
             continue;

@@ -63,12 +63,12 @@ impl Truth {
         self.q *= UnitQuaternion::from_scaled_axis(rate_rad_s * dt_s);
     }
 
-    /// What an ideal accelerometer reads under an acceleration (NED).
+    /// Reading of an ideal accelerometer under an acceleration (NED).
     pub fn force(&self, acceleration_ned: &Vector3<f64>) -> Vector3<f64> {
         self.q.inverse() * (acceleration_ned - Vector3::new(0.0, 0.0, GRAVITY_M_S2))
     }
 
-    /// What an ideal magnetometer reads of a field of 50 uT at this dip, turned by an error in heading.
+    /// Reading of an ideal magnetometer in a field of 50 uT at this dip, turned by a heading error.
     pub fn field(&self, dip_deg: f64, heading_error_rad: f64) -> Vector3<f64> {
         let (sine, cosine) = dip_deg.to_radians().sin_cos();
         let north = Vector3::new(cosine * heading_error_rad.cos(), cosine * heading_error_rad.sin(), sine);
@@ -106,7 +106,7 @@ pub fn apart(a_rad: f64, b_rad: f64) -> f64 {
     (a_rad - b_rad + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
 }
 
-/// One sample into the filter and its attitude out.
+/// Feeds one sample to the filter and returns its attitude.
 pub fn feed(
     filter: &mut AttitudeFilter,
     dt_s: f64,

@@ -1,5 +1,5 @@
-//! A probe without a magnetometer that is turned by hand between rests, its accelerometer's calibration on
-//! record: no P flies, and nothing that does harms. The truth is drawn at random.
+//! A probe without a magnetometer, turned by hand between rests, with its accelerometer calibrated: no P
+//! flies, and what flies does no harm. The truth is drawn at random.
 
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
@@ -15,7 +15,7 @@ use crate::turntable::Random;
 const STEP_S: f64 = 0.01;
 const SAMPLES_PER_S: usize = 100;
 const GRAVITY_M_S2: f64 = 9.806_65;
-/// Until the model is taken, and those in which it is then tried.
+/// Seconds until the model is taken; the following constant those in which it is tried.
 const SECONDS: usize = 205;
 const LATER_SECONDS: usize = 120;
 const SEEDS: u64 = 8;
@@ -26,7 +26,7 @@ const ACCEL_NOISE_M_S2: f64 = 0.028;
 /// What a calibration leaves of the accelerometer's bias, a tenth of a mg, and of its scale.
 const ACCEL_BIAS_M_S2: f64 = 1e-3;
 const ACCEL_SCALE: f64 = 2e-4;
-/// Of the hand, while it turns the probe.
+/// Acceleration by the hand while it turns the probe, m/s^2.
 const HAND_M_S2: f64 = 1.0;
 
 /// What else is wrong beside P, one deviation of each element.
@@ -103,7 +103,7 @@ fn turned(sigma: f64, wrong: &Wrong, seed: u64) -> Turned {
             turn = random.normal3().normalize() * (0.8 + 2.2 * random.uniform());
             shake = random.normal3() * HAND_M_S2;
         }
-        // a turn fades in and out, and so does what the hand does, which goes nowhere
+        // A turn fades in and out, and so does the hand's acceleration, which goes nowhere.
         let part = f64::from(length - left) / f64::from(length);
         let (fade, swing) = if moving {
             let sine = (std::f64::consts::PI * part).sin();
@@ -135,7 +135,7 @@ fn turned(sigma: f64, wrong: &Wrong, seed: u64) -> Turned {
 }
 
 impl Turned {
-    /// Of the windows until the model is taken.
+    /// Reports of the windows until the model is taken.
     fn reports(&self) -> Vec<WindowReport> {
         let mut config = Config { sample_period_us: 10_000, ..Config::default() };
         config.identification.motion = Motion::Hand;

@@ -21,8 +21,8 @@ use rig::handheld::{self, GyroError, KINDS};
 
 const OPTIMIZERS: [OptimizerKind; 3] = [OptimizerKind::Imoa, OptimizerKind::Lm, OptimizerKind::Ls];
 
-/// Largest error of an element of the P that flies on the bundled recording: what the errors of this unit's
-/// vector sensors are known to put into a fit of P (1 to 4 %).
+/// Largest error of an element of the flown P on the bundled recording: what errors of this unit's vector
+/// sensors put into a fit of P (1 to 4 %).
 const LARGEST_P_ERROR: f32 = 0.04;
 
 #[test]

@@ -12,7 +12,7 @@ use rig::files::{ATTACHED_MAGNET, recording};
 use rig::handheld::{self, GyroError, KINDS, Kind, Random};
 use runs::{Magnet, direction_across, drilling, heading_rms_deg, watch, watch_with};
 
-/// Of the axes across the tool: along it a vertical hole shows nothing of an offset.
+/// Components across the tool axis: in a vertical hole nothing shows an offset along it.
 fn across(v: [f32; 3]) -> Vector3<f64> {
     Vector3::new(f64::from(v[0]), f64::from(v[1]), 0.0)
 }
@@ -123,7 +123,7 @@ fn a_magnet_that_came_after_the_freeze_is_not_learned_any_more() {
     let config = Config { freeze_at_us: Some(trace.samples[0].t_us + 1_000_000), ..of_trace(&trace) };
     let watched = watch_with(&trace, &config);
     assert_eq!(watched.intervals.iter().map(|i| i.corrected).collect::<Vec<_>>(), [false]);
-    // Withheld from the first suspicion until it is gone.
+    // Withheld from the first suspicion until the magnet is gone.
     assert!(watched.unused > 0.9, "{}", watched.unused);
     let off = watch_with(&trace, &Config { effects: false, ..config });
     assert!(off.intervals.is_empty() && off.counts.suspicions == 0);

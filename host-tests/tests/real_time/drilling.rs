@@ -1,4 +1,4 @@
-//! What is flown: drilling at 45 deg, 200 samples a second.
+//! The flown run: drilling at 45 deg, 200 samples a second.
 
 use crate::rig::files::scenario;
 use meerkat_mwd::{
@@ -33,13 +33,13 @@ pub fn everything() -> StreamConfig {
     stream
 }
 
-/// Checks that each output of a probe is to the last bit what the same samples give on the host, and returns
-/// how many are not there.
+/// Checks that each output of a probe equals the host's for the same samples, bit for bit. Returns how many
+/// are missing.
 pub fn missing_of_the_host(config: &Config, samples: &[Sample], probe: &[Output]) -> u64 {
     missing_of(&flight::fly(config, samples, |_| ()).unwrap().outputs, probe)
 }
 
-/// The same with what the host gave.
+/// The same check with the host's outputs given.
 pub fn missing_of(host: &[Output], probe: &[Output]) -> u64 {
     // `==` would take -0 for 0.
     let bytes = |output: &Output| postcard::to_stdvec(output).unwrap();

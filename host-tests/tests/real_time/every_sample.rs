@@ -1,5 +1,5 @@
-//! Every sample is processed once and in time, while identification and diagnosis run; and gives what it
-//! gives on the host.
+//! Every sample is processed once and in time while identification and diagnosis run, and gives what it gives
+//! on the host.
 
 use super::{
     drilling::{LIMIT, drilling, everything, missing_of_the_host},
@@ -32,7 +32,7 @@ fn fly(duration_s: f64) -> Option<(Landed, Received)> {
     }
     let received = Received::of(&landed.serial);
     assert!(received.is_whole(), "{:?}", received.link);
-    // What is still in the queue when the sensors' file ends was not sent.
+    // Samples still in the queue when the sensors' file ends were not sent.
     let missing = missing_of_the_host(&config, &run.through_sensors(&samples), &received.outputs);
     assert!(missing <= landed.count("attitude_dropped").unwrap() + 2, "{missing} outputs are missing");
     assert_eq!(landed.count("windows"), Some(received.identifications.len() as u64));

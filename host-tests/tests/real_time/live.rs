@@ -1,4 +1,4 @@
-//! A probe that goes on in the emulator while hosts come and go on the socket of its serial line.
+//! A probe that runs on in the emulator while hosts connect to its serial line and leave.
 
 use super::drilling::PERIOD_US;
 use crate::rig::{emulator::toolchain, files::scenario};
@@ -30,13 +30,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Longest that anything here may take.
+/// Time allowed for any step.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// What the probe and its owner share.
+/// Key shared by the probe and its owner.
 pub const KEY: [u8; 32] = *b"a key that no probe has 32 bytes";
 
-/// Of the probe's three sectors.
+/// Size of the probe's three flash sectors.
 const FLASH_BYTES: usize = 3 * 16 * 1024;
 
 /// A configuration, and the samples of a run that drills from 10 s on and stands still from `stop_s` on for
@@ -78,12 +78,12 @@ impl LiveProbe {
         self.directory.path().join(name).to_str().unwrap().to_owned()
     }
 
-    /// Where its line is, for the command line.
+    /// Address of its line, for the command line.
     pub fn place(&self) -> String {
         format!("unix:{}", self.at("line.sock"))
     }
 
-    /// Power on; the first host that comes starts the clock. What ran before has lost its power.
+    /// Powers the probe up; whatever ran before loses power. The first host that connects starts the clock.
     pub fn power_up(&mut self, run: &RealTime, samples: &[Sample]) {
         self.power_off();
         let _ = fs::remove_file(self.at("line.sock"));
@@ -116,7 +116,7 @@ impl LiveProbe {
         Host { stream, heard: VecDeque::new(), decoder: Box::new(FrameDecoder::new()), sequence: 0, boot: None }
     }
 
-    /// The program, its exit status and what it said.
+    /// Runs the program; returns its exit status and output.
     pub fn mwd(&self, arguments: &[&str]) -> (i32, String) {
         let place = self.place();
         let [verb, rest @ ..] = arguments else { panic!("no verb") };
@@ -133,10 +133,10 @@ impl Drop for LiveProbe {
     }
 }
 
-/// One end of the line.
+/// A host connected to the line.
 pub struct Host {
     stream: UnixStream,
-    /// What has come and was not looked at.
+    /// Bytes received and not decoded yet.
     heard: VecDeque<u8>,
     decoder: Box<FrameDecoder<MAX_DECODED>>,
     sequence: u16,
@@ -145,13 +145,13 @@ pub struct Host {
 }
 
 impl Host {
-    /// What comes, up to and with the first message for which `is_last` gives something.
+    /// Receives messages up to and including the first for which `is_last` returns a value.
     pub fn until<T>(&mut self, what: &str, mut is_last: impl FnMut(&Message) -> Option<T>) -> T {
         let until = Instant::now() + PATIENCE;
         let mut buffer = [0; 4096];
         while Instant::now() < until {
             while let Some(byte) = self.heard.pop_front() {
-                // A host that comes in the middle hears the rest of a frame.
+                // A host that connects midway receives the rest of a frame first.
                 let message = self.decoder.push(byte).and_then(|frame| Message::decode(&frame).ok());
                 if let Some(Message::Boot(boot)) = &message {
                     self.boot = Some(*boot);
@@ -171,8 +171,8 @@ impl Host {
         panic!("in vain: {what}");
     }
 
-    /// Listens while it drills and until it has stood still for a survey; the latest window whose fit was
-    /// judged.
+    /// Listens through the drilling and until a survey was taken at rest. Returns the latest window whose fit
+    /// was judged.
     pub fn drill(&mut self, stop_us: u64) -> WindowReport {
         let mut reports = Vec::new();
         self.until("a survey after drilling", |message| match message {
@@ -201,14 +201,14 @@ impl Host {
         })
     }
 
-    /// Sends a command as anybody can.
+    /// Sends a command without authentication.
     pub fn plain(&mut self, command: &Command) -> Outcome {
         let mut buffer = [0; MAX_PAYLOAD];
         let payload = encode_payload(command, &mut buffer).unwrap().to_vec();
         self.ask(Kind::Command, &payload)
     }
 
-    /// Sends a command as only the owner of a key can.
+    /// Sends a command with the owner's key.
     pub fn signed(&mut self, key: &[u8; 32], counter: u64, command: &Command) -> Outcome {
         let mut buffer = [0; MAX_PAYLOAD];
         let key = Key::of_bytes(key).unwrap();

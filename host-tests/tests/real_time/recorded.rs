@@ -1,4 +1,4 @@
-//! What `cargo mwd record` and `monitor` make of the emulator's serial line.
+//! Output of `cargo mwd record` and `monitor` on the emulator's serial line.
 
 use super::{
     drilling::everything,

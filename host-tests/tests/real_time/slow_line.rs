@@ -1,4 +1,4 @@
-//! On a line that is too slow attitudes go, and are counted; results do not.
+//! On a line that is too slow, attitudes are dropped and counted; results are not.
 
 use super::{
     drilling::{LIMIT, drilling, everything},

@@ -1,9 +1,9 @@
-//! The emulator, where there is one.
+//! The emulator, if there is one.
 
 use mwd::target::toolchain::{self, Toolchain};
 use std::io::Write;
 
-/// The toolchain, or `None` after the reason was printed: then a test passes, but with
+/// The toolchain; `None`, with the reason printed, if it cannot be had, and then the test passes. With
 /// `MWD_REQUIRE_EMULATOR=1` it fails.
 pub fn toolchain() -> Option<Toolchain> {
     match toolchain::prepare() {

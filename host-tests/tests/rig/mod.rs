@@ -1,6 +1,6 @@
-//! What several tests need: runs with known truth, files of the repository, the emulator, reports of windows.
+//! Rig shared by the tests: runs with known truth, files of the repository, the emulator, reports of windows.
 //!
-//! Each test that says `mod rig` compiles all of it and uses a part.
+//! A test that declares `mod rig` compiles all of it and uses a part.
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 pub mod emulator;

@@ -1,6 +1,6 @@
-//! Whether a page is well formed.
+//! Check that an HTML page is well formed.
 
-/// Tags that are opened and not closed, or closed and not open.
+/// Tags opened and not closed, or closed and not open.
 pub fn unbalanced(page: &str) -> Vec<String> {
     let mut open: Vec<&str> = Vec::new();
     let mut wrong = Vec::new();

@@ -6,7 +6,7 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 
-/// A report without figures; a test states those that it is about.
+/// A report with neutral figures; a test sets those it is about.
 pub fn report(decision: Decision) -> WindowReport {
     WindowReport {
         t_start_us: 0,

@@ -1,4 +1,4 @@
-//! Attitudes.
+//! Rotations and angles of attitudes.
 
 use meerkat_mwd::attitude::Attitude;
 use nalgebra::{Quaternion, UnitQuaternion};

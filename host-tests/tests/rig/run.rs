@@ -1,4 +1,4 @@
-//! A drilling run with known truth, ways to trouble it, and what has to hold of every flight.
+//! A drilling run with known truth, ways to trouble it, and checks that every flight must pass.
 
 use super::{
     files::scenario,
@@ -23,7 +23,7 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 /// Rate error of one window's P, deg/s rms, whatever P was before: 0.045 over 24 seeds.
 pub const WINDOW_DEG_S: f64 = 0.045;
 
-/// A simulated run at 45 deg of inclination and what only the simulator knows of it.
+/// A simulated run at 45 deg of inclination with its truth.
 pub struct Run {
     pub trace: Trace,
     pub truth: Truth,
@@ -43,14 +43,13 @@ pub fn of_scenario(scenario: &Scenario, seed: u64) -> Run {
 }
 
 impl Run {
-    /// The same run of a probe whose factory model is the true one, so that its attitude is good from the
-    /// start.
+    /// The same run of a probe whose factory model is the true one: its attitude is good from the start.
     pub fn calibrated(mut self) -> Self {
         self.config.gyro = self.truth.gyro;
         self
     }
 
-    /// The same run with its samples changed one by one (index, sample).
+    /// Samples of the run, changed one by one (index, sample).
     pub fn with(&self, mut change: impl FnMut(usize, &mut Sample)) -> Vec<Sample> {
         let mut samples = self.trace.samples.clone();
         for (index, sample) in samples.iter_mut().enumerate() {
@@ -59,7 +58,7 @@ impl Run {
         samples
     }
 
-    /// Flies these samples and checks what has to hold of every flight.
+    /// Flies these samples and checks what every flight must satisfy.
     pub fn fly(&self, samples: &[Sample]) -> Flight {
         flown(&self.config, samples)
     }
@@ -100,23 +99,23 @@ impl Run {
         within(flight, from_s, f64::INFINITY).map(ratio).fold(0.0, f64::max)
     }
 
-    /// Systematic rate errors over the whole run, deg/s: of bias only, of what the report fits, and of what
-    /// it flies.
+    /// Systematic rate errors over the whole run, deg/s: of bias only, of the report's fit, and of what it
+    /// flies.
     pub fn rate_errors_deg_s(&self, report: &WindowReport) -> [f64; 3] {
         let rates = self.trace.true_rate.as_ref().unwrap();
         [report.bias_only, report.fitted, report.flown]
             .map(|model| systematic_rate_error_rad_s(&self.truth.gyro, &model, rates).unwrap().to_degrees())
     }
 
-    /// Whether the report's P flies and leaves at most a tenth of the rate error with bias only. How accurate
-    /// a window is, is measured where there is no trouble.
+    /// Whether the report's P flies and leaves at most a tenth of the rate error of bias only. Accuracy of a
+    /// window is measured elsewhere, without trouble.
     pub fn identified(&self, report: &WindowReport) -> bool {
         let [bias_only, _, flown] = self.rate_errors_deg_s(report);
         println!("{bias_only:.3} -> {flown:.3} deg/s, {:?}", report.decision);
         accepted(report) && flown < 0.1 * bias_only
     }
 
-    /// Nothing that flies may be worse than bias only, by more than what a window of a right P leaves.
+    /// Checks that nothing that flies is worse than bias only by more than a right P of one window leaves.
     pub fn never_worse_than_bias_only(&self, flight: &Flight) {
         for report in flight.reports.iter().filter(|r| r.t_effect_us.is_some()) {
             let [bias_only, _, flown] = self.rate_errors_deg_s(report);
@@ -132,7 +131,7 @@ pub fn within(flight: &Flight, from_s: f64, to_s: f64) -> impl Iterator<Item = &
     flight.outputs.iter().filter(move |o| (from_s..to_s).contains(&(o.t_us as f64 * 1e-6)))
 }
 
-/// Flies any samples; every number is finite, every sample is counted.
+/// Flies any samples and checks that every number is finite and every sample counted.
 pub fn flown(config: &Config, samples: &[Sample]) -> Flight {
     let flight = fly(config, samples, |_| {}).unwrap();
     sound(&flight, samples.len());
@@ -162,7 +161,7 @@ pub fn sound_output(output: &Output) {
 pub fn sound_report(report: &WindowReport) {
     assert!(report.t_start_us <= report.t_end_us, "{report:?}");
     assert!(report.bias_only.is_valid() && report.flown.is_valid(), "{report:?}");
-    // What the samples say may be no gyro's P: then it is refused.
+    // A fit of wrong samples may be no valid P: then it must be refused.
     let fitted = report.fitted.p.as_flattened().iter().chain(&report.fitted.b_rad_s);
     assert!(fitted.clone().all(|x| x.is_finite()) && (report.fitted.is_valid() || !accepted(report)), "{report:?}");
     let optional = [report.cost_before, report.cost_after, report.cost_gained_by_search];
@@ -193,7 +192,7 @@ pub fn refusal(report: &WindowReport) -> Option<Refusal> {
     if let Decision::Refused(refusal) = report.decision { Some(refusal) } else { None }
 }
 
-/// What a sensor of this full scale makes of a reading.
+/// Reading of a sensor with this full scale.
 pub fn saturated(reading: [f32; 3], limit: f32) -> [f32; 3] {
     reading.map(|x| if x.abs() > limit { limit.copysign(x) } else { x })
 }

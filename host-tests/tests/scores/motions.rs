@@ -1,4 +1,4 @@
-//! Motions, traces of them, and flights that err by what is asked.
+//! Motions, traces of them, and flights with chosen errors.
 
 use crate::rig::{self, rotation::rotation};
 use meerkat_mwd::{

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 const PERIOD_US: u64 = 5_000;
 
-/// A time that a magnetic reading carries in itself.
+/// A magnetic reading that carries its time in its value.
 fn magnetic(t_us: u64, flags: SampleFlags) -> MagneticReading {
     MagneticReading { t_us, mag_ut: [t_us as f32, 1.0, 2.0], flags, ..MagneticReading::default() }
 }

@@ -1,4 +1,4 @@
-//! A part without a bus: an oscillator, a FIFO, and everything that can go wrong with it.
+//! A part without a bus: an oscillator, a FIFO, and every possible failure.
 
 use std::{cell::RefCell, collections::VecDeque, rc::Rc};
 
@@ -15,7 +15,7 @@ pub const FROZEN: u16 = 20;
 pub const GYRO_CLIP: i32 = 2_000_000_000;
 pub const START_US: u32 = 1_000;
 
-/// What the part is and does, seen from outside.
+/// The part as seen from outside.
 pub struct World {
     pub now_us: f64,
     pub true_period_us: f64,

@@ -1,4 +1,4 @@
-//! A part that misbehaves, and what is handed out meanwhile.
+//! A part that misbehaves, and the readings handed out meanwhile.
 
 use std::{cell::RefCell, rc::Rc};
 

@@ -1,4 +1,4 @@
-//! Scenarios without some of their errors, and what is read of their traces.
+//! Scenarios without some of their errors, and readings from their traces.
 
 use crate::rig::{files::scenario, rotation::rotation};
 use mwd::{

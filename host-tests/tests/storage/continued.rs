@@ -1,4 +1,4 @@
-//! A probe starts where it ended: what a filter that goes on is worth to the next run, beside the stored
+//! A probe that continues where it ended: benefit of a stored filter for the next run, beside the stored
 //! model alone and beside nothing.
 
 use super::flight::probe;
@@ -19,19 +19,19 @@ use mwd::{
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// When the second run is looked at, seconds: it moves from 10 s on.
+/// Times at which the second run is looked at, seconds; it moves from 10 s on.
 const AT_S: [u64; 3] = [20, 35, 50];
 /// Two and a half minutes of the first run.
 const LONG_S: f64 = 150.0;
 
-/// What outlives the first run.
+/// What a first run leaves behind.
 struct Ended {
     model: StoredModel,
     head: LearntHead,
     numbers: Vec<f32>,
 }
 
-/// What the second run begins with.
+/// What a second run starts with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum With {
     Nothing,
@@ -41,7 +41,7 @@ enum With {
 
 const ALL: [With; 3] = [With::Nothing, With::Model, With::ModelAndFilter];
 
-/// Flies a run; the deviations of the last model that was accepted.
+/// Flies a run; returns the deviations of the last accepted model.
 fn fly(probe: &mut Probe, trace: &Trace, mut each: impl FnMut(u64, &Probe)) -> [f32; 12] {
     let mut sigma = [0.0; 12];
     for sample in &trace.samples {

@@ -1,4 +1,4 @@
-//! From a flight into the flash and back into a flight.
+//! From a flight into flash and back into a flight.
 
 use super::models::{Chip, Dice, limits, open, prepare};
 use crate::rig::files::scenario;

@@ -1,4 +1,4 @@
-//! What a command can accept or roll back to.
+//! Models that a command can accept or roll back to.
 
 use super::models::{Dice, Small, Store, open, prepare};
 use crate::rig;

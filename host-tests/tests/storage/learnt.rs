@@ -1,4 +1,4 @@
-//! What the filter has learnt, beside its model: to the bit, or not at all.
+//! What the filter has learnt, stored beside its model: restored to the bit, or not at all.
 
 use super::{
     flight::{drilling, probe},

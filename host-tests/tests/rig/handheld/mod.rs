@@ -1,5 +1,5 @@
-//! Motion by hand with truth, and sensors with every error that a factory-calibrated unit has been seen to
-//! have, drawn at random: what the identification's model does not hold is the point of it.
+//! Motion by hand with known truth, and sensors with every error that factory-calibrated units have shown,
+//! drawn at random. Its purpose is what the identification's model does not hold.
 
 mod random;
 
@@ -35,7 +35,7 @@ impl Multisine {
     }
 }
 
-/// What a recording is like; everything else is drawn.
+/// Kind of recording; everything else is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Rotation,
@@ -59,7 +59,7 @@ pub const KINDS: [Kind; 8] = [
     Kind::MagnetNearby,
 ];
 
-/// How wrong the gyro is.
+/// Size of the gyro's error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GyroError {
     /// Every element of P within 0.7 % of the identity's.

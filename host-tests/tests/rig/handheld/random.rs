@@ -1,4 +1,4 @@
-//! A seeded source of what is drawn.
+//! Seeded random numbers.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand_core::{Rng, SeedableRng};
