@@ -13,6 +13,7 @@ use mwd::{
     flight::fly,
     simulate::{Contamination, contaminate},
 };
+
 use rig::run::{Dice, Run, flown, refusal, run, saturated};
 
 /// Least share of the window lost to a frozen sensor: it takes a second to be recognised.

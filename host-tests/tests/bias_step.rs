@@ -3,8 +3,6 @@
 
 mod rig;
 
-use rig::files;
-
 use meerkat_mwd::{
     Config,
     diagnosis::{DiagnosisReport, EffectReport},
@@ -17,6 +15,8 @@ use mwd::{
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
+
+use rig::files;
 
 /// Specific force from which a shock stands out of the vibration, whose half seconds reach 15 to 25 m/s^2.
 const STANDS_OUT_M_S2: f32 = 60.0;

@@ -4,8 +4,6 @@
 
 mod rig;
 
-use rig::files::{FAST_ROTATION, recording};
-
 use meerkat_mwd::{SampleFlags, compensation::Sensor, diagnosis::Verdict};
 use mwd::{
     diagnosis::{Diagnosed, against_reference, diagnosed},
@@ -14,6 +12,8 @@ use mwd::{
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };
+
+use rig::files::{FAST_ROTATION, recording};
 
 /// Drilling at 45 deg for two minutes.
 fn scenario(effects: Effects) -> Scenario {

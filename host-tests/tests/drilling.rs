@@ -4,8 +4,6 @@
 
 mod rig;
 
-use rig::files::scenario;
-
 use meerkat_mwd::{
     Config,
     compensation::GyroModel,
@@ -18,6 +16,8 @@ use mwd::{
     simulate::{Scenario, Truth, simulate},
     trace::Trace,
 };
+
+use rig::files::scenario;
 
 const SEEDS: u64 = 20;
 /// One window: 10 s at rest, then drilling.

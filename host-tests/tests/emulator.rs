@@ -15,17 +15,17 @@ use mwd::{
         error::EmulateError,
         firmware::{Board, Firmware, build_firmware},
         image::{self, Image},
-        toolchain::{self},
-        wire,
+        toolchain, wire,
     },
     trace::Trace,
 };
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
+use std::{process::Command, time::Duration};
+
 use rig::emulator::toolchain;
 use rig::files::scenario;
-use std::{process::Command, time::Duration};
 
 const MINUTE: Duration = Duration::from_secs(60);
 

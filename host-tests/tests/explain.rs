@@ -3,7 +3,6 @@
 
 mod rig;
 
-use rig::{files::scenario, program::mwd};
 use std::path::Path;
 
 use meerkat_mwd::SampleFlags;
@@ -13,6 +12,8 @@ use mwd::{
 };
 use serde_json::Value;
 use tempfile::TempDir;
+
+use rig::{files::scenario, program::mwd};
 
 fn drilled() -> Trace {
     simulate(&Scenario { duration_s: 60.0, ..scenario("drilling_45deg") }, 1).0

@@ -6,7 +6,6 @@
 
 mod rig;
 
-use rig::files::{ATTACHED_MAGNET, FAST_ROTATION, recording};
 use std::{
     io::Write,
     path::{Path, PathBuf},
@@ -23,8 +22,10 @@ use meerkat_mwd::{
 };
 use mwd::{flight::configuration::of_trace, simulate::known_error, trace::Trace};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
-use rig::handheld::{GyroError, Kind, record};
 use tempfile::TempDir;
+
+use rig::files::{ATTACHED_MAGNET, FAST_ROTATION, recording};
+use rig::handheld::{GyroError, Kind, record};
 
 /// Unknowns of the second implementation: without a bias of the accelerometer, which has no width in motion
 /// by hand.

@@ -16,8 +16,9 @@ use mwd::{
     flight::{configuration::of_trace, fly_with},
     simulate::{MountRotation, Scenario, Temperature, simulate},
 };
-use rig::page::unbalanced;
 use tempfile::TempDir;
+
+use rig::page::unbalanced;
 
 /// A library that lacks nearly every effect.
 static HARD_IRON_ALONE: [&dyn Effect; 1] = [&HardIron];

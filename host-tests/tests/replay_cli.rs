@@ -3,10 +3,6 @@
 
 mod rig;
 
-use rig::{
-    files::{FAST_ROTATION, recording_path},
-    program::mwd,
-};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -15,9 +11,14 @@ use std::{
 
 use meerkat_mwd::{Sample, SampleFlags};
 use mwd::trace::{Keys, Trace};
-use rig::page::unbalanced;
 use serde_json::Value;
 use tempfile::TempDir;
+
+use rig::page::unbalanced;
+use rig::{
+    files::{FAST_ROTATION, recording_path},
+    program::mwd,
+};
 
 fn error_of(arguments: &[&str], status: i32) -> String {
     let output = mwd(arguments);

@@ -24,8 +24,7 @@ use crate::{
         emulate::{EmulatedFlight, Feed, fly_emulated},
         error::EmulateError,
     },
-    trace::Trace,
-    trace::recordings::folder,
+    trace::{Trace, recordings::folder},
 };
 
 /// A real recording: BROAD trial 06, cut to 110 s (attribution in the folder's README).

@@ -11,10 +11,10 @@ use meerkat_mwd::{
 use crate::{
     diagnosis::Diagnosed,
     flight::Flight,
-    report::motion,
     report::{
         account::{sentences, verdict_name},
         json::parameters::Parameters,
+        motion,
         refusal_text::decision_text,
         window_note::{why_no_window, window_note},
     },

@@ -17,6 +17,7 @@ use mwd::{
     trace::Trace,
 };
 use played::{play, play_against_reference};
+
 use rig::handheld::{self, GyroError, KINDS};
 
 const OPTIMIZERS: [OptimizerKind; 3] = [OptimizerKind::Imoa, OptimizerKind::Lm, OptimizerKind::Ls];

@@ -8,9 +8,10 @@ mod runs;
 use meerkat_mwd::Config;
 use mwd::flight::configuration::of_trace;
 use nalgebra::Vector3;
+use runs::{Magnet, direction_across, drilling, heading_rms_deg, watch, watch_with};
+
 use rig::files::{ATTACHED_MAGNET, recording};
 use rig::handheld::{self, GyroError, KINDS, Kind, Random};
-use runs::{Magnet, direction_across, drilling, heading_rms_deg, watch, watch_with};
 
 /// Components across the tool axis: in a vertical hole nothing shows an offset along it.
 fn across(v: [f32; 3]) -> Vector3<f64> {

@@ -8,10 +8,13 @@ pub(crate) use tables::{effects, magnets, per_model, reference};
 
 use meerkat_mwd::{Config, diagnosis::Verdict};
 
-use super::super::{account::verdict_name, remainder_text::remainder_text};
 use crate::{
     diagnosis::Diagnosed,
-    report::html::{document, escape::escape, sentence},
+    report::{
+        account::verdict_name,
+        html::{document, escape::escape, sentence},
+        remainder_text::remainder_text,
+    },
     score::Reference,
     trace::{Trace, seconds},
 };

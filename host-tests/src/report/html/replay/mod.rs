@@ -8,7 +8,6 @@ use meerkat_mwd::{Config, SampleFlags, identification::Decision};
 use crate::{
     diagnosis::Diagnosed,
     flight::Flight,
-    report::motion,
     report::{
         account::verdict_name,
         html::{
@@ -18,6 +17,7 @@ use crate::{
             sentence,
         },
         json::parameters::Parameters,
+        motion,
         refusal_text::refusal_text,
         window_note::why_no_window,
     },
