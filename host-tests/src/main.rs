@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    mwd::cli::main()
+    mwd::commands::main()
 }

@@ -1,4 +1,4 @@
-//! Traces that cannot be read: each names its file, line and column, and the program ends with status 2.
+//! Traces that cannot be read: each error names file, line and column, and the program ends with status 2.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
@@ -30,7 +30,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().unwrap()
 }
 
-/// The message after the file's name, which is checked to be there, with nothing on standard output.
+/// Error message without the file's name, which is checked; nothing may be on standard output.
 fn refused(trace: &Path) -> String {
     let output = replay(trace);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
@@ -122,7 +122,7 @@ fn time_must_be_there_and_increase() {
     let after = |time: &str| refused_text(&format!("{HEADER}\n{ROW}\n{time},0,0,0,0,0,9.8\n"));
     assert_eq!(after("0.009"), ", line 3, column t_s: time goes back: 0.009000 s after 0.010000 s");
     assert_eq!(after("0.0100"), ", line 3, column t_s: time repeats: 0.010000 s is the time of the row before");
-    // The same microsecond, though the texts differ.
+    // The same microsecond in different texts.
     assert!(after("0.0100004").starts_with(", line 3, column t_s: time repeats"));
     assert_eq!(after(""), ", line 3, column t_s: the time is missing");
     assert_eq!(after("-1"), r#", line 3, column t_s: time "-1" is negative or too large"#);

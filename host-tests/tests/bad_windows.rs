@@ -1,9 +1,7 @@
-//! One window of simulated drilling with a sensor, the clock or the configuration wrong for all of it: refused for the reason that is
-//! there, or accepted and better than doing nothing.
+//! One window of simulated drilling with a sensor, the clock or the configuration wrong throughout: refused
+//! for that reason, or accepted and better than doing nothing.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-#[allow(dead_code)]
-#[path = "troubled_flight/rig.rs"]
 mod rig;
 
 use meerkat_mwd::{
@@ -15,14 +13,15 @@ use mwd::{
     flight::fly,
     simulate::{Contamination, contaminate},
 };
-use rig::{Dice, Run, flown, refusal, run, saturated};
 
-/// A second passes before readings that stay the same are frozen ones: of 50 s the rest is lost.
+use rig::run::{Dice, Run, flown, refusal, run, saturated};
+
+/// Least share of the window lost to a frozen sensor: it takes a second to be recognised.
 const SHARE_FROZEN: f32 = 0.97;
 
 const SEEDS: core::ops::RangeInclusive<u64> = 1..=5;
 
-/// 10 s at rest and 50 of drilling: one window, whose result flies for the last five.
+/// Runs of 10 s at rest and 50 s of drilling: one window, whose result flies for the last five.
 fn runs() -> impl Iterator<Item = Run> {
     SEEDS.map(|seed| run(60.0, seed))
 }
@@ -36,13 +35,13 @@ fn window(run: &Run, config: &Config, samples: &[Sample]) -> WindowReport {
     report
 }
 
-/// Nothing that flies is more than a tenth worse than bias only; that all is finite the rig has checked.
+/// Checks that what flies is at most a tenth worse than bias only; the rig has checked that all is finite.
 fn sound(run: &Run, report: &WindowReport) {
     let [bias_only, _, flown] = run.rate_errors_deg_s(report);
     assert!(bias_only.is_finite() && flown <= 1.1 * bias_only, "{flown} against {bias_only} deg/s: {report:?}");
 }
 
-/// Root mean square of what a model makes of these very samples against the true rates, deg/s.
+/// Rms error of a model on these very samples against the true rates, deg/s.
 fn error_as_read(run: &Run, samples: &[Sample], model: &GyroModel) -> f64 {
     let rates = run.trace.true_rate.as_ref().unwrap();
     let square = |(sample, rate): (&Sample, &[f64; 3])| {
@@ -53,7 +52,7 @@ fn error_as_read(run: &Run, samples: &[Sample], model: &GyroModel) -> f64 {
     (sum / (3.0 * rates.len() as f64)).sqrt().to_degrees()
 }
 
-/// Refused for this reason, whatever the seed, and the factory's P flies on.
+/// Checks that the window is refused for this reason with every seed, and that the factory's P flies on.
 fn refused(spoil: impl Fn(&Run) -> Vec<Sample>, expected: impl Fn(&Refusal) -> bool) {
     for run in runs() {
         let report = window(&run, &run.config, &spoil(&run));
@@ -62,7 +61,7 @@ fn refused(spoil: impl Fn(&Run) -> Vec<Sample>, expected: impl Fn(&Refusal) -> b
     }
 }
 
-/// Whatever is decided: no worse than bias only.
+/// Checks that whatever is decided is no worse than bias only.
 fn harmless(spoil: impl Fn(&Run) -> Vec<Sample>) {
     for run in runs() {
         let report = window(&run, &run.config, &spoil(&run));
@@ -71,7 +70,7 @@ fn harmless(spoil: impl Fn(&Run) -> Vec<Sample>) {
     }
 }
 
-/// A share of the run's samples beyond this full scale.
+/// Full scale that clips a share of the run's samples.
 fn full_scale_that_clips(run: &Run, share: f64) -> f32 {
     let largest = |s: &Sample| s.gyro_rad_s.iter().map(|x| x.abs()).max_by(f32::total_cmp).unwrap();
     let mut sorted: Vec<f32> = run.trace.samples.iter().map(largest).collect();
@@ -79,7 +78,7 @@ fn full_scale_that_clips(run: &Run, share: f64) -> f32 {
     sorted[((1.0 - share) * sorted.len() as f64) as usize]
 }
 
-/// Stick-slip clips every fast phase, so that what is left is the slow half of the motion.
+/// Stick-slip clips every fast phase, so the slow half of the motion remains.
 #[test]
 fn a_gyro_that_clips_three_tenths_of_the_time_bends_nothing() {
     for mut run in runs() {
@@ -101,7 +100,8 @@ fn a_gyro_that_reads_one_rate_is_unusable() {
     }
 }
 
-/// A dead gyro with noise is not frozen: it reads that the tool stands still while field and gravity turn, so that no P is right.
+/// A dead gyro with noise is not frozen: it reads a tool at rest while field and gravity turn, so no P is
+/// right.
 #[test]
 fn a_gyro_of_noise_alone_gives_no_p() {
     refused(
@@ -113,7 +113,7 @@ fn a_gyro_of_noise_alone_gives_no_p() {
     );
 }
 
-/// The axis along the tool turns 180 deg/s on the mean: without it no P explains what gravity and field do.
+/// The axis along the tool turns at 180 deg/s on average: without it no P explains gravity and field.
 #[test]
 fn without_the_axis_along_the_tool_no_p_is_taken() {
     for frozen_at in [None, Some(0), Some(3_000)] {
@@ -127,7 +127,7 @@ fn without_the_axis_along_the_tool_no_p_is_taken() {
     }
 }
 
-/// A lateral axis turns little: what is taken is right for what the gyro reads now.
+/// A lateral axis turns little: an accepted P is right for what the gyro reads now.
 #[test]
 fn a_frozen_lateral_axis_leaves_a_model_that_suits_what_is_read() {
     for run in runs() {
@@ -144,7 +144,7 @@ fn a_frozen_lateral_axis_leaves_a_model_that_suits_what_is_read() {
     }
 }
 
-/// Zeros, a constant as a bus that hangs gives it, and no readings: gravity alone says what P is.
+/// Zeros, a constant as from a hung bus, and no readings: only gravity determines P.
 #[test]
 fn a_magnetometer_without_a_field_harms_nothing() {
     harmless(|run| run.with(|_, s| s.mag_ut = [0.0; 3]));
@@ -154,7 +154,7 @@ fn a_magnetometer_without_a_field_harms_nothing() {
     harmless(|run| run.with(|_, s| s.mag_ut = [f32::NAN; 3]));
 }
 
-/// Clamped by a magnet it reads a hard iron and noise: no vector of the earth, so P comes from gravity or not at all.
+/// Clamped by a magnet the magnetometer reads hard iron and noise: P comes from gravity or not at all.
 #[test]
 fn a_magnetometer_of_one_reading_and_noise_harms_nothing() {
     harmless(|run| {
@@ -179,7 +179,7 @@ fn a_field_that_is_disturbed_for_three_tenths_of_the_time_is_left_out_of_it() {
             all += 1;
         }
     }
-    // One that is taken for the field leaves one in six.
+    // A sensor that is taken for the field leaves one window in six.
     assert!(4 * as_good >= 3 * all, "{as_good} of {all}");
 }
 
@@ -218,8 +218,8 @@ fn gaps_bend_no_window() {
     }
 }
 
-/// A prior that knows P to be the factory's holds it there; one that knows nothing leaves it to the window; sigmas beyond what can be a
-/// part's are no prior, and are refused by name.
+/// A prior that trusts the factory's P keeps it; a vague one leaves P to the window; sigmas beyond any part's
+/// are refused by name.
 #[test]
 fn prior_sigmas_of_any_size_are_believed_or_refused() {
     for run in runs() {
@@ -239,7 +239,7 @@ fn prior_sigmas_of_any_size_are_believed_or_refused() {
     }
 }
 
-/// Of the bias alone, or of the couplings alone: these stay where it holds them.
+/// A tight prior on the bias alone, or on the couplings alone, keeps those where they are.
 #[test]
 fn one_prior_sigma_that_is_far_too_small_is_no_harm() {
     for run in runs() {
@@ -269,7 +269,7 @@ fn any_noise_of_the_gyro_that_is_configured_leaves_a_sound_report() {
             forgetting.identification.forgetting_s = value;
             for config in [noise, walk, forgetting] {
                 let report = window(&run, &config, &run.trace.samples);
-                // A gyro of a radian a second has nothing to say.
+                // A gyro with a noise of a radian a second says nothing.
                 let is_blind = config.attitude.gyro_noise_rad_s_rthz > 0.01;
                 assert!(is_blind || run.identified(&report), "{value}: {report:?}");
             }

@@ -6,11 +6,13 @@ use std::process::{Command, Output};
 use meerkat_mwd::config::OptimizerKind;
 use mwd::{
     bench::{
-        contenders::{Contenders, IMOA, NAMES, TRUE},
         cramer_rao::{Bound, Vibration},
         one_window::{Run, scenario},
-        pure_integration::Drift,
         rms,
+    },
+    research::{
+        contenders::{Contenders, IMOA, NAMES, TRUE},
+        pure_integration::Drift,
     },
     simulate::{Scenario, simulate},
 };
@@ -21,12 +23,12 @@ fn mwd(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_mwd")).arg("bench").args(arguments).env("MWD_NO_INSTALL", "1").output().unwrap()
 }
 
-/// Two minutes of what follows the window say enough here.
+/// Two minutes after the window are enough here.
 fn drilling(name: &str) -> Scenario {
     Scenario { duration_s: 175.0, ..scenario(name).unwrap() }
 }
 
-/// A bound that is beaten is a wrong bound; the margin is for the scatter of 20 seeds.
+/// An estimate better than its bound would prove the bound wrong; the margin is for the scatter of 20 seeds.
 #[test]
 fn no_estimate_beats_the_cramer_rao_bound() {
     for name in ["drilling_vertical", "drilling_45deg"] {
@@ -48,14 +50,14 @@ fn no_estimate_beats_the_cramer_rao_bound() {
                 rms(&bounds)
             );
             assert!(ratio > 0.8, "{name}: {ratio}");
-            // A bound far below everything would bound nothing.
+            // A bound far below every estimate would be no use.
             assert!(ratio < 3.0, "{name}: {ratio}");
         }
     }
 }
 
-/// An estimate drawn from the bound has, on the mean, the error that the bound states: the map from covariance to rate error is
-/// the scorer's.
+/// Estimates drawn from the bound have, on average, the error that it states: its map from covariance to rate
+/// error is the scorer's.
 #[test]
 fn the_bound_in_deg_s_is_what_the_scorer_finds_of_estimates_at_the_bound() {
     let run = Run::simulate(&drilling("drilling_45deg"), 3).unwrap();
@@ -76,13 +78,13 @@ fn the_bound_falls_with_the_length_of_the_window_at_least_as_its_root() {
         let bound = Bound::of_window(&scenario, &trace, &truth, last, &prior, Vibration::Coloured);
         bound.rate_error_rad_s(&truth.gyro_at(last), rates)
     };
-    // Of drilling these have 15, 30 and 90 s; the walk of the bias keeps the last one from falling further.
+    // These have 15, 30 and 90 s of drilling; the bias walk keeps the last bound from falling further.
     let [short, middle, long] = [25, 40, 100].map(bound);
     assert!(short / middle > 2_f64.sqrt(), "{short} {middle}");
     assert!(middle / long > 1.3, "{middle} {long}");
 }
 
-/// Who knows less of the noise cannot do better.
+/// Less knowledge of the noise cannot give a better bound.
 #[test]
 fn the_bound_rises_when_the_vibrations_colour_is_not_known() {
     for name in ["drilling_vertical", "drilling_45deg"] {
@@ -92,7 +94,7 @@ fn the_bound_rises_when_the_vibrations_colour_is_not_known() {
     }
 }
 
-/// Noise counts, and more of any sensor's makes the bound worse.
+/// More noise of any sensor makes the bound worse.
 #[test]
 fn the_bound_rises_with_every_noise() {
     let bound = |change: fn(&mut Scenario)| {
@@ -107,7 +109,8 @@ fn the_bound_rises_with_every_noise() {
     assert!(bound(|s| s.gyro.bias_walk_deg_s_rts *= 20.0) > 1.2 * base);
 }
 
-/// The paper's question, in one run: the gyro alone for six minutes. One window takes nearly all of the raw gyro's drift away.
+/// The paper's question in one run, the gyro alone for six minutes: one window removes nearly all of the raw
+/// gyro's drift.
 #[test]
 fn one_window_keeps_inclination_for_six_minutes() {
     let mut drilling = scenario("drilling_45deg").unwrap();
@@ -206,7 +209,7 @@ fn every_section_runs_and_says_in_json_what_they_print() {
     assert!(printed.starts_with(&*String::from_utf8(again.stdout).unwrap()), "the same whoever shares the seeds");
 }
 
-/// A text, and of the numbers either one value, or median and worst, or none.
+/// Checks that a cell has a text, and either one value, or median and worst, or no number.
 fn check_cell(cell: &Value) {
     let fields: Vec<&str> = cell.as_object().unwrap().keys().map(String::as_str).collect();
     assert!(cell["text"].is_string());
@@ -222,7 +225,7 @@ fn the_json_goes_nowhere_where_it_cannot_be_written() {
     assert!(String::from_utf8(refused.stderr).unwrap().contains("/nonexistent/bench.json"));
 }
 
-/// Where the emulator is missing and may not be installed, the exit status says that something is needed, and what.
+/// If the emulator is missing and may not be installed, the exit status and the message say so.
 #[test]
 fn without_an_emulator_the_cost_on_the_chip_is_not_made_up() {
     let nothing = TempDir::new().unwrap();

@@ -1,15 +1,14 @@
-//! A shock that changes the gyro's bias: it is named with its time and its size, and the bias that flies follows it once.
+//! A shock that changes the gyro's bias is named with time and size, and the flown bias follows it once.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use std::path::Path;
+mod rig;
 
 use meerkat_mwd::{
     Config,
     diagnosis::{DiagnosisReport, EffectReport},
 };
 use mwd::{
-    configuration::of_trace,
-    flight::{Flight, fly},
+    flight::{Flight, configuration::of_trace, fly},
     simulate::{Scenario, simulate},
     trace::Trace,
 };
@@ -17,13 +16,15 @@ use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// A shock that is read this hard stands out of the vibration, whose half seconds reach 15 to 25 m/s^2.
+use rig::files;
+
+/// Specific force from which a shock stands out of the vibration, whose half seconds reach 15 to 25 m/s^2.
 const STANDS_OUT_M_S2: f32 = 60.0;
 
-const SCENARIOS: [&str; 2] = ["drilling_45deg.toml", "drilling_vertical.toml"];
+const SCENARIOS: [&str; 2] = ["drilling_45deg", "drilling_vertical"];
 
 fn scenario(name: &str, change: impl Fn(&mut Scenario)) -> Scenario {
-    let mut scenario = Scenario::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)).unwrap();
+    let mut scenario = files::scenario(name);
     change(&mut scenario);
     scenario.validate().unwrap();
     scenario
@@ -33,7 +34,7 @@ fn steps_of(report: &DiagnosisReport) -> impl Iterator<Item = EffectReport> + '_
     report.found().filter(|found| found.step_us > 0).copied()
 }
 
-/// Largest specific force that is read within a tenth of a second.
+/// Largest specific force read within a tenth of a second.
 fn hardest_m_s2(trace: &Trace, from_s: f64) -> f32 {
     let within = trace.samples.iter().filter(|s| (from_s..from_s + 0.1).contains(&(s.t_us as f64 * 1e-6)));
     within
@@ -41,7 +42,7 @@ fn hardest_m_s2(trace: &Trace, from_s: f64) -> f32 {
         .fold(0.0, |most: f32, x| if x > most { x } else { most })
 }
 
-/// Root mean square of the seconds' mean errors of the rate that is put out, deg/s.
+/// Rms over seconds of the mean error of the output rate, deg/s.
 fn rate_error_deg_s(trace: &Trace, flight: &Flight, from_s: f64, to_s: f64) -> f64 {
     let rates = trace.true_rate.as_ref().unwrap();
     let errors: Vec<(f64, Vector3<f64>)> = trace
@@ -63,8 +64,9 @@ fn rate_error_deg_s(trace: &Trace, flight: &Flight, from_s: f64, to_s: f64) -> f
     (seconds.iter().sum::<f64>() / seconds.len() as f64).sqrt().to_degrees()
 }
 
-/// Steps of 0.2 to 0.5 deg/s at hard shocks. A shock that falls between two samples does not stand out of the vibration: its step is told at the
-/// next one that does. One that does is told with its time, and no other beside it.
+/// Steps of 0.2 to 0.5 deg/s at hard shocks. A shock between two samples does not stand out of the vibration:
+/// its step is dated to the next one that does. A shock that stands out is dated right, and no other is named
+/// beside it.
 #[test]
 fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
     const SEEDS: u64 = 12;
@@ -115,7 +117,7 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
                 let [size, sigma] = [last.found.parameters[k], last.found.sigma[k]].map(|x| f64::from(x).to_degrees());
                 within += u32::from((size - expected[k]).abs() < 3.0 * sigma);
                 components += 1;
-                // Of 72 Gaussian components one in 2,000 runs of this test is beyond.
+                // Of 72 Gaussian components one exceeds this in one of 2,000 runs of this test.
                 assert!(
                     (size - expected[k]).abs() < 4.5 * sigma,
                     "{name} {seed}: {size} for {} +- {sigma}",
@@ -135,7 +137,7 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
             assert!(first.is_taken_out() && first.found_us <= first.taken_out_us, "{name} {seed}: {first:?}");
             followed += u32::from(from_s < at_s + 30.0);
             better += u32::from(on < off);
-            // Its bias is the new one: no jump back.
+            // The model keeps the new bias: no jump back.
             let model = flight.reports.last().unwrap().flown;
             let new = Vector3::from(*truth.bias_rad_s.last().unwrap());
             let error = (Vector3::from(model.b_rad_s) - new).map(|x| f64::from(x).to_degrees());
@@ -144,9 +146,10 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
         println!(
             "{name}: {named} of {SEEDS} named, {misdated} at another time, {followed} followed within half a minute, {better} better"
         );
-        // Three places for twenty shocks a minute: one in ten is seen and finds none.
+        // Three places for twenty shocks a minute: one in ten is seen and finds no place.
         assert!(missed_though_hard <= 1, "{name}: {missed_though_hard} hard shocks found no place");
-        // A shock of some milliseconds may fall between two samples: a third of them hardly shows, and another is taken for it.
+        // A shock of some milliseconds may fall between two samples: a third of them hardly shows, and
+        // another is taken for it.
         assert!(named >= 6 && named + misdated >= 10, "{name}: {named} of {SEEDS} named, {misdated} at another time");
         assert!(4 * followed >= 3 * named, "{name}: {followed} followed of {named}");
         assert!(4 * better >= 3 * named, "{name}: better in {better} of {named}");
@@ -155,8 +158,8 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
     assert!(100 * within >= 95 * components, "{within} of {components}");
 }
 
-/// A Bayes factor of e^5 times the number of shocks comes of noise alone in one run in 150, or less often (Ville); of 20 runs three or more
-/// do so once in 3,000 times.
+/// Noise alone reaches a Bayes factor of e^5 times the number of shocks in at most one run in 150 (Ville);
+/// three or more of 20 runs do so once in 3,000 times.
 #[test]
 fn shocks_without_a_step_are_not_taken_for_one() {
     let mut false_alarms = 0;
@@ -180,7 +183,7 @@ fn shocks_without_a_step_are_not_taken_for_one() {
 #[test]
 fn a_step_without_a_shock_is_not_named() {
     for seed in 0..3 {
-        let calm = scenario("drilling_45deg.toml", |scenario| {
+        let calm = scenario("drilling_45deg", |scenario| {
             scenario.duration_s = 125.0;
             scenario.effects.bias_step_deg_s = [0.3, -0.2, 0.3];
             scenario.effects.bias_step_after_s = 55.0;
@@ -192,8 +195,8 @@ fn a_step_without_a_shock_is_not_named() {
     }
 }
 
-/// Two steps in one run, each at a shock that stands out: each is told with its own time, and both are in the bias that flies. Shocks are rare
-/// enough for the three places of steps that are looked for at a time.
+/// Two steps in one run, each at a shock that stands out: each is named with its own time, and both are in
+/// the flown bias. Shocks are rare enough for the three places that steps are looked for in at a time.
 #[test]
 fn a_second_step_is_told_from_the_first() {
     let (mut both, mut runs, mut others) = (0, 0, 0);
@@ -206,7 +209,7 @@ fn a_second_step_is_told_from_the_first() {
             direction * between(0.25, 0.5)
         };
         let steps_deg_s = [draw(), draw()];
-        let scenario = scenario("drilling_45deg.toml", |scenario| {
+        let scenario = scenario("drilling_45deg", |scenario| {
             scenario.duration_s = 270.0;
             scenario.shocks.peak_g = [15.0, 20.0];
             scenario.shocks.per_minute = 6.0;
@@ -234,7 +237,7 @@ fn a_second_step_is_told_from_the_first() {
         times_s.sort_unstable_by(f64::total_cmp);
         times_s.dedup();
         let near = |at_s: f64| times_s.iter().any(|s| (s - at_s).abs() < 2.0);
-        // One that has found no place is told at a shock that follows it.
+        // A step that found no place is dated to a following shock.
         let is_of = |s: f64, at_s: f64| (-2.0..20.0).contains(&(s - at_s));
         others += times_s.iter().filter(|s| !is_of(**s, first_s) && !is_of(**s, second_s)).count();
         let steps_rad_s = (steps_deg_s[0] + steps_deg_s[1]).map(f64::to_radians);
@@ -250,15 +253,15 @@ fn a_second_step_is_told_from_the_first() {
             continue;
         }
         both += 1;
-        // After two minutes a step is settled: it is the bias', and none any more.
+        // After two minutes a step is settled: it has become part of the bias.
         for from_s in (0..).map(|k| second_s + 60.0 + 10.0 * f64::from(k)).take_while(|s| *s < 255.0) {
             let error_deg_s = rate_error_deg_s(&trace, &flight, from_s, from_s + 10.0);
             assert!(error_deg_s < 0.5 * least, "{seed}: {error_deg_s} of {least} deg/s from {from_s:.0} s on");
         }
     }
     println!("both in {both} of {runs}, {others} others");
-    // All places are taken at one shock in 14 (Erlang: 6 a minute, each for 10 s, at 3 places): both find one in 86 %, and of 8 runs fewer than 5
-    // do so once in 40 times.
+    // All places are taken at one shock in 14 (Erlang: 6 a minute, each for 10 s, at 3 places): both find one
+    // in 86 %, and of 8 runs fewer than 5 do so once in 40 times.
     assert!(runs >= 6 && 2 * both > runs, "both in {both} of {runs}");
     // A Bayes factor of e^5 comes of noise in one run in 150.
     assert!(others <= 1, "{others}");

@@ -1,4 +1,5 @@
-//! The loop: what is named, on recordings and on runs whose effects nobody declared, and what is said where nothing can be.
+//! The diagnosis loop: which effects it names on recordings and on runs with undeclared effects, and what it
+//! says if nothing can be named.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use std::{path::Path, process::Command, sync::LazyLock};
@@ -9,9 +10,8 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, Verdict},
 };
 use mwd::{
-    configuration::of_trace,
-    diagnose::diagnosed,
-    flight::{fly, fly_with},
+    diagnosis::diagnosed,
+    flight::{configuration::of_trace, fly, fly_with},
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };
@@ -35,7 +35,7 @@ fn moment(number: usize) -> Moment {
     }
 }
 
-/// What is added to a truth by the terms of an effect is taken out again, to second order in its size.
+/// What an effect's terms add to a truth is removed again, to second order in its size.
 #[test]
 fn what_an_effect_adds_is_taken_out() {
     for (index, effect) in LIBRARY.iter().enumerate() {
@@ -88,8 +88,8 @@ fn names(report: &DiagnosisReport) -> Vec<&'static str> {
     report.found().map(|effect| LIBRARY[usize::from(effect.found.index)].name()).collect()
 }
 
-/// Truth drawn off-centre: found by its name, within 4 of its deviations (and a tenth of it, as the deviations themselves come from 12
-/// groups).
+/// Truth drawn off-centre: found by its name, within 4 of its deviations (and a tenth of it, as the
+/// deviations themselves come from 12 groups).
 #[test]
 fn effects_that_nobody_declared_are_named_with_their_size() {
     let of = |effects: Effects| effects;
@@ -128,13 +128,13 @@ fn nothing_is_named_where_nothing_is_and_what_is_outside_the_library_stays_unexp
     }
 }
 
-/// What is constant in the earth's frame of a g-sensitivity drifts; a part of it about the field shares itself with the bias at will, but for the
-/// rest before.
+/// What is constant in the earth's frame of a g-sensitivity drifts; a part of it about the field shares
+/// itself with the bias at will, but for the rest before.
 #[test]
 fn a_g_sensitivity_is_taken_out_whole() {
     let g = [[0.2, -0.2, 0.1], [0.25, 0.2, -0.2], [-0.15, 0.2, 0.2]];
     for seed in 0..3 {
-        // The first that finds it holds P as it flies, bent by it: those that follow see it as it is.
+        // The first window that finds it holds a P that it has bent; the following ones see it as it is.
         let effects = Effects { g_sensitivity_deg_s_g: g, ..Effects::default() };
         let report = last_diagnosis(&simulate(&Scenario { duration_s: 200.0, effects, ..Scenario::default() }, seed).0);
         assert_eq!(names(&report), ["g_sensitivity"], "{seed}");
@@ -146,8 +146,9 @@ fn a_g_sensitivity_is_taken_out_whole() {
     }
 }
 
-/// The filter has columns for turned axes of the magnetometer, whether or not the library has their name: P is not bent by them, and nothing else
-/// is blamed, as gravity that then shows an error of the accelerometer that is not there.
+/// The filter has columns for turned axes of the magnetometer, whether or not the library has their name: P
+/// is not bent by them, and nothing else is blamed, as gravity that then shows an error of the accelerometer
+/// that is not there.
 #[test]
 fn turned_axes_that_the_library_does_not_have_are_laid_on_nothing_else() {
     static WITHOUT: LazyLock<Vec<&dyn Effect>> =
@@ -167,8 +168,9 @@ fn turned_axes_that_the_library_does_not_have_are_laid_on_nothing_else() {
     }
 }
 
-/// In a vertical hole nothing but the sign tells a lag of the gyro from one of the magnetometer: no magnetometer leads. A gyro whose time is
-/// unknown is taken to be half a period late, 5 ms: one that is less late makes the magnetometer look late.
+/// In a vertical hole nothing but the sign tells a lag of the gyro from one of the magnetometer: no
+/// magnetometer leads. A gyro whose time is unknown is taken to be half a period late, 5 ms: one that is less
+/// late makes the magnetometer look late.
 #[test]
 fn a_magnetometer_that_leads_is_a_gyro_that_lags() {
     for seed in 0..4 {
@@ -195,7 +197,8 @@ fn a_magnetometer_that_leads_is_a_gyro_that_lags() {
     }
 }
 
-/// A drift too slow to stand out in any one window: what shows twice at the limit of a single hypothesis is named. Truth drawn at random.
+/// A drift too slow to stand out in any one window: what shows twice at the limit of a single hypothesis is
+/// named. Truth drawn at random.
 #[test]
 fn a_drift_that_shows_in_two_windows_is_named() {
     for seed in 0..4 {
@@ -212,8 +215,8 @@ fn a_drift_that_shows_in_two_windows_is_named() {
     }
 }
 
-/// What is known of a lag is that of all samples: 40 s of drilling at the first diagnosis and 115 at the fourth leave 0.59 of the error, and the
-/// stated deviation says so.
+/// What is known of a lag is that of all samples: 40 s of drilling at the first diagnosis and 115 at the
+/// fourth leave 0.59 of the error, and the stated deviation says so.
 #[test]
 fn what_flies_sharpens_from_window_to_window() {
     const SEEDS: u64 = 24;
@@ -256,8 +259,8 @@ fn what_cannot_be_seen_is_not_claimed() {
     }
 }
 
-/// Recorded expectations: the magnetometer of this unit lags its gyro by 9.7 to 11.5 ms (docs of the data), and a magnet was attached to
-/// it from 42.65 to 99.4 s of recording 35 (optical reference).
+/// Recorded expectations: the magnetometer of this unit lags its gyro by 9.7 to 11.5 ms (docs of the data),
+/// and a magnet was attached to it from 42.65 to 99.4 s of recording 35 (optical reference).
 #[test]
 fn the_bundled_recordings_show_the_lag_and_the_magnet() {
     let trace = Trace::read(&Path::new(TRACES).join("broad_06_fast_rotation_110s.csv.gz")).unwrap();

@@ -1,16 +1,19 @@
-//! The loop where something is missing: each run gets its verdict, names nothing that cannot be seen, and says what it could be as well.
+//! The diagnosis loop with something missing: each run gets its verdict, nothing is named that cannot be
+//! seen, and alternatives are stated.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use std::path::Path;
+mod rig;
 
 use meerkat_mwd::{SampleFlags, compensation::Sensor, diagnosis::Verdict};
 use mwd::{
-    configuration::of_trace,
-    diagnose::{Diagnosed, against_reference, diagnosed, sentences},
-    flight::{Flight, fly},
+    diagnosis::{Diagnosed, against_reference, diagnosed},
+    flight::{Flight, configuration::of_trace, fly},
+    report::account::sentences,
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };
+
+use rig::files::{FAST_ROTATION, recording};
 
 /// Drilling at 45 deg for two minutes.
 fn scenario(effects: Effects) -> Scenario {
@@ -104,8 +107,8 @@ fn a_probe_that_stands_still_shows_nothing() {
     }
 }
 
-/// A reference that is away for half a second out of ten, and for 5 s once, is as good as a whole one; one that is hardly ever there
-/// says nothing.
+/// A reference that is away for half a second out of ten, and for 5 s once, is as good as a whole one; one
+/// that is hardly ever there says nothing.
 #[test]
 fn a_reference_with_gaps_is_used_where_it_is() {
     for seed in 0..3 {
@@ -128,8 +131,7 @@ fn a_reference_with_gaps_is_used_where_it_is() {
 /// Over half a second that is not there, within a segment, nothing says how the probe turned.
 #[test]
 fn nothing_is_predicted_over_a_gap_in_time() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
-    let whole = Trace::read(&path).unwrap();
+    let whole = recording(FAST_ROTATION);
     let mut cut = whole.clone();
     cut.samples.retain(|sample| !(2_000_000..2_500_000).contains(&(sample.t_us % 5_000_000)));
     let residual = |trace: &Trace| diagnosed(trace, &of_trace(trace), &Flight::default()).residual.gravity_deg;
@@ -137,7 +139,8 @@ fn nothing_is_predicted_over_a_gap_in_time() {
     assert!(cut < 1.1 * whole, "{whole} -> {cut} deg");
 }
 
-/// A clock that was set while the probe ran: the residuals are those on both sides, and what lies between costs nothing.
+/// A clock that was set while the probe ran: the residuals are those on both sides, and what lies between
+/// costs nothing.
 #[test]
 fn a_gap_of_ages_has_no_residual() {
     let whole = run(&Scenario { duration_s: 60.0, ..scenario(lag_and_iron()) }, 1);
@@ -153,8 +156,8 @@ fn a_gap_of_ages_has_no_residual() {
     }
 }
 
-/// A delay of the magnetometer and eddy currents in the collar are one under axial rotation: one name with the sum of both, which says
-/// that it could be the other.
+/// A delay of the magnetometer and eddy currents in the collar are one under axial rotation: one name with
+/// the sum of both, which says that it could be the other.
 #[test]
 fn two_effects_that_cannot_be_told_apart_are_one_and_the_account_says_so() {
     for (seed, mag_lag_ms, eddy_lag_ms) in [(0, 6.0, 3.5), (1, 9.0, 2.5), (2, 5.0, 4.0)] {

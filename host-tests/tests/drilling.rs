@@ -1,7 +1,8 @@
-//! Simulated drilling with known truth, drawn off-centre at random: what one 50 s window is worth on the six minutes after it.
+//! Simulated drilling with known truth, drawn off-centre at random: what one 50 s window is worth on the six
+//! minutes after it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use std::path::Path;
+mod rig;
 
 use meerkat_mwd::{
     Config,
@@ -10,20 +11,17 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 use mwd::{
-    configuration::of_trace,
-    flight::{Flight, fly},
+    flight::{Flight, configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, Truth, simulate},
     trace::Trace,
 };
 
+use rig::files::scenario;
+
 const SEEDS: u64 = 20;
 /// One window: 10 s at rest, then drilling.
 const WINDOW_END_S: f64 = 50.0;
-
-fn scenario(name: &str) -> Scenario {
-    Scenario::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)).unwrap()
-}
 
 /// Frozen as soon as the result of the first window has taken effect.
 fn frozen_after_one_window(trace: &Trace) -> Config {
@@ -39,8 +37,8 @@ fn flown_model(flight: &Flight) -> (GyroModel, WindowReport) {
     (report.flown, report)
 }
 
-/// Systematic rate errors over the six minutes after the freeze, deg/s: of the raw gyro, of the factory's P with the window's
-/// bias, and of what is flown.
+/// Systematic rate errors over the six minutes after the freeze, deg/s: of the raw gyro, of the factory's P
+/// with the window's bias, and of what is flown.
 fn rate_errors(trace: &Trace, truth: &Truth, config: &Config, flight: &Flight) -> [f64; 3] {
     let from = trace.samples.partition_point(|s| s.t_us < config.freeze_at_us.unwrap());
     let rates = &trace.true_rate.as_ref().unwrap()[from..];
@@ -54,8 +52,9 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Raw is several deg/s; after one window the median of 20 seeds is under `most_deg_s` (the Cramer-Rao bound of such a window, for sensors
-/// without errors of their own, is 0.015 to 0.025), and no seed is worse off than with bias only.
+/// Raw is several deg/s; after one window the median of 20 seeds is under `most_deg_s` (the Cramer-Rao bound
+/// of such a window, for sensors without errors of their own, is 0.015 to 0.025), and no seed is worse off
+/// than with bias only.
 fn one_window_is_enough(name: &str, most_deg_s: f64) {
     let scenario = scenario(name);
     let mut errors = Vec::new();
@@ -87,19 +86,19 @@ fn one_window_is_enough(name: &str, most_deg_s: f64) {
 
 #[test]
 fn one_window_of_vertical_drilling_is_enough() {
-    one_window_is_enough("drilling_vertical.toml", 0.045);
+    one_window_is_enough("drilling_vertical", 0.045);
 }
 
 #[test]
 fn one_window_of_drilling_at_45_deg_is_enough() {
-    one_window_is_enough("drilling_45deg.toml", 0.035);
+    one_window_is_enough("drilling_45deg", 0.035);
 }
 
-/// The search's own promise: within 1 % of the Levenberg-Marquardt optimum of the same cost in the evaluations that it is given, from
-/// every seed.
+/// The search's own promise: within 1 % of the Levenberg-Marquardt optimum of the same cost in the
+/// evaluations that it is given, from every seed.
 #[test]
 fn imoa_reaches_the_optimum_of_levenberg_marquardt_in_the_evaluations_that_it_is_given() {
-    let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg.toml") };
+    let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg") };
     let (trace, _) = simulate(&scenario, 100);
     let cost = |optimizer: OptimizerKind, seed: u64| {
         let mut config = frozen_after_one_window(&trace);
@@ -121,14 +120,15 @@ fn imoa_reaches_the_optimum_of_levenberg_marquardt_in_the_evaluations_that_it_is
     }
 }
 
-/// A shock can change the gyro for good. The windows after it contradict what the ones before it taught, and outweigh it within minutes: three
-/// quarters of the change at least, since the filter forgets over some three minutes.
+/// A shock can change the gyro for good. The windows after it contradict what the ones before it taught, and
+/// outweigh it within minutes: three quarters of the change at least, since the filter forgets over some
+/// three minutes.
 #[test]
 fn a_gyro_that_changes_for_good_is_identified_anew() {
     const CHANGE_S: f64 = 120.0;
     let scale = nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(1.03, 0.98, 1.02_f32));
     for seed in 0..3 {
-        let (mut trace, truth) = simulate(&Scenario { duration_s: 330.0, ..scenario("drilling_45deg.toml") }, seed);
+        let (mut trace, truth) = simulate(&Scenario { duration_s: 330.0, ..scenario("drilling_45deg") }, seed);
         let changed = trace.samples.partition_point(|s| s.t_us < trace.first_us() + (CHANGE_S * 1e6) as u64);
         for sample in &mut trace.samples[changed..] {
             sample.gyro_rad_s = (scale * nalgebra::Vector3::from(sample.gyro_rad_s)).into();

@@ -1,41 +1,36 @@
 //! The firmware on the emulated chip: the same bytes as on the host, and no more memory than there is.
 //!
-//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
+//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they
+//! fail.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod rig;
 
 use meerkat_mwd::{Config, Sample, SampleFlags, config::OptimizerKind, identification::WindowReport, probe::Output};
 use mwd::{
-    configuration,
-    emulate::{self, Board, EmulateError, EmulatedFlight, Feed, Firmware},
-    flight,
-    image::{self, Image},
+    flight::{self, configuration},
     simulate::{Scenario, simulate},
-    toolchain::{self, Toolchain},
+    target::{
+        emulate::{self, EmulatedFlight, Feed},
+        error::EmulateError,
+        firmware::{Board, Firmware, build_firmware},
+        image::{self, Image},
+        toolchain, wire,
+    },
     trace::Trace,
-    wire,
 };
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
-use std::{io::Write, path::Path, process::Command, time::Duration};
+use std::{process::Command, time::Duration};
+
+use rig::emulator::toolchain;
+use rig::files::scenario;
 
 const MINUTE: Duration = Duration::from_secs(60);
 
-/// The toolchain, or `None` after the reason was printed.
-fn toolchain() -> Option<Toolchain> {
-    match toolchain::prepare() {
-        Ok(toolchain) => Some(toolchain),
-        Err(missing) if std::env::var_os("MWD_REQUIRE_EMULATOR").is_some_and(|v| v == "1") => panic!("{missing}"),
-        Err(missing) => {
-            // The runner keeps what the macros print to itself.
-            std::io::stderr().write_all(format!("SKIPPED: {missing}\n").as_bytes()).unwrap();
-            None
-        }
-    }
-}
-
-/// A tool that tumbles, with everything that can be wrong with a recording: gaps, missing and frozen sensors, clipped and
-/// non-finite readings, time that stands still or goes back.
+/// A tool that tumbles, with everything that can be wrong with a recording: gaps, missing and frozen sensors,
+/// clipped and non-finite readings, time that stands still or goes back.
 fn troubled_samples(count: usize, seed: u64) -> Vec<Sample> {
     let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
     let mut noise = move |sigma: f32| sigma * (rng.next_u32() as f32 / u32::MAX as f32 - 0.5) * 3.46;
@@ -134,8 +129,7 @@ fn an_unbroken_flight_over_a_window_is_bit_identical_on_host_and_chip() {
 #[test]
 fn every_optimizer_is_bit_identical_on_host_and_chip() {
     use OptimizerKind::{De, ImoaLiteral, Lm, Moa, Pso, Random};
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
-    let scenario = Scenario { duration_s: 56.0, ..Scenario::read(&path).unwrap() };
+    let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg") };
     let (trace, _) = simulate(&scenario, 100);
     for kind in [ImoaLiteral, Moa, Pso, De, Random, Lm] {
         let mut config = configuration::of_trace(&trace);
@@ -179,7 +173,7 @@ fn the_instruction_counter_is_exact_and_repeats() {
 #[test]
 fn the_image_fits_the_chip() {
     let Some(toolchain) = toolchain() else { return };
-    let Firmware { elf, size } = emulate::build_firmware(&toolchain, Board::Trace).unwrap();
+    let Firmware { elf, size } = build_firmware(&toolchain, Board::Trace).unwrap();
     println!("{size}");
     assert!(size.ram_bytes() <= image::RAM_LIMIT_BYTES, "{size}");
     assert!(size.flash_bytes <= image::FLASH_LIMIT_BYTES, "{size}");
@@ -194,7 +188,7 @@ fn the_image_fits_the_chip() {
 #[test]
 fn no_panic_can_be_reached_from_the_pipeline() {
     let Some(toolchain) = toolchain() else { return };
-    let Firmware { elf, .. } = emulate::build_firmware(&toolchain, Board::Bare).unwrap();
+    let Firmware { elf, .. } = build_firmware(&toolchain, Board::Bare).unwrap();
     let image = Image::parse(&elf).unwrap();
     for call in
         ["configure_probe", "push_sample", "poll_probe", "configure_surveyor", "push_survey", "continuous_survey"]
@@ -216,7 +210,7 @@ fn the_library_builds_alone_for_the_chip() {
 #[test]
 fn the_firmware_refuses_a_bad_trace_with_a_message() {
     let Some(toolchain) = toolchain() else { return };
-    let firmware = emulate::build_firmware(&toolchain, Board::Trace).unwrap();
+    let firmware = build_firmware(&toolchain, Board::Trace).unwrap();
     let message = |trace: &[u8]| match emulate::run_firmware(&toolchain, &firmware, trace, MINUTE) {
         Err(EmulateError::Run(error)) => error.to_string(),
         other => panic!("{other:?}"),

@@ -1,4 +1,4 @@
-//! The table of the paper's equations against the source: every equation has its row, and the files it names cite it.
+//! The paper's equations: every equation has a row in the table, and the files named there cite it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use std::{fs, path::Path};
@@ -8,8 +8,8 @@ fn read(path: &str) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The equations that a text cites: "eq 19", "Eq 10 or 11", "eq 24 and 25", "eq 5, 6", "eq 20 to 23" with all in between. A number
-/// with a decimal point ("eq 4.15") is another source's.
+/// The equations that a text cites: "eq 19", "Eq 10 or 11", "eq 24 and 25", "eq 5, 6", "eq 20 to 23" with all
+/// in between. A number with a decimal point ("eq 4.15") is another source's.
 fn cited(text: &str) -> Vec<u32> {
     // A citation may run over the end of a comment's line.
     let markers = ["///", "//!", "//"];
@@ -66,7 +66,7 @@ fn every_equation_has_a_row_and_the_files_it_names_cite_it() {
         assert_eq!(cells.len(), 5, "equation {equation}: {row}");
         assert!(!cells[1].is_empty() && !cells[2].is_empty(), "equation {equation}");
         let files: Vec<&str> = cells[4].split(", ").map(|file| file.trim_matches('`')).collect();
-        // What is not used stands in no file.
+        // An unused equation is cited nowhere.
         for file in files.into_iter().filter(|file| *file != "none") {
             let cited = cited(&read(file));
             assert!(cited.contains(&equation), "{file} does not cite equation {equation}, only {cited:?}");

@@ -1,7 +1,9 @@
 //! `replay --explain`: what moved P, the evidence of the widths, and P against a known one.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use std::{path::Path, process::Command};
+mod rig;
+
+use std::path::Path;
 
 use meerkat_mwd::SampleFlags;
 use mwd::{
@@ -11,10 +13,10 @@ use mwd::{
 use serde_json::Value;
 use tempfile::TempDir;
 
+use rig::{files::scenario, program::mwd};
+
 fn drilled() -> Trace {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
-    let scenario = Scenario::read(&folder.join("drilling_45deg.toml")).unwrap();
-    simulate(&Scenario { duration_s: 60.0, ..scenario }, 1).0
+    simulate(&Scenario { duration_s: 60.0, ..scenario("drilling_45deg") }, 1).0
 }
 
 /// What is printed, and the explanation of the last window.
@@ -23,7 +25,7 @@ fn explained(trace: &Trace) -> (String, Value) {
     let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
     trace.write(Path::new(&path("trace.csv.gz"))).unwrap();
     let arguments = ["replay", &path("trace.csv.gz"), "--explain", "--json", &path("result.json")];
-    let output = Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).output().unwrap();
+    let output = mwd(&arguments);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let result: Value = serde_json::from_slice(&std::fs::read(path("result.json")).unwrap()).unwrap();
     let windows = result["identification"]["windows"].as_array().unwrap();

@@ -1,11 +1,10 @@
-//! The estimator beside a second implementation of its equations: `reference_filter/filter.c`, in C and `f32`, and its average over the other
-//! sensors' errors with dense matrices. Both take increments that are made here, in `f64`, from the same samples. What the library makes of
-//! these on the way, its square root, its averaging and its `f32` are what can differ.
+//! The estimator beside a second implementation of its equations: `reference_filter/filter.c`, in C and
+//! `f32`, and its average over the other sensors' errors with dense matrices. Both take increments that are
+//! made here, in `f64`, from the same samples. What the library makes of these on the way, its square root,
+//! its averaging and its `f32` are what can differ.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
-#[path = "handheld/mod.rs"]
-#[allow(dead_code)]
-mod handheld;
+mod rig;
 
 use std::{
     io::Write,
@@ -13,7 +12,6 @@ use std::{
     process::{Command, Stdio},
 };
 
-use handheld::{GyroError, Kind, record};
 use meerkat_mwd::{
     Sample,
     estimator::{
@@ -22,18 +20,22 @@ use meerkat_mwd::{
     },
     sample::Reading,
 };
-use mwd::{configuration::of_trace, known_error, trace::Trace};
+use mwd::{flight::configuration::of_trace, simulate::known_error, trace::Trace};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use tempfile::TempDir;
 
-/// Unknowns of the second implementation: without a bias of the accelerometer, which has no width in motion by hand.
+use rig::files::{ATTACHED_MAGNET, FAST_ROTATION, recording};
+use rig::handheld::{GyroError, Kind, record};
+
+/// Unknowns of the second implementation: without a bias of the accelerometer, which has no width in motion
+/// by hand.
 const UNKNOWNS: usize = 34;
-/// Of these before P.
+/// Number of unknowns before P.
 const BEFORE_P: usize = 25;
 
 type Square<const N: usize> = SMatrix<f64, N, N>;
 
-/// What the second implementation gives.
+/// Result of the second implementation.
 struct Second {
     /// Deviations from the prior's mean, and their information.
     x: SVector<f64, UNKNOWNS>,
@@ -41,16 +43,11 @@ struct Second {
     sigma: Vec<f64>,
     nodes: f32,
     rests: f32,
-    /// Nodes whose field contradicted.
+    /// Number of nodes whose field contradicted.
     left_out: f32,
 }
 
-fn bundled(name: &str) -> Trace {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
-    Trace::read(&folder.join(name).with_extension("csv.gz")).unwrap()
-}
-
-/// With its gyro off by so much of what a cheap one may be.
+/// A trace with a gyro error of this share of a cheap gyro's.
 fn spoilt(mut trace: Trace, share: f64) -> Trace {
     known_error::apply(&mut trace, &known_error::scaled(&known_error::draw(3), share));
     trace
@@ -60,7 +57,8 @@ fn vectors(sample: &Sample) -> [Vector3<f64>; 3] {
     [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut].map(|v| Vector3::from(v).cast())
 }
 
-/// 40 ms each, or half a radian: length, rate that turns as far, force and field turned to the middle, vibration, mean rate and its variance.
+/// 40 ms each, or half a radian: length, rate that turns as far, force and field turned to the middle,
+/// vibration, mean rate and its variance.
 fn increments(samples: &[Sample], settings: &Settings) -> (f64, Vec<f32>) {
     let period_s = f64::from(settings.sample_period_s);
     let p: Matrix3<f64> = settings.factory.p_matrix().cast();
@@ -80,7 +78,8 @@ fn increments(samples: &[Sample], settings: &Settings) -> (f64, Vec<f32>) {
             turn_before = own;
             let end = turn * half * half;
             let at = if settings.is_instant { turn * half } else { end };
-            // A mean over the interval is shorter across the axis: by angle^2 / 24, here written as the part that is across.
+            // A mean over the interval is shorter across the axis: by angle^2 / 24, here written as the part
+            // that is across.
             let across = own.norm_squared() / 24.0;
             let axis = own.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
             let lengthened = |v: Vector3<f64>| at * (v + across * (v - axis * axis.dot(&v)));
@@ -117,7 +116,7 @@ fn increments(samples: &[Sample], settings: &Settings) -> (f64, Vec<f32>) {
 fn compiled(directory: &TempDir) -> PathBuf {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_filter/filter.c");
     let program = directory.path().join("filter");
-    // No fused products: they round otherwise from machine to machine.
+    // No fused products, whose rounding differs between machines.
     let result =
         Command::new("gcc").args(["-O2", "-ffp-contract=off", "-o"]).arg(&program).arg(source).arg("-lm").output();
     let output =
@@ -154,7 +153,7 @@ fn second(trace: &Trace, settings: &Settings) -> Second {
     let directory = TempDir::new().unwrap();
     let mut child = Command::new(compiled(&directory)).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let bytes: Vec<u8> = input.iter().flat_map(|x| x.to_ne_bytes()).collect();
-    // It writes nothing before it has read all.
+    // The program reads everything before it writes.
     child.stdin.take().unwrap().write_all(&bytes).unwrap();
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success());
@@ -189,8 +188,8 @@ where
     2.0 * m.cholesky().unwrap().l().diagonal().iter().map(|x| x.ln()).sum::<f64>()
 }
 
-/// P's mean over the widths of the nuisances, inflations and scales of its own prior, each weighed by its evidence: formulae of Gaussian
-/// densities, nothing of the library's way to them.
+/// P's mean over the widths of the nuisances, inflations and scales of its own prior, each weighed by its
+/// evidence: formulae of Gaussian densities, nothing of the library's way to them.
 fn averaged(second: &Second, settings: &Settings) -> Vec<f64> {
     let data = second.information - prior(&second.sigma);
     let pull = second.information * second.x;
@@ -269,8 +268,8 @@ fn largest_difference<'a>(a: impl IntoIterator<Item = &'a f64>, b: impl IntoIter
     a.into_iter().zip(b).fold(0.0, |most, (a, b)| (a - b).abs().max(most))
 }
 
-/// Largest differences of P's elements from the second implementation: the filter's own mean and the averaged one, in `f64` and `f32`; and by
-/// how much the library's `f32` differs from its `f64`.
+/// Largest differences of P's elements from the second implementation: the filter's own mean and the averaged
+/// one, in `f64` and `f32`; and by how much the library's `f32` differs from its `f64`.
 fn differences(name: &str, trace: &Trace) -> [f64; 5] {
     let settings = Settings::new(&of_trace(trace));
     assert_eq!(settings.sigma.len(), GLOBALS);
@@ -294,7 +293,8 @@ fn differences(name: &str, trace: &Trace) -> [f64; 5] {
     found
 }
 
-/// An element of P to 0.1 %. It is 0.002 % here; without any one of the terms that filter.c's head lists it is 0.03 % to 3 %.
+/// An element of P to 0.1 %. It is 0.002 % here; without any one of the terms that filter.c's head lists it
+/// is 0.03 % to 3 %.
 const SAME: f64 = 1e-3;
 /// The library's `f32` and its `f64`.
 const ROUNDED: f64 = 5e-4;
@@ -303,9 +303,9 @@ const ROUNDED: f64 = 5e-4;
 fn p_is_that_of_a_second_implementation_on_the_same_increments() {
     let (simulated, _) = record(Kind::Both, true, GyroError::Percent(0.05), 90.0, 2);
     let traces = [
-        ("fast rotation", bundled("broad_06_fast_rotation_110s")),
-        ("fast rotation, gyro off by up to 10 %", spoilt(bundled("broad_06_fast_rotation_110s"), 1.0)),
-        ("attached magnet, gyro off by up to 2 %", spoilt(bundled("broad_35_attached_magnet_63s"), 0.2)),
+        ("fast rotation", recording(FAST_ROTATION)),
+        ("fast rotation, gyro off by up to 10 %", spoilt(recording(FAST_ROTATION), 1.0)),
+        ("attached magnet, gyro off by up to 2 %", spoilt(recording(ATTACHED_MAGNET), 0.2)),
         ("simulated", simulated),
     ];
     for (name, trace) in traces {

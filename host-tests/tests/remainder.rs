@@ -1,8 +1,7 @@
-//! What is said of a residual whose cause is outside the library, and the page that says it.
+//! What is said of a residual whose cause is outside the library, in text and on the page.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-#[path = "well_formed/mod.rs"]
-mod well_formed;
+mod rig;
 
 use std::{fs, process::Command};
 
@@ -14,14 +13,14 @@ use meerkat_mwd::{
     diagnosis::{Correlate, DiagnosisReport, EffectReport, RemainderReport, Verdict},
 };
 use mwd::{
-    configuration::of_trace,
-    flight::fly_with,
+    flight::{configuration::of_trace, fly_with},
     simulate::{MountRotation, Scenario, Temperature, simulate},
 };
 use tempfile::TempDir;
-use well_formed::unbalanced;
 
-/// A library that lacks nearly everything.
+use rig::page::unbalanced;
+
+/// A library that lacks nearly every effect.
 static HARD_IRON_ALONE: [&dyn Effect; 1] = [&HardIron];
 
 fn scenario(change: impl Fn(&mut Scenario)) -> Scenario {
@@ -32,7 +31,7 @@ fn scenario(change: impl Fn(&mut Scenario)) -> Scenario {
     scenario
 }
 
-/// All that the diagnoses say, for three seeds.
+/// All diagnoses of three seeds.
 fn diagnoses(library: &'static [&'static dyn Effect], change: impl Fn(&mut Scenario)) -> [Vec<DiagnosisReport>; 3] {
     [0, 1, 2].map(|seed| {
         let trace = simulate(&scenario(&change), seed).0;
@@ -49,7 +48,7 @@ fn diagnoses(library: &'static [&'static dyn Effect], change: impl Fn(&mut Scena
     })
 }
 
-/// What the last diagnosis that tells anything says of what it cannot explain.
+/// The last conclusive diagnosis's words on what it cannot explain.
 fn remainders(library: &'static [&'static dyn Effect], change: impl Fn(&mut Scenario)) -> [RemainderReport; 3] {
     diagnoses(library, change).map(|all| {
         let last = all.iter().rev().find(|report| report.is_conclusive()).unwrap();
@@ -62,8 +61,9 @@ fn names(remainder: &RemainderReport) -> Vec<Correlate> {
     remainder.named().map(|found| found.correlate).collect()
 }
 
-/// Over minutes in which temperature comes and goes, so that it is no drift in time. The attitude follows a bias within nodes: what is left of it
-/// in the innovations is a sixth, which shows in one window and not in another.
+/// Over minutes in which temperature comes and goes, so that it is no drift in time. The attitude follows a
+/// bias within nodes: what is left of it in the innovations is a sixth, which shows in one window and not in
+/// another.
 #[test]
 fn a_bias_that_goes_with_temperature_goes_with_temperature() {
     let all = diagnoses(&HARD_IRON_ALONE, |scenario| {
@@ -80,7 +80,8 @@ fn a_bias_that_goes_with_temperature_goes_with_temperature() {
     }
 }
 
-/// The filter has a column for the lag, whether or not the library has its name: nothing is left of it, and nothing else is blamed for it.
+/// The filter has a column for the lag, whether or not the library has its name: nothing is left of it, and
+/// nothing else is blamed for it.
 #[test]
 fn a_lag_that_the_library_lacks_is_not_laid_on_what_it_has() {
     for reports in diagnoses(&HARD_IRON_ALONE, |scenario| scenario.effects.mag_lag_ms = 12.0) {
@@ -104,8 +105,8 @@ fn a_gyro_that_feels_gravity_goes_with_the_specific_force_and_once_per_revolutio
     }
 }
 
-/// Outside of any library: what comes back is said to, and half a period later it is the opposite of itself. A window holds three periods, of which
-/// a parabola in time takes a part; no other quantity is blamed.
+/// Outside of any library: what comes back is said to, and half a period later it is the opposite of itself.
+/// A window holds three periods, of which a parabola in time takes a part; no other quantity is blamed.
 #[test]
 fn a_bias_that_comes_back_has_a_memory_and_no_name() {
     let with_period = |scenario: &mut Scenario, period_s: f64| {
@@ -118,14 +119,16 @@ fn a_bias_that_comes_back_has_a_memory_and_no_name() {
         assert!((3.0..5.0).contains(&memory.apart_s), "{remainder:?}");
         assert!(names(&remainder).iter().all(|name| *name == Correlate::Time), "{remainder:?}");
     }
-    // A slow one shows in one window and not in another, and a step of the bias may be taken for a part of it.
+    // A slow one shows in one window and not in another, and a step of the bias may be taken for a part of
+    // it.
     for reports in diagnoses(&LIBRARY, |scenario| with_period(scenario, 13.0)) {
         assert!(reports.iter().any(|report| report.verdict == Verdict::UnexplainedResidual));
     }
 }
 
-/// A turn by 2 deg leaves 3 deg/s across the axis. The window in which it happens does not say that all is well; no quantity is blamed for it but
-/// time, and no effect of the library but one of the magnetometer, then or later.
+/// A turn by 2 deg leaves 3 deg/s across the axis. The window in which it happens does not say that all is
+/// well; no quantity is blamed for it but time, and no effect of the library but one of the magnetometer,
+/// then or later.
 #[test]
 fn a_gyro_that_turned_in_its_mount_goes_with_time_at_most() {
     let turned_s = 89.0;

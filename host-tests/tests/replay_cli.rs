@@ -1,24 +1,24 @@
 //! The command line as other programs use it: exit statuses, files, schema, and the same bytes twice.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-#[path = "well_formed/mod.rs"]
-mod well_formed;
+mod rig;
 
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::Output,
 };
 
 use meerkat_mwd::{Sample, SampleFlags};
 use mwd::trace::{Keys, Trace};
 use serde_json::Value;
 use tempfile::TempDir;
-use well_formed::unbalanced;
 
-fn mwd(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).output().unwrap()
-}
+use rig::page::unbalanced;
+use rig::{
+    files::{FAST_ROTATION, recording_path},
+    program::mwd,
+};
 
 fn error_of(arguments: &[&str], status: i32) -> String {
     let output = mwd(arguments);
@@ -26,8 +26,8 @@ fn error_of(arguments: &[&str], status: i32) -> String {
     String::from_utf8(output.stderr).unwrap()
 }
 
-/// Ten seconds at 200 Hz: a slow turn about gravity, one second of it without magnetometer, three readings clipped,
-/// a reference for the second half.
+/// Ten seconds at 200 Hz: a slow turn about gravity, one second of it without magnetometer, three readings
+/// clipped, a reference for the second half.
 fn trace() -> Trace {
     let sample = |i: u64| {
         let mut flags = SampleFlags::TEMPERATURE_MISSING;
@@ -184,7 +184,7 @@ fn page_of(trace: &Path, directory: &TempDir) -> (String, Value) {
 #[test]
 fn the_page_of_a_recording_tells_its_windows_and_its_scores() {
     let directory = TempDir::new().unwrap();
-    let recorded = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
+    let recorded = recording_path(FAST_ROTATION);
     let (page, json) = page_of(&recorded, &directory);
     let windows = json["identification"]["windows"].as_array().unwrap();
     assert!(windows.len() > 1);

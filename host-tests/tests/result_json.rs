@@ -1,6 +1,8 @@
 //! The windows and the final parameters of the JSON result.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
+mod rig;
+
 use meerkat_mwd::{
     Config,
     compensation::GyroModel,
@@ -8,12 +10,10 @@ use meerkat_mwd::{
     identification::{Decision, Refusal, WindowReport},
 };
 use mwd::{
-    configuration::of_trace,
-    diagnose::diagnosed,
-    flight::{Flight, fly},
-    result_json::result_json,
+    diagnosis::diagnosed,
+    flight::{Flight, configuration::of_trace, fly},
+    report::{json::result_json, summary::print_summary},
     simulate::{Effects, Scenario, simulate},
-    summary::print_summary,
     trace::Trace,
 };
 use serde_json::Value;
@@ -27,17 +27,13 @@ fn report(start_s: u64, decision: Decision, fitted: GyroModel, flown: GyroModel)
         t_start_us: start_s * 1_000_000,
         t_end_us: (start_s + 50) * 1_000_000,
         t_effect_us: Some((start_s + 55) * 1_000_000),
-        decision,
         optimizer: OptimizerKind::Lm,
         evaluations: 123,
         cost_before: Some(0.1),
         cost_after: Some(f32::NAN),
-        cost_gained_by_search: None,
         fitted,
-        bias_only: GyroModel::IDENTITY,
         flown,
         sigma: [start_s as f32; 12],
-        p_covariance: [[0.0; 15]; 3],
         observable: [true; 12],
         rank: 12,
         rest_s: 1.5,
@@ -46,6 +42,7 @@ fn report(start_s: u64, decision: Decision, fitted: GyroModel, flown: GyroModel)
         innovation_nis: 1.125,
         deg_per_turn: 0.5,
         widths: [1.0, 0.25, 3.0],
+        ..rig::report::report(decision)
     }
 }
 
@@ -148,7 +145,8 @@ fn the_summary_of_a_long_flight_fits_a_screen() {
     assert!(text.lines().count() <= 40, "{text}");
 }
 
-/// An effect says when it was found and since when it is taken out, by how much it is likelier than not, and nothing of p-values.
+/// An effect says when it was found and since when it is taken out, by how much it is likelier than not, and
+/// nothing of p-values.
 #[test]
 fn an_effect_has_its_times_and_its_evidence() {
     let effects = Effects { mag_lag_ms: 11.0, ..Effects::default() };

@@ -16,16 +16,16 @@ use uf_ahrs::{Ahrs, Madgwick, MadgwickParams, Mahony, MahonyParams, Vqf, VqfPara
 
 /// Samples a second: of drilling probes, and of the BROAD recordings.
 const RATES_HZ: [u16; 3] = [100, 200, 286];
-/// Samples of a run.
+/// Number of samples of a run.
 const SAMPLES: u16 = 6_000;
-/// The first of them, with the start, over which the stack is measured.
+/// Number of samples over which the stack is measured, the start included.
 const STACK_SAMPLES: u16 = 400;
-/// 30 rpm.
+/// Rotation of the probe, rad/s: 30 rpm.
 const TURN_RAD_S: f32 = 3.14;
 /// Instructions of the calibration, under one round of the timer.
 const CALIBRATION: u32 = 200_000;
 
-/// What twelve parameters look like.
+/// A gyro model with plausible errors in all twelve parameters.
 const MODEL: GyroModel =
     GyroModel { p: [[1.01, 0.02, 0.0], [0.0, 0.98, 0.01], [0.01, 0.0, 1.02]], b_rad_s: [0.01, -0.01, 0.02] };
 
@@ -78,7 +78,8 @@ struct Measurement {
     mag_ut: Vector3<f32>,
 }
 
-/// A probe that turns about its axis at 30 deg of inclination, in a field of 50 uT that dips by 65 deg, with noise.
+/// A probe that turns about its axis at 30 deg of inclination, in a field of 50 uT that dips by 65 deg, with
+/// noise.
 struct Motion {
     t_s: f32,
     state: u32,
@@ -87,7 +88,7 @@ struct Motion {
 impl Motion {
     fn noise(&mut self, size: f32) -> Vector3<f32> {
         Vector3::from_fn(|_, _| {
-            // a congruential generator (Numerical Recipes, ranqd1)
+            // A congruential generator (Numerical Recipes, ranqd1).
             self.state = self.state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             size * ((self.state >> 8) as f32 / 16_777_216.0 - 0.5)
         })
@@ -106,7 +107,8 @@ impl Motion {
     }
 }
 
-/// SysTick: under `-icount` it counts executed instructions, and how many ticks one takes is measured with a loop of known length.
+/// SysTick: under `-icount` it counts executed instructions, and how many ticks one takes is measured with a
+/// loop of known length.
 struct Counter {
     ticks_per_instruction: f32,
     overhead_ticks: u32,
@@ -120,7 +122,7 @@ impl Counter {
         timer.enable_counter();
         let mut counter = Self { ticks_per_instruction: 1.0, overhead_ticks: 0 };
         counter.overhead_ticks = counter.ticks(|| ());
-        // `asm::delay` is a loop of two instructions
+        // `asm::delay` is a loop of two instructions.
         let base = counter.ticks(|| asm::delay(0));
         let delayed = counter.ticks(|| asm::delay(CALIBRATION / 2));
         counter.ticks_per_instruction = (delayed - base) as f32 / CALIBRATION as f32;

@@ -1,14 +1,14 @@
-//! How much stack a piece of work takes: the free stack is painted, and what is no longer paint has been used.
+//! Stack use of a piece of work: the free stack is painted, and words that are no longer paint were used.
 
 use cortex_m::register::msp;
 
-/// So much is painted, more than any filter here takes.
+/// Painted bytes: more than any filter here uses.
 const PAINTED_BYTES: u32 = 8 * 1024;
-/// What painting itself may have on the stack.
+/// Bytes of stack that painting itself may use.
 const OWN_BYTES: u32 = 128;
 const PAINT: u32 = 0xcccc_cccc;
 
-/// Bytes of stack that `work` takes, whatever it calls included.
+/// Bytes of stack that `work` uses, with everything it calls.
 #[inline(never)]
 pub fn depth(work: impl FnOnce()) -> u32 {
     let top = msp::read();
@@ -21,7 +21,8 @@ pub fn depth(work: impl FnOnce()) -> u32 {
 fn paint() {
     let end = msp::read() - OWN_BYTES;
     for word in (end - PAINTED_BYTES..end).step_by(4) {
-        // SAFETY: below the stack pointer nothing lives (no interrupt is enabled), and the chip's RAM reaches further down than this.
+        // SAFETY: below the stack pointer nothing lives (no interrupt is enabled), and the chip's RAM reaches
+        // further down than this.
         #[allow(unsafe_code)]
         unsafe {
             (word as *mut u32).write_volatile(PAINT);

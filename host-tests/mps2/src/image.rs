@@ -1,4 +1,4 @@
-//! What runs after reset.
+//! Start of the image: what runs after reset.
 
 use crate::{lsm303dlhc::Magnetometer, sbcon::BitBangedI2c};
 use semihosting::{eprintln, println, process};
@@ -14,8 +14,8 @@ static VECTORS: [unsafe extern "C" fn() -> !; 3] = [reset, fault, fault];
 #[allow(unsafe_code)]
 #[unsafe(no_mangle)]
 unsafe extern "C" fn reset() -> ! {
-    // The compiler may move words through the floating-point unit: CPACR, full access to CP10 and CP11 (Armv7-M ARM, B3.2.20).
-    // SAFETY: one write to a register of the core, before anything else runs.
+    // The compiler may move words through the floating-point unit: CPACR, full access to CP10 and CP11
+    // (Armv7-M ARM, B3.2.20). SAFETY: one write to a register of the core, before anything else runs.
     unsafe { (0xE000_ED88 as *mut u32).write_volatile(0xF << 20) };
     cortex_m::asm::dsb();
     cortex_m::asm::isb();
@@ -42,7 +42,7 @@ fn measure() -> Result<(), crate::sbcon::I2cError> {
     magnetometer.start()?;
     let [x, y, z] = magnetometer.field_nt()?;
     println!("field {x} {y} {z}");
-    // Nobody is at another address: the bus says so.
+    // No part answers at another address: the bus reports so.
     println!("nobody {:?}", magnetometer.nobody_answers());
     Ok(())
 }

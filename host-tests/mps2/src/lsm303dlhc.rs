@@ -1,4 +1,5 @@
-//! The magnetometer of ST's LSM303DLHC (data sheet DocID018771, section 7.2), in the style of the drivers of the library.
+//! The magnetometer of ST's LSM303DLHC (data sheet DocID018771, section 7.2), in the style of the drivers of
+//! the library.
 
 use embedded_hal::i2c::I2c;
 

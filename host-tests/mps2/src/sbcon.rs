@@ -1,4 +1,5 @@
-//! I2C by hand over the Arm Versatile serial bus interface "SBCon" (Arm DDI 0224, section 4.11): two open-drain lines.
+//! I2C by hand over the Arm Versatile serial bus interface "SBCon" (Arm DDI 0224, section 4.11): two
+//! open-drain lines.
 
 use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
@@ -7,7 +8,7 @@ const BASE: *mut u32 = 0x4002_A000 as *mut u32;
 const SCL: u32 = 1;
 const SDA: u32 = 1 << 1;
 
-/// No part has acknowledged.
+/// No part acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum I2cError {
     NoAcknowledge(NoAcknowledgeSource),
@@ -25,12 +26,13 @@ pub struct BitBangedI2c {
 }
 
 impl BitBangedI2c {
-    /// The interface. There is one, and one program.
+    /// The interface. There is one, and this program is its only user.
     pub const fn take() -> Self {
         Self { _private: () }
     }
 
-    // SAFETY: the three registers are at these addresses on this machine, and have no effect but on the lines.
+    // SAFETY: the three registers are at these addresses on this machine, and have no effect but on the
+    // lines.
     #[allow(unsafe_code)]
     fn set(&mut self, line: u32, high: bool) {
         let register = if high { BASE } else { BASE.wrapping_add(1) };
@@ -64,7 +66,7 @@ impl BitBangedI2c {
         level
     }
 
-    /// Sends a byte, most significant bit first; whether it was acknowledged.
+    /// Sends a byte, most significant bit first. Returns whether it was acknowledged.
     fn send(&mut self, byte: u8) -> bool {
         for bit in (0..8).rev() {
             self.clock(byte >> bit & 1 != 0);

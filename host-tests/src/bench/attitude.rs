@@ -1,7 +1,7 @@
 //! Attitude on recordings with a reference, beside VQF's on the same samples.
 //!
-//! The recordings are those of the folder that `MWD_RECORDINGS` names, else the bundled ones. Everything is online: each attitude is
-//! what was known when its sample came, from the recording's first sample on.
+//! Recordings come from the folder named by `MWD_RECORDINGS`, else from the repository. Every estimate is
+//! online: each attitude uses what was known when its sample came, from the recording's first sample on.
 
 use std::{env, path::Path};
 
@@ -10,27 +10,27 @@ use meerkat_mwd::{Config, Sample, SampleFlags, config::Latency};
 use vqf_rs::VQF;
 
 use super::{
-    Effort,
+    effort::Effort,
     seeds::each_seed,
     table::{Cell, Table},
 };
 use crate::{
-    configuration::of_trace,
-    flight::fly,
-    main_job::bundled,
-    recordings::{FOLDER, listed},
+    flight::{configuration::of_trace, fly},
     score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg},
-    trace::Trace,
+    trace::{
+        Trace,
+        recordings::{FOLDER, folder, listed},
+    },
 };
 
 /// An estimate of a trace's attitudes.
 type Estimator = fn(&Trace) -> anyhow::Result<Vec<TimedAttitude>>;
 
-/// Delays of the sensor of the BROAD recordings, found against their optical reference (`mwd diagnose --against-reference`): what a
-/// data sheet would say.
+/// Delays of the sensor used for the BROAD recordings, measured against their optical reference (`mwd
+/// diagnose --against-reference`); a data sheet would state them.
 pub const AKTOS_T: Latency = Latency { gyro_s: Some(0.004), accel_s: Some(0.002_5), mag_s: Some(0.015) };
 
-/// What is compared, in the order of the rows.
+/// The estimators compared, in the order of the rows.
 pub const ESTIMATORS: [(&str, Estimator); 4] = [
     ("VQF (vqf-rs 0.3)", |trace| Ok(vqf(trace))),
     ("ours, no effects", |trace| ours(trace, &Config { effects: false, ..of_trace(trace) })),
@@ -39,7 +39,7 @@ pub const ESTIMATORS: [(&str, Estimator); 4] = [
 ];
 
 /// The recordings are played once, whatever the effort.
-pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let recordings = recordings()?;
     let names: Vec<String> = recordings.iter().map(|(name, _)| name.clone()).collect();
     let scores = each_seed(0..recordings.len() as u64, |index| score(&recordings[index as usize].1))?;
@@ -60,14 +60,14 @@ pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     Ok(tables)
 }
 
-/// One figure of a score.
+/// Picks one figure of a score.
 type Part = fn(&AttitudeRms) -> Option<f64>;
 
 /// A score's parts and their names.
 const PARTS: [(&str, Part); 3] =
     [("total", |s| s.total), ("heading", |s| s.heading), ("inclination", |s| s.inclination)];
 
-/// Of each estimator, as it is and without one constant heading offset.
+/// Scores each estimator, as it is and without one constant heading offset.
 ///
 /// # Errors
 /// The trace has no configuration that can be flown.
@@ -83,7 +83,7 @@ pub fn score(trace: &Trace) -> anyhow::Result<[[AttitudeRms; 2]; ESTIMATORS.len(
 fn recordings() -> anyhow::Result<Vec<(String, Trace)>> {
     let mut paths = match env::var_os(FOLDER) {
         Some(folder) => listed(Path::new(&folder)).context(FOLDER)?,
-        None => listed(&bundled())?,
+        None => listed(&folder())?,
     };
     paths.retain(|path| path.to_string_lossy().trim_end_matches(".gz").ends_with(".csv"));
     let mut all = Vec::new();
@@ -97,7 +97,7 @@ fn recordings() -> anyhow::Result<Vec<(String, Trace)>> {
     Ok(all)
 }
 
-/// What the probe says.
+/// Attitudes of this project's probe.
 ///
 /// # Errors
 /// The configuration cannot be flown.
@@ -107,7 +107,7 @@ pub fn ours(trace: &Trace, config: &Config) -> anyhow::Result<Vec<TimedAttitude>
     Ok(attitudes.filter_map(|output| Some((output.t_us, output.attitude.as_ref()?.q.map(f64::from)))).collect())
 }
 
-/// What VQF says, with its defaults, each sensor at its own mean rate.
+/// Attitudes of VQF with its defaults, each sensor at its own mean rate.
 #[must_use]
 pub fn vqf(trace: &Trace) -> Vec<TimedAttitude> {
     let period_s = f64::from(trace.nominal_period_us()) * 1e-6;
@@ -127,7 +127,7 @@ pub fn vqf(trace: &Trace) -> Vec<TimedAttitude> {
             vqf.update_mag(mag_ut.map(f64::from));
         }
         let q = vqf.quat_9d();
-        // Its earth is east, north, up: half a turn about the bisector of north and east from ours.
+        // VQF's earth frame is east, north, up: half a turn about the bisector of north and east from NED.
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let (w, x, y, z) = (q.0, q.1, q.2, q.3);
         (sample.t_us, [-half * (x + y), half * (w + z), half * (w - z), half * (y - x)])

@@ -1,14 +1,14 @@
-//! What the attitude filter costs on the emulated chip, beside the filters of `uf-ahrs` on the same samples.
+//! Cost of the attitude filter on the emulated chip, beside the filters of `uf-ahrs` on the same samples.
 
 use anyhow::Context;
 
 use super::{
-    Effort,
+    effort::Effort,
     table::{Cell, Table},
 };
-use crate::{emulate::run_program, toolchain};
+use crate::target::{machine::run_program, toolchain};
 
-/// A filter's line at one rate.
+/// Cost of a filter at one sample rate.
 struct Count {
     name: String,
     rate_hz: u32,
@@ -17,8 +17,8 @@ struct Count {
     stack_bytes: f64,
 }
 
-/// The emulator counts exactly, so one run says it all.
-pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+/// Runs the filters once: the emulator counts exactly.
+pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let printed = run_program(&toolchain::prepare()?, "filter-cost")?;
     let counts = printed.lines().map(parse).collect::<anyhow::Result<Vec<Count>>>()?;
     let mut table = Table::new(

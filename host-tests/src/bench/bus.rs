@@ -1,21 +1,21 @@
-//! What the sampling path costs on the emulated chip.
+//! Cost of the sampling path on the emulated chip.
 
 use super::{
-    Effort,
+    effort::Effort,
     one_window::scenario,
     table::{Cell, Table},
 };
 use crate::{
-    configuration::of_trace,
-    emulate::{Feed, fly_emulated},
+    flight::configuration::of_trace,
     simulate::simulate,
+    target::emulate::{Feed, fly_emulated},
 };
 
 /// Length of the run, seconds.
 const DURATION_S: f64 = 20.0;
 
-/// The emulator counts exactly, so one run says it all.
-pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+/// Runs once: the emulator counts exactly.
+pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let mut scenario = scenario("drilling_45deg")?;
     scenario.duration_s = DURATION_S;
     let (trace, _) = simulate(&scenario, 1);

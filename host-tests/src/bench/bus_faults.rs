@@ -1,7 +1,8 @@
-//! Every kind of fault of a sensor and of its wire, at every transaction of two seconds; and what the wire takes without one.
+//! Every kind of fault of a sensor and its wire, at every transaction of two seconds; and the load of the
+//! wire without a fault.
 
 use super::{
-    Effort,
+    effort::Effort,
     table::{Cell, Table},
 };
 use crate::bus_faults::{
@@ -14,12 +15,12 @@ use meerkat_mwd::{
     sensors::BURST_FRAMES,
 };
 
-/// Of a quick look: every so many transactions.
+/// Stride over transactions in a quick run.
 const QUICK_STRIDE: usize = 17;
 const PARTS: [(Part, [&str; 2]); 2] =
     [(Part::Ism330dhcx, ["ISM330DHCX, SPI", "ISM330DHCX, I2C"]), (Part::Rm3100, ["RM3100, SPI", "RM3100, I2C"])];
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let stride = if effort == Effort::Full { 1 } else { QUICK_STRIDE };
     let motion = Motion::new(RUN_US, 1);
     let clean = [Bus::Spi, Bus::I2c].map(|bus| run_once(&motion, bus, None));

@@ -1,15 +1,15 @@
-//! Whether the reported deviations are true: how often the truth lies within 1.96 of them.
+//! Coverage of the reported deviations: how often the truth lies within 1.96 of them.
 
 use meerkat_mwd::{compensation::GyroModel, config::OptimizerKind};
 
 use super::{
-    Effort,
+    effort::Effort,
     one_window::{Run, WINDOW_S, scenario},
     seeds::each_seed,
     table::{Cell, Table},
 };
 
-/// Of a normal distribution 95 % lie within so many deviations of the mean.
+/// Number of deviations within which 95 % of a normal distribution lie.
 const DEVIATIONS: f64 = 1.96;
 
 const NAMES: [&str; 12] = ["p11", "p12", "p13", "p21", "p22", "p23", "p31", "p32", "p33", "bx", "by", "bz"];
@@ -17,11 +17,11 @@ const NAMES: [&str; 12] = ["p11", "p12", "p13", "p21", "p22", "p23", "p31", "p32
 /// Error over reported deviation of each parameter that the report calls observable.
 type Trial = [Option<f64>; 12];
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(500);
     let scenarios = ["drilling_vertical", "drilling_45deg"].map(scenario);
     let [vertical, inclined] = scenarios;
-    // Scored is the fit itself: nothing has to follow it.
+    // Only the fit is scored: nothing has to follow the window.
     let scenarios = [vertical?, inclined?].map(|mut scenario| {
         scenario.duration_s = WINDOW_S + 6.0;
         scenario
@@ -47,7 +47,7 @@ fn trial(run: &Run) -> anyhow::Result<Trial> {
     let report = run.identify(OptimizerKind::Imoa)?;
     let truth = parameters(&run.truth.gyro_at(run.close));
     let fitted = parameters(&report.fitted);
-    // Without a fit there is nothing whose deviation could be true.
+    // Without a fit no deviation is reported.
     let exists = report.cost_after.is_some();
     Ok(std::array::from_fn(|i| {
         (exists && report.observable[i]).then(|| (fitted[i] - truth[i]) / f64::from(report.sigma[i]))
@@ -60,7 +60,8 @@ fn parameters(model: &GyroModel) -> [f64; 12] {
     std::array::from_fn(|_| values.next().map_or(f64::NAN, f64::from))
 }
 
-/// Coverage in all, vertical and inclined windows, share that is observable, and root mean square of the scaled errors.
+/// Coverage over all, vertical and inclined windows, share of observable parameters, and rms of the scaled
+/// errors.
 fn cells(trials: &[Trial], parameters: std::ops::Range<usize>) -> [Cell; 5] {
     let errors = |first: usize, step: usize| -> Vec<f64> {
         let windows = trials.iter().skip(first).step_by(step);

@@ -1,4 +1,4 @@
-//! Draws drilling runs with random faults and effects, some of each absent.
+//! Random drilling runs with faults and effects, each absent in some runs.
 
 use std::array;
 
@@ -6,14 +6,14 @@ use crate::simulate::{
     Dropouts, Effects, Gyro, Hole, MagneticBursts, Rotation, Scenario, ShockSettings, Vibration, Wobble, random::Random,
 };
 
-/// Length of a drawn run: a window, the latency of its result and six minutes, seconds.
+/// Length of a run, seconds: a window, the latency of its result and six minutes.
 const DURATION_S: f64 = 416.0;
 
-/// Share of runs with no effect at all, and probability of each effect in the others.
+/// Share of runs without any effect, and probability of each effect in the others.
 const NONE: f64 = 0.2;
 const EACH: f64 = 0.3;
 
-/// What a run is counted under: the gyro's errors, then each effect that is present.
+/// Classes that runs are counted under: the gyro's errors, then each effect present.
 pub const CLASSES: [&str; 15] = [
     "P exact",
     "P off by tenths of a percent",
@@ -32,19 +32,19 @@ pub const CLASSES: [&str; 15] = [
     "no rest",
 ];
 
-/// First of the classes that are effects, and how many there are.
+/// Index of the first class that is an effect, and number of such classes.
 const FIRST_EFFECT: usize = 4;
 const EFFECTS: usize = 10;
 
 /// A drawn run.
 pub struct Drawn {
-    /// What is drilled.
+    /// The scenario.
     pub scenario: Scenario,
     /// Which of [`CLASSES`] it belongs to.
     pub classes: [bool; CLASSES.len()],
 }
 
-/// Draws one. The same seed draws the same.
+/// Draws a run; the same seed gives the same run.
 #[must_use]
 pub fn draw(seed: u64) -> Drawn {
     let mut random = Random::new(seed);
@@ -71,7 +71,7 @@ pub fn draw(seed: u64) -> Drawn {
     Drawn { scenario, classes }
 }
 
-/// How the tool moves.
+/// Draws the motion of the tool.
 fn motion(random: &mut Random) -> Scenario {
     let some = |random: &mut Random, low, high| if random.uniform() < 0.8 { random.between(low, high) } else { 0.0 };
     Scenario {
@@ -111,9 +111,9 @@ fn gyro(class: usize) -> Gyro {
     }
 }
 
-/// Adds one effect, in the order of [`CLASSES`].
+/// Adds one effect, by its number in [`CLASSES`].
 fn add(scenario: &mut Scenario, effect: usize, random: &mut Random) {
-    // A vector of length up to `largest`, and a matrix whose elements are.
+    // A vector of length up to `largest`; below, a matrix of such elements.
     let vector = |random: &mut Random, largest: f64| {
         let length = random.between(0.0, largest);
         random.direction().map(|x| length * x)
@@ -145,7 +145,7 @@ fn add(scenario: &mut Scenario, effect: usize, random: &mut Random) {
         }
         _ => {
             effects.dropouts = Dropouts { per_minute: random.between(1.0, 30.0), length_s: random.between(0.01, 0.5) };
-            // The speed swings to twice its mean: some of that clips.
+            // The speed swings up to twice its mean, which partly clips.
             let peak_deg_s = 2.0 * 6.0 * scenario.rotation.mean_rpm;
             scenario.gyro.full_scale_deg_s = Some(peak_deg_s * random.between(0.9, 1.2));
             scenario.accel.full_scale_g = Some(random.between(2.0, 8.0));

@@ -1,18 +1,19 @@
-//! Two gyros to drill with.
+//! Two grades of gyro to drill with.
 
 use meerkat_mwd::Config;
 
 use crate::simulate::Scenario;
 
-/// How steady the bias of a gyro is.
+/// Grade of a gyro: how steady its bias is.
 ///
-/// With white noise of density N and a bias that walks K the Allan variance is N^2 / t + K^2 t / 3 (IEEE Std 952, annex C), and the least Allan
-/// deviation, which data sheets give as in-run bias stability, sqrt(2 N K / sqrt(3)).
+/// With white noise of density N and a bias that walks K the Allan variance is N^2 / t + K^2 t / 3 (IEEE Std
+/// 952, annex C), and the least Allan deviation, which data sheets give as in-run bias stability, sqrt(2 N K
+/// / sqrt(3)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GyroGrade {
-    /// What the scenarios have and the configuration expects by default, heat and all: 12 deg/h.
+    /// The grade that scenarios have and the configuration assumes, temperature included: 12 deg/h.
     Default,
-    /// 3 deg/h, and the configuration says so.
+    /// A grade of 3 deg/h, stated in the configuration.
     Steady,
 }
 
@@ -22,7 +23,7 @@ impl GyroGrade {
     /// Noise density, deg/s per root hertz, and walk of the bias, deg/s per root second.
     const STEADY: (f64, f64) = (0.005, 1.2e-4);
 
-    /// For the title of a table.
+    /// Name for the title of a table.
     pub const fn told(self) -> &'static str {
         match self {
             Self::Default => {
@@ -34,14 +35,14 @@ impl GyroGrade {
         }
     }
 
-    /// Puts it into the tool.
+    /// Puts a gyro of this grade into the scenario.
     pub fn build_in(self, scenario: &mut Scenario) {
         if self == Self::Steady {
             (scenario.gyro.noise_deg_s_rthz, scenario.gyro.bias_walk_deg_s_rts) = Self::STEADY;
         }
     }
 
-    /// Says what its data sheet says.
+    /// States this grade in the configuration.
     pub fn declare(self, config: &mut Config) {
         if self == Self::Steady {
             config.attitude.gyro_noise_rad_s_rthz = Self::STEADY.0.to_radians() as f32;
@@ -56,7 +57,7 @@ mod tests {
     use super::*;
     use crate::bench::one_window::scenario;
 
-    /// The scenarios' gyro and the steady one have the least Allan deviation that the titles of the tables say.
+    /// The least Allan deviations of both grades are as the tables' titles say.
     #[test]
     fn the_least_allan_deviation_is_the_one_that_is_told() {
         for (grade, expected_deg_h) in GyroGrade::BOTH.into_iter().zip([12.0, 3.0]) {

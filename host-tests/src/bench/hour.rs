@@ -4,38 +4,38 @@ use anyhow::Context;
 use meerkat_mwd::{compensation::GyroModel, config::Config};
 
 use super::{
-    Effort,
     cramer_rao::{Bound, Vibration},
+    effort::Effort,
     gyro_grade::GyroGrade,
     one_window::{WINDOW_S, scenario},
     seeds::each_seed,
     table::{Cell, Table, median_and_worst, rms},
 };
 use crate::{
-    configuration::of_trace,
-    flight::fly,
+    flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
     simulate::{Truth, simulate},
     trace::Trace,
 };
 
-/// Where the model is looked at, minutes of the run; the first window's result comes before all of them.
+/// Times at which the model is scored, minutes of the run; the first window's result comes before.
 const MINUTES: [u32; 7] = [1, 2, 5, 10, 20, 40, 60];
 
-/// A model is scored on the motion of so long after the instant at which it is looked at, seconds.
+/// Length of motion after each time on which the model is scored, seconds.
 const AHEAD_S: f64 = 60.0;
 
-/// Seeds of which the Cramer-Rao bound of the whole hour is told as well: it takes minutes, and hardly depends on the seed.
+/// Seeds for which the bound of the whole hour is computed too: it takes minutes and hardly depends on the
+/// seed.
 const BOUND_SEEDS: u64 = 4;
 
 /// Errors of one seed, deg/s: after the first window, then at each of [`MINUTES`].
 struct Trial {
     errors_deg_s: Vec<f64>,
-    /// Bound of the last of them, of all that was read until the window closed that taught what flew there.
+    /// Bound of the last error, from everything read until the window closed whose result flew then.
     bound_deg_s: Option<f64>,
 }
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(20);
     GyroGrade::BOTH.into_iter().map(|grade| table(grade, seeds)).collect()
 }
@@ -84,7 +84,7 @@ fn trials(name: &str, grade: GyroGrade, seeds: u64) -> anyhow::Result<Vec<Trial>
     grade.build_in(&mut scenario);
     each_seed(0..seeds, |seed| {
         let (trace, truth) = simulate(&scenario, seed);
-        // The identification by itself.
+        // Only the identification is measured.
         let mut config = Config { effects: false, ..of_trace(&trace) };
         grade.declare(&mut config);
         let reports = fly(&config, &trace.samples, |_| {})?.reports;
@@ -112,16 +112,16 @@ fn trials(name: &str, grade: GyroGrade, seeds: u64) -> anyhow::Result<Vec<Trial>
     })
 }
 
-/// The motion over which a model is scored.
+/// The stretch of motion on which a model is scored.
 struct Stretch<'a> {
     from: usize,
     rates: &'a [[f64; 3]],
-    /// The true model at its beginning.
+    /// The true model at its start.
     truth: GyroModel,
 }
 
 impl<'a> Stretch<'a> {
-    /// The minute after an instant.
+    /// The minute after a time.
     fn ahead(config: &Config, trace: &'a Trace, truth: &Truth, t_us: u64) -> anyhow::Result<Self> {
         let from = trace.samples.partition_point(|sample| sample.t_us < t_us);
         let to = from + (AHEAD_S * 1e6) as usize / config.sample_period_us as usize;

@@ -1,165 +1,28 @@
-//! `mwd bench`: every figure that the README shows, from seeds, as tables on the terminal and as JSON.
+//! Measurements of what flies: each section of `mwd bench` is one module; the others are shared.
 
 pub mod attitude;
-mod benefit;
-mod bus;
-mod bus_faults;
-mod attitude_cost;
-mod contaminated;
-pub mod contenders;
-mod coverage;
+pub(crate) mod attitude_cost;
+pub(crate) mod benefit;
+pub(crate) mod bus;
+pub(crate) mod bus_faults;
+pub(crate) mod coverage;
 pub mod cramer_rao;
-mod drilling;
-mod effects;
-mod evaluations;
+pub(crate) mod drilling;
+pub(crate) mod effects;
+mod effort;
 pub mod faults;
-mod gyro_grade;
-mod hour;
-mod inclination;
+pub(crate) mod gyro_grade;
+pub(crate) mod hour;
 pub mod one_window;
-mod paper;
-pub mod pure_integration;
-mod rate_error;
-mod recordings;
+pub(crate) mod rate_error;
+pub(crate) mod recordings;
 pub mod rotation_error;
-mod seeds;
-mod sensors;
-mod swaps;
+pub(crate) mod seeds;
+pub(crate) mod sensors;
+pub(crate) mod swaps;
 mod table;
-mod target;
-mod turntable;
+pub(crate) mod target;
+pub(crate) mod turntable;
 
-use std::{
-    io::{self, IsTerminal, Write},
-    path::Path,
-};
-
-use serde_json::json;
-
-use crate::{cli::BenchArgs, failure::Failure};
+pub use effort::Effort;
 pub use table::{Cell, Table, median, median_and_lowest, median_and_worst, rms};
-
-/// How many repetitions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
-    /// A look: minutes become seconds.
-    Quick,
-    /// What the README states.
-    Full,
-    /// As many as were asked for.
-    Seeds(u64),
-}
-
-impl Effort {
-    /// `full` repetitions, or a tenth of them, at least three, or as many as were asked for.
-    #[must_use]
-    pub fn repetitions(self, full: u64) -> u64 {
-        match self {
-            Self::Full => full,
-            Self::Quick => (full / 10).max(3),
-            Self::Seeds(seeds) => seeds,
-        }
-    }
-}
-
-/// One subject of the bench.
-struct Section {
-    /// Its name on the command line.
-    name: &'static str,
-    place: Place,
-    run: fn(Effort) -> anyhow::Result<Vec<Table>>,
-}
-
-/// Where a section runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
-    /// On this machine.
-    Host,
-    /// On the emulated chip: with `--target`, which runs nothing else.
-    Target,
-}
-
-impl Section {
-    const fn on_host(name: &'static str, run: fn(Effort) -> anyhow::Result<Vec<Table>>) -> Self {
-        Self { name, place: Place::Host, run }
-    }
-}
-
-/// In the order in which they are printed.
-const SECTIONS: &[Section] = &[
-    Section::on_host("rate_error", rate_error::run),
-    Section::on_host("inclination", inclination::run),
-    Section::on_host("evaluations", evaluations::run),
-    Section::on_host("paper", paper::run),
-    Section::on_host("coverage", coverage::run),
-    Section::on_host("contaminated", contaminated::run),
-    Section::on_host("turntable", turntable::run),
-    Section::on_host("hour", hour::run),
-    Section::on_host("swaps", swaps::run),
-    Section::on_host("effects", effects::run),
-    Section::on_host("recordings", recordings::run),
-    Section::on_host("benefit", benefit::run),
-    Section::on_host("attitude", attitude::run),
-    Section::on_host("bus_faults", bus_faults::run),
-    Section::on_host("sensors", sensors::run),
-    Section { name: "target", place: Place::Target, run: target::run },
-    Section { name: "bus", place: Place::Target, run: bus::run },
-    Section::on_host("drilling", drilling::run),
-    Section { name: "attitude_cost", place: Place::Target, run: attitude_cost::run },
-];
-
-/// Runs the sections that were asked for, prints their tables as they come and writes them.
-///
-/// # Errors
-/// There is no such section, one cannot be run, or the result cannot be written.
-pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
-    let effort = match args.seeds {
-        Some(seeds) => Effort::Seeds(seeds),
-        None if args.quick => Effort::Quick,
-        None => Effort::Full,
-    };
-    let sections = asked_for(args)?;
-    let mut out = io::stdout().lock();
-    let mut all = Vec::new();
-    for section in sections {
-        if io::stderr().is_terminal() {
-            eprintln!("{}", section.name);
-        }
-        for table in (section.run)(effort)? {
-            writeln!(out, "{table}")?;
-            out.flush()?;
-            all.push(json!({ "section": section.name, "table": table }));
-        }
-    }
-    if let Some(path) = &args.json {
-        write_json(path, &all)?;
-    }
-    Ok(())
-}
-
-/// The sections of the place that was asked for, all or those that were named.
-fn asked_for(args: &BenchArgs) -> Result<Vec<&'static Section>, Failure> {
-    let place = if args.target { Place::Target } else { Place::Host };
-    let there: Vec<&Section> = SECTIONS.iter().filter(|section| section.place == place).collect();
-    let elsewhere = |name: &&String| SECTIONS.iter().any(|section| section.name == **name && section.place != place);
-    if let Some(name) = args.only.iter().find(elsewhere) {
-        let how = if args.target { "runs without --target" } else { "needs --target" };
-        return Err(Failure::BadInput(format!("--only {name}: {how}")));
-    }
-    if let Some(unknown) = args.only.iter().find(|name| there.iter().all(|section| section.name != *name)) {
-        let names: Vec<&str> = there.iter().map(|section| section.name).collect();
-        let target = if args.target { " with --target" } else { "" };
-        let names = names.join(", ");
-        return Err(Failure::BadInput(format!("--only {unknown}: no such section{target}; there are {names}")));
-    }
-    Ok(there
-        .into_iter()
-        .filter(|section| args.only.is_empty() || args.only.iter().any(|name| name == section.name))
-        .collect())
-}
-
-fn write_json(path: &Path, tables: &[serde_json::Value]) -> anyhow::Result<()> {
-    let document = json!({ "schema": "meerkat-mwd-bench/1", "tables": tables });
-    let text = serde_json::to_string_pretty(&document)? + "\n";
-    Ok(std::fs::write(path, text).map_err(|error| Failure::output(path, &error))?)
-}

@@ -7,8 +7,7 @@ use meerkat_mwd::{Config, compensation::GyroModel, config::OptimizerKind, identi
 
 use super::cramer_rao::{Bound, Vibration};
 use crate::{
-    configuration::of_trace,
-    flight::fly,
+    flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, Truth, simulate},
     trace::Trace,
@@ -28,13 +27,13 @@ pub fn scenario(name: &str) -> anyhow::Result<Scenario> {
 
 /// A simulated run.
 pub struct Run {
-    /// What was drilled.
+    /// What was simulated.
     pub scenario: Scenario,
-    /// What the sensors read.
+    /// Readings of the sensors.
     pub trace: Trace,
-    /// What they should have read.
+    /// Truth of the simulator.
     pub truth: Truth,
-    /// How it is identified: frozen as soon as the result of the first window has taken effect.
+    /// Configuration: frozen as soon as the first window's result takes effect.
     pub config: Config,
     /// The sample at which the window closes.
     pub close: usize,
@@ -58,7 +57,7 @@ impl Run {
     /// It is too short for the window and the latency of its result.
     pub fn of(scenario: Scenario, trace: Trace, truth: Truth) -> anyhow::Result<Self> {
         let mut config = of_trace(&trace);
-        // What is measured here is the identification by itself.
+        // Only the identification is measured.
         config.effects = false;
         let close_us = trace.first_us() + (WINDOW_S * 1e6) as u64;
         let freeze_us = close_us + (f64::from(config.identification.latency_s) * 1e6) as u64;
@@ -69,7 +68,7 @@ impl Run {
         Ok(Self { scenario, trace, truth, config, close, effect })
     }
 
-    /// The report of the window when `optimizer` searches.
+    /// Report of the window with this search.
     ///
     /// # Errors
     /// The configuration cannot be used, or no window was closed.
@@ -79,29 +78,30 @@ impl Run {
         self.identify_as(&config)
     }
 
-    /// The report of the window with a configuration of its own.
+    /// Report of the window with this configuration.
     ///
     /// # Errors
     /// The configuration cannot be used, or no window was closed.
     pub fn identify_as(&self, config: &Config) -> anyhow::Result<WindowReport> {
-        // One window: what comes after its result need not be flown.
+        // Samples after the window's result need not be flown.
         let needed = self.trace.samples.get(..=self.effect + 1).unwrap_or(&self.trace.samples);
         fly(config, needed, |_| {})?.reports.first().copied().context("no window was closed")
     }
 
-    /// The true model when the window closes; the bias walks on from there.
+    /// The true model when the window closes.
     #[must_use]
     pub fn true_model(&self) -> GyroModel {
         self.truth.gyro_at(self.close)
     }
 
-    /// True rates from the instant on at which the window's result applies, rad/s.
+    /// True rates from the time on at which the window's result applies, rad/s.
     #[must_use]
     pub fn rates_ahead(&self) -> &[[f64; 3]] {
         self.trace.true_rate.as_deref().and_then(|rates| rates.get(self.effect..)).unwrap_or_default()
     }
 
-    /// Systematic rate error of a model over what follows the window, deg/s, against the true model when it closed.
+    /// Systematic rate error of a model over the run after the window, deg/s, against the true model when it
+    /// closed.
     ///
     /// # Errors
     /// There is no rate to score over, which no valid scenario gives.
@@ -117,7 +117,7 @@ impl Run {
         Bound::of_window(&self.scenario, &self.trace, &self.truth, self.close, &self.config.identification, known)
     }
 
-    /// The bound of [`Self::rate_error_deg_s`], root mean square.
+    /// Bound of [`Self::rate_error_deg_s`], rms.
     #[must_use]
     pub fn bound_deg_s(&self, known: Vibration) -> f64 {
         self.bound(known).rate_error_rad_s(&self.true_model(), self.rates_ahead()).to_degrees()

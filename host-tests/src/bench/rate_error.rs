@@ -1,4 +1,4 @@
-//! What one window of drilling is worth on the six minutes after it.
+//! Benefit of one window of drilling over the six minutes after it.
 
 use meerkat_mwd::{
     compensation::GyroModel,
@@ -7,14 +7,14 @@ use meerkat_mwd::{
 };
 
 use super::{
-    Effort,
     cramer_rao::Vibration,
+    effort::Effort,
     one_window::{Run, scenario},
     seeds::each_seed,
     table::{Cell, Table, median_and_worst, rms},
 };
 
-/// What searches, and its name.
+/// Searches, with their names.
 const SEARCHES: [(OptimizerKind, &str); 3] =
     [(OptimizerKind::Imoa, "IMOA"), (OptimizerKind::Lm, "Levenberg-Marquardt"), (OptimizerKind::Ls, "least squares")];
 
@@ -29,7 +29,7 @@ struct Trial {
     bound_white: f64,
 }
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(200);
     let mut table = Table::new(
         format!(

@@ -1,5 +1,5 @@
-//! What the loop finds on recordings of real sensors, and what it is worth there: parameters and effects from the first half, errors
-//! over the second.
+//! Findings of the loop on recordings of real sensors, and their benefit: parameters and effects from the
+//! first half, errors over the second.
 
 use std::path::Path;
 
@@ -7,34 +7,38 @@ use anyhow::Context;
 use meerkat_mwd::{Config, magnet::HardIronInterval};
 
 use super::{
-    Effort,
+    effort::Effort,
     seeds::each_seed,
     table::{Cell, Table},
 };
 use crate::{
-    configuration::{freeze_at_us, of_trace},
-    diagnose::{Diagnosed, against_reference, diagnosed},
-    flight::{Flight, fly},
-    recordings::{FOLDER, bundled, given, name},
-    replay::settings,
+    diagnosis::{Diagnosed, against_reference, diagnosed},
+    flight::{
+        Flight,
+        configuration::{freeze_at_us, of_trace},
+        fly,
+    },
     score::{self, PerModel, Reference},
-    trace::Trace,
+    trace::{
+        Trace,
+        recordings::{FOLDER, bundled, given, name},
+    },
 };
 
-/// Share of a recording that is kept back for the scores.
+/// Share of a recording held out for the scores.
 const HOLD_OUT: f64 = 0.5;
 
-/// What came of one way to fly a recording.
+/// Result of one way to fly a recording.
 struct Way {
     found: String,
-    /// The field's residual over a second, before and after.
+    /// Residual of the field over a second, before and after.
     field_deg: [Option<f64>; 2],
     p_refused: bool,
-    /// Rotation over 2 s, as it is and with one delay taken out.
+    /// Rotation error over 2 s, as it is and with one delay taken out.
     rotation_deg: [PerModel; 2],
 }
 
-/// Heading while a magnet was on the probe.
+/// Heading error while a magnet was on the probe.
 struct WithMagnet {
     from_to_s: [f64; 2],
     /// Without the loop and with it, degrees rms.
@@ -44,12 +48,12 @@ struct WithMagnet {
 struct Played {
     name: String,
     without: Way,
-    /// `None`: it has no reference.
+    /// Result against the reference; `None` without one.
     against: Option<Way>,
     magnets: Vec<WithMagnet>,
 }
 
-pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let mut paths = bundled()?;
     paths.extend(given().context(FOLDER)?);
     let played = each_seed(0..paths.len() as u64, |index| {
@@ -75,7 +79,7 @@ fn play(path: &Path) -> anyhow::Result<Played> {
 }
 
 fn way(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> Way {
-    let reference = score::score(trace, flight, &settings(trace, config)).unwrap_or_default();
+    let reference = score::score(trace, flight, &score::Settings::of(trace, config)).unwrap_or_default();
     let field = diagnosed.residual.magnetic_deg;
     Way {
         found: in_short(diagnosed),
@@ -85,7 +89,7 @@ fn way(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -
     }
 }
 
-/// Effects with the size of those that have one, and magnets with their times.
+/// Effects with their sizes, and magnets with their times, as text.
 fn in_short(diagnosed: &Diagnosed) -> String {
     let effects = diagnosed.effects.iter().map(|found| {
         let parameters = found.effect.parameters();
@@ -98,7 +102,7 @@ fn in_short(diagnosed: &Diagnosed) -> String {
             .replace('_', "/")
             .replace("ut", "uT");
         let size = sizes.iter().map(|x| f64::from(x * x)).sum::<f64>().sqrt();
-        // Of one direction, or a vector; elements of a matrix have no such thing.
+        // A size exists for one direction or for a vector, not for elements of a matrix.
         match sizes.as_slice() {
             [_] | [_, _, _] => format!("{} {size:.1} {unit}", found.effect.name()),
             _ => found.effect.name().to_owned(),
@@ -116,7 +120,7 @@ fn from_to_s(magnet: &HardIronInterval) -> [f64; 2] {
     [magnet.from_us as f64 * 1e-6, magnet.to_us.map_or(f64::INFINITY, |to_us| to_us as f64 * 1e-6)]
 }
 
-/// The heading over each magnet that is found in the whole recording, nothing frozen.
+/// Heading errors over each magnet found in the whole recording, nothing frozen.
 fn with_magnets(trace: &Trace, config: &Config) -> anyhow::Result<Vec<WithMagnet>> {
     let flight = fly(config, &trace.samples, |_| {})?;
     if flight.magnets.is_empty() {
@@ -130,7 +134,7 @@ fn with_magnets(trace: &Trace, config: &Config) -> anyhow::Result<Vec<WithMagnet
             *q = q.filter(|_| there.contains(&sample.t_us));
         }
         let heading = |flight: &Flight| {
-            let reference: Option<Reference> = score::score(&scored, flight, &settings(trace, config));
+            let reference: Option<Reference> = score::score(&scored, flight, &score::Settings::of(trace, config));
             reference.and_then(|reference| reference.attitude_rms_deg.heading)
         };
         WithMagnet { from_to_s: from_to_s(magnet), heading_deg: [heading(&without), heading(&flight)] }

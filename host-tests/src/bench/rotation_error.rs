@@ -1,4 +1,4 @@
-//! Rotation over a second by compensated readings, noise, lags and all, against the true one.
+//! Rotation error over a second: rotation by compensated readings, with noise and lags, against the true one.
 
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -8,9 +8,9 @@ use super::one_window::Run;
 /// Length of a rotation, seconds.
 const ROTATION_S: f64 = 1.0;
 
-/// Root mean square of the angle between the rotations over consecutive seconds that a model gives and the true ones, deg, from the
-/// sample on at which the window's result applies. Seconds in which a gyro reading is missing or clipped are left out; NaN when
-/// none is left.
+/// Angle between the rotations that a model gives over consecutive seconds and the true ones, degrees rms,
+/// from the sample on at which the window's result applies. Seconds with a missing or clipped gyro reading
+/// are left out; NaN if none is left.
 #[must_use]
 pub fn rotation_error_deg(run: &Run, model: &GyroModel) -> f64 {
     let period_s = f64::from(run.scenario.sample_period_us) * 1e-6;
@@ -30,7 +30,7 @@ pub fn rotation_error_deg(run: &Run, model: &GyroModel) -> f64 {
         let turned = samples.iter().map(|s| p * (Vector3::from(s.gyro_rad_s.map(f64::from)) - b) * period_s);
         let mut before = Vector3::zeros();
         let rotation = turned.enumerate().fold(UnitQuaternion::identity(), |rotation, (k, now)| {
-            // Readings are means around their times: of the first and the last a half is inside.
+            // Readings are means around their times: half of the first and half of the last lies inside.
             let inside = if k == 0 || k == length { 0.5 } else { 1.0 };
             let coning = before.cross(&now) / 12.0;
             before = now;
@@ -50,7 +50,8 @@ mod tests {
     use super::*;
     use crate::simulate::{Gyro, Scenario};
 
-    /// With the true model only the noise is left, 0.1 deg/s/rtHz on three axes over a second; a bias of 0.3 deg/s adds itself.
+    /// With the true model only noise remains, 0.1 deg/s/rtHz on three axes over a second; a bias of 0.3
+    /// deg/s adds to it.
     #[test]
     fn the_truth_leaves_the_angle_random_walk_and_a_bias_adds_a_second_of_itself() {
         let gyro = Gyro {

@@ -1,4 +1,4 @@
-//! The same trial for many seeds, on every core.
+//! Repetition of a trial over many seeds, on every core.
 
 use std::{
     num::NonZero,
@@ -8,12 +8,12 @@ use std::{
     thread,
 };
 
-use crate::replay::progress_bar;
+use crate::report::progress_bar::progress_bar;
 
-/// `trial` of every seed, in the order of the seeds however the cores share them.
+/// Results of `trial` for every seed, in the order of the seeds.
 ///
 /// # Errors
-/// That of the lowest seed whose trial fails.
+/// The error of the lowest seed whose trial fails.
 pub fn each_seed<T: Send>(
     seeds: Range<u64>,
     trial: impl Fn(u64) -> anyhow::Result<T> + Sync,

@@ -1,4 +1,4 @@
-//! Does what flies do harm, or miss good? Random faults and effects, one window, the six minutes after it.
+//! Harm and missed benefit of what flies: random faults and effects, one window, the six minutes after it.
 
 use meerkat_mwd::{
     Config,
@@ -7,7 +7,7 @@ use meerkat_mwd::{
 };
 
 use super::{
-    Effort,
+    effort::Effort,
     faults::{CLASSES, draw},
     one_window::Run,
     rotation_error::rotation_error_deg,
@@ -15,28 +15,28 @@ use super::{
     table::{Cell, Table},
 };
 
-/// A difference of error that counts: 10 %.
+/// Ratio of errors that counts as a clear difference.
 const CLEARLY: f64 = 1.1;
 
-/// What is measured of a model on the six minutes after the window, in each of the two tables.
+/// Measures of a model on the six minutes after the window, one a table.
 const MEASURES: [&str; 2] = ["rotation over each second, readings as they are", "systematic rate"];
 
 /// Errors of one model in the order of [`MEASURES`].
 type Errors = [f64; MEASURES.len()];
 
-/// One window.
+/// Errors of the models of one window.
 struct Trial {
     classes: [bool; CLASSES.len()],
     decision: Decision,
     swapped: bool,
-    /// Of what flew before, of the bias-only alternative, of what flies now, of the fit.
+    /// Errors of the model that flew before, of bias only, of what flies now, and of the fit.
     before: Errors,
     bias_only: Errors,
     flown: Errors,
     fitted: Option<Errors>,
 }
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(500);
     let trials = each_seed(0..seeds, trial)?;
     let mut tables: Vec<Table> =
@@ -61,7 +61,7 @@ fn trial(seed: u64) -> anyhow::Result<Trial> {
         before: errors(&before)?,
         bias_only: errors(&report.bias_only)?,
         flown: errors(&report.flown)?,
-        // An overrun has nothing fitted.
+        // An overrun has no fit.
         fitted: report.t_effect_us.map(|_| errors(&report.fitted)).transpose()?,
     })
 }
@@ -99,7 +99,7 @@ fn by_class(trials: &[Trial], measure: usize, name: &str) -> Table {
     table
 }
 
-/// Why P is refused, and how often to no good.
+/// Reasons of refusal, and how often each was wrong.
 fn by_reason(trials: &[Trial]) -> Table {
     let mut table = Table::new(
         "Why P was refused in the same windows, and in how many of these the fit was better, by the rotation over each second",
@@ -143,7 +143,7 @@ impl Trial {
     }
 }
 
-/// How many of those that count are what is looked for.
+/// Share, among the trials that count, of those that are `found`.
 fn share(trials: &[&Trial], counts: impl Fn(&Trial) -> bool, found: impl Fn(&Trial) -> bool) -> Cell {
     let of = trials.iter().filter(|trial| counts(trial)).count();
     let number = trials.iter().filter(|trial| counts(trial) && found(trial)).count();

@@ -2,21 +2,23 @@ use std::fmt;
 
 use serde::Serialize;
 
-/// A table as the README shows it.
+use crate::score::root_mean_square;
+
+/// A table, as the README shows it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Table {
-    /// What the figures are, with their unit.
+    /// What the figures are, with units.
     pub title: String,
-    /// Heads of the columns; the first one heads the rows' names.
+    /// Heads of the columns, the first one above the rows' names.
     pub columns: Vec<String>,
     /// Name and cells of each row.
     pub rows: Vec<Vec<Cell>>,
 }
 
-/// One cell: what the reader sees, and the numbers in it, unrounded; a number that does not exist is left out.
+/// A cell: printed text, and its numbers unrounded; a number that does not exist is left out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Cell {
-    /// As printed.
+    /// Text as printed.
     pub text: String,
     /// The number of a cell that shows one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -36,7 +38,7 @@ impl Table {
         Self { title: title.into(), columns: columns.iter().map(ToString::to_string).collect(), rows: Vec::new() }
     }
 
-    /// Adds a row; what is missing at its end is left blank.
+    /// Adds a row; missing cells at its end are blank.
     pub fn row<C: Into<Cell>>(&mut self, cells: impl IntoIterator<Item = C>) {
         let mut row: Vec<Cell> = cells.into_iter().map(Into::into).collect();
         row.resize(self.columns.len(), Cell::default());
@@ -66,7 +68,7 @@ impl<T: Into<String>> From<T> for Cell {
     }
 }
 
-/// Markdown.
+/// Prints the table as Markdown.
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}\n", self.title)?;
@@ -80,19 +82,19 @@ impl fmt::Display for Table {
     }
 }
 
-/// `median [worst]` of values of which small ones are good.
+/// A cell `median [worst]` of values of which small ones are good.
 #[must_use]
 pub fn median_and_worst(values: &[f64], decimals: usize) -> Cell {
     of_sorted(&sorted(values), f64::INFINITY, decimals)
 }
 
-/// `median [worst]` of values of which large ones are good.
+/// A cell `median [worst]` of values of which large ones are good.
 #[must_use]
 pub fn median_and_lowest(values: &[f64], decimals: usize) -> Cell {
     of_sorted(&sorted(values), f64::NEG_INFINITY, decimals)
 }
 
-/// The median, the upper one of an even number; NaN of nothing.
+/// Median, the upper one of an even number; NaN without values.
 #[must_use]
 pub fn median(values: &[f64]) -> f64 {
     sorted(values).get(values.len() / 2).copied().unwrap_or(f64::NAN)
@@ -104,7 +106,7 @@ fn sorted(values: &[f64]) -> Vec<f64> {
     sorted
 }
 
-/// The worst is the one towards `bad`.
+/// A cell of sorted values; the worst is the one towards `bad`.
 fn of_sorted(sorted: &[f64], bad: f64, decimals: usize) -> Cell {
     let worst = if bad > 0.0 { sorted.last() } else { sorted.first() };
     match (sorted.get(sorted.len() / 2), worst) {
@@ -118,10 +120,10 @@ fn of_sorted(sorted: &[f64], bad: f64, decimals: usize) -> Cell {
     }
 }
 
-/// Root mean square; NaN of nothing.
+/// Root mean square; NaN without values.
 #[must_use]
 pub fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
+    root_mean_square(values.iter().copied()).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

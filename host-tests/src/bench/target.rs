@@ -1,14 +1,17 @@
-//! What a minute of drilling costs on the emulated chip.
+//! Cost of a minute of drilling on the emulated chip.
 
 use super::{
-    Effort,
+    effort::Effort,
     one_window::scenario,
     table::{Cell, Table},
 };
 use crate::{
-    configuration::of_trace,
-    emulate::{Feed, PartCost, count_parts, fly_emulated},
+    flight::configuration::of_trace,
     simulate::simulate,
+    target::{
+        emulate::{Feed, fly_emulated},
+        parts::{PartCost, count_parts},
+    },
 };
 use meerkat_mwd::{Config, Sample};
 
@@ -18,8 +21,8 @@ const DURATION_S: f64 = 60.0;
 /// Clock of the STM32F405, Hz, for times of one instruction a cycle.
 const CLOCK_HZ: f64 = 168e6;
 
-/// The emulator counts exactly, so one run says it all, however long the bench may take.
-pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+/// Runs once, whatever the effort: the emulator counts exactly.
+pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     let mut table = Table::new(
         format!("{DURATION_S} s of drilling at 100 Hz on the emulated Cortex-M4F (STM32F405, QEMU), instructions"),
         &["", "vertical", "45 deg", "ms at 168 MHz and one instruction a cycle"],
@@ -36,7 +39,7 @@ pub(super) fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     Ok(vec![table, identification(&parts)])
 }
 
-/// What the one identification of the run takes, part by part.
+/// Table of the run's one identification, part by part.
 fn identification(flights: &[Vec<PartCost>; 2]) -> Table {
     let mut table = Table::new(
         "One identification of a window of 50 s on the same chip: instructions, and cycles estimated from the processor's instruction timings with \

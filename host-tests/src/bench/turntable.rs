@@ -1,4 +1,4 @@
-//! Harm: parameters from a turntable, which shows few of them, flown while drilling.
+//! Harm by a turntable: its window shows few parameters, and the result is flown while drilling.
 
 use anyhow::Context;
 use meerkat_mwd::{
@@ -8,7 +8,7 @@ use meerkat_mwd::{
 };
 
 use super::{
-    Effort,
+    effort::Effort,
     one_window::{Run, WINDOW_S, scenario},
     seeds::each_seed,
     table::{Cell, Table, median_and_worst},
@@ -18,29 +18,29 @@ use crate::{
     simulate::{Scenario, simulate},
 };
 
-/// How much wider the prior is made to see what it is worth: as wide as the configuration allows, nearly.
+/// Factor of the wider prior, to see what the prior is worth: nearly as wide as the configuration allows.
 const WIDER: f32 = 10.0;
 
-/// The drilling on whose motion the models are scored: two minutes of it.
+/// Length of the drilling on which the models are scored, seconds.
 const DRILLED_S: f64 = 120.0;
 
-/// Rests before the table turns, seconds; without one the bias has to come from the turning too.
+/// Rests before the table turns, seconds; without one the bias must come from the turning too.
 const RESTS_S: [f64; 2] = [10.0, 0.0];
 
 /// Rate errors of one seed, deg/s, with the library's prior and with a wider one.
 struct Trial {
     raw: f64,
     bias_only: [f64; 2],
-    /// `None`: nothing was fitted.
+    /// Error of the fit; `None` if nothing was fitted.
     fitted: [Option<f64>; 2],
     flown: [f64; 2],
     accepted: [bool; 2],
 }
 
-/// A figure of a trial for each of the two priors.
+/// Picks a figure of a trial for one of the two priors.
 type Figure = fn(&Trial, usize) -> Option<f64>;
 
-pub(super) fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(200);
     let mut table = Table::new(
         format!(

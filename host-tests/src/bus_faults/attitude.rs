@@ -1,14 +1,14 @@
-//! What a fault does to the attitude.
+//! Effect of a fault on the attitude.
 
 use super::motion::{BEFORE_US, Motion};
 use meerkat_mwd::{Config, Probe, Sample};
 use nalgebra::{Quaternion, UnitQuaternion};
 
-/// Attitude of each sample: its time and body to NED.
+/// Attitudes over time: microseconds, body to NED.
 pub type Flown = Vec<(u64, UnitQuaternion<f64>)>;
 
-/// Flies samples with the default configuration at the sensors' rate, after some seconds of the motion without sensors between, so that the
-/// attitude is there.
+/// Flies samples with the default configuration at the sensors' rate. Some seconds of the same motion as good
+/// sensors would see it come first, so that the attitude has settled.
 #[must_use]
 pub fn fly(motion: &Motion, samples: &[(u64, Sample)]) -> Flown {
     let mut probe = Box::new(Probe::new());
@@ -29,7 +29,7 @@ fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }
 
-/// Largest angle between two flights at the same times, to half a period, degrees.
+/// Largest angle between two flights at the same times (to half a period), degrees.
 #[must_use]
 pub fn difference_deg(a: &Flown, b: &Flown) -> f64 {
     let mut others = b.iter().peekable();

@@ -1,52 +1,56 @@
-//! Which samples of a run are wrong, and which of those nothing says so of.
+//! Judgement of a run: which samples are wrong, and which wrong samples nothing flags.
 
 use super::{motion::Motion, run::Run};
 use meerkat_mwd::{Sample, SampleFlags};
 
-/// A vector sensor.
+/// A sensor of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sensor {
-    /// Angular rate.
+    /// The gyro.
     Gyro,
-    /// Specific force.
+    /// The accelerometer.
     Accelerometer,
-    /// Field.
+    /// The magnetometer.
     Magnetometer,
 }
 
-/// Of one run.
+/// Judgement of one run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Judgement {
-    /// Readings that are not the truth of their time, unflagged.
-    /// By how much, as a multiple of the noise.
+    /// Readings that are wrong and not flagged: time, sensor, and error as a multiple of the noise.
     pub wrong: Vec<(u64, Sensor, f64)>,
     /// Times of readings of gyro and accelerometer that are flagged missing, microseconds.
     pub flagged: Vec<u64>,
-    /// When the first sample after the fault was that has a reading flagged, or is missing, microseconds.
+    /// Time of the first sample after the fault that is missing or has a flagged reading, microseconds.
     pub first_bad_us: Option<u64>,
-    /// From when on all readings come and are good, microseconds.
+    /// Time from which all readings come and are good, microseconds.
     pub well_from_us: Option<u64>,
 }
 
-/// How far a good stamp may be off, microseconds: polled stamps are promised to a period. Without a fault they are within 1.5 ms.
+/// Largest error of a good time stamp, microseconds: polled stamps are promised to a period. Without a fault
+/// they are within 1.5 ms.
 const STAMP_US: u64 = 4_900;
-/// The magnetometer's axes are measured one after the other, the first 6 ms before the output, and go to an inertial reading up to a period later.
+/// Largest age of a field reading, microseconds: axes are measured one after the other, the first 6 ms before
+/// the output, and join an inertial reading up to a period later.
 const FIELD_AGE_US: u64 = 11_000;
-/// A step between samples over this is a gap, microseconds.
+/// Step between samples above which there is a gap, microseconds.
 const GAP_US: u64 = 7_500;
-/// A magnetometer that says nothing for this long, microseconds.
+/// Silence of the magnetometer that counts as a gap, microseconds.
 const FIELD_GAP_US: u64 = 30_000;
 
-/// Noise, half a code, and the gain's part in a thousand.
+/// Tolerances of a good reading: noise, half a code, and a thousandth of the gain. Gyro, accelerometer,
+/// magnetometer.
 const TOLERANCE: [f32; 3] = [0.012, 0.065, 0.15];
 
-/// One or two readings that are flagged alone, long after the fault, are a false alarm, as sound runs have them too.
+/// Time after a fault from which one or two flagged readings are a false alarm, microseconds: runs without a
+/// fault have them too.
 const ALONE_AFTER_US: u64 = 100_000;
 
-/// Samples of two runs within this are of the same conversion, microseconds.
+/// Largest time between samples of two runs that come from the same conversion, microseconds.
 const SAME_US: u64 = 2_400;
 
-/// Judges a run with a fault that is over at `over_us`. `alarms`: when readings are flagged without any fault, which is then not its doing.
+/// Judges a run whose fault is over at `over_us`. `alarms` are times of readings that are flagged even
+/// without a fault; they are not charged to it.
 #[must_use]
 pub fn judge(motion: &Motion, run: &Run, over_us: u64, alarms: &[u64]) -> Judgement {
     let mut judgement = Judgement::default();
@@ -95,7 +99,7 @@ const SENSORS: [(Sensor, Of, SampleFlags, u64); 3] = [
     (Sensor::Magnetometer, |sample| sample.mag_ut, SampleFlags::MAG_MISSING, FIELD_AGE_US),
 ];
 
-/// By how much a reading is outside of what the truth was about its time.
+/// Distance of a reading from all values that the truth had about its time.
 fn excess(motion: &Motion, sample: &Sample, of: Of, age_us: u64, tolerance: f32) -> f32 {
     let range = motion.range(of, sample.t_us.saturating_sub(STAMP_US + age_us), sample.t_us + STAMP_US);
     let axes = of(sample).into_iter().zip(range);

@@ -1,58 +1,58 @@
-//! The faults that are tried, and where.
+//! Kinds of faults that are tried, and the cases of each.
 
 use meerkat_mwd::sensor_models::{BusFault, Injection, PartFault};
 
 /// A fault of a part or of its wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// Inside the part.
+    /// A fault inside the part.
     Part(PartFault),
-    /// On the wire.
+    /// A fault of the wire.
     Wire(BusFault),
 }
 
-/// Which part.
+/// A part on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// Gyro and accelerometer.
+    /// The gyro and accelerometer ISM330DHCX.
     Ism330dhcx,
-    /// Magnetometer.
+    /// The magnetometer RM3100.
     Rm3100,
 }
 
-/// A row of the table.
+/// A kind of fault: a row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Kind {
-    /// Its name.
+    /// Name of the row.
     pub name: &'static str,
-    /// How long it lasts, microseconds.
+    /// Duration of the fault, microseconds.
     pub lasting_us: u64,
     /// The faults of this kind.
     pub faults: fn(Part) -> Vec<Fault>,
 }
 
-/// One run.
+/// One fault at one transaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Case {
-    /// Where.
+    /// The part that it strikes.
     pub part: Part,
-    /// What.
+    /// The fault.
     pub fault: Fault,
-    /// At which transaction with this part.
+    /// Number of the transaction with this part at which it strikes.
     pub at_transaction: u32,
-    /// For how long, microseconds.
+    /// Duration, microseconds.
     pub lasting_us: u64,
 }
 
 impl Case {
-    /// For the model.
+    /// The plan for the part's model; none if the fault is the wire's.
     #[must_use]
     pub fn part_injection(&self) -> Option<Injection<PartFault>> {
         let Fault::Part(fault) = self.fault else { return None };
         Some(Injection { fault, at_transaction: self.at_transaction, lasting_us: self.lasting_us })
     }
 
-    /// For the wire.
+    /// The plan for the wire; none if the fault is the part's.
     #[must_use]
     pub fn wire_injection(&self) -> Option<Injection<BusFault>> {
         let Fault::Wire(fault) = self.fault else { return None };
@@ -64,7 +64,7 @@ const fn kind(name: &'static str, lasting_ms: u64, faults: fn(Part) -> Vec<Fault
     Kind { name, lasting_us: 1_000 * lasting_ms, faults }
 }
 
-/// All kinds. A flipped bit has one that depends on the transaction's number added to it in [`cases`].
+/// All kinds. [`cases`] adds a number that depends on the transaction to the position of a flipped bit.
 pub const KINDS: &[Kind] = &[
     kind("not acknowledged", 0, |_| vec![Fault::Wire(BusFault::Nack)]),
     kind("arbitration lost", 0, |_| vec![Fault::Wire(BusFault::ArbitrationLoss)]),
@@ -92,7 +92,7 @@ pub fn cases(kind: &Kind, part: Part, transactions: u32) -> Vec<Case> {
         .flat_map(|at_transaction| {
             faults.iter().map(move |fault| {
                 let fault = match *fault {
-                    // Another bit of the transaction each time: 61 is prime to every length.
+                    // Flip another bit in each transaction: 61 is prime to every length.
                     Fault::Wire(BusFault::BitFlip { bit }) => Fault::Wire(BusFault::BitFlip {
                         bit: ((u32::from(bit) * 23 + 61 * at_transaction) % 60_000) as u16,
                     }),

@@ -1,4 +1,4 @@
-//! Two seconds of the sensors' register-level models with one fault, and what the adapters made of it.
+//! Runs of two seconds of the sensors' register models with one fault, and what the adapters made of it.
 
 mod attitude;
 mod judgement;

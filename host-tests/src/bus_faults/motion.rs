@@ -1,4 +1,4 @@
-//! A tool that swings about all axes, as its sensors see it.
+//! Motion of a tool that swings about all axes, as its sensors see it.
 
 use meerkat_mwd::{Sample, SampleFlags};
 use nalgebra::{Rotation3, Vector3};
@@ -8,26 +8,26 @@ use std::f32::consts::TAU;
 
 /// Step of the truth, microseconds.
 pub const STEP_US: u64 = 1_000;
-/// How long the tool moves before time 0, microseconds.
+/// Length of the motion before time 0, microseconds.
 pub const BEFORE_US: u64 = 6_000_000;
-/// Steps from sample to sample of that time.
+/// Steps of the truth from one of its samples to the next.
 const BEFORE_STEPS: usize = 5;
-/// White noise of the readings, uniform within this either side: some codes, as sound sensors have.
+/// Half width of the readings' uniform noise: some codes, as sound sensors have.
 const NOISE: [f32; 3] = [0.01, 0.06, 0.06];
 const GRAVITY_M_S2: f32 = 9.81;
 
-/// The truth of a run, with and without noise.
+/// The truth of a run, with noise and without.
 pub struct Motion {
-    /// What the parts see, every `STEP_US` from time 0.
+    /// Truth with noise, which the parts measure, every `STEP_US` from time 0.
     pub seen: Vec<Sample>,
-    /// The same without noise.
+    /// Truth without noise.
     pub truth: Vec<Sample>,
-    /// `BEFORE_US` of the same motion as good sensors would see it, up to time 0, which is `BEFORE_US` there.
+    /// `BEFORE_US` of the same motion as good sensors would see it; it ends at time 0 of the run.
     pub before: Vec<Sample>,
 }
 
 impl Motion {
-    /// Three sines of random phase to each axis, up to 3 rad/s and 20 rad/s^2.
+    /// Draws three sines of random phase for each axis, up to 3 rad/s and 20 rad/s^2.
     #[must_use]
     pub fn new(duration_us: u64, seed: u64) -> Self {
         let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
@@ -71,7 +71,7 @@ impl Motion {
         Self { seen: from_start(seen), truth: from_start(truth), before }
     }
 
-    /// Least and largest truth of each axis from `from_us` to `to_us`.
+    /// Smallest and largest truth of each axis from `from_us` to `to_us`.
     pub(super) fn range(&self, of: fn(&Sample) -> [f32; 3], from_us: u64, to_us: u64) -> [(f32, f32); 3] {
         let (from, to) = ((from_us / STEP_US) as usize, to_us.div_ceil(STEP_US) as usize);
         let mut range = [(f32::INFINITY, f32::NEG_INFINITY); 3];

@@ -1,4 +1,4 @@
-//! One run.
+//! One run of the models and adapters, with a fault or without.
 
 use super::{
     kinds::{Case, Part},
@@ -10,37 +10,37 @@ use meerkat_mwd::{
     sensors::{Condition, Counters, Trigger, blocking},
 };
 
-/// Depth of the FIFO: some more than a burst.
+/// Depth of the FIFO in words: somewhat more than a burst.
 pub const WORDS: usize = 64;
 
 /// How the parts are connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Bus {
-    /// Four wires.
+    /// SPI.
     #[default]
     Spi,
-    /// Two.
+    /// I2C.
     I2c,
 }
 
-/// What came of a run.
+/// Result of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
     /// How the parts were connected.
     pub bus: Bus,
-    /// The samples, and when they came out, microseconds.
+    /// The samples, and the times at which they came out, microseconds.
     pub samples: Vec<(u64, Sample)>,
     /// Counters at the end, gyro and magnetometer.
     pub counters: [Counters; 2],
-    /// Transactions with each.
+    /// Number of transactions with each.
     pub transactions: [u32; 2],
     /// Bytes moved with each.
     pub bytes: [u64; 2],
-    /// When the fault struck, microseconds.
+    /// Time at which the fault struck, microseconds.
     pub struck_us: Option<u64>,
-    /// When an adapter first said that something was wrong after that: an error, a counter, a condition.
+    /// Time of an adapter's first error, count or condition after that, microseconds.
     pub noticed_us: Option<u64>,
-    /// How both are at the end.
+    /// Conditions of both parts at the end.
     pub conditions: [Condition; 2],
 }
 
@@ -79,7 +79,7 @@ fn run_pair<I: blocking::Part<2, Error = BusError>, M: blocking::Part<1, Error =
     let mut run = Run::default();
     let mut before = pair.counters();
     for truth in &motion.seen {
-        // A time-out has moved the time on: the loop was not there.
+        // A time-out has let time pass without the loop: skip the steps it missed.
         if truth.t_us < parts.now_us.get() {
             pair.pass_to(truth);
             continue;

@@ -1,4 +1,4 @@
-//! A kind of fault at every transaction.
+//! Sweep of a kind of fault over every transaction.
 
 use super::{
     Case, Judgement, Kind, Motion, Run, attitude, judge,
@@ -7,38 +7,40 @@ use super::{
 };
 use meerkat_mwd::{Sample, SampleFlags, sensor_models::BusFault};
 
-/// What came of a kind of fault.
+/// Results of all runs of a kind of fault.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
-    /// Runs whose samples are bit by bit those of a run without a fault.
+    /// Runs whose samples equal those of a run without a fault, bit for bit.
     pub without_effect: usize,
-    /// Runs with a wrong sample that nothing says so of, other than the one sample of a payload that the wire has spoilt.
+    /// Runs with a wrong sample that nothing flags, apart from a single sample whose payload the wire has
+    /// spoilt.
     pub wrong_runs: usize,
-    /// The most of those samples in a run.
+    /// Most such samples in one run.
     pub wrong_samples: usize,
-    /// By how much they are wrong at most, as a multiple of the noise.
+    /// Largest error of such a sample, as a multiple of the noise.
     pub wrong_noises: f64,
-    /// Runs that did not come back to good samples, all of them.
+    /// Runs whose readings did not all become good again.
     pub not_recovered: usize,
-    /// Runs whose samples changed, and nothing said that something was wrong.
+    /// Runs whose samples changed while nothing reported a fault.
     pub silent: usize,
-    /// Runs in which one sample's payload was spoilt on the wire, by less than the innovation limit.
+    /// Runs in which the wire spoilt one sample's payload by less than the innovation limit.
     pub spoilt_payloads: usize,
-    /// Longest time from the fault to the first sign of it, microseconds.
+    /// Longest time from a fault to its first sign, microseconds.
     pub detection_us: u64,
-    /// Longest time from the end of the fault to good samples, microseconds.
+    /// Longest time from the end of a fault to good samples, microseconds.
     pub recovery_us: u64,
-    /// The case that took it.
+    /// The case with that longest time.
     pub slowest: Option<Case>,
-    /// Largest difference of attitude that such a sample made, degrees.
+    /// Largest attitude error that such a sample made, degrees.
     pub attitude_deg: f64,
-    /// The worst case, to look at.
+    /// The worst case, for a closer look.
     pub worst: Option<Case>,
 }
 
-/// Runs a kind of fault at every `stride`-th transaction with a part in the first two seconds, on the bus of the run without a fault.
+/// Runs a kind of fault at every `stride`-th transaction with a part in the first two seconds, on the bus of
+/// the run without a fault.
 #[must_use]
 pub fn sweep(motion: &Motion, clean: &Run, part: Part, kind: &Kind, stride: usize) -> Outcome {
     let transactions = clean.transactions[usize::from(part == Part::Rm3100)];
@@ -62,18 +64,18 @@ pub fn sweep(motion: &Motion, clean: &Run, part: Part, kind: &Kind, stride: usiz
             .collect();
         workers.into_iter().filter_map(|worker| worker.join().ok()).collect()
     });
-    // A worker that panicked is missing, and its runs with it: the count shows it.
+    // If a worker panicked its runs are missing, and the count shows it.
     parts.into_iter().fold(Outcome::default(), Outcome::and)
 }
 
-/// The time from the start in which faults strike, microseconds.
+/// Faults strike from the start up to this time, microseconds.
 pub const STRIKES_UNTIL_US: u64 = 2_000_000;
-/// A sign that comes later than this after the fault is not of it, microseconds.
+/// Time after a fault within which a sign of trouble counts as its sign, microseconds.
 const NOTICED_WITHIN_US: u64 = 100_000;
-/// Length of a run: the rest is for the slowest recovery.
+/// Length of a run, microseconds: leaves time for the slowest recovery.
 pub const RUN_US: u64 = 2_800_000;
 
-/// What is without a fault.
+/// The run without a fault, to compare with.
 struct Sound<'a> {
     motion: &'a Motion,
     clean: &'a Run,
@@ -93,7 +95,7 @@ impl Outcome {
         }
         let over_us = struck_us + case.lasting_us;
         let judgement = judge(motion, &run, over_us, alarms);
-        // Later it is a false alarm.
+        // A later sign is a false alarm.
         match run.noticed_us.filter(|noticed_us| *noticed_us < over_us + NOTICED_WITHIN_US) {
             Some(noticed_us) => self.detection_us = self.detection_us.max(noticed_us - struck_us),
             None => self.silent += 1,
@@ -150,8 +152,8 @@ impl Outcome {
     }
 }
 
-/// Where the run has the samples of the run without a fault, but for the readings of one and some that are flagged: whether a reading of that
-/// one changed and is believed.
+/// Whether only one reading's payload was spoilt: every sample equals that of the run without a fault, apart
+/// from flagged ones and one reading. Returns whether that reading changed and is believed.
 fn one_payload(run: &Run, clean: &Run) -> Option<bool> {
     let pairs = || run.samples.iter().zip(&clean.samples).map(|((_, a), (_, b))| (a, b));
     let same_times = run.samples.len() == clean.samples.len() && pairs().all(|(a, b)| a.t_us.abs_diff(b.t_us) < 1_000);

@@ -1,4 +1,4 @@
-//! The accelerometer from rests: whatever the orientation, it has to read gravity.
+//! Calibration of the accelerometer from rests: in any orientation it must read gravity.
 
 use meerkat_mwd::compensation::VectorModel;
 
@@ -10,15 +10,16 @@ use super::{
     verdict::Standard,
 };
 
-/// What an accelerometer without a calibration may be off by, one deviation each: the tolerances of a consumer part (MPU-6050 product
-/// specification 3.4, section 6.2: scale 3 %, cross-axis 2 %, zero-g offset 80 mg on the worst axis).
+/// Prior of an accelerometer without a calibration, one deviation each: the tolerances of a consumer part
+/// (MPU-6050 product specification 3.4, section 6.2: scale 3 %, cross-axis 2 %, zero-g offset 80 mg on the
+/// worst axis).
 #[must_use]
 pub fn prior() -> Parameters {
     let (scale, cross, offset_m_s2) = (0.03, 0.02, 0.08 * 9.806_65);
     Parameters::from_column_slice(&[scale, scale, scale, cross, cross, cross, offset_m_s2, offset_m_s2, offset_m_s2])
 }
 
-/// Fits the nine parameters to the rests, each with the gravity of its place in m/s^2; `None` without any.
+/// Fits nine parameters to the rests, each with the gravity of its place in m/s^2; `None` without rests.
 #[must_use]
 pub fn calibrate(rests: &[(Rest, f64)], record: VectorModel) -> Option<SensorCalibration> {
     let observation = |&(rest, gravity_m_s2): &(Rest, f64)| {

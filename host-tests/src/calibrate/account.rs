@@ -1,4 +1,4 @@
-//! What a calibration tells.
+//! The account of a calibration, as text.
 
 use std::io::{self, Write};
 
@@ -11,11 +11,11 @@ use super::{
     verdict::{APART_DEG, Verdict, undetermined_of},
 };
 
-/// A sensor's unit and in which unit its errors are told: as a share of the norm, with this factor.
+/// Units of a sensor and of its error, which is stated as a share of the norm times a factor.
 struct Unit {
     of_sensor: &'static str,
     of_error: &'static str,
-    /// One of the sensor's in the error's.
+    /// One of the sensor's unit in the unit of the error.
     factor: f64,
     /// Whether the noise of each reading was measured.
     noise_known: bool,

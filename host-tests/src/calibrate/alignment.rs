@@ -1,37 +1,39 @@
-//! The magnetometer's axes against the accelerometer's: at every rest the angle between gravity and the field is the same.
+//! Alignment of the magnetometer's axes with the accelerometer's: the angle between gravity and field is the
+//! same at every rest.
 //!
-//! A turn of the magnetometer's axes by a small angle changes the cosine of that angle by its component along field x gravity, the
-//! east-west direction in sensor axes. So it is determined in full once that direction has been all around, and about no axis is it
-//! blind; while the probe turns about one horizontal line only, its angle about the east-west part of that line looks like another dip.
+//! A small turn of the magnetometer's axes changes the cosine of that angle by its component along field x
+//! gravity, the east-west direction in sensor axes. Once that direction has been all around, the turn is
+//! fully determined. While the probe turns about one horizontal line only, a turn about the east-west part of
+//! that line looks like another dip.
 
 use nalgebra::{Matrix4, Rotation3, SVector, Vector3, Vector4};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{model::Model, rests::Rest, verdict::LARGEST_HARMLESS_RAD};
 
-/// The rotation that was found.
+/// The alignment that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alignment {
-    /// Rests with both sensors.
+    /// Number of rests with both sensors.
     pub rests: usize,
     /// Rotation vector from the magnetometer's axes to the accelerometer's, rad.
     pub turn_rad: [f64; 3],
     /// Deviation of each component.
     pub sigma_rad: [f64; 3],
-    /// By how many deviations the truth is off once in twenty.
+    /// Number of deviations that the true value exceeds once in twenty.
     pub quantile: f64,
     /// Dip of the field below the horizontal, rad.
     pub dip_rad: f64,
     /// Deviation of the dip from rest to rest, rad: before and after.
     pub scatter_rad: (f64, f64),
-    /// Why it is not applied; `None`: it is.
+    /// Reason why the alignment is not applied; `None` if it is.
     pub refused: Option<String>,
 }
 
-/// Gauss-Newton steps; three are needed.
+/// Limit of Gauss-Newton steps; three are needed.
 const STEPS: usize = 20;
 
-/// Finds the rotation; `None` without a rest that has both sensors.
+/// Finds the alignment; `None` without a rest that has both sensors.
 #[must_use]
 pub fn align(rests: &[Rest], accel: &Model, mag: &Model) -> Option<Alignment> {
     let both = |rest: &Rest| {
@@ -41,7 +43,7 @@ pub fn align(rests: &[Rest], accel: &Model, mag: &Model) -> Option<Alignment> {
     if pairs.is_empty() {
         return None;
     }
-    // The accelerometer reads up: the cosine is minus the sine of the dip.
+    // The accelerometer reads upwards, so the cosine is minus the sine of the dip.
     let sine = |pair: &(Vector3<f64>, Vector3<f64>), turn: &Rotation3<f64>| -pair.0.dot(&(turn * pair.1));
     let mean = |turn: &Rotation3<f64>| pairs.iter().map(|pair| sine(pair, turn)).sum::<f64>() / pairs.len() as f64;
     let mut turn = Rotation3::identity();
@@ -63,7 +65,7 @@ pub fn align(rests: &[Rest], accel: &Model, mag: &Model) -> Option<Alignment> {
         let step: SVector<f64, 4> = -cholesky.solve(&gradient);
         turn = Rotation3::new(step.fixed_rows::<3>(0).into_owned()) * turn;
         dip_sine += step[3];
-        // Nearly blind to an angle it does not settle, and the deviations say so.
+        // A step that does not settle belongs to an angle that the rests hardly show; the deviations say so.
         if !(1e-12..1.0).contains(&step.amax()) {
             break;
         }
@@ -78,7 +80,7 @@ pub fn align(rests: &[Rest], accel: &Model, mag: &Model) -> Option<Alignment> {
     let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
     let bound = quantile * sigma_rad.iter().fold(0.0, |largest: f64, sigma| largest.max(*sigma));
     let limit = LARGEST_HARMLESS_RAD.to_degrees();
-    // Asked for what passes, so that a NaN does not.
+    // Conditions are written for what passes, so that a NaN is refused.
     let refused = if freedom < 1.0 {
         Some(format!("{} rests for three angles and the dip leave nothing to check them by", pairs.len()))
     } else if bound < LARGEST_HARMLESS_RAD {
@@ -100,14 +102,14 @@ pub fn align(rests: &[Rest], accel: &Model, mag: &Model) -> Option<Alignment> {
     })
 }
 
-/// Deviation of the dip, rad.
+/// Standard deviation of the dip, rad.
 fn scatter(pairs: &[(Vector3<f64>, Vector3<f64>)], turn: &Rotation3<f64>, dip_sine: f64, freedom: f64) -> f64 {
     let square: f64 = pairs.iter().map(|pair| (-pair.0.dot(&(turn * pair.1)) - dip_sine).powi(2)).sum();
     (square / freedom.max(1.0)).sqrt() / (1.0 - dip_sine * dip_sine).max(1e-6).sqrt()
 }
 
 impl Alignment {
-    /// The magnetometer's model with its axes turned into the accelerometer's, where that is applied.
+    /// The magnetometer's model with the alignment applied, if it is accepted.
     #[must_use]
     pub fn applied(&self, mag: &Model) -> Model {
         let turn = Rotation3::new(Vector3::from(self.turn_rad));

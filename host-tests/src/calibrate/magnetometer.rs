@@ -1,5 +1,5 @@
-//! The magnetometer from turns: whatever the orientation, it has to read the field's strength. Hard iron shifts the sphere of its
-//! readings, soft iron makes it an ellipsoid.
+//! Calibration of the magnetometer from turns: in any orientation it must read the field's strength. Hard
+//! iron shifts the sphere of its readings, soft iron makes it an ellipsoid.
 
 use meerkat_mwd::{
     Sample, SampleFlags,
@@ -15,11 +15,12 @@ use super::{
     verdict::{Bounds, Standard},
 };
 
-/// Readings that are nearer to each other than this share of the field's strength (2 deg) make one observation; the chord of their arc
-/// is then too short by 5e-5 of the strength at most.
+/// Distance, as a share of the field, within which readings make one observation (2 deg). The chord of their
+/// arc is then too short by at most 5e-5 of the field.
 const TOGETHER: f64 = 0.035;
 
-/// Mean readings of a turn, one for each two degrees or so, in order; a rest makes one. Readings at full scale are left out.
+/// Mean readings of a turn in order, one for each two degrees or so; a rest makes one. Readings at full scale
+/// are left out.
 #[must_use]
 pub fn turn(samples: &[Sample]) -> Vec<Vector3<f64>> {
     let unusable = SampleFlags::MAG_MISSING | SampleFlags::MAG_CLIPPED | SampleFlags::FAULT;
@@ -41,7 +42,7 @@ pub fn turn(samples: &[Sample]) -> Vec<Vector3<f64>> {
     means
 }
 
-/// What a magnetometer without a calibration may be off by: the largest soft and hard iron that the library believes.
+/// Prior of a magnetometer without a calibration: the largest soft and hard iron that the library believes.
 #[must_use]
 pub fn prior() -> Parameters {
     let largest = |name: &str| {
@@ -52,8 +53,8 @@ pub fn prior() -> Parameters {
     Parameters::from_fn(|k, _| if k < 6 { soft } else { hard_ut })
 }
 
-/// Fits the nine parameters to the readings of turns. Without a known strength of the field it is fitted, and the mean of the three
-/// scales stays. `None` without readings.
+/// Fits nine parameters to the readings of turns. Without a known field strength the strength is fitted, and
+/// the mean of the three scales stays. `None` without readings.
 #[must_use]
 pub fn calibrate(turns: &[Vector3<f64>], record: VectorModel, field_ut: Option<f64>) -> Option<SensorCalibration> {
     if turns.is_empty() {
@@ -61,8 +62,8 @@ pub fn calibrate(turns: &[Vector3<f64>], record: VectorModel, field_ut: Option<f
     }
     let old = Model::from(record);
     let norm = field_ut.or_else(|| sphere_radius(turns, &old))?;
-    // Equal weights: what disturbs is the field of the place and not the sensor's noise. A thousandth of the field (Earth's changes in a
-    // day) is the least that it is believed to be.
+    // Equal weights: the place's field disturbs, not the sensor's noise. Its sigma is at least a thousandth
+    // of the field, about the change of the earth's field in a day.
     let observations: Vec<Observation> =
         turns.iter().map(|&raw| Observation { raw, norm, sigma: 1e-3 * norm }).collect();
     let problem = Problem { observations: &observations, record: old, prior: prior(), correlated: true };
@@ -70,12 +71,12 @@ pub fn calibrate(turns: &[Vector3<f64>], record: VectorModel, field_ut: Option<f
     Some(if field_ut.is_some() { found } else { at_mean_scale(found) })
 }
 
-/// The same calibration with the mean of its scales as on record and the field's strength changed instead.
+/// The same calibration with the recorded mean scale and a changed field strength instead.
 fn at_mean_scale(mut found: SensorCalibration) -> SensorCalibration {
     let x = found.fit.x;
     let mean = 1.0 + (x[0] + x[1] + x[2]) / 3.0;
     let scale = 1.0 / mean;
-    // d of (I + S) / mean: its own part, and that of the mean, a third of each scale.
+    // Derivative of (I + S) / mean: the scale itself, minus a third of each scale through the mean.
     let change = Covariance::from_fn(|row, column| {
         let own = if row == column { if row < 6 { scale } else { 1.0 } } else { 0.0 };
         let value = if row < 3 { 1.0 + x[row] } else { x[row] };
@@ -91,7 +92,7 @@ fn at_mean_scale(mut found: SensorCalibration) -> SensorCalibration {
     found.fit.residuals.iter_mut().for_each(|residual| *residual *= scale);
     found.norm *= scale;
     found.observations.iter_mut().for_each(|observation| observation.norm *= scale);
-    // The old values have no norm to be compared with but their own mean: what they leave is the scatter about it.
+    // The old values have no norm to compare with but their own mean: their error is the scatter about it.
     let norms: Vec<f64> = found.observations.iter().map(|o| found.record.calibrate(&o.raw).norm()).collect();
     let own = norms.iter().sum::<f64>() / norms.len().max(1) as f64;
     let scatter = norms.iter().map(|norm| (norm - own).powi(2)).sum::<f64>() / norms.len().max(1) as f64;
@@ -107,7 +108,7 @@ fn at_mean_scale(mut found: SensorCalibration) -> SensorCalibration {
     found
 }
 
-/// Radius of the sphere through the readings, by linear least squares (|m|^2 = 2 m.c + r^2 - |c|^2).
+/// Radius of a sphere through the readings, by linear least squares (|m|^2 = 2 m.c + r^2 - |c|^2).
 fn sphere_radius(turns: &[Vector3<f64>], record: &Model) -> Option<f64> {
     let vectors: Vec<Vector3<f64>> = turns.iter().map(|raw| record.calibrate(raw)).collect();
     let (mut normal, mut right, mut squares) = (Matrix4::zeros(), Vector4::zeros(), 0.0);
@@ -120,7 +121,7 @@ fn sphere_radius(turns: &[Vector3<f64>], record: &Model) -> Option<f64> {
     let mean = (squares / vectors.len().max(1) as f64).sqrt();
     let solved = normal.cholesky().map(|cholesky| cholesky.solve(&right));
     let radius = solved.map(|c| (c[3] + c[0] * c[0] + c[1] * c[1] + c[2] * c[2]).sqrt());
-    // Of a plane's readings any radius is as good: the largest reading bounds what is plausible.
+    // Readings in a plane fit any radius: the largest reading bounds what is plausible.
     let plausible = radius.filter(|r| r.is_finite() && *r > 0.0 && *r < 10.0 * mean);
     plausible.or_else(|| (mean > 0.0).then_some(mean))
 }

@@ -1,4 +1,5 @@
-//! `mwd calibrate`: accelerometer and magnetometer models from rests and turns, as a factory record with its account.
+//! Calibration: accelerometer and magnetometer models from rests and turns, as a factory record with its
+//! account.
 
 mod accelerometer;
 mod account;
@@ -13,7 +14,7 @@ mod rests;
 mod sensor;
 mod verdict;
 
-use std::{io, path::Path};
+use std::path::Path;
 
 use meerkat_mwd::{Config, Sample, SampleFlags, compensation::VectorModel, config::VectorErrors};
 
@@ -26,67 +27,48 @@ pub use sensor::SensorCalibration;
 pub use verdict::Verdict;
 
 use crate::{
-    cli::CalibrateArgs,
-    configuration::{freeze_at_us, of_file},
     failure::Failure,
-    same_file::same_file,
+    flight::configuration::{freeze_at_us, of_file},
+    score::root_mean_square,
     trace::Trace,
 };
-use held_out::{norm_error, rms};
+use held_out::norm_error;
 use norm_fit::Observation;
 
-/// What was on record before.
+/// The factory record before the calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Record {
     /// The accelerometer's model.
     pub accel: VectorModel,
-    /// The magnetometer's.
+    /// The magnetometer's model.
     pub mag: VectorModel,
-    /// What their calibrations left.
+    /// Errors that those calibrations left.
     pub left: VectorErrors,
 }
 
-/// All that a calibration found.
+/// Findings of a calibration.
 #[derive(Clone, Debug, Default)]
 pub struct Calibration {
-    /// The traces, by name.
+    /// Names of the traces.
     pub traces: Vec<String>,
     /// Remarks for the user.
     pub notes: Vec<String>,
-    /// What was on record before.
+    /// The record before.
     pub record: Record,
-    /// The rests.
+    /// All rests.
     pub rests: Vec<Rest>,
-    /// The accelerometer; `None` without rests that have its readings.
+    /// The accelerometer's calibration; `None` if no rest has its readings.
     pub accel: Option<SensorCalibration>,
-    /// Its norm at the rests of the part held out.
+    /// Check of its norm on rests of the held-out part.
     pub later: Option<HeldOut>,
-    /// The magnetometer; `None` without readings.
+    /// The magnetometer's calibration; `None` without readings.
     pub mag: Option<SensorCalibration>,
-    /// The magnetometer's axes; `None` unless both sensors are on record, as they were or now.
+    /// Alignment of the magnetometer's axes; `None` unless both sensors have a calibration, old or new.
     pub alignment: Option<Alignment>,
 }
 
-/// Calibrates, prints the account and writes the files asked for.
-///
-/// # Errors
-/// Bad input or usage; see [`crate::failure::exit_status`].
-pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
-    check_outputs(args)?;
-    let traces = args.traces.iter().map(|path| Trace::read(path)).collect::<Result<Vec<_>, _>>()?;
-    let calibration = calibrate(&traces, args.config.as_deref(), args.hold_out)?;
-    print_account(&mut io::stdout().lock(), &calibration)?;
-    if let Some(path) = &args.json {
-        result::write(&calibration, path)?;
-    }
-    if let Some(path) = &args.output {
-        record::write(&calibration, path)?;
-    }
-    Ok(())
-}
-
-/// Calibrates the sensors of one probe by all traces together, on top of the record in `config`; the last `hold_out` of each trace only
-/// checks.
+/// Calibrates the sensors of one probe on all its traces together, starting from the record in `config`. The
+/// last `hold_out` of each trace is only used to check.
 ///
 /// # Errors
 /// A configuration that cannot be used.
@@ -112,7 +94,7 @@ pub fn calibrate(traces: &[Trace], config: Option<&Path>, hold_out: Option<f64>)
         found.notes.extend(trace.notes.iter().cloned());
         found.notes.extend(clipping_note(&samples.samples, &config));
     }
-    // Traces of different places have different fields; then none is known for all.
+    // Traces from different places have different fields; then no strength is known for all.
     let same = fields_ut.windows(2).all(|pair| pair[0] == pair[1]);
     let field_ut = fields_ut.first().copied().flatten().filter(|_| same);
     found.rests = rests_and_gravity.iter().map(|(rest, _)| *rest).collect();
@@ -140,7 +122,7 @@ impl Calibration {
         new.map_or(self.record.accel, |sensor| sensor.model().into())
     }
 
-    /// The magnetometer's.
+    /// The magnetometer's model that goes on record.
     #[must_use]
     pub fn mag_model(&self) -> VectorModel {
         let old = self.record.mag;
@@ -153,7 +135,7 @@ impl Calibration {
         }
     }
 
-    /// Why there is no calibration of the accelerometer at all.
+    /// Reason why the accelerometer cannot be calibrated at all.
     #[must_use]
     pub fn no_accel(&self) -> String {
         if self.rests.is_empty() {
@@ -163,14 +145,14 @@ impl Calibration {
         format!("none of {} rests has usable readings of it ({clipped} with a sensor at full scale)", self.rests.len())
     }
 
-    /// Why there is no calibration of the magnetometer at all.
+    /// Reason why the magnetometer cannot be calibrated at all.
     #[must_use]
     pub fn no_mag(&self) -> String {
         "there are no readings of a magnetometer".into()
     }
 }
 
-/// The norm at rests after those that were fitted.
+/// Errors of the norm at rests later than those fitted.
 fn checked_later(accel: &SensorCalibration, later: &[(Rest, f64)]) -> Option<HeldOut> {
     let observation = |(rest, norm): &(Rest, f64)| {
         rest.accel.map(|mean| Observation { raw: mean.vector, norm: *norm, sigma: mean.sigma })
@@ -180,14 +162,14 @@ fn checked_later(accel: &SensorCalibration, later: &[(Rest, f64)]) -> Option<Hel
     Some(HeldOut {
         how: "fitted to the part before",
         count: observations.len(),
-        before: rms(errors(accel.record))?,
-        after: rms(errors(accel.fit.model))?,
-        noise: rms(observations.iter().map(|observation| observation.sigma))?,
+        before: root_mean_square(errors(accel.record))?,
+        after: root_mean_square(errors(accel.fit.model))?,
+        noise: root_mean_square(observations.iter().map(|observation| observation.sigma))?,
         largest: errors(accel.fit.model).fold(0.0, |largest: f64, error| largest.max(error.abs())),
     })
 }
 
-/// Which readings were at full scale, or that it cannot be known.
+/// A note on readings at full scale, or that clipping cannot be known.
 fn clipping_note(samples: &[Sample], config: &Config) -> Option<String> {
     let count = |flag| samples.iter().filter(|sample| sample.flags.contains(flag)).count();
     let (accel, mag) = (count(SampleFlags::ACCEL_CLIPPED), count(SampleFlags::MAG_CLIPPED));
@@ -197,22 +179,5 @@ fn clipping_note(samples: &[Sample], config: &Config) -> Option<String> {
     } else {
         (accel + mag > 0)
             .then(|| format!("at full scale and left out: {accel} of the accelerometer, {mag} of the magnetometer"))
-    }
-}
-
-/// No result may overwrite what is read, nor another result.
-fn check_outputs(args: &CalibrateArgs) -> Result<(), Failure> {
-    let outputs: Vec<&Path> = [&args.output, &args.json].into_iter().flatten().map(AsRef::as_ref).collect();
-    let inputs = args.traces.iter().chain(&args.config);
-    for output in &outputs {
-        if output.is_file() && inputs.clone().any(|input| same_file(output, input)) {
-            return Err(Failure::BadInput(format!("{}: the result would overwrite what is read", output.display())));
-        }
-    }
-    match outputs.as_slice() {
-        [a, b] if a == b || same_file(a, b) => {
-            Err(Failure::BadInput(format!("{}: the result would overwrite another one", a.display())))
-        }
-        _ => Ok(()),
     }
 }

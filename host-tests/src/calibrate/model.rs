@@ -1,4 +1,4 @@
-//! The nine errors of a vector sensor that its norm shows, about the values on record.
+//! Model of a vector sensor's nine errors that its norm shows, relative to the values on record.
 
 use meerkat_mwd::compensation::VectorModel;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -6,14 +6,14 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 /// Number of parameters.
 pub const PARAMETERS: usize = 9;
 
-/// One value a parameter: a symmetric S (three scales, three crosses, dimensionless) and three offsets in the sensor's unit, with which
-/// `v = (I + S) M (raw - o - offset)`, M and o those on record. S is symmetric because no norm tells a rotation: of all matrices with the
-/// same norms it is the one that turns the axes least.
+/// A symmetric S (three scales, three cross terms, dimensionless) and three offsets in the sensor's unit:
+/// `v = (I + S) M (raw - o - offset)`, with M and o on record. S is symmetric because a norm shows no
+/// rotation: of all matrices with the same norms it turns the axes least.
 pub type Parameters = SVector<f64, PARAMETERS>;
-/// Their covariance.
+/// Covariance of the parameters.
 pub type Covariance = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
-/// Their names.
+/// Names of the parameters.
 pub const NAMES: [&str; PARAMETERS] =
     ["scale_x", "scale_y", "scale_z", "cross_xy", "cross_xz", "cross_yz", "offset_x", "offset_y", "offset_z"];
 
@@ -25,7 +25,7 @@ const CROSSES: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 pub struct Model {
     /// M, dimensionless.
     pub matrix: Matrix3<f64>,
-    /// Subtracted before M, in the sensor's unit.
+    /// Offset, subtracted before M, in the sensor's unit.
     pub offset: Vector3<f64>,
 }
 
@@ -55,7 +55,7 @@ impl Model {
         self.matrix * (raw - self.offset)
     }
 
-    /// This model with errors `x` taken out.
+    /// This model corrected by errors `x`.
     #[must_use]
     pub fn corrected(&self, x: &Parameters) -> Self {
         Self {
@@ -64,7 +64,8 @@ impl Model {
         }
     }
 
-    /// Change of the calibrated vector with each parameter, where `record` was corrected by `x` into this model.
+    /// Derivative of the calibrated vector by each parameter, for a `record` that `x` corrected into this
+    /// model.
     #[must_use]
     pub fn sensitivity(&self, record: &Self, raw: &Vector3<f64>) -> SMatrix<f64, 3, PARAMETERS> {
         let before = record.matrix * (raw - self.offset);

@@ -1,71 +1,73 @@
-//! Nine parameters from a norm that is known: least squares in the directions that the readings determine, the values on record in the
-//! others, and readings that disagree left out.
+//! Fit of nine parameters to a known norm: least squares in the directions that the readings determine, the
+//! recorded values in the others, contradicted readings left out.
 
 use nalgebra::{SymmetricEigen, Vector3};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::model::{Covariance, Model, PARAMETERS, Parameters};
 
-/// A direction is determined when its deviation is under half of what it was before: the rule by which the library applies P.
+/// Ratio of deviations after and before below which a direction is determined: the library's rule for P.
 const DETERMINED: f64 = 0.5;
-/// Chance that one good reading is left out of a whole calibration: the usual 1 %.
+/// Chance that a calibration leaves out a good reading: the usual 1 %.
 const LEFT_OUT_BY_CHANCE: f64 = 0.01;
-/// Where more than this share of the readings disagrees, nothing says who is right: a quarter, the breakdown of a hinged median.
+/// Largest share of readings that may be left out: with more, nothing tells which are right (a quarter, the
+/// breakdown point of a hinged median).
 const MOST_LEFT_OUT: f64 = 0.25;
-/// Most Gauss-Newton steps; four or five are needed, more from a large hard iron.
+/// Limit of Gauss-Newton steps; four or five are needed, more from a large hard iron.
 const STEPS: usize = 50;
-/// Halvings of a step that does not go down, before the point is taken for the lowest.
+/// Halvings of a step that does not lower the cost, before the point is taken for the minimum.
 const CUTS: usize = 10;
-/// How often the misfit is taken anew; it settles in two.
+/// Times the misfit is estimated again; it settles in two.
 const MISFITS: usize = 4;
 
-/// One reading of which the norm is known.
+/// A reading whose norm is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
-    /// What the sensor reads, raw.
+    /// Raw reading.
     pub raw: Vector3<f64>,
-    /// What the norm of the calibrated vector has to be.
+    /// Required norm of the calibrated vector.
     pub norm: f64,
-    /// Deviation of the norm by noise; only its ratio from one reading to the other matters where residuals are plenty.
+    /// Deviation of the norm by noise. With many residuals only the ratios between readings matter.
     pub sigma: f64,
 }
 
-/// What is fitted.
+/// Input of a fit.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {
     /// The readings, in order of time.
     pub observations: &'a [Observation],
     /// The values on record.
     pub record: Model,
-    /// How far off these may be, one deviation a parameter.
+    /// Deviation of each parameter from the values on record.
     pub prior: Parameters,
-    /// Whether what disturbs one reading also disturbs the next (a field that differs from place to place).
+    /// Whether a disturbance persists from one reading to the next, as a field that changes from place to
+    /// place.
     pub correlated: bool,
 }
 
-/// What came out.
+/// Result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// The parameters.
     pub x: Parameters,
-    /// Their covariance; where the readings determine nothing, that of the values on record.
+    /// Covariance of the parameters; the prior's where the readings determine nothing.
     pub covariance: Covariance,
-    /// The model on record with the parameters taken out.
+    /// The recorded model corrected by the parameters.
     pub model: Model,
-    /// How many of nine directions the readings determine.
+    /// Number of the nine directions that the readings determine.
     pub rank: usize,
     /// Degrees of freedom that the residuals leave.
     pub freedom: f64,
-    /// Whether a reading was used.
+    /// Whether each reading was used.
     pub used: Vec<bool>,
-    /// Norm of each calibrated reading minus what it has to be.
+    /// Norm of each calibrated reading minus its required value.
     pub residuals: Vec<f64>,
-    /// Whether more readings disagree than may be left out.
+    /// Whether more readings are contradicted than may be left out.
     pub torn: bool,
 }
 
 impl Fit {
-    /// By how many deviations the true value is off once in twenty: Student's t, 1.96 with many readings.
+    /// Number of deviations that the true value exceeds once in twenty: Student's t, 1.96 with many readings.
     #[must_use]
     pub fn quantile(&self) -> f64 {
         student(self.freedom, 0.975)
@@ -83,7 +85,7 @@ fn student(freedom: f64, probability: f64) -> f64 {
 }
 
 impl Problem<'_> {
-    /// Solves; every reading that the others contradict is left out.
+    /// Solves, leaving out every reading that the others contradict.
     #[must_use]
     pub fn solve(&self) -> Fit {
         let count = self.observations.len();
@@ -102,7 +104,7 @@ impl Problem<'_> {
         }
     }
 
-    /// Rows of the sensitivity to parameters in deviations of the prior, with their residuals, both over the readings' noise.
+    /// Sensitivities to parameters (in deviations of the prior) and residuals, both over the readings' noise.
     fn linearised(&self, used: &[bool], x: &Parameters) -> Vec<(Parameters, f64)> {
         let model = self.record.corrected(x);
         let used = self.observations.iter().zip(used).filter(|(_, used)| **used);
@@ -116,14 +118,14 @@ impl Problem<'_> {
         .collect()
     }
 
-    /// The most probable point with the values on record as prior knowledge. It is where readings and directions are judged.
+    /// Most probable parameters with the recorded values as prior. Readings and directions are judged there.
     fn with_prior(&self, used: &[bool]) -> MostProbable {
         let (mut misfit, mut spent) = (1.0, 0.0);
-        // First as if the readings had only their own noise: with a large misfit the prior would hold the start.
+        // Start with the readings' own noise: a large misfit would let the prior hold the start.
         let mut y = self.most_probable(used, Parameters::zeros(), misfit);
         for _ in 0..MISFITS {
             let (information, _, square) = sums(&self.linearised(used, &self.scaled(&y)));
-            // Each direction takes as much freedom as the readings have a say in it.
+            // Each direction uses up as much freedom as the readings have weight in it.
             spent = information.symmetric_eigenvalues().iter().map(|l| l / (l + misfit)).sum();
             misfit = (square / (used.iter().filter(|used| **used).count() as f64 - spent).max(1.0)).max(1.0);
             y = self.most_probable(used, y, misfit);
@@ -135,7 +137,7 @@ impl Problem<'_> {
         MostProbable { x, misfit, spent, rows }
     }
 
-    /// Gauss-Newton from `y`, in deviations of the prior, each step cut until it is one down.
+    /// Gauss-Newton from `y`, in deviations of the prior; each step is halved until the cost falls.
     fn most_probable(&self, used: &[bool], mut y: Parameters, misfit: f64) -> Parameters {
         let linearised = |y: &Parameters| sums(&self.linearised(used, &self.scaled(y)));
         let (mut information, mut gradient, mut square) = linearised(&y);
@@ -159,14 +161,15 @@ impl Problem<'_> {
         y
     }
 
-    /// The directions, in deviations of the prior, that the readings determine: so many first columns. They are orthogonal in both
-    /// metrics, so that what is not determined does not leak into what is.
+    /// The directions that the readings determine, as the first columns of a basis in deviations of the
+    /// prior. They are orthogonal in both metrics, so that undetermined directions do not leak into
+    /// determined ones.
     fn determined(&self, used: &[bool], start: &MostProbable) -> (Covariance, usize) {
         let rows = self.linearised(used, &start.x);
         let eigen = SymmetricEigen::new(sums(&rows).0);
         let mut order: [usize; PARAMETERS] = std::array::from_fn(|k| k);
         order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-        // 1 / (1 + information) under the square of the rule's ratio, with Student's allowance for few residuals.
+        // 1 / (1 + information) below the square of the ratio, with Student's allowance for few residuals.
         let least = 1.0 / (DETERMINED * DETERMINED) - 1.0;
         let allowance = |rank: usize| {
             let freedom = rows.len().saturating_sub(rank) as f64;
@@ -220,7 +223,7 @@ impl Problem<'_> {
     }
 }
 
-/// Information matrix, gradient and sum of squares of rows with their residuals.
+/// Information matrix, gradient and sum of squares of rows and residuals.
 fn sums(rows: &[(Parameters, f64)]) -> (Covariance, Parameters, f64) {
     rows.iter().fold(
         (Covariance::zeros(), Parameters::zeros(), 0.0),
@@ -230,19 +233,20 @@ fn sums(rows: &[(Parameters, f64)]) -> (Covariance, Parameters, f64) {
     )
 }
 
-/// The point of [`Problem::with_prior`].
+/// Result of [`Problem::with_prior`].
 struct MostProbable {
     x: Parameters,
-    /// Square of the residuals over that of the readings' own noise, at least 1.
+    /// Mean square of the residuals over that of the readings' noise, at least 1.
     misfit: f64,
-    /// Degrees of freedom that the parameters take.
+    /// Degrees of freedom that the parameters use up.
     spent: f64,
-    /// Residual over the reading's noise, and leverage, of each reading used.
+    /// Residual over noise, and leverage, of each reading used.
     rows: Vec<(f64, f64)>,
 }
 
-/// Which of the readings used all the others contradict: residual over its deviation when left out, against Student's t shared out among
-/// all readings (Bonferroni). One at a time, or of many the worst fiftieth: a bad one shifts the residuals of the good.
+/// Readings that all others contradict: residual over its deviation when left out, against Student's t at a
+/// level shared among all readings (Bonferroni). Returns the worst one, or the worst fiftieth of many,
+/// because a bad reading shifts the residuals of good ones.
 fn contradicted(start: &MostProbable) -> Vec<usize> {
     let count = start.rows.len();
     let freedom = count as f64 - start.spent;
@@ -261,8 +265,8 @@ fn contradicted(start: &MostProbable) -> Vec<usize> {
     odd.into_iter().map(|(_, at)| at).collect()
 }
 
-/// By what factor the variance of a mean exceeds that of independent residuals: the initial positive sequence of their
-/// autocorrelation (Geyer, Statistical Science 7, 1992).
+/// Factor by which correlation of the residuals increases the variance of a mean: the initial positive
+/// sequence of their autocorrelation (Geyer, Statistical Science 7, 1992).
 fn inflation(residuals: &[f64]) -> f64 {
     let count = residuals.len();
     let at_lag = |lag: usize| residuals.iter().zip(residuals.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();

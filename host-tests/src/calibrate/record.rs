@@ -1,4 +1,4 @@
-//! The factory record: the part of a configuration file that `--config` takes.
+//! The factory record as a file for `--config`.
 
 use std::{fmt::Write, path::Path};
 
@@ -18,8 +18,8 @@ pub fn write(calibration: &Calibration, path: &Path) -> Result<(), Failure> {
     std::fs::write(path, text).map_err(|error| Failure::output(path, &error))
 }
 
-/// The record as TOML; `None` when no sensor has new values. A sensor that keeps old values has these again, so that the file can take the
-/// place of the one before.
+/// The record as TOML; `None` if no sensor has new values. A sensor that keeps its old values is written with
+/// these, so that the file can replace the old one.
 #[must_use]
 pub fn text(calibration: &Calibration) -> Option<String> {
     let sensors = [
@@ -65,14 +65,15 @@ pub fn text(calibration: &Calibration) -> Option<String> {
     Some(out)
 }
 
-/// Between a calibration and its use, kelvin: what a data sheet gives a kelvin is left of a calibrated error.
+/// Temperature change between calibration and use, kelvin: a data sheet's drift over it remains of a
+/// calibrated error.
 const WARMING_K: f64 = 20.0;
-/// Accelerometer, a kelvin: sensitivity 0.01 %, zero-g level 0.1 mg (LSM6DSO).
+/// Drift of the accelerometer per kelvin: sensitivity 0.01 %, zero-g level 0.1 mg (LSM6DSO).
 const ACCEL_A_KELVIN: [f64; 2] = [1e-4, 0.1e-3 * 9.806_65];
-/// Magnetometer, a kelvin: sensitivity 0.03 %, offset 0.03 uT (IIS2MDC).
+/// Drift of the magnetometer per kelvin: sensitivity 0.03 %, offset 0.03 uT (IIS2MDC).
 const MAG_A_KELVIN: [f64; 2] = [3e-4, 0.03];
 
-/// What the calibrations leave of the sensors' errors; as it was on record where there is no new one.
+/// Writes the errors that the calibrations leave; those on record where there is no new calibration.
 fn left(out: &mut String, calibration: &Calibration) {
     let of = |sensor: &SensorCalibration, a_kelvin: [f64; 2]| {
         let sigma = sensor.fit.sigma();
@@ -89,7 +90,7 @@ fn left(out: &mut String, calibration: &Calibration) {
     }
     if let Some(mag) = calibration.mag.as_ref().filter(|sensor| sensor.is_new()) {
         let [matrix, offset_ut] = of(mag, MAG_A_KELVIN);
-        // No norm tells how the axes are turned: without an alignment that stays as it was.
+        // No norm shows a rotation of the axes: without an alignment that error stays as it was.
         if let Some(alignment) = calibration.alignment.as_ref().filter(|alignment| alignment.refused.is_none()) {
             let turn = alignment.sigma_rad.iter().map(|sigma| sigma * sigma).sum::<f64>() / 3.0;
             errors.mag_matrix = (matrix * matrix + turn).sqrt() as f32;

@@ -1,4 +1,4 @@
-//! Rests of a trace: where the library's detector sees none of its seconds move, and what the vector sensors read there.
+//! Rests of a trace, by the library's detector, and the vector sensors' means over them.
 
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
@@ -7,7 +7,8 @@ use meerkat_mwd::{
 };
 use nalgebra::Vector3;
 
-/// The detector judges whole seconds. Started at so many instants of a second, it loses at most one part of it at either end of a rest.
+/// Starts of the detector within a second. It judges whole seconds, so a rest loses at most this part of one
+/// at either end.
 const STARTS_PER_SECOND: u32 = 4;
 
 /// Mean of a vector sensor over a rest.
@@ -15,7 +16,7 @@ const STARTS_PER_SECOND: u32 = 4;
 pub struct Mean {
     /// The mean, in the sensor's unit.
     pub vector: Vector3<f64>,
-    /// Its standard error per axis, from the scatter of the readings about it as if they were independent.
+    /// Standard error of the mean per axis, from the scatter of the readings taken as independent.
     pub sigma: f64,
 }
 
@@ -26,11 +27,11 @@ pub struct Rest {
     pub from_us: u64,
     /// Time of its last sample, microseconds.
     pub to_us: u64,
-    /// What the accelerometer read, m/s^2; `None` without readings, or with clipped ones.
+    /// The accelerometer's mean, m/s^2; `None` without readings, or if any is clipped.
     pub accel: Option<Mean>,
-    /// What the magnetometer read, microtesla; likewise.
+    /// The magnetometer's mean, microtesla; `None` likewise.
     pub mag: Option<Mean>,
-    /// Whether a vector sensor was at full scale in it.
+    /// Whether a vector sensor was at full scale during the rest.
     pub clipped: bool,
 }
 
@@ -53,7 +54,8 @@ pub fn rests(samples: &[Sample], config: &Config) -> Vec<Rest> {
     rests
 }
 
-/// Marks the samples of the seconds at rest, the first of which begins `start` parts of a second after the first sample.
+/// Marks the samples of seconds at rest; the first second begins `start` parts of a second after the first
+/// sample.
 fn mark(samples: &[Sample], config: &Config, start: u32, still: &mut [bool]) {
     let identification = &config.identification;
     let limits = RestLimits {
@@ -95,7 +97,7 @@ impl Rest {
         let mean = |vector: fn(&Sample) -> [f32; 3], missing: SampleFlags, clipped: SampleFlags| {
             let read = || samples.iter().filter(|sample| !sample.flags.intersects(missing | SampleFlags::FAULT));
             let any_clipped = read().any(|sample| sample.flags.contains(clipped));
-            // A clipped reading is a bound, and left out the mean would be of the others alone.
+            // A clipped reading is only a bound, and a mean without it would be of the others alone.
             (
                 mean(read().map(|sample| Vector3::from(vector(sample)).map(f64::from))).filter(|_| !any_clipped),
                 any_clipped,
@@ -114,7 +116,7 @@ impl Rest {
     }
 }
 
-/// Mean and its standard error; `None` of readings without scatter (fewer than two, or a frozen sensor).
+/// Mean and standard error; `None` for readings without scatter (fewer than two, or a frozen sensor).
 fn mean(vectors: impl Iterator<Item = Vector3<f64>> + Clone) -> Option<Mean> {
     let count = vectors.clone().count() as f64;
     let vector = vectors.clone().sum::<Vector3<f64>>() / count;

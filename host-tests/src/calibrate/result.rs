@@ -24,7 +24,7 @@ pub fn write(calibration: &Calibration, path: &Path) -> Result<(), Failure> {
     std::fs::write(path, text).map_err(|error| Failure::output(path, &error))
 }
 
-/// The result.
+/// The result of a calibration as JSON.
 #[must_use]
 pub fn value(calibration: &Calibration) -> Value {
     let accel = calibration.accel.as_ref().map(|accel| sensor(accel, calibration.accel_model(), "m_s2"));
@@ -52,7 +52,7 @@ pub fn value(calibration: &Calibration) -> Value {
     })
 }
 
-/// Where the rests are, and the accelerometer's norm there with the old and the new values.
+/// The rests, with the accelerometer's norm there by the old and the new values.
 fn rests(calibration: &Calibration) -> Vec<Value> {
     let mut place = 0;
     let rest = |rest: &Rest| {

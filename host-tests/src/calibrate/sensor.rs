@@ -1,30 +1,31 @@
-//! One sensor's calibration with all that is told of it.
+//! Calibration of one vector sensor, with everything that is reported of it.
 
 use super::{
-    held_out::{HeldOut, held_out, norm_error, rms},
+    held_out::{HeldOut, held_out, norm_error},
     model::Model,
     norm_fit::{Fit, Observation, Problem},
     verdict::{Bounds, Spread, Standard, Verdict, judge},
 };
+use crate::score::root_mean_square;
 
 /// The calibration of one vector sensor.
 #[derive(Clone, Debug)]
 pub struct SensorCalibration {
     /// The readings.
     pub observations: Vec<Observation>,
-    /// The values that were on record.
+    /// The values on record before.
     pub record: Model,
-    /// How far these were trusted.
+    /// Prior deviations of the parameters from the record.
     pub prior: super::model::Parameters,
     /// The fit.
     pub fit: Fit,
-    /// The norm that the readings have to have, in the sensor's unit.
+    /// Required norm, in the sensor's unit.
     pub norm: f64,
-    /// Whether that was known, and not fitted.
+    /// Whether the norm was known, not fitted.
     pub norm_known: bool,
-    /// How far off calibrated vectors can be.
+    /// Bounds on the error of calibrated vectors.
     pub bounds: Bounds,
-    /// How the readings' directions are spread.
+    /// Spread of the readings' directions.
     pub spread: Spread,
     /// Error of the norm on readings not used for the fit.
     pub held_out: Option<HeldOut>,
@@ -33,7 +34,7 @@ pub struct SensorCalibration {
 }
 
 impl SensorCalibration {
-    /// Fits, checks and judges.
+    /// Fits, checks and judges a sensor.
     #[must_use]
     pub fn of(problem: &Problem, norm: f64, on_record: bool, standard: Standard) -> Self {
         let fit = problem.solve();
@@ -54,7 +55,7 @@ impl SensorCalibration {
         }
     }
 
-    /// The model that goes on record: the new one, or the old one where it stays.
+    /// The model that goes on record: the new one, or the old one if that stays.
     #[must_use]
     pub const fn model(&self) -> Model {
         match self.verdict {
@@ -69,15 +70,16 @@ impl SensorCalibration {
         !matches!(self.verdict, Verdict::Kept(_))
     }
 
-    /// Root mean square error of the norm over the readings used, in the sensor's unit: old values, new values.
+    /// Rms error of the norm over the readings used, in the sensor's unit: with the old values, with the new
+    /// ones.
     #[must_use]
     pub fn before_after(&self) -> Option<(f64, f64)> {
         let used = || self.observations.iter().zip(&self.fit.used).filter(|(_, used)| **used).map(|(o, _)| o);
-        let with = |model: Model| rms(used().map(move |observation| norm_error(&model, observation)));
+        let with = |model: Model| root_mean_square(used().map(move |observation| norm_error(&model, observation)));
         Some((with(self.record)?, with(self.fit.model)?))
     }
 
-    /// Readings that the others contradict.
+    /// Number of readings that the others contradict.
     #[must_use]
     pub fn left_out(&self) -> usize {
         self.fit.used.iter().filter(|used| !**used).count()

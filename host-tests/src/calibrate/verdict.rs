@@ -1,4 +1,4 @@
-//! Whether what was fitted may go on record.
+//! Verdict on a fit: whether it may go on record.
 
 use meerkat_mwd::compensation::VectorModel;
 use nalgebra::{Matrix3, Vector3};
@@ -9,55 +9,57 @@ use super::{
     norm_fit::{Fit, Observation, Problem},
 };
 
-/// The largest error of a calibrated direction that does no harm, rad (0.3 deg): the least change of rotation for which the library swaps
-/// P. Vectors that are to judge P must not be off by more.
+/// Largest harmless error of a calibrated direction, rad (0.3 deg): the least change of rotation for which
+/// the library swaps P. Vectors that judge P must not be off by more.
 pub const LARGEST_HARMLESS_RAD: f64 = 5.2e-3;
 
-/// By how many of its own deviations a change has to stand out where it is let through without being harmless to
-/// [`LARGEST_HARMLESS_RAD`], as in the library: the error that goes is then ten times that which comes, in square.
+/// Number of its own deviations by which a change must stand out if the new values may exceed
+/// [`LARGEST_HARMLESS_RAD`], as in the library: the error removed is then ten times the error added, in
+/// square.
 const LEAST_CHANGE_SIGMAS: f64 = 3.0;
 
-/// A parameter is named as not determined from this part of what it was uncertain by before, as in the library.
+/// Ratio of a parameter's deviation after and before above which it is named as not determined, as in the
+/// library.
 const DETERMINED: f64 = 0.5;
 
-/// Whether a sensor's new values go on record.
+/// Whether a sensor's new values go on record, and why not.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// All nine parameters, and the direction is right to 0.3 deg (95 %).
+    /// All nine parameters are new; directions are right to 0.3 deg (95 %).
     Calibrated,
-    /// The directions that the motion determined are new, the others are those of a record that was there before.
+    /// The directions that the motion determined are new; the others are kept from the record.
     Partly(String),
-    /// The old values stay.
+    /// The old values stay, for this reason.
     Kept(String),
 }
 
-/// What new values have to be good for.
+/// Requirement that new values must meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standard {
-    /// To judge a gyro by: no direction may be off by more than [`LARGEST_HARMLESS_RAD`]. The library lets gravity alone judge P as soon
-    /// as a calibration of the accelerometer is on record.
+    /// Good enough to judge a gyro by: no direction is off by more than [`LARGEST_HARMLESS_RAD`]. The library
+    /// lets gravity alone judge P once an accelerometer calibration is on record.
     ToJudgeBy,
-    /// To be clearly better than the old: the change of direction stands out from its own deviation.
+    /// Clearly better than the old values: the change of direction stands out from its own deviation.
     ClearlyBetter,
 }
 
-/// How far off a calibrated vector can be, of any direction: 95 % bounds.
+/// Bounds (95 %) on the error of a calibrated vector of any direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Of its norm, as a share of it.
+    /// Error of the norm, as a share of it.
     pub norm: f64,
-    /// Of its direction, rad.
+    /// Error of the direction, rad.
     pub direction_rad: f64,
-    /// Direction in which that is worst, sensor axes.
+    /// The direction with the largest error, sensor axes.
     pub worst: Vector3<f64>,
-    /// Deviation of the direction, rad, root mean square all around.
+    /// Deviation of the direction, rad, rms over all directions.
     pub sigma_rad: f64,
-    /// By how much the new values turn a direction, rad, root mean square all around.
+    /// Change of the direction by the new values, rad, rms over all directions.
     pub change_rad: f64,
 }
 
 impl Bounds {
-    /// Over directions all around, at this norm.
+    /// Computes the bounds at this norm over directions all around.
     #[must_use]
     pub fn of(fit: &Fit, record: &Model, norm: f64) -> Self {
         let mut bounds = Self { norm: 0.0, direction_rad: 0.0, worst: Vector3::x(), sigma_rad: 0.0, change_rad: 0.0 };
@@ -83,10 +85,10 @@ impl Bounds {
     }
 }
 
-/// So many directions show every ellipsoid's worst one to 10 deg.
+/// Number of directions tried: enough to find any ellipsoid's worst one to 10 deg.
 const ALL_AROUND: u32 = 200;
 
-/// Directions evenly about the sphere (Fibonacci's spiral).
+/// Directions evenly spread over the sphere (Fibonacci's spiral).
 fn all_around() -> impl Iterator<Item = Vector3<f64>> {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..ALL_AROUND).map(move |k| {
@@ -97,20 +99,20 @@ fn all_around() -> impl Iterator<Item = Vector3<f64>> {
     })
 }
 
-/// How the directions that a sensor saw are spread.
+/// Spread of the directions that a sensor saw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Directions that are more than [`APART_DEG`] from each other.
+    /// Number of directions more than [`APART_DEG`] from each other.
     pub orientations: usize,
     /// Smallest mean square component of the unit vectors along any axis: 1/3 all around, 0 in a plane.
     pub smallest: f64,
 }
 
-/// Two directions nearer to each other count once, degrees.
+/// Angle within which two directions count as one, degrees.
 pub const APART_DEG: f64 = 10.0;
 
 impl Spread {
-    /// Of the readings used.
+    /// The spread of the readings used.
     #[must_use]
     pub fn of(fit: &Fit, observations: &[Observation]) -> Self {
         let used = observations.iter().zip(&fit.used).filter(|(_, used)| **used);
@@ -127,7 +129,7 @@ impl Spread {
     }
 }
 
-/// Names of the parameters that the readings do not determine.
+/// Names of parameters that the readings do not determine.
 #[must_use]
 pub fn undetermined_of(prior: &Parameters, fit: &Fit) -> Vec<&'static str> {
     let allowance = fit.quantile() / 1.96;
@@ -139,7 +141,7 @@ pub fn undetermined_of(prior: &Parameters, fit: &Fit) -> Vec<&'static str> {
     (0..NAMES.len()).filter(open).map(|k| NAMES[k]).collect()
 }
 
-/// The verdict on a fit. `on_record`: whether there was a record before, so that old values mean something.
+/// Verdict on a fit. `on_record` tells whether the old values come from a calibration.
 #[must_use]
 pub fn judge(
     problem: &Problem,
@@ -160,7 +162,7 @@ pub fn judge(
     if fit.rank == NAMES.len() && !is_sensor {
         return Verdict::Kept("the fit is no sensor: its matrix mirrors or flattens".into());
     }
-    // Asked for what passes, so that a NaN does not.
+    // Conditions are written for what passes, so that a NaN is refused.
     if !held_out.is_none_or(|check| check.after < check.before) {
         return Verdict::Kept("on readings that were held out it is no better than the old values".into());
     }

@@ -1,15 +1,12 @@
-//! Attitude against the reference, split into heading and inclination.
+//! Attitude error against the reference, split into heading and inclination.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::{Settings, gap_us, root_mean_square};
-use crate::{
-    flight::Flight,
-    trace::{EarthFrame, Trace},
-};
+use crate::{flight::Flight, trace::Trace};
 
-/// Attitude error, degrees rms: q_error = q_estimate q_reference^-1, both body to earth, so that the error is in the earth frame
-/// (Laidig et al. 2021, Data 6(7), section 5).
+/// Attitude error, degrees rms: q_error = q_estimate q_reference^-1, both body to earth, so that the error is
+/// in the earth frame (Laidig et al. 2021, Data 6(7), section 5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct AttitudeRms {
     /// The whole angle.
@@ -23,13 +20,14 @@ pub struct AttitudeRms {
 /// An attitude at its time of validity: microseconds; body to NED, scalar first.
 pub type TimedAttitude = (u64, [f64; 4]);
 
-/// Scores every attitude whose time has a reference, with `movement` where the trace says.
+/// Scores every attitude at whose time there is a reference (and `movement`, if the trace has it).
 ///
-/// Total and heading are `None` where the reference counts from true north and the flight, without a declination, from magnetic.
+/// Total and heading are `None` where the reference counts from true north and the flight, without a
+/// declination, from magnetic.
 pub(super) fn rms_deg(trace: &Trace, flight: &Flight, settings: &Settings) -> AttitudeRms {
     let attitudes = attitudes_of(flight);
     let Some(reference_to_ned) = reference_to_ned(trace, settings) else {
-        let comparable = errors(trace, attitudes, settings, to_ned(trace.keys.earth_frame));
+        let comparable = errors(trace, attitudes, settings, trace.keys.earth_frame.to_ned());
         return AttitudeRms {
             inclination: root_mean_square(comparable.map(|(_, e)| split(&e).inclination)),
             ..AttitudeRms::default()
@@ -38,13 +36,14 @@ pub(super) fn rms_deg(trace: &Trace, flight: &Flight, settings: &Settings) -> At
     rms_of(errors(trace, attitudes, settings, reference_to_ned).map(|(_, e)| split(&e)).collect())
 }
 
-/// The same for any estimate: as it is, and without one constant offset of the heading, which has the reference's north in it. The
-/// offset is the one that leaves the smallest sum of squared sines of half the heading's error.
+/// Attitude error of any estimate: as it is, and with one constant heading offset taken out, because a
+/// reference may count from another north. The offset minimises the sum of squared sines of half the heading
+/// error.
 #[must_use]
 pub fn attitude_rms_deg(trace: &Trace, attitudes: &[TimedAttitude], settings: &Settings) -> [AttitudeRms; 2] {
     let Some(reference_to_ned) = reference_to_ned(trace, settings) else { return Default::default() };
     let errors: Vec<_> = errors(trace, attitudes.iter().copied(), settings, reference_to_ned).map(|(_, e)| e).collect();
-    // Doubled angles of the twist: a quaternion and its opposite are one rotation.
+    // Angles are doubled because a quaternion and its negative are one rotation.
     let (sine, cosine) = errors.iter().fold((0.0, 0.0), |(sine, cosine), e| {
         let heading = 2.0 * e.k.atan2(e.w);
         (sine + heading.sin(), cosine + heading.cos())
@@ -53,8 +52,8 @@ pub fn attitude_rms_deg(trace: &Trace, attitudes: &[TimedAttitude], settings: &S
     [UnitQuaternion::identity(), offset].map(|turn| rms_of(errors.iter().map(|e| split(&(turn * e))).collect()))
 }
 
-/// What [`AttitudeRms`] is the root mean square of, over time: seconds, then heading and inclination, degrees. Nothing where the two norths
-/// cannot be related.
+/// Errors over time whose root mean square [`AttitudeRms`] is: seconds, heading and inclination in degrees.
+/// Empty if the two norths cannot be related.
 #[must_use]
 pub fn attitude_errors_deg(trace: &Trace, flight: &Flight, settings: &Settings) -> Vec<[f64; 3]> {
     let Some(reference_to_ned) = reference_to_ned(trace, settings) else { return Vec::new() };
@@ -74,7 +73,7 @@ fn rms_of(errors: Vec<Error>) -> AttitudeRms {
     AttitudeRms { total: rms(|e| e.total), heading: rms(|e| e.heading), inclination: rms(|e| e.inclination) }
 }
 
-/// A quaternion of a trace, normalised (it was printed with few digits); `None` for one that is no rotation.
+/// A trace's quaternion, normalised because it was printed with few digits; `None` if it is no rotation.
 pub(crate) fn unit_quaternion([w, x, y, z]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
     UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.5)
 }
@@ -99,7 +98,7 @@ fn errors<'a>(
     })
 }
 
-/// Heading is the twist about the vertical, inclination the swing that is left.
+/// Splits an error into heading, the twist about the vertical, and inclination, the swing that is left.
 fn split(error: &UnitQuaternion<f64>) -> Error {
     let (w, v) = (error.w, error.imag());
     let horizontal = v.x.hypot(v.y);
@@ -112,7 +111,7 @@ fn split(error: &UnitQuaternion<f64>) -> Error {
     }
 }
 
-/// The reference at a time of validity, interpolated between samples where it falls between two.
+/// The reference at a time of validity, interpolated between samples.
 fn reference_at(trace: &Trace, gap_us: f64, t_us: u64) -> Option<UnitQuaternion<f64>> {
     let scored = |i: usize| {
         let moving = trace.movement.as_ref().is_none_or(|m| m.get(i).copied().unwrap_or(false));
@@ -129,19 +128,8 @@ fn reference_at(trace: &Trace, gap_us: f64, t_us: u64) -> Option<UnitQuaternion<
     if step > gap_us { None } else { scored(before)?.try_slerp(&scored(after)?, elapsed / step, 1e-9) }
 }
 
-fn to_ned(frame: EarthFrame) -> UnitQuaternion<f64> {
-    match frame {
-        // North and east change places and down is minus up: half a turn about the bisector of north and east.
-        EarthFrame::Enu => {
-            let half = std::f64::consts::FRAC_1_SQRT_2;
-            UnitQuaternion::new_unchecked(Quaternion::new(0.0, half, half, 0.0))
-        }
-        EarthFrame::Ned => UnitQuaternion::identity(),
-    }
-}
-
-/// From the trace's earth frame to the one in which the flight reports: NED, true north if a declination was configured, else
-/// magnetic. `None` where the two norths cannot be related.
+/// Rotation from the trace's earth frame to the frame the flight reports in: NED, with true north if a
+/// declination was configured, else magnetic. `None` if the two norths cannot be related.
 fn reference_to_ned(trace: &Trace, settings: &Settings) -> Option<UnitQuaternion<f64>> {
     let declination = settings.declination_deg.or(trace.keys.magnetic_declination_deg);
     let north = match (trace.keys.reference_north, settings.declination_deg, declination) {
@@ -151,5 +139,5 @@ fn reference_to_ned(trace: &Trace, settings: &Settings) -> Option<UnitQuaternion
         (true, None, None) => return None,
     };
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, north.to_radians()));
-    Some(turn * to_ned(trace.keys.earth_frame))
+    Some(turn * trace.keys.earth_frame.to_ned())
 }

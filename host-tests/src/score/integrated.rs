@@ -2,16 +2,16 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{RateTrack, Tracks};
 
-/// The rotation that a rate track adds up to, between any two instants that it covers without a gap.
+/// Rotation integrated from a rate track, between any two times that it covers without a gap.
 ///
-/// Between readings the rate is taken to change linearly. The rotation vector of a step is its mean rate times its length and the
-/// coning term of a linear rate, so what is left is the chord: a rate that swings at w rad/s keeps 1 - (w dt)^2 / 12 of itself. At
-/// 1 Hz and 100 Hz sampling that is 3 parts in 10,000.
+/// Between readings the rate is taken to change linearly. The rotation vector of a step is its mean rate
+/// times its length and the coning term of a linear rate, so what is left is the chord: a rate that swings at
+/// w rad/s keeps 1 - (w dt)^2 / 12 of itself. At 1 Hz and 100 Hz sampling that is 3 parts in 10,000.
 pub(super) struct Integrated {
     track: RateTrack,
-    /// Body at each reading to body at the first one of its run.
+    /// Rotation from the body at each reading to the body at the first reading of its run.
     rotation: Vec<UnitQuaternion<f64>>,
-    /// Which run without a gap each reading is in.
+    /// Number of the gap-free run that each reading belongs to.
     run: Vec<u32>,
 }
 
@@ -34,7 +34,8 @@ impl Integrated {
         Self { track: track.clone(), rotation, run }
     }
 
-    /// Body at `to_s` to body at `from_s`; `None` where the track does not reach or a gap lies between.
+    /// Rotation from the body at `to_s` to the body at `from_s`; `None` if the track does not reach or a gap
+    /// lies between.
     pub(super) fn rotation(&self, from_s: f64, to_s: f64) -> Option<UnitQuaternion<f64>> {
         let (from, from_run) = self.at(from_s)?;
         let (to, to_run) = self.at(to_s)?;
@@ -48,7 +49,7 @@ impl Integrated {
 
     fn at(&self, t_s: f64) -> Option<(UnitQuaternion<f64>, u32)> {
         let times = &self.track.t_s;
-        // Times come from integers of microseconds: a tenth of one is rounding, not extrapolation.
+        // Times come from whole microseconds: a tenth of one is rounding.
         let after = times.partition_point(|&t| t <= t_s + 1e-7);
         let i = after.checked_sub(1)?;
         let (q, run) = (*self.rotation.get(i)?, *self.run.get(i)?);
@@ -65,14 +66,15 @@ impl Integrated {
 }
 
 impl Tracks<Integrated> {
-    /// Whether every track that holds anything covers the interval without a gap: the four are compared over the same intervals.
+    /// Whether every non-empty track covers the interval without a gap: the four are compared over the same
+    /// intervals.
     pub(super) fn cover(&self, from_s: f64, to_s: f64) -> bool {
         self.uncompensated.rotation(from_s, to_s).is_some()
             && self.all(|track| track.is_empty() || track.rotation(from_s, to_s).is_some())
     }
 }
 
-/// Rotation over `dt_s` under a rate that goes linearly from `start` to `end`, rad/s.
+/// Rotation over `dt_s` under a rate that changes linearly from `start` to `end`, rad/s.
 fn step(start: &Vector3<f64>, end: &Vector3<f64>, dt_s: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_scaled_axis((start + end) * (0.5 * dt_s) + start.cross(end) * (dt_s * dt_s / 12.0))
 }
@@ -82,7 +84,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// Classical coning: the body axis z describes a cone of half angle `a` at `f` Hz; its rate is known in closed form.
+    /// Classical coning: the body axis z describes a cone of half angle `a` at `f` Hz; its rate is known in
+    /// closed form.
     fn coning_error(rate_hz: f64) -> f64 {
         let (a, w) = (0.1_f64, 2.0 * std::f64::consts::PI);
         let attitude = |t: f64| {
@@ -101,7 +104,8 @@ mod tests {
 
     #[test]
     fn coning_errs_by_the_chord_alone_and_so_with_the_square_of_the_step() {
-        // The swing's amplitude loses (w dt)^2 / 12 to the chord, the drift a^2 w / 2 that it makes twice that.
+        // The swing's amplitude loses (w dt)^2 / 12 to the chord, the drift a^2 w / 2 that it makes twice
+        // that.
         let w_dt = 2.0 * std::f64::consts::PI / 100.0;
         let chord = (w_dt * w_dt / 12.0) * 0.1 * 0.1 * 2.0 * std::f64::consts::PI * 10.0;
         assert!((coning_error(100.0) / chord - 1.0).abs() < 0.02, "{} {chord}", coning_error(100.0));

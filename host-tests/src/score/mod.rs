@@ -1,9 +1,12 @@
-//! What a flight is worth against the trace's own reference: rotation over 2 s, gravity from rest to rest, attitude, rate.
+//! Scores of a flight against the trace's own reference: rotation over 2 s, gravity from rest to rest,
+//! attitude, rate.
 //!
-//! The reference is used here and nowhere else: nothing in this module feeds back into what is flown. All in `f64`.
+//! The reference is used here and nowhere else: nothing in this module feeds back into what is flown. All in
+//! `f64`.
 
 mod attitude;
 mod integrated;
+pub mod nees;
 mod orientation_2s;
 mod rate_error;
 mod rates;
@@ -11,6 +14,7 @@ mod rest_gravity;
 mod time_alignment;
 
 use meerkat_mwd::{
+    Config,
     compensation::{GyroModel, VectorModel},
     probe::GAP_PERIODS,
 };
@@ -25,49 +29,66 @@ pub use rates::{RateTrack, Tracks};
 use crate::{flight::Flight, trace::Trace};
 use integrated::Integrated;
 
-/// One figure for each of the four ways to read the gyro; `None` where the trace or the flight does not hold it.
+/// One figure for each of the four ways to read the gyro; `None` if the trace or the flight does not hold it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct PerModel {
     /// The raw gyro.
     pub uncompensated: Option<f64>,
     /// The factory's P with each window's bias.
     pub bias_only: Option<f64>,
-    /// The 12-parameter fit of each window, whether or not it was accepted.
+    /// The 12-parameter fit of each window, accepted or not.
     pub twelve_parameters: Option<f64>,
-    /// What was flown, with every accepted effect.
+    /// As flown, with every accepted effect.
     pub with_effects: Option<f64>,
 }
 
 /// Scores of a flight against the trace's reference columns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Reference {
-    /// Rotation over consecutive 2 s windows against the reference's: angle of the difference, degrees, root mean square of the
-    /// 98 % smallest.
+    /// Rotation over consecutive 2 s windows against the reference's: angle of the difference, degrees, rms
+    /// of the smallest 98 %.
     pub orientation_2s_rms_deg: PerModel,
-    /// The same, after one constant delay for the recording has been taken out of all four gyro readings alike.
+    /// The same with one constant delay per recording taken out of all four gyro readings alike.
     pub orientation_2s_rms_time_aligned_deg: PerModel,
-    /// That delay, milliseconds; positive: the gyro lags the reference. `None`: none within 20 ms can be told.
+    /// That delay, milliseconds; positive if the gyro lags the reference. `None` if no delay within 20 ms
+    /// stands out.
     pub time_alignment_ms: Option<f64>,
-    /// Direction of gravity carried from each rest to the next by the gyro, against the accelerometer there: angle, degrees rms.
+    /// Direction of gravity carried by the gyro from each rest to the next, against the accelerometer there:
+    /// degrees rms.
     pub rest_gravity_deg: PerModel,
-    /// Attitude against the reference, degrees rms, in the earth frame, without any re-alignment.
+    /// Attitude against the reference in the earth frame, without re-alignment, degrees rms.
     pub attitude_rms_deg: AttitudeRms,
 }
 
-/// What the scorer has to know beside the trace and the flight.
+/// Settings of the scorer.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Settings {
-    /// Only samples at or after this time count, microseconds; 0: all.
+    /// Start of the scored part, microseconds; 0 scores everything.
     pub from_us: u64,
-    /// Calibration of the accelerometer, for the gravity at rests.
+    /// Accelerometer model, for gravity at rests.
     pub accel: VectorModel,
-    /// The gyro model that was flown before the first window's result.
+    /// Gyro model that flew before the first window's result.
     pub factory: GyroModel,
-    /// Declination with which the flight was configured, degrees east of true north: its attitude then counts from true north.
+    /// Declination that the flight was configured with, degrees east of true north; with one its attitude
+    /// counts from true north.
     pub declination_deg: Option<f64>,
 }
 
-/// Scores a flight over the samples from `settings.from_us` on. `None`: the trace has neither a reference attitude nor rests.
+impl Settings {
+    /// The settings for a flight over `trace` with `config`.
+    #[must_use]
+    pub fn of(trace: &Trace, config: &Config) -> Self {
+        Self {
+            from_us: config.freeze_at_us.unwrap_or(trace.first_us()),
+            accel: config.accel,
+            factory: config.gyro,
+            declination_deg: config.earth.declination_rad.map(|x| f64::from(x).to_degrees()),
+        }
+    }
+}
+
+/// Scores a flight over the samples from `settings.from_us` on. `None` if the trace has neither a reference
+/// attitude nor rests.
 #[must_use]
 pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Reference> {
     let has_reference = trace.reference.iter().any(Option::is_some);
@@ -97,14 +118,14 @@ pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Refe
     Some(scores)
 }
 
-/// A longer step in time is a gap, microseconds; no score reaches across one. Half a microsecond more than the whole periods, so that
-/// a step of exactly these is none however its two times round in seconds.
+/// Step in time above which there is a gap, microseconds; no score spans one. Half a microsecond more than
+/// whole periods, so that rounding of times makes no gap.
 fn gap_us(trace: &Trace) -> f64 {
     f64::from(GAP_PERIODS) * f64::from(trace.nominal_period_us()) + 0.5
 }
 
 /// Root mean square; `None` of nothing.
-fn root_mean_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+pub(crate) fn root_mean_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (count, sum) = values.into_iter().fold((0_usize, 0.0), |(count, sum), x| (count + 1, sum + x * x));
     (count > 0).then(|| (sum / count as f64).sqrt())
 }

@@ -1,4 +1,4 @@
-//! Rotation over consecutive 2 s windows against the reference's.
+//! Rotation over consecutive 2 s windows, against the reference.
 
 use nalgebra::UnitQuaternion;
 
@@ -8,22 +8,22 @@ use crate::trace::Trace;
 /// Length of a window, seconds.
 const WINDOW_S: f64 = 2.0;
 
-/// Fraction of the windows, the best ones, that count: optical references glitch now and then.
+/// Share of the windows that count, the best ones: optical references glitch now and then.
 const KEPT: f64 = 0.98;
 
-/// A window and the reference's rotation over it.
+/// A window, and the reference's rotation over it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
     pub(super) from_s: f64,
     pub(super) to_s: f64,
-    /// Body at the window's end to body at its start.
+    /// Rotation from the body at the window's end to the body at its start.
     rotation: UnitQuaternion<f64>,
 }
 
-/// The windows that count, laid end to end from the first sample at or after `from_us`.
+/// The windows that count, end to end from the first sample at or after `from_us`.
 ///
-/// A window ends with the sample nearest to 2 s after its start, and the rotation is compared over exactly these two instants. It
-/// counts if every sample in it has a reference (and `movement` where the trace says).
+/// A window ends at the sample nearest to 2 s after its start; rotations are compared between exactly these
+/// two times. It counts if every sample in it has a reference (and `movement`, if the trace has it).
 pub(super) fn windows(trace: &Trace, from_us: u64) -> Vec<Window> {
     let start_us = rates::start_us(trace);
     let half_period_us = trace.nominal_period_us() / 2;
@@ -47,22 +47,22 @@ pub(super) fn windows(trace: &Trace, from_us: u64) -> Vec<Window> {
     windows
 }
 
-/// The score of each track whose readings lag the reference by `delay_s`, degrees, over the windows that all of them cover
-/// without a gap; `None` without such a window.
+/// Score of each track, degrees, if its readings lag the reference by `delay_s`, over the windows that all
+/// tracks cover without a gap; `None` without such a window.
 pub(super) fn rms_deg(windows: &[Window], tracks: &Tracks<Integrated>, delay_s: f64) -> PerModel {
     let covered = |w: &&Window| tracks.cover(w.from_s + delay_s, w.to_s + delay_s);
     let windows: Vec<Window> = windows.iter().filter(covered).copied().collect();
     tracks.per_model(|track| track_rms_deg(&windows, track, delay_s))
 }
 
-/// The score of one track, degrees; `None` without a window, or where the track does not cover all of them.
+/// Score of one track, degrees; `None` without a window, or if the track does not cover all of them.
 pub(super) fn track_rms_deg(windows: &[Window], track: &Integrated, delay_s: f64) -> Option<f64> {
     let error =
         |w: &Window| Some(w.rotation.angle_to(&track.rotation(w.from_s + delay_s, w.to_s + delay_s)?).to_degrees());
     trimmed_rms(windows.iter().map(error).collect::<Option<Vec<f64>>>()?)
 }
 
-/// Root mean square of the 98 % smallest (rounded down, at least one).
+/// Root mean square of the smallest 98 % (rounded down, at least one).
 pub(crate) fn trimmed_rms(mut errors: Vec<f64>) -> Option<f64> {
     errors.sort_by(f64::total_cmp);
     let kept = ((errors.len() as f64 * KEPT) as usize).max(1);

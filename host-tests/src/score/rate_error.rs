@@ -1,12 +1,12 @@
-//! Rate error against the true rate, which only a simulated trace knows.
+//! Rate error against the true rate of a simulated trace.
 
 use meerkat_mwd::compensation::GyroModel;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{rates::Compensation, root_mean_square};
 
-/// Systematic rate error of an estimated gyro model, rad/s: compensated minus true, root mean square over samples and axes, of a
-/// gyro with the true model and no noise. `None` without a rate, or where the true P cannot be inverted.
+/// Systematic rate error of a gyro model, rad/s: compensated minus true rate, rms over samples and axes, for
+/// a noiseless gyro with the true model. `None` without rates, or if the true P has no inverse.
 #[must_use]
 pub fn systematic_rate_error_rad_s(
     true_model: &GyroModel,
@@ -22,7 +22,7 @@ pub fn systematic_rate_error_rad_s(
     }))
 }
 
-/// Rate error with everything in it, rad/s: compensated minus true, root mean square over samples and axes. `None` of nothing.
+/// Whole rate error, rad/s: compensated minus true, rms over samples and axes. `None` without rates.
 #[must_use]
 pub fn rate_error_rad_s(compensated_rad_s: &[[f64; 3]], true_rates_rad_s: &[[f64; 3]]) -> Option<f64> {
     let pairs = compensated_rad_s.iter().flatten().zip(true_rates_rad_s.iter().flatten());

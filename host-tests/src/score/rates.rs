@@ -1,4 +1,4 @@
-//! The four readings of the gyro that are compared: raw, bias only, twelve parameters, and what was flown.
+//! Four ways to read the gyro that are compared: raw, bias only, twelve parameters, as flown.
 
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use nalgebra::{Matrix3, Vector3};
@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::PerModel;
 use crate::{flight::Flight, trace::Trace};
 
-/// Body rates in time.
+/// Body rates over time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RateTrack {
     /// Times of validity, seconds since the trace's first sample, strictly increasing.
@@ -16,7 +16,7 @@ pub struct RateTrack {
 }
 
 impl RateTrack {
-    /// The points in their order; one that is not later than the one before it is left out.
+    /// Makes a track; a point that is not later than the one before is left out.
     pub(crate) fn from_points(points: impl IntoIterator<Item = (f64, Vector3<f64>)>) -> Self {
         let mut track = Self::default();
         for (t_s, rate) in points {
@@ -29,7 +29,7 @@ impl RateTrack {
     }
 }
 
-/// The same thing for each of the four readings of the gyro.
+/// One value for each of the four ways to read the gyro.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tracks<T = RateTrack> {
     /// The raw gyro.
@@ -38,12 +38,12 @@ pub struct Tracks<T = RateTrack> {
     pub bias_only: T,
     /// The 12-parameter fit of each window.
     pub twelve_parameters: T,
-    /// What was flown.
+    /// As flown.
     pub with_effects: T,
 }
 
 impl<T> Tracks<T> {
-    /// The same function of each.
+    /// Applies a function to each.
     pub fn map<U>(&self, f: impl Fn(&T) -> U) -> Tracks<U> {
         Tracks {
             uncompensated: f(&self.uncompensated),
@@ -59,7 +59,7 @@ impl<T> Tracks<T> {
         PerModel { uncompensated, bias_only, twelve_parameters, with_effects }
     }
 
-    /// Whether it holds of all.
+    /// Whether a condition holds for all four.
     pub(super) fn all(&self, f: impl Fn(&T) -> bool) -> bool {
         let Tracks { uncompensated, bias_only, twelve_parameters, with_effects } = self.map(f);
         uncompensated && bias_only && twelve_parameters && with_effects
@@ -69,8 +69,9 @@ impl<T> Tracks<T> {
 impl Tracks {
     /// The four rate tracks of a flight at their times of validity, over the whole trace.
     ///
-    /// Models change in time with the windows: each one's from its `t_effect_us` on, `factory` before the first; what flew may have changed
-    /// between two windows as well. A window without a model leaves the twelve-parameter model as it was. Samples without a gyro reading are left out.
+    /// Models change with the windows: each applies from its `t_effect_us` on, `factory` before the first;
+    /// what flew may have changed between windows too. A window without a model keeps the twelve parameters
+    /// as they were. Samples without a gyro reading are left out.
     #[must_use]
     pub fn at_validity(trace: &Trace, flight: &Flight, factory: &GyroModel) -> Self {
         let start_us = start_us(trace);
@@ -82,7 +83,7 @@ impl Tracks {
         for sample in &trace.samples {
             while let Some((_, report)) = reports.next_if(|&(t_effect_us, _)| t_effect_us <= sample.t_us) {
                 bias_only = Compensation::new(&report.bias_only);
-                // A filter that has diverged may have none.
+                // A diverged filter may have no valid model.
                 if report.fitted.is_valid() {
                     twelve = Compensation::new(&report.fitted);
                 }
@@ -102,12 +103,12 @@ impl Tracks {
         Self { uncompensated, bias_only, twelve_parameters, with_effects: RateTrack::from_points(flown) }
     }
 
-    /// The same with what was flown at the times at which the gyro was read: a lag that the flight took out of its times of
-    /// validity is put back, so that one delay can be taken out of all four readings alike.
+    /// The four tracks with the flown one at the times at which the gyro was read: a lag that the flight
+    /// removed is put back, so that one delay can be taken out of all four alike.
     #[must_use]
     pub fn at_acquisition(trace: &Trace, flight: &Flight, factory: &GyroModel) -> Self {
         let mut tracks = Self::at_validity(trace, flight, factory);
-        // Each sample of a trace gives one output; if they do not pair up, the times of validity are all there is.
+        // Each sample gives one output; if they do not pair up, only the times of validity are known.
         if flight.outputs.len() == trace.samples.len() {
             let start_us = start_us(trace);
             let paired = trace.samples.iter().zip(&flight.outputs);
@@ -119,12 +120,13 @@ impl Tracks {
     }
 }
 
-/// The trace's first instant, from which the scorer counts time.
+/// Time of the trace's first sample, the scorer's zero.
 pub(super) fn start_us(trace: &Trace) -> u64 {
     trace.samples.first().map_or(0, |s| s.t_us)
 }
 
-/// Seconds from `start_us`, negative before it. Differences are taken in integers: absolute times may be Unix times.
+/// Seconds since `start_us`, negative before it. Subtracts integers, because absolute times may be Unix
+/// times.
 pub(crate) fn seconds_since(start_us: u64, t_us: u64) -> f64 {
     t_us.wrapping_sub(start_us).cast_signed() as f64 * 1e-6
 }

@@ -1,6 +1,6 @@
-//! Gravity carried from one rest to the next by the gyro: a score without an attitude reference.
+//! Gravity carried by the gyro from one rest to the next: a score that needs no attitude reference.
 //!
-//! It sees everything but the rotation about gravity.
+//! It is blind to rotation about gravity.
 
 use meerkat_mwd::SampleFlags;
 use nalgebra::Vector3;
@@ -8,17 +8,17 @@ use nalgebra::Vector3;
 use super::{PerModel, Settings, Tracks, integrated::Integrated, rates, root_mean_square};
 use crate::trace::Trace;
 
-/// Shorter rests are left out, seconds: their mean still holds motion.
+/// Shortest rest that counts, seconds: the mean of a shorter one still holds motion.
 const SHORTEST_REST_S: f64 = 0.5;
 
-/// One rest: the instant of its middle and the mean specific force.
+/// A rest: time of its middle, and its mean specific force.
 #[derive(Clone, Copy, Debug)]
 struct Rest {
     middle_s: f64,
     specific_force_m_s2: Vector3<f64>,
 }
 
-/// From the middle of one rest to the middle of the next.
+/// The way from the middle of one rest to the middle of the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leg {
     from: Rest,
@@ -31,8 +31,8 @@ pub(super) fn legs(trace: &Trace, settings: &Settings) -> Vec<Leg> {
     rests.iter().zip(rests.iter().skip(1)).map(|(&from, &to)| Leg { from, to }).collect()
 }
 
-/// Angle between the carried and the measured direction, degrees rms over the legs that all tracks cover without a gap; `None`
-/// without such a leg.
+/// Angle between carried and measured direction, degrees rms over the legs that all tracks cover without a
+/// gap; `None` without such a leg.
 pub(super) fn rms_deg(legs: &[Leg], tracks: &Tracks<Integrated>) -> PerModel {
     let covered = |leg: &&Leg| tracks.cover(leg.from.middle_s, leg.to.middle_s);
     let legs: Vec<Leg> = legs.iter().filter(covered).copied().collect();
@@ -46,7 +46,7 @@ fn error_deg(leg: &Leg, track: &Integrated) -> Option<f64> {
     let to_from = track.rotation(leg.from.middle_s, leg.to.middle_s)?;
     let predicted = to_from.inverse() * leg.from.specific_force_m_s2;
     let measured = leg.to.specific_force_m_s2;
-    // By atan2: exact for small angles, where the arc cosine is not.
+    // By atan2, which is exact for small angles; the arc cosine is not.
     Some(predicted.cross(&measured).norm().atan2(predicted.dot(&measured)).to_degrees())
 }
 

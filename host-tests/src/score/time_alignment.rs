@@ -1,8 +1,9 @@
-//! The one constant delay between the gyro and the reference of a recording.
+//! The constant delay between gyro and reference of a recording.
 //!
-//! Two clocks are never aligned to a millisecond, and a lag that all sensors share cannot be seen without the reference; at
-//! 300 deg/s a lag of 4 ms is 1.2 deg. So the scorer fits it, on the reading of the gyro that then agrees best with the reference:
-//! where P is off by percents the score hardly feels a delay, and a fit to that reading is off by milliseconds.
+//! Two clocks never agree to a millisecond, and only the reference shows a lag that all sensors share; at 300
+//! deg/s a lag of 4 ms is 1.2 deg. The scorer fits the delay on the gyro reading that then agrees best with
+//! the reference: with a P that is off by percents the score hardly depends on the delay, and its fit would
+//! be off by milliseconds.
 
 use super::{
     Tracks,
@@ -10,24 +11,25 @@ use super::{
     orientation_2s::{Window, track_rms_deg},
 };
 
-/// Delays are searched within plus and minus this, seconds.
+/// Largest delay searched, seconds, either way.
 const RANGE_S: f64 = 0.020;
 
 /// Grid of the search, seconds; a golden section refines the best point of it.
 const GRID_S: f64 = 0.001;
 
-/// A delay that changes the score by less than this over the whole range cannot be told, degrees: optical references resolve no
-/// better, and at rest there is nothing to align.
+/// Least change of the score over the whole range for a delay to be told, degrees: optical references resolve
+/// no better, and at rest there is nothing to align.
 const RESOLUTION_DEG: f64 = 0.01;
 
-/// The delay with the smallest score of any track, seconds, positive where the gyro lags the reference; `None` without a window
-/// that allows for every delay searched, or where the best is at the end of the range or hardly better than the worst.
+/// The delay with the smallest score of any track, seconds, positive if the gyro lags the reference. `None`
+/// without a window that allows every delay searched, or if the best delay lies at the end of the range or is
+/// hardly better than the worst.
 pub(super) fn fit(windows: &[Window], tracks: &Tracks<Integrated>) -> Option<f64> {
     let covered = |w: &&Window| tracks.cover(w.from_s - RANGE_S, w.to_s + RANGE_S);
-    // The same windows at every delay: a window that comes or goes would be a step in the score.
+    // Use the same windows at every delay: one that comes or goes would be a step in the score.
     let windows: Vec<Window> = windows.iter().filter(covered).copied().collect();
     let fits = [&tracks.bias_only, &tracks.twelve_parameters, &tracks.with_effects, &tracks.uncompensated];
-    // Of equal scores the first counts: bias only, which no identification has touched.
+    // Of equal scores the first wins: bias only, which no identification has touched.
     let best = fits
         .iter()
         .filter_map(|track| fit_one(&windows, track))
@@ -35,7 +37,7 @@ pub(super) fn fit(windows: &[Window], tracks: &Tracks<Integrated>) -> Option<f64
     best.delay_s
 }
 
-/// The lowest score of one track, and the delay there unless none can be told.
+/// Lowest score of one track, and the delay there if one can be told.
 struct Fit {
     score: f64,
     delay_s: Option<f64>,
@@ -56,7 +58,7 @@ fn fit_one(windows: &[Window], track: &Integrated) -> Option<Fit> {
     Some(Fit { score: lowest, delay_s: Some(golden_section(refined, centre - GRID_S, centre + GRID_S)) })
 }
 
-/// The minimum of a unimodal function between `low` and `high`, to a microsecond.
+/// Minimum of a unimodal function between `low` and `high`, to a microsecond.
 fn golden_section(cost: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let ratio = (5.0_f64.sqrt() - 1.0) / 2.0;
     let (mut a, mut b) = (high - ratio * (high - low), low + ratio * (high - low));

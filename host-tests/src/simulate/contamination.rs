@@ -1,4 +1,5 @@
-//! What spoils a window on a real rig, laid over a simulated trace in bursts: one kind at a time, a stated share of the samples.
+//! Contamination of a window as on a real rig, laid over a simulated trace in bursts: one kind at a time, on
+//! a stated share of the samples.
 
 use std::{f64::consts::TAU, ops::Range};
 
@@ -8,30 +9,32 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use super::{random::Random, vibration::STANDARD_GRAVITY_M_S2};
 use crate::trace::Trace;
 
-/// What happens to the readings while a burst lasts.
+/// Kind of contamination during a burst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contamination {
-    /// Casing joints and other steel in the earth: a field fixed in the earth of 5 to 40 microtesla on top, and up to 30 % more or
-    /// less of the earth's own.
+    /// Casing joints and other steel in the earth: a field fixed in the earth of 5 to 40 microtesla on top,
+    /// and up to 30 % more or less of the earth's own.
     CasingJoints,
     /// A current in the tool: 5 to 40 microtesla along one axis of the body, the same axis in every burst.
     MagneticBursts,
-    /// Magnetised steel of the string: an offset that is a linear map of the field, so that it turns with the attitude.
+    /// Magnetised steel of the string: an offset that is a linear map of the field, so that it turns with the
+    /// attitude.
     AttitudeDependent,
-    /// Trains of one-sided shocks on the accelerometer: 2 to 10 g that die out within 20 to 60 ms, 5 to 25 of them a second, and
-    /// 50 mg of rectified vibration.
+    /// Trains of one-sided shocks on the accelerometer: 2 to 10 g that die out within 20 to 60 ms, 5 to 25 of
+    /// them a second, and 50 mg of rectified vibration.
     ShockTrains,
-    /// The gyro's full scale is so low that the stated share of the samples, the fastest ones, is clipped, and nothing says so.
+    /// The gyro's full scale is so low that the stated share of the samples, the fastest ones, is clipped
+    /// without a flag.
     GyroClipping,
     /// The accelerometer or the magnetometer saturates at 30 to 70 % of what it should read.
     VectorClipping,
-    /// Rectified vibration: an offset of the gyro of 2 to 20 deg/s while the burst lasts, in half of the bursts with spikes of 50 to
-    /// 500 deg/s on every fifth sample.
+    /// Rectified vibration: an offset of the gyro of 2 to 20 deg/s while the burst lasts, in half of the
+    /// bursts with spikes of 50 to 500 deg/s on every fifth sample.
     GyroBursts,
 }
 
 impl Contamination {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 7] = [
         Self::CasingJoints,
         Self::MagneticBursts,
@@ -43,19 +46,19 @@ impl Contamination {
     ];
 }
 
-/// Which sensors' readings were hit, sample by sample.
+/// Which sensors are hit, sample by sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hits {
-    /// The gyro.
+    /// Samples with the gyro hit.
     pub gyro: Vec<bool>,
-    /// The accelerometer.
+    /// Samples with the accelerometer hit.
     pub accel: Vec<bool>,
-    /// The magnetometer.
+    /// Samples with the magnetometer hit.
     pub mag: Vec<bool>,
 }
 
 impl Hits {
-    /// Share of the samples of a window with any sensor hit.
+    /// Share of a window's samples with any sensor hit.
     #[must_use]
     pub fn share(&self, window: &Range<usize>) -> f64 {
         let any = |k: usize| [&self.gyro, &self.accel, &self.mag].iter().any(|hit| hit.get(k) == Some(&true));
@@ -66,8 +69,9 @@ impl Hits {
 /// Shortest and longest burst, seconds.
 const BURST_S: [f64; 2] = [0.1, 5.0];
 
-/// The trace with `share` of the samples of `window` hit, and which ones. Needs the true attitude; the rest is left as it was, to the
-/// bit. The bursts have uniform lengths of 0.1 to 5 s and lie at random (a clipped gyro's bursts are those of the motion).
+/// A copy of the trace with `share` of the samples of `window` hit, and which ones. Needs the true attitude;
+/// all other samples stay the same to the bit. Bursts have uniform lengths of 0.1 to 5 s and lie at random
+/// (those of a clipped gyro follow the motion).
 #[must_use]
 pub fn contaminate(trace: &Trace, kind: Contamination, share: f64, window: &Range<usize>, seed: u64) -> (Trace, Hits) {
     let mut random = Random::new(seed ^ 0xC0_47A0);
@@ -121,14 +125,14 @@ pub fn contaminate(trace: &Trace, kind: Contamination, share: f64, window: &Rang
     (hit, hits)
 }
 
-/// What is the same in every burst of a trace.
+/// Properties that all bursts of a trace share.
 struct Source {
     axis: Vector3<f64>,
     steel: Matrix3<f64>,
 }
 
-/// Bursts that do not overlap and together cover `share` of the window to the sample: lengths first, then the pauses between them,
-/// which split what is left at uniform points.
+/// Bursts that do not overlap and together cover `share` of the window to the sample. Lengths are drawn
+/// first; the pauses between them split the rest at uniform points.
 fn bursts(window: &Range<usize>, share: f64, period_s: f64, random: &mut Random) -> Vec<Range<usize>> {
     let target = (share * window.len() as f64).round() as usize;
     let mut lengths = Vec::new();
@@ -158,7 +162,7 @@ fn add(reading: &mut [f32; 3], offset: &Vector3<f64>) {
     }
 }
 
-/// Adds an offset to each reading of a burst, swelling over its first fifth and fading over its last.
+/// Adds an offset to each reading of a burst, growing over its first fifth and fading over its last.
 fn add_in_and_out<'a>(
     readings: impl ExactSizeIterator<Item = &'a mut [f32; 3]>,
     offset: impl Fn(Vector3<f64>) -> Vector3<f64>,
@@ -186,7 +190,7 @@ fn casing_joint(samples: &mut [Sample], attitudes: &[Option<[f64; 4]>], random: 
     }
 }
 
-/// What an accelerometer makes of heavy vibration that has no mean: 50 mg.
+/// Mean that an accelerometer shows under heavy vibration without a mean: 50 mg.
 const RECTIFIED_M_S2: f64 = 0.05 * STANDARD_GRAVITY_M_S2;
 
 fn shock_train(samples: &mut [Sample], period_s: f64, random: &mut Random) {
@@ -276,7 +280,7 @@ mod tests {
             assert!(bursts.first().unwrap().start >= 100 && bursts.last().unwrap().end <= 5_100);
             assert!(bursts.windows(2).all(|pair| pair[0].end <= pair[1].start));
             assert_eq!(bursts.iter().map(ExactSizeIterator::len).sum::<usize>(), 2_000);
-            // The last one is cut to the share.
+            // The last burst is cut to reach the share.
             assert!(bursts[..bursts.len() - 1].iter().all(|b| (10..=500).contains(&b.len())));
         }
     }

@@ -1,4 +1,5 @@
-//! The motion of the tool: its attitude and body rate in closed form, but for the angle that the stick-slip speed adds up to.
+//! Motion of the tool: attitude and body rate in closed form, apart from the angle that stick-slip adds up
+//! to.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +19,7 @@ pub(super) struct Motion {
     pub(super) attitude: UnitQuaternion<f64>,
     /// Body rate relative to the earth, tool axes, rad/s.
     pub(super) rate_rad_s: Vector3<f64>,
-    /// Angle turned about the tool axis, rad, for what repeats with the rotation.
+    /// Angle turned about the tool axis, rad, for whatever repeats with the rotation.
     pub(super) toolface_rad: f64,
     /// Speed about the tool axis, rad/s.
     pub(super) toolface_rate_rad_s: f64,
@@ -34,7 +35,7 @@ pub(super) struct Drilling<'a> {
     stick_slip: StickSlip,
     wobble: [Multisine; 2],
     angular: [Multisine; 3],
-    /// Toolface and its rate at the last instant asked for.
+    /// Time, toolface and its rate at the last call.
     last: Option<(f64, f64, f64)>,
 }
 
@@ -42,7 +43,8 @@ impl<'a> Drilling<'a> {
     pub(super) fn new(scenario: &'a Scenario, random: &mut Random) -> Self {
         let wobble_rad = scenario.wobble.rms_deg.to_radians();
         let [low, high] = scenario.vibration.angular_band_hz;
-        // The rate is asked for, the angle is drawn: in a band this is right at its middle.
+        // The scenario states the rate, the angle is drawn: the conversion is right in the middle of the
+        // band.
         let angular_rad = scenario.vibration.angular_deg_s.to_radians() / (TAU * 0.5 * (low + high));
         Self {
             scenario,
@@ -53,7 +55,8 @@ impl<'a> Drilling<'a> {
         }
     }
 
-    /// The tool at `t_s`, which must not go back from call to call: the toolface is integrated (trapezoids) in between.
+    /// The tool at `t_s`, which must not decrease from call to call: the toolface is integrated in between
+    /// (trapezoids).
     pub(super) fn advance(&mut self, t_s: f64) -> Motion {
         let (drilling, onset) = self.scenario.drilling_at(t_s);
         let toolface_rate = drilling * self.stick_slip.rate_rad_s(t_s);
@@ -97,8 +100,8 @@ impl<'a> Drilling<'a> {
 }
 
 impl Scenario {
-    /// How much of the drilling is on at `t_s`, 0 to 1, and its slope, 1/s: a smooth ramp (3 x^2 - 2 x^3) after the rest, and its mirror image
-    /// before the stop.
+    /// Share of full drilling at `t_s`, 0 to 1, and its slope, 1/s: a smooth ramp (3 x^2 - 2 x^3) after the
+    /// rest, and its mirror image before the stop.
     #[must_use]
     pub fn drilling_at(&self, t_s: f64) -> (f64, f64) {
         let (on, slope) = smooth_ramp((t_s - self.rest_s) / self.ramp_s);
@@ -107,7 +110,7 @@ impl Scenario {
     }
 }
 
-/// Rotations one after the other, each about an axis of the frame that the one before has reached, and the rate they make.
+/// A chain of rotations, each about an axis of the frame reached so far, and the rate that they make.
 struct Chain {
     attitude: UnitQuaternion<f64>,
     rate_rad_s: Vector3<f64>,
@@ -128,7 +131,8 @@ impl Chain {
     }
 }
 
-/// Speed about the tool axis: mean times 1 + depth(t) sin(phase(t)), never backwards. Depth and phase wander slowly.
+/// Speed about the tool axis: mean times 1 + depth(t) sin(phase(t)), never backwards. Depth and phase wander
+/// slowly.
 struct StickSlip {
     mean_rad_s: f64,
     depth: f64,
@@ -138,14 +142,15 @@ struct StickSlip {
     phase_wander: Multisine,
 }
 
-/// Sinusoids in each of the two wanders, and their band.
+/// Number of sinusoids in each wander; below it their band.
 const WANDER_COUNT: u32 = 3;
 const WANDER_HZ: [f64; 2] = [0.005, 0.05];
 
 impl StickSlip {
     fn new(scenario: &Scenario, random: &mut Random) -> Self {
         let rotation = &scenario.rotation;
-        // Peaks of a multisine are the square root of twice its count above its rms: this one stays within plus and minus 1.
+        // A multisine's peak is its rms times the square root of twice its count: scaled so, it stays within
+        // plus and minus 1.
         let within_one = 1.0 / libm::sqrt(2.0 * f64::from(WANDER_COUNT));
         Self {
             mean_rad_s: rotation.mean_rpm * TAU / 60.0,

@@ -1,4 +1,4 @@
-//! What the sensors average over one sample interval.
+//! Means of the truth over one sample interval, which sensors measure.
 
 use nalgebra::Vector3;
 
@@ -10,14 +10,14 @@ use super::{
 /// Means over one sample interval, and the tool at its middle and end.
 pub(super) struct Interval {
     pub(super) ideal: Ideal,
-    /// Mean rate relative to the earth.
+    /// Mean rate relative to the earth, rad/s.
     pub(super) rate_rad_s: Vector3<f64>,
     pub(super) middle: Motion,
     pub(super) end: Motion,
 }
 
 impl Interval {
-    /// Trapezoid means over the interval that is centred on `t_s` and begins at `start`.
+    /// Trapezoid means over the interval centred on `t_s` that begins at `start`.
     pub(super) fn mean(
         drilling: &mut Drilling<'_>,
         start: Motion,

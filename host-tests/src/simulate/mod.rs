@@ -1,12 +1,16 @@
-//! A drilling run with known truth: scenario in; trace with true attitude, true rate and the gyro's true model out.
+//! Simulator of a drilling run: a scenario in; a trace with true attitude and rate, and the gyro's true
+//! model, out.
 //!
-//! Every reading is the mean of the truth over the sample interval centred on its time: an ideal anti-alias filter without delay.
-//! The same scenario and seed give the same trace, to the bit.
+//! Every reading is the mean of the truth over the sample interval centred on its time: an ideal anti-alias
+//! filter without delay. The same scenario and seed give the same trace, to the bit.
 
 mod contamination;
 mod drilling;
 mod effects;
+mod error;
 mod interval;
+pub mod known_error;
+mod limits;
 mod multisine;
 mod ramp;
 pub(crate) mod random;
@@ -16,53 +20,50 @@ mod temperature;
 mod validation;
 pub(crate) mod vibration;
 
-use std::path::PathBuf;
-
 use meerkat_mwd::{SampleFlags, compensation::GyroModel, config::Motion};
 use nalgebra::Vector3;
 
 use crate::{
-    cli::SimulateArgs,
-    nees::p_of,
+    score::nees::p_of,
     trace::{BodyFrame, EarthFrame, Keys, Trace},
 };
 pub use contamination::{Contamination, Hits, contaminate};
 use drilling::Drilling;
 use effects::{Disturber, bias_step};
 pub use effects::{Dropouts, Effects, HardIronInterval, MagneticBursts, MountRotation};
+pub use error::ScenarioError;
 use interval::Interval;
 pub(crate) use random::Random;
 pub use scenario::{
-    Accelerometer, EarthSettings, Gyro, Hole, Magnetometer, Rotation, Scenario, ScenarioError, ShockSettings,
-    Vibration, Wobble,
+    Accelerometer, EarthSettings, Gyro, Hole, Magnetometer, Rotation, Scenario, ShockSettings, Vibration, Wobble,
 };
 use sensors::{Ideal, Sensors};
 pub use temperature::Temperature;
 pub use vibration::Shock;
 
-/// Rotation of the earth against the stars, rad/s (WGS 84).
+/// Rotation of the earth relative to the stars, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 
-/// What only a simulator knows, beside the trace's true attitude (`reference`) and true rate.
+/// Truth beyond the trace's own columns of true attitude (`reference`) and true rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
-    /// The gyro's true model; its bias is the one at the start, from which it walks.
+    /// The gyro's true model with the bias of the start.
     pub gyro: GyroModel,
     /// The shocks of the run, in order of time.
     pub shocks: Vec<Shock>,
-    /// The gyro's true bias in each reading, rad/s: as it walks, steps and changes with temperature and time, but without what
-    /// specific force adds.
+    /// The gyro's true bias in each reading, rad/s: walk, step, temperature and time, without sensitivity to
+    /// specific force.
     pub bias_rad_s: Vec<[f32; 3]>,
     mount_rotation: Option<MountRotation>,
     sample_period_s: f64,
 }
 
 impl Truth {
-    /// The gyro's true model at a sample, turned with its mount; the one at the start where there is no such sample.
+    /// The gyro's true model at a sample, turned with its mount; the start's if there is no such sample.
     #[must_use]
     pub fn gyro_at(&self, sample: usize) -> GyroModel {
         let Some(&b_rad_s) = self.bias_rad_s.get(sample) else { return self.gyro };
-        // An untouched P stays the same to the bit.
+        // A P that did not turn stays the same to the bit.
         let p = self.mount_rotation.as_ref().map_or(self.gyro.p, |mount| {
             let turn = mount.turn_at(sample as f64 * self.sample_period_s).to_rotation_matrix();
             let turned = turn.matrix() * self.gyro.p_matrix().map(f64::from);
@@ -74,12 +75,13 @@ impl Truth {
 
 /// Simulates a scenario, which must be valid ([`Scenario::validate`]).
 ///
-/// The trace is in tool axes and NED with magnetic north. `true_rate` is relative to the earth and a mean over the sample interval,
-/// as an ideal gyro would read it; the gyro senses the earth's rotation in addition where the scenario gives a latitude.
+/// The trace is in tool axes and NED with magnetic north. `true_rate` is relative to the earth and a mean
+/// over the sample interval, as an ideal gyro reads it; if the scenario gives a latitude the gyro also senses
+/// the earth's rotation.
 #[must_use]
 pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     let mut streams = Random::new(seed);
-    // One stream for each thing that is drawn, so that a changed setting of one leaves the others as they were.
+    // One random stream for each subject, so that changing one setting leaves the other draws as they were.
     let [mut gyro, noise, mut motion, mut vibration, mut shock, mut effect] = std::array::from_fn(|_| streams.split());
     let mut sensors = Sensors::new(scenario, &mut gyro, noise);
     let mut drilling = Drilling::new(scenario, &mut motion);
@@ -123,7 +125,8 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
         });
         let mut ideal = interval.ideal;
         ideal.specific_force_m_s2 += broadband.next(&mut vibration) * interval.middle.drilling;
-        // The mean of an acceleration is the change of velocity, so that of w' x r needs the interval's ends only.
+        // The mean of an acceleration is a change of velocity, so the mean of w' x r needs only the
+        // interval's ends.
         let angular_acceleration = (interval.end.rate_rad_s - start.rate_rad_s) / period_s;
         ideal.specific_force_m_s2 += angular_acceleration.cross(&lever_arm_m);
         while truth.shocks.get(next_shock).is_some_and(|s| s.start_s + longest_shock_s <= from_s) {
@@ -160,26 +163,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     (trace, truth)
 }
 
-/// Reads a scenario, simulates it and writes the trace: `cargo mwd simulate`.
-///
-/// Without `output` the trace is written to the current directory, named after the scenario.
-///
-/// # Errors
-/// The scenario cannot be read or used, or the trace cannot be written.
-pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
-    let scenario = Scenario::read(&args.scenario)?;
-    let name = args.scenario.file_stem().map_or_else(|| "simulated".into(), |stem| stem.to_string_lossy());
-    let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.csv.gz")));
-    let seed = args.seed.unwrap_or(1);
-    let (trace, truth) = simulate(&scenario, seed);
-    trace.write(&path)?;
-    println!("{}: {} samples, {:.1} s, seed {seed}", path.display(), trace.samples.len(), trace.duration_s());
-    println!("true gyro model: {}", describe(&truth.gyro));
-    println!("shocks: {}", truth.shocks.len());
-    Ok(())
-}
-
-/// The earth's vectors in NED with magnetic north.
+/// Gravity, field and rotation of the earth in NED with magnetic north.
 struct EarthVectors {
     gravity_m_s2: Vector3<f64>,
     field_ut: Vector3<f64>,
@@ -198,7 +182,8 @@ impl EarthVectors {
     }
 }
 
-/// Rotation of the earth that the gyro senses, in NED with magnetic north; zero where the scenario gives no latitude.
+/// Rotation of the earth that the gyro senses, in NED with magnetic north; zero if the scenario gives no
+/// latitude.
 pub(crate) fn earth_rate_rad_s(scenario: &Scenario) -> Vector3<f64> {
     let earth = &scenario.earth;
     earth.latitude_deg.map_or_else(Vector3::zeros, |latitude| {
@@ -231,7 +216,9 @@ fn keys(scenario: &Scenario, seed: u64, truth: &Truth) -> Keys {
     }
 }
 
-fn describe(model: &GyroModel) -> String {
+/// A gyro model as text.
+#[must_use]
+pub fn describe(model: &GyroModel) -> String {
     let b_deg_s = model.b_rad_s.map(|x| (f64::from(x).to_degrees() * 1e4).round() / 1e4);
     format!("P = {:?}, b = {b_deg_s:?} deg/s", model.p)
 }

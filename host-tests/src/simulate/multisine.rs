@@ -2,16 +2,16 @@ use std::f64::consts::TAU;
 
 use super::random::Random;
 
-/// A sum of sinusoids of equal amplitude with random frequencies and phases: an irregular oscillation in a band, whose value and
-/// slope are known in closed form at any instant.
+/// A sum of sinusoids of equal amplitude with random frequencies and phases: an irregular oscillation in a
+/// band, whose value and slope are known in closed form at any instant.
 pub(super) struct Multisine {
     amplitude: f64,
-    /// Angular frequency, rad/s, and phase, rad, of each.
+    /// Angular frequency, rad/s, and phase, rad, of each sinusoid.
     terms: Vec<(f64, f64)>,
 }
 
 impl Multisine {
-    /// `count` sinusoids, one in each equal part of the band, of joint root mean square `rms`.
+    /// `count` sinusoids, one in each equal part of the band, of joint rms `rms`.
     pub(super) fn new(random: &mut Random, count: u32, band_hz: [f64; 2], rms: f64) -> Self {
         let [low, high] = band_hz;
         let part = (high - low) / f64::from(count);

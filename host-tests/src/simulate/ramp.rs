@@ -1,6 +1,6 @@
-//! The smooth way from nothing to all: drilling sets in by it, a magnet comes by it, a sensor turns in its mount by it.
+//! Smooth ramp from 0 to 1: drilling sets in with it, a magnet comes, a sensor turns in its mount.
 
-/// `3 x^2 - 2 x^3` and its slope by x; before 0 nothing, from 1 on all of it.
+/// `3 x^2 - 2 x^3` and its slope; 0 before 0, 1 from 1 on.
 pub(super) fn smooth_ramp(x: f64) -> (f64, f64) {
     if x <= 0.0 {
         (0.0, 0.0)

@@ -1,8 +1,8 @@
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A seeded source of the distributions that drawing needs. Every function in it is exact or from `libm`, so the same seed gives
-/// the same numbers on every machine.
+/// Seeded random numbers. Every function is exact or from `libm`, so the same seed gives the same numbers on
+/// every machine.
 pub(crate) struct Random {
     generator: Xoshiro256PlusPlus,
     spare_normal: Option<f64>,
@@ -14,7 +14,8 @@ impl Random {
         Self { generator: Xoshiro256PlusPlus::seed_from_u64(seed), spare_normal: None }
     }
 
-    /// Splits off a stream of 2^128 numbers; this one goes on behind it. What is drawn from one stream does not move another.
+    /// Splits off a stream of 2^128 numbers; this one continues behind it. Draws from one stream do not move
+    /// another.
     pub(crate) fn split(&mut self) -> Self {
         let stream = Self { generator: self.generator.clone(), spare_normal: None };
         self.generator.jump();
@@ -62,7 +63,7 @@ impl Random {
         nalgebra::Vector3::from_fn(|_, _| self.normal())
     }
 
-    /// Normal with standard deviation `sigma`, drawn again while it is nearer to zero than half of that.
+    /// Normal with standard deviation `sigma`, drawn again while it is nearer to zero than `sigma` / 2.
     pub(crate) fn normal_off_centre(&mut self, sigma: f64) -> f64 {
         loop {
             let draw = self.normal();
@@ -74,7 +75,7 @@ impl Random {
 
     /// Uniform on the unit sphere.
     pub(crate) fn direction(&mut self) -> [f64; 3] {
-        // Archimedes: the height of a uniformly distributed point of a sphere is uniform.
+        // Archimedes: the height of a uniform point on a sphere is uniform.
         let z = self.between(-1.0, 1.0);
         let (sine, cosine) = libm::sincos(std::f64::consts::TAU * self.uniform());
         let radius = libm::sqrt(1.0 - z * z);

@@ -1,24 +1,24 @@
-//! What sensors make of the truth: the gyro's 12 errors, noise, drift, steps and full scales.
+//! The sensors of a run: the gyro's 12 errors, noise, drift, resolution and full scales.
 
 use meerkat_mwd::{Sample, SampleFlags, compensation::GyroModel};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{random::Random, scenario::Scenario, vibration::STANDARD_GRAVITY_M_S2};
 
-/// Truth over one sample interval, tool axes: what ideal sensors would read.
+/// Truth over one sample interval, tool axes: the readings of ideal sensors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ideal {
     /// Inertial rate, rad/s.
     pub(super) rate_rad_s: Vector3<f64>,
     /// Specific force, m/s^2.
     pub(super) specific_force_m_s2: Vector3<f64>,
-    /// Gravity, m/s^2: what specific force has beside it is acceleration.
+    /// Gravity, m/s^2; the rest of specific force is acceleration.
     pub(super) gravity_m_s2: Vector3<f64>,
     /// Magnetic flux density, microtesla.
     pub(super) field_ut: Vector3<f64>,
 }
 
-/// Standard deviations of what the sensors add by chance, sample by sample.
+/// Standard deviations of the sensors' random errors, sample by sample.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SensorNoise {
     /// White noise of a gyro reading, rad/s.
@@ -32,8 +32,8 @@ pub(crate) struct SensorNoise {
 }
 
 impl SensorNoise {
-    /// White noise of density n has the standard deviation n times the root of the sample rate, so that its integral walks n times
-    /// the root of the time.
+    /// Noise of density n has the standard deviation n times the root of the sample rate, so that its
+    /// integral walks n times the root of time.
     pub(crate) fn of(scenario: &Scenario) -> Self {
         let root_period = libm::sqrt(f64::from(scenario.sample_period_us) * 1e-6);
         Self {
@@ -58,7 +58,7 @@ pub(super) struct Sensors {
 }
 
 impl Sensors {
-    /// Draws the gyro's errors with `truth` and takes its noise from `random`.
+    /// Draws the gyro's errors from `truth` and its noise from `random`.
     pub(super) fn new(scenario: &Scenario, truth: &mut Random, random: Random) -> Self {
         let gyro = &scenario.gyro;
         let noise = SensorNoise::of(scenario);
@@ -72,14 +72,15 @@ impl Sensors {
             })
         });
         let drawn_bias = std::array::from_fn(|_| truth.normal_off_centre(gyro.bias_sigma_deg_s));
-        // Rounded first: the truth that is reported is the one that was simulated.
+        // Rounded first, so that the reported truth is the simulated one.
         let model = GyroModel {
             p: gyro.p.unwrap_or(drawn_p).map(|row| row.map(|x| x as f32)),
             b_rad_s: gyro.bias_deg_s.unwrap_or(drawn_bias).map(|x| x.to_radians() as f32),
         };
         Self {
             model,
-            // Scenarios are checked for it, and draws of a few percent cannot fail; the identity would be an honest sensor.
+            // Cannot fail: scenarios are checked for it, and draws are a few percent. The identity would be a
+            // perfect sensor.
             p_inverse: model.p_matrix().map(f64::from).try_inverse().unwrap_or_else(Matrix3::identity),
             bias_rad_s: Vector3::from(model.b_rad_s.map(f64::from)),
             bias_step_rad_s: noise.bias_step_rad_s,
@@ -115,17 +116,18 @@ impl Sensors {
         self.bias_rad_s
     }
 
-    /// Moves the bias at once.
+    /// Changes the bias at once.
     pub(super) fn step_bias(&mut self, step_rad_s: &Vector3<f64>) {
         self.bias_rad_s += step_rad_s;
     }
 
-    /// What the gyro makes of a rate but for bias, offsets and noise, rad/s along its own axes.
+    /// The gyro's reading without bias, offsets and noise, rad/s along its own axes.
     pub(super) fn scaled_rate(&self, rate_rad_s: &Vector3<f64>) -> Vector3<f64> {
         self.p_inverse * rate_rad_s
     }
 
-    /// The reading at `t_us`, in which the gyro has an offset of the moment beside its bias; called once for each sample, in order.
+    /// The reading at `t_us`, with a momentary gyro offset beside the bias; call once for each sample, in
+    /// order.
     pub(super) fn read(&mut self, t_us: u64, ideal: &Ideal, gyro_offset_rad_s: &Vector3<f64>) -> Sample {
         let mut sample = Sample { t_us, flags: SampleFlags::TEMPERATURE_MISSING, ..Sample::default() };
         let raw = self.scaled_rate(&ideal.rate_rad_s) + self.bias_rad_s + gyro_offset_rad_s;
@@ -137,7 +139,8 @@ impl Sensors {
     }
 }
 
-/// Full scales in SI units and rounded to the readings' precision, so that a clipped reading equals its full scale.
+/// Full scales in SI units and rounded to the readings' precision, so that a clipped reading equals its full
+/// scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FullScales {
     pub(super) gyro_rad_s: Option<f64>,
@@ -159,7 +162,7 @@ pub(super) fn matrix([a, b, c]: [[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::from_rows(&[a, b, c].map(|row| Vector3::from(row).transpose()))
 }
 
-/// The output stage of a sensor: noise, then full scale, then steps.
+/// Output stage of a sensor: noise, then full scale, then resolution.
 struct Output {
     /// Standard deviation of each reading.
     noise: f64,

@@ -5,22 +5,24 @@ use std::f64::consts::TAU;
 use serde::Deserialize;
 
 use super::{
-    scenario::ScenarioError,
-    validation::{check, within},
+    error::ScenarioError,
+    limits::{check, within},
 };
 
 /// A steady change over the run and a slow swing on top; written to the trace's `temp_c` without noise.
 ///
-/// Typical: some tens of degrees from the surface to the bottom within an hour or two, and a few degrees up and down within minutes
-/// as the flow of the mud changes.
+/// Typical: some tens of degrees from the surface to the bottom within an hour or two, and a few degrees up
+/// and down within minutes as the flow of the mud changes.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Temperature {
     /// At the start of the run, degrees Celsius. Default 25.
     pub start_c: f64,
-    /// At the end of the run, but for the swing, degrees Celsius; linear in between. Default: as at the start.
+    /// Temperature at the end of the run without the swing, degrees Celsius; linear in between. Default: as
+    /// at the start.
     pub end_c: Option<f64>,
-    /// Amplitude of the swing, a sine that begins at zero and rises (where negative: falls) first, degrees Celsius. Default 0.
+    /// Amplitude of the swing, a sine that begins at zero and rises (falls if negative), degrees Celsius.
+    /// Default 0.
     pub swing_c: f64,
     /// Period of the swing, seconds. Default 300.
     pub swing_period_s: f64,

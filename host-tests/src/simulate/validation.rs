@@ -1,7 +1,9 @@
-//! What a scenario's values may be.
+//! Checks of a scenario's values.
 
 use super::{
-    scenario::{Scenario, ScenarioError},
+    error::ScenarioError,
+    limits::{check, within},
+    scenario::Scenario,
     sensors::matrix,
     temperature::Temperature,
 };
@@ -84,19 +86,4 @@ impl Scenario {
         check(steady || self.temperature.is_some(), field, "zero where the scenario has no [temperature]")?;
         self.effects.validate()
     }
-}
-
-/// The error of a field whose value is not `ok`.
-pub(super) fn check(ok: bool, field: &'static str, must_be: &'static str) -> Result<(), ScenarioError> {
-    if ok { Ok(()) } else { Err(ScenarioError::Field { field, must_be }) }
-}
-
-/// Whether a value is between two others or one of them; not a number is not.
-pub(super) fn within(x: f64, low: f64, high: f64) -> bool {
-    (low..=high).contains(&x)
-}
-
-/// Whether every value is between plus and minus `limit`.
-pub(super) fn all_within(values: &[f64], limit: f64) -> bool {
-    values.iter().all(|&x| within(x, -limit, limit))
 }

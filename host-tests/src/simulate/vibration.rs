@@ -1,4 +1,4 @@
-//! Acceleration while drilling beside gravity: broadband vibration, chatter of the bit, shocks.
+//! Acceleration while drilling, beside gravity: broadband vibration, chatter of the bit, shocks.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,16 +10,16 @@ use super::{
     scenario::{Scenario, ShockSettings},
 };
 
-/// Standard gravity, m/s^2, the unit in which shocks and full scales are given.
+/// Standard gravity, m/s^2: the unit of shocks and full scales.
 pub(super) const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
-/// Broadband noise above a corner frequency, sample by sample: white noise x of deviation 1 less its own first-order low-pass,
-/// `y = scale (x - low)`, `low += smoothing (x - low)` with the same x in both.
+/// Broadband noise above a corner frequency, sample by sample: white noise x of deviation 1 less its own
+/// first-order low-pass, `y = scale (x - low)`, `low += smoothing (x - low)` with the same x in both.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HighPassed {
-    /// m/s^2, tool axes.
+    /// Scale of the noise, m/s^2, tool axes.
     pub(crate) scale_m_s2: Vector3<f64>,
-    /// Part of the way to x that the low-pass goes in a sample.
+    /// Share of the way to x that the low-pass goes in one sample.
     pub(crate) smoothing: f64,
 }
 
@@ -28,19 +28,20 @@ impl HighPassed {
         let vibration = &scenario.vibration;
         let period_s = f64::from(scenario.sample_period_us) * 1e-6;
         let smoothing = 1.0 - libm::exp(-TAU * vibration.lowest_hz * period_s);
-        // y = (1 - s)(x - low), and low has s / (2 - s) of x's variance: so y has 2 (1 - s)^2 / (2 - s) of it.
+        // y = (1 - s)(x - low), and low has s / (2 - s) of x's variance: so y has 2 (1 - s)^2 / (2 - s) of
+        // it.
         let kept = (1.0 - smoothing) * libm::sqrt(2.0 / (2.0 - smoothing));
         let rms = Vector3::new(vibration.lateral_m_s2, vibration.lateral_m_s2, vibration.axial_m_s2);
         Self { scale_m_s2: rms / kept, smoothing }
     }
 
-    /// Deviation of the white noise, sample by sample, whose mean over so many samples is as large as this noise's.
+    /// Deviation of white noise whose mean over `samples` is as large as this noise's.
     pub(crate) fn white_m_s2(&self, samples: u32) -> Vector3<f64> {
-        // low' - low = s (x - low), so the sum of y is that of the low-pass's steps over s: it has gone from one value to another, each with
-        // s / (2 - s) of x's variance, and correlated by (1 - s)^n.
+        // low' - low = s (x - low), so the sum of y is the low-pass's change over s. Its values at both ends
+        // have s / (2 - s) of x's variance and the correlation (1 - s)^n.
         let (s, n) = (self.smoothing, f64::from(samples));
         let sum = 2.0 * s / (2.0 - s) * (1.0 - libm::pow(1.0 - s, n)) / (s * s);
-        // y is of x less the low-pass with x in it: (1 - s) of it less the one before.
+        // y uses the low-pass with x already in it: (1 - s) of x minus the low-pass before.
         self.scale_m_s2 * ((1.0 - s) * libm::sqrt(sum / n))
     }
 }
@@ -63,7 +64,7 @@ impl Broadband {
     }
 }
 
-/// The bit's chatter: acceleration in step with the rotation, at a high order of it.
+/// Chatter of the bit: acceleration at a high order of the rotation.
 pub(super) struct Chatter {
     amplitude_m_s2: f64,
     order: f64,
@@ -91,21 +92,21 @@ impl Chatter {
     }
 }
 
-/// One half-sine pulse and the rebound that takes its velocity out again.
+/// A half-sine pulse, and the rebound that takes its velocity out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shock {
-    /// When it begins, seconds.
+    /// Start, seconds.
     pub start_s: f64,
-    /// How long it lasts, seconds.
+    /// Length of the pulse, seconds.
     pub length_s: f64,
-    /// Its peak, tool axes, m/s^2.
+    /// Peak, tool axes, m/s^2.
     pub peak_m_s2: [f64; 3],
-    /// How long the rebound lasts that follows, seconds; 0: there is none.
+    /// Length of the rebound, seconds; 0 for none.
     pub rebound_s: f64,
 }
 
 impl Shock {
-    /// When it is over, rebound included, seconds.
+    /// End, rebound included, seconds.
     #[must_use]
     pub fn end_s(&self) -> f64 {
         self.start_s + self.length_s + self.rebound_s
@@ -116,7 +117,7 @@ impl Shock {
         Vector3::from(self.peak_m_s2) * ((self.velocity_s(to_s) - self.velocity_s(from_s)) / (to_s - from_s))
     }
 
-    /// Velocity for a peak of 1 m/s^2, which has the unit of a time.
+    /// Velocity at `t_s` for a peak of 1 m/s^2: it has the unit of a time.
     fn velocity_s(&self, t_s: f64) -> f64 {
         let since_s = t_s - self.start_s;
         let pulse = (1.0 - libm::cos(PI * (since_s / self.length_s).clamp(0.0, 1.0))) * self.length_s / PI;
@@ -128,7 +129,8 @@ impl Shock {
     }
 }
 
-/// Draws the shocks of a run, in order of time: exponential pauses, uniform peaks and lengths, within 30 deg of lateral.
+/// Draws the shocks of a run, in order of time: exponential pauses, uniform peaks and lengths, within 30 deg
+/// of lateral.
 pub(super) fn draw_shocks(settings: &ShockSettings, from_s: f64, to_s: f64, random: &mut Random) -> Vec<Shock> {
     let mut shocks = Vec::new();
     if settings.per_minute <= 0.0 {

@@ -1,8 +1,8 @@
-//! Which cell of a row is what.
+//! Columns of a trace: which cell of a row holds what.
 
 use super::error::{Fault, Located, quoted};
 
-/// What a column holds; the index is the axis or the quaternion's component.
+/// Quantity of a column; the index is the axis or the quaternion's component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     Time,
@@ -18,8 +18,8 @@ pub(super) enum Quantity {
     Ignored,
 }
 
-/// Columns that come together. Without one of a required group there is no trace; an optional group is there or not,
-/// but a part of it is a mistake.
+/// Groups of columns that come together. A required group must be there; an optional one may be absent, but
+/// not in part.
 const GROUPS: [(&[(&str, Quantity)], bool); 10] = [
     (&[("t_s", Quantity::Time)], true),
     (&[("gx", Quantity::Gyro(0)), ("gy", Quantity::Gyro(1)), ("gz", Quantity::Gyro(2))], true),
@@ -47,9 +47,9 @@ const GROUPS: [(&[(&str, Quantity)], bool); 10] = [
 /// The header row.
 #[derive(Debug)]
 pub(super) struct Columns {
-    /// Name and quantity of each column, in the row's order.
+    /// Name and quantity of each column, in the order of the row.
     pub cells: Vec<(&'static str, Quantity)>,
-    /// Names of the columns that nothing reads.
+    /// Names of columns that are not used.
     pub ignored: Vec<String>,
 }
 
@@ -85,8 +85,8 @@ impl Columns {
     }
 }
 
-/// The cells of a row, without blanks and without a pair of quotes around each. Quotes matter only where a program writes
-/// them around everything; no number holds a comma.
+/// Cells of a row, without blanks and without a pair of quotes. Quotes need no more care: no number holds a
+/// comma.
 pub(super) fn cells(row: &str) -> impl Iterator<Item = &str> {
     row.split(',').map(|cell| {
         let cell = cell.trim();

@@ -1,9 +1,9 @@
-//! A decimal number of seconds to whole microseconds and back, exactly. A binary float in between would move timestamps:
-//! f32 holds 24 bits, and an hour in microseconds needs 32.
+//! Decimal seconds to whole microseconds, exactly. A binary float in between would move timestamps: f32 holds
+//! 24 bits, and an hour in microseconds needs 32.
 
 use super::error::{Fault, quoted};
 
-/// Seconds in decimal to the nearest microsecond, halves up.
+/// Decimal seconds to the nearest microsecond, halves up.
 pub(super) fn parse_time_us(text: &str) -> Result<u64, Fault> {
     match text.parse::<f64>() {
         Err(_) => Err(Fault::NotANumber(quoted(text))),
@@ -12,14 +12,15 @@ pub(super) fn parse_time_us(text: &str) -> Result<u64, Fault> {
     }
 }
 
-/// `text` is known to be a finite decimal number.
+/// The same for a text that is known to be a finite decimal number.
 fn exact_us(text: &str) -> Option<u64> {
     let (negative, digits) = match text.as_bytes() {
         [b'-', rest @ ..] => (true, rest),
         [b'+', rest @ ..] => (false, rest),
         all => (false, all),
     };
-    // Digits that no longer fit lie 30 places below the first: they cannot change the rounding of a time that fits in 64 bits.
+    // Digits beyond this lie 30 places below the first: they cannot change the rounding of a time that fits
+    // in 64 bits.
     const LARGEST: u128 = 10_u128.pow(30);
     let mut mantissa = 0_u128;
     let mut power = 6_i64;
@@ -61,26 +62,12 @@ fn exponent(text: &[u8]) -> i64 {
     sign * size
 }
 
-/// Microseconds as seconds with six decimals.
-pub(crate) const fn seconds(t_us: u64) -> Seconds {
-    Seconds(t_us)
-}
-
-/// See [`seconds`].
-pub(crate) struct Seconds(u64);
-
-impl std::fmt::Display for Seconds {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}.{:06}", self.0 / 1_000_000, self.0 % 1_000_000)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use proptest::prelude::*;
 
-    use super::*;
+    use super::{super::seconds::seconds, *};
 
     #[test]
     fn decimals_round_to_the_nearest_microsecond() {

@@ -1,46 +1,46 @@
 use std::path::{Path, PathBuf};
 
-use super::decimal_time::seconds;
+use super::seconds::seconds;
 
-/// What is wrong with a trace, and where.
+/// A fault of a trace, with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TraceError {
     /// The file.
     pub path: PathBuf,
-    /// Line in the decompressed file, from 1; `None` when it is the file as a whole.
+    /// Line in the decompressed file, from 1; `None` if the fault is the whole file's.
     pub line: Option<u64>,
-    /// Name of the column, where one is concerned.
+    /// Name of the column, if there is one.
     pub column: Option<&'static str>,
-    /// What is wrong.
+    /// The fault.
     pub fault: Fault,
 }
 
-/// What is wrong with a trace.
+/// Kinds of faults of a trace.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Fault {
-    /// No such file, or no permission.
+    /// The file does not exist or may not be read.
     #[error("cannot be opened: {0}")]
     NotOpened(String),
-    /// Reading failed on the way.
+    /// Reading failed midway.
     #[error("cannot be read: {0}")]
     NotRead(String),
     /// Writing failed.
     #[error("cannot be written: {0}")]
     NotWritten(String),
-    /// Nothing in the file.
+    /// The file holds nothing.
     #[error("the file is empty")]
     Empty,
-    /// A header row and nothing below it.
+    /// No row follows the header row.
     #[error("the trace is empty: no sample follows the header row")]
     NoSamples,
     /// The first row names no column of a trace.
     #[error("no header row: expected column names such as t_s,gx,gy,gz,ax,ay,az")]
     NoHeader,
-    /// A column that every trace needs, or the rest of a group of which one is there.
+    /// A required column is missing, or the rest of a group of which one is there.
     #[error("the column is missing")]
     MissingColumn,
-    /// The same name twice.
+    /// A column's name is there twice.
     #[error("the column is there twice")]
     DuplicateColumn,
     /// A cell that is not a number.
@@ -49,10 +49,10 @@ pub enum Fault {
     /// NaN, infinity, or too large for the number format.
     #[error("{0:?} is not a finite number")]
     NotFinite(String),
-    /// A row without a time.
+    /// A row has no time.
     #[error("the time is missing")]
     TimeMissing,
-    /// A time that microseconds since zero cannot hold.
+    /// A time that whole microseconds in 64 bits cannot hold.
     #[error("time {0:?} is negative or too large")]
     TimeOutOfRange(String),
     /// Time goes back.
@@ -63,13 +63,13 @@ pub enum Fault {
         /// The time of the row before, microseconds.
         before_us: u64,
     },
-    /// Time stands still, to the microsecond.
+    /// Two rows have the same time, to the microsecond.
     #[error("time repeats: {} s is the time of the row before", seconds(*.0))]
     TimeRepeated(u64),
     /// The gzip stream ends before its end mark.
     #[error("the gzip file is truncated")]
     TruncatedGzip,
-    /// The gzip stream contradicts itself.
+    /// The gzip stream is inconsistent.
     #[error("the gzip file is damaged: {0}")]
     DamagedGzip(String),
     /// A byte sequence that is not UTF-8.
@@ -96,7 +96,7 @@ pub enum Fault {
     },
 }
 
-/// A fault with its line and column, before the file's name is known.
+/// A fault with line and column, before the file's name is known.
 #[derive(Debug)]
 pub(super) struct Located {
     pub line: Option<u64>,
@@ -139,7 +139,7 @@ impl std::fmt::Display for TraceError {
 
 impl std::error::Error for TraceError {}
 
-/// A cell as it is quoted in a message: a damaged file may hold a cell of any length.
+/// A cell, cut for a message: a damaged file may hold a cell of any length.
 pub(super) fn quoted(cell: &str) -> String {
     const LONGEST: usize = 40;
     if cell.chars().count() <= LONGEST {

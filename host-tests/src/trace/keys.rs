@@ -1,16 +1,17 @@
-//! The `# key = value` lines above the header row.
+//! The header of a trace: `# key = value` lines above the header row.
 
 use meerkat_mwd::config::{FullScale, Motion};
+use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::error::{Fault, quoted};
-use crate::motion;
+use crate::trace::motion;
 
-/// Key-value header of a trace; `None` where the key is absent.
+/// Keys of the header; `None` if a key is absent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Keys {
-    /// Earth frame of the reference.
+    /// Earth frame of the reference attitude.
     pub earth_frame: EarthFrame,
-    /// What the body axes mean.
+    /// Meaning of the body axes.
     pub body_frame: BodyFrame,
     /// Magnetic declination, degrees east of true north.
     pub magnetic_declination_deg: Option<f64>,
@@ -28,17 +29,17 @@ pub struct Keys {
     pub accel_full_scale_m_s2: Option<f64>,
     /// Full scale of the magnetometer, microtesla.
     pub mag_full_scale_ut: Option<f64>,
-    /// How long before its sample's time a gyro reading was true, seconds.
+    /// Delay of the gyro, seconds: how long before its sample's time a reading was true.
     pub gyro_delay_s: Option<f64>,
-    /// What moves the probe.
+    /// Kind of motion: by hand or by a drill string.
     pub motion: Option<Motion>,
-    /// The reference's north is true north, not magnetic north.
+    /// Whether the reference counts from true north, not from magnetic north.
     pub reference_north: bool,
     /// The gyro's true matrix P at the start, row-major; only a simulator knows it.
     pub true_gyro_p: Option<[f64; 9]>,
     /// Where the recording comes from.
     pub source: Option<String>,
-    /// Under which terms.
+    /// Licence of the recording.
     pub licence: Option<String>,
 }
 
@@ -52,17 +53,33 @@ pub enum EarthFrame {
     Enu,
 }
 
-/// What the body axes mean.
+impl EarthFrame {
+    /// Rotation from this frame to north, east, down.
+    #[must_use]
+    pub fn to_ned(self) -> UnitQuaternion<f64> {
+        match self {
+            Self::Ned => UnitQuaternion::identity(),
+            // North and east change places and down is minus up: half a turn about the bisector of north and
+            // east.
+            Self::Enu => {
+                let half = std::f64::consts::FRAC_1_SQRT_2;
+                UnitQuaternion::new_unchecked(Quaternion::new(0.0, half, half, 0.0))
+            }
+        }
+    }
+}
+
+/// Meaning of the body axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BodyFrame {
-    /// z down-hole, x the highside at toolface 0.
+    /// Tool axes: z down-hole, x the highside at toolface 0.
     Tool,
-    /// No meaning attached: tool angles are of the sensor's own z axis.
+    /// Sensor axes without a meaning: tool angles refer to the sensor's own z axis.
     #[default]
     Sensor,
 }
 
-/// What became of one `key = value`.
+/// Outcome of reading one `key = value`.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum KeyOutcome {
     Taken,
@@ -70,7 +87,16 @@ pub(super) enum KeyOutcome {
 }
 
 impl Keys {
-    /// Takes one key.
+    /// Kind of motion: the key, else by the body frame, since whoever names tool axes has a tool.
+    #[must_use]
+    pub fn motion(&self) -> Motion {
+        self.motion.unwrap_or(match self.body_frame {
+            BodyFrame::Sensor => Motion::Hand,
+            BodyFrame::Tool => Motion::DrillString,
+        })
+    }
+
+    /// Sets one key.
     pub(super) fn set(&mut self, key: &str, value: &str) -> Result<KeyOutcome, Fault> {
         let bad = |must_be| Fault::BadKey { assignment: format!("{key} = {}", quoted(value)), must_be };
         let number = |ok: fn(f64) -> bool, must_be| match value.parse::<f64>() {
@@ -121,9 +147,9 @@ impl Keys {
         Ok(KeyOutcome::Taken)
     }
 
-    /// The keys that differ from their defaults, as written in a header.
+    /// Keys that differ from their defaults, as header lines.
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
-        // A line break within a text would begin a row.
+        // A line break in a text would begin a row.
         let text =
             |text: &Option<String>| text.as_ref().map(|text| text.split_whitespace().collect::<Vec<_>>().join(" "));
         let number = |x: Option<f64>| x.map(|x| x.to_string());
@@ -156,7 +182,7 @@ impl Keys {
         all.into_iter().filter_map(|(key, value)| Some((key, value?))).collect()
     }
 
-    /// The full scales, as the pipeline takes them.
+    /// The full scales as the pipeline takes them.
     #[must_use]
     pub fn full_scale(&self) -> FullScale {
         let single = |x: Option<f64>| x.map(|x| x as f32);

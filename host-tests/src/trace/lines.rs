@@ -1,5 +1,5 @@
-//! Lines of a plain or gzip file with their numbers, counted here so that blank lines and carriage returns cannot shift
-//! the number that an error names.
+//! Lines of a plain or gzip file with their numbers. Counted here, so that blank lines and carriage returns
+//! do not shift the number that an error names.
 
 use std::{
     ffi::OsStr,
@@ -12,7 +12,7 @@ use flate2::bufread::MultiGzDecoder;
 
 use super::error::{Fault, Located};
 
-/// Longer than any row: a stream of zeros in a damaged gzip must not fill the memory.
+/// Longest line accepted, bytes: a stream of zeros in a damaged gzip must not fill the memory.
 const LONGEST_LINE: u64 = 1 << 16;
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
@@ -21,11 +21,11 @@ pub(super) struct Lines<R> {
     reader: R,
     gzip: bool,
     buffer: Vec<u8>,
-    /// Number of the last line given, from 1.
+    /// Number of the last line read, from 1.
     number: u64,
 }
 
-/// Opens a file; gzip is known by its first bytes or by its name.
+/// Opens a file; gzip is told by its first bytes or its name.
 pub(super) fn open(path: &Path) -> Result<Lines<Box<dyn BufRead>>, Located> {
     let file = File::open(path).map_err(|e| Fault::NotOpened(e.to_string()).of_file())?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
@@ -44,7 +44,8 @@ impl<R: BufRead> Lines<R> {
         Self { reader, gzip, buffer: Vec::new(), number: 0 }
     }
 
-    /// The next line with its number from 1, without its end, a byte order mark or surrounding blanks; `None` at the end.
+    /// The next line with its number from 1, without line end, byte order mark and surrounding blanks; `None`
+    /// at the end.
     pub fn next_line(&mut self) -> Result<Option<(u64, &str)>, Located> {
         self.buffer.clear();
         let line = self.number + 1;

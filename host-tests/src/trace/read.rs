@@ -1,4 +1,4 @@
-//! From lines to samples.
+//! Reading of a trace: lines to samples.
 
 use std::{io::BufRead, path::Path, str::FromStr};
 
@@ -13,8 +13,8 @@ use super::{
     lines::{self, Lines},
 };
 
-/// A reference quaternion whose norm differs more than this from 1 is no rotation. Recorded ones are rounded to a few
-/// decimals or interpolated, which costs well under 1 %.
+/// Tolerance of a reference quaternion's norm: further from 1 it is no rotation. Rounding to a few decimals
+/// or interpolation costs well under 1 %.
 const REFERENCE_NORM_TOLERANCE: f64 = 0.05;
 
 pub(super) fn read(path: &Path) -> Result<Trace, TraceError> {
@@ -81,7 +81,7 @@ fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Columns, Trace), Loc
     Ok((columns, trace))
 }
 
-/// The cells of one group; complete only when each has a value.
+/// Cells of one group; complete only if each has a value.
 #[derive(Clone, Copy)]
 struct Group<T, const N: usize> {
     values: [T; N],
@@ -150,7 +150,7 @@ impl<'a> Row<'a> {
             }
             Quantity::Movement => self.movement = is_one(cell)?,
             Quantity::Rest => self.rest = is_one(cell)?,
-            // A simulated trace knows its truth at every sample.
+            // A simulated trace knows its true rate at every sample.
             Quantity::TrueRate(axis) => {
                 let value = parse_number(cell)?.ok_or_else(|| Fault::NotANumber(String::new()))?;
                 if let Some(place) = self.true_rate.get_mut(axis) {
@@ -221,7 +221,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// A cell's number in the precision it is used in, straight from the text; `None` for an empty cell.
+/// A cell's number, parsed in the precision in which it is used; `None` for an empty cell.
 fn parse_number<T: FromStr + Copy + Into<f64>>(cell: &str) -> Result<Option<T>, Fault> {
     if cell.is_empty() {
         return Ok(None);

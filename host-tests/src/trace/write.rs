@@ -1,4 +1,4 @@
-//! From samples to lines.
+//! Writing of a trace: samples to lines.
 
 use std::{
     ffi::OsStr,
@@ -12,8 +12,8 @@ use meerkat_mwd::SampleFlags;
 
 use super::{
     Trace,
-    decimal_time::seconds,
     error::{Fault, TraceError},
+    seconds::seconds,
 };
 
 pub(super) fn write(trace: &Trace, path: &Path) -> Result<(), TraceError> {
@@ -23,7 +23,7 @@ pub(super) fn write(trace: &Trace, path: &Path) -> Result<(), TraceError> {
 fn to_file(trace: &Trace, path: &Path) -> io::Result<()> {
     let file = BufWriter::new(File::create(path)?);
     if path.extension() == Some(OsStr::new("gz")) {
-        // The encoder writes no time and no name into its header: same trace, same bytes.
+        // The encoder's header holds no time and no name, so that the same trace gives the same bytes.
         let mut encoder = GzEncoder::new(file, Compression::default());
         write_rows(trace, &mut encoder)?;
         encoder.finish()?.flush()
@@ -85,8 +85,8 @@ fn write_rows(trace: &Trace, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// A comma before each value; empty cells for a missing group. Floats are written with the fewest digits that read back
-/// as the same value.
+/// A comma before each value; empty cells for a missing group. Floats are written with the fewest digits that
+/// read back as the same value.
 fn write_cells<T: std::fmt::Display, const N: usize>(out: &mut impl Write, values: Option<[T; N]>) -> io::Result<()> {
     match values {
         Some(values) => values.iter().try_for_each(|value| write!(out, ",{value}")),

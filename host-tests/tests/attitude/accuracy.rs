@@ -1,4 +1,4 @@
-//! How near the attitude filter comes to a known motion, and whether its sigmas say so.
+//! Accuracy of the attitude filter on a known motion, and whether its sigmas are right.
 
 use crate::simulation::{Correlated, Noise, Truth, apart, feed};
 use meerkat_mwd::{
@@ -83,14 +83,14 @@ fn errors_are_as_large_as_the_sigmas_say() {
         let e = normalised_errors(seed);
         sums = [sums[0] + e[0], sums[1] + e[1]];
     }
-    // chi-squared with 40 degrees of freedom, 99 %: 20.7 to 66.8
+    // Chi-square with 40 degrees of freedom, 99 %: 20.7 to 66.8.
     assert!((20.7..66.8).contains(&sums[0]), "inclination {sums:?}");
-    // the azimuth's sigma holds a part that does not average out, so it is only bounded from above
+    // The azimuth's sigma has a part that does not average out, so it is only bounded from above.
     assert!((4.0..66.8).contains(&sums[1]), "azimuth {sums:?}");
 }
 
-/// Root mean square errors, degrees: tilt, magnetic toolface, over the last two thirds of a simulated minute of drilling at 100 Hz
-/// with stick-slip, lateral vibration and shocks.
+/// Root mean square errors, degrees: tilt, magnetic toolface, over the last two thirds of a simulated minute
+/// of drilling at 100 Hz with stick-slip, lateral vibration and shocks.
 fn drilling(inclination_deg: f64, gyro_error: f64, seed: u64) -> [f64; 2] {
     let dt_s = 0.01;
     let mut noise = Noise::new(seed);
@@ -100,7 +100,7 @@ fn drilling(inclination_deg: f64, gyro_error: f64, seed: u64) -> [f64; 2] {
     let (mut before, mut blow_before) = (Vector3::zeros(), Vector3::zeros());
     for step in 0..6_000 {
         let t = f64::from(step) * dt_s;
-        // the string sticks and slips; the reading is the mean over the interval
+        // The string sticks and slips; a reading is the mean over its interval.
         let mut mean = Vector3::zeros();
         for part in 0..10 {
             let tau = t + f64::from(part) * dt_s / 10.0;

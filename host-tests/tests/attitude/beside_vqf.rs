@@ -3,14 +3,13 @@
 use meerkat_mwd::Config;
 use mwd::{
     bench::attitude::{AKTOS_T, ours, vqf},
-    configuration::of_trace,
-    main_job::bundled,
+    flight::configuration::of_trace,
     score::{AttitudeRms, Settings, attitude_rms_deg},
-    trace::Trace,
+    trace::{Trace, recordings::folder},
 };
 
-/// Mean over the bundled recordings of total, heading and inclination, degrees rms, one constant heading offset (the reference's north)
-/// removed or not.
+/// Mean over the bundled recordings of total, heading and inclination, degrees rms, one constant heading
+/// offset (the reference's north) removed or not.
 fn means(scores: &[[AttitudeRms; 2]], offset_removed: bool) -> [f64; 3] {
     let parts: [fn(&AttitudeRms) -> Option<f64>; 3] = [|s| s.total, |s| s.heading, |s| s.inclination];
     parts.map(|part| {
@@ -22,9 +21,10 @@ fn means(scores: &[[AttitudeRms; 2]], offset_removed: bool) -> [f64; 3] {
 #[test]
 fn with_the_sensors_delays_declared_the_attitude_is_no_worse_than_vqf_and_without_the_inclination_is_not() {
     let (mut of_ours, mut undeclared, mut of_vqf) = (Vec::new(), Vec::new(), Vec::new());
-    for entry in std::fs::read_dir(bundled()).unwrap() {
+    for entry in std::fs::read_dir(folder()).unwrap() {
         let path = entry.unwrap().path();
-        // A magnet that comes in the first two seconds, as in the cut that has one, finds a heading that is still being settled.
+        // A magnet that comes within the first two seconds, as in that cut, meets a heading that is still
+        // settling.
         let name = path.file_name().unwrap().to_string_lossy();
         if !name.starts_with("broad") || !name.ends_with(".csv.gz") || name.contains("magnet") {
             continue;

@@ -26,7 +26,7 @@ impl Bench {
         Self { filter, truth: Truth::at(70.0, 40.0, 20.0), noise: Noise::new(3) }
     }
 
-    /// Runs for some seconds and checks every attitude; the last one.
+    /// Runs for some seconds, checks every attitude and returns the last one.
     fn run(
         &mut self,
         seconds: f64,
@@ -70,7 +70,7 @@ fn without_a_magnetometer_heading_starts_at_zero_and_says_that_it_is_unknown() {
         assert!(a.sigma_azimuth_rad > 3.0 && a.sigma_inclination_rad < 0.02);
         assert!(apart(a.azimuth_rad.into(), 0.0).abs().to_degrees() < 0.5, "at rest the bias is known: {a:?}");
         assert!(bench.truth.tilt_error_rad(&a).to_degrees() < 0.2);
-        // the field comes back
+        // The field returns.
         let a = bench.run(3.0, STILL, Some, Some).unwrap();
         assert!(bench.azimuth_error_deg(&a) < 1.0 && !a.flags.contains(AttitudeFlags::NO_HEADING));
     }
@@ -142,7 +142,7 @@ fn a_gap_is_flagged_once_widens_the_sigmas_and_is_healed() {
     let mut bench = Bench::new(&Earth::default());
     let turning = Vector3::new(0.2, 0.1, 1.0);
     let before = bench.run(10.0, turning, Some, Some).unwrap();
-    // 3 s unseen
+    // Three seconds of motion that the gyro does not see.
     (0..600).for_each(|_| bench.truth.turn(&(turning * 1.2), DT_S));
     bench.filter.gap(3.0);
     let a = bench.filter.attitude(AttitudeFlags::empty()).unwrap();
@@ -189,7 +189,7 @@ fn another_p_forgets_the_residual_bias_and_does_not_move_the_attitude() {
     assert_eq!(after.q, before.q);
     assert!(after.sigma_azimuth_rad > 3.0, "carried by a P that was off by percents");
     assert_eq!(bench.filter.residual_bias_rad_s(), Vector3::zeros());
-    // the new model has taken the bias out
+    // The new model has removed the bias.
     let a = bench.run(10.0, STILL, Some, Some).unwrap();
     assert!(bench.azimuth_error_deg(&a) < 0.3 && bench.truth.tilt_error_rad(&a).to_degrees() < 0.1);
 }
@@ -211,7 +211,7 @@ fn a_disturbed_field_moves_neither_tilt_nor_heading_and_a_lasting_one_is_taken_u
 fn a_heading_that_an_undisturbed_field_contradicts_gives_in() {
     let mut bench = Bench::new(&Earth::default());
     bench.run(30.0, STILL, Some, Some);
-    // turned by 60 deg about the vertical without the gyro having seen it
+    // Turned by 60 deg about the vertical without the gyro seeing it.
     let unseen = bench.truth.q.inverse() * Vector3::new(0.0, 0.0, PI / 3.0);
     bench.truth.turn(&unseen, 1.0);
     let a = bench.run(10.0, STILL, Some, Some).unwrap();
@@ -237,7 +237,7 @@ fn declination_turns_north_and_latitude_takes_out_the_earths_rotation() {
     let a = bench.run(5.0, STILL, Some, Some).unwrap();
     assert!((apart(a.azimuth_rad.into(), bench.truth.azimuth_rad() + declination)).abs() < 0.01);
 
-    // no magnetometer, ten minutes: 1.8 deg of earth rotation at 45 deg of latitude
+    // Ten minutes without a magnetometer: 1.8 deg of earth rotation at 45 deg of latitude.
     let latitude = std::f64::consts::FRAC_PI_4;
     let earth = Earth { latitude_rad: Some(latitude as f32), ..Earth::default() };
     let mut filter = AttitudeFilter::new();

@@ -1,10 +1,12 @@
-//! The attitude filter on bundled recordings with an optical reference (`traces/*.csv.gz` with `qw..qz` and `movement`).
+//! The attitude filter on bundled recordings with an optical reference (`traces/*.csv.gz` with `qw..qz` and
+//! `movement`).
 
 use flate2::read::MultiGzDecoder;
 use meerkat_mwd::{
     attitude::{AttitudeFilter, AttitudeFlags},
     config::{AttitudeConfig, Earth},
 };
+use mwd::trace::recordings;
 use nalgebra::{Quaternion, Vector3};
 use std::{
     collections::HashMap,
@@ -13,8 +15,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Root mean square error in degrees over the scored samples (total, heading, inclination; definition of the BROAD data set),
-/// and the part of them whose tilt error is within three of the filter's sigmas.
+/// Root mean square error in degrees over the scored samples (total, heading, inclination; definition of the
+/// BROAD data set), and the part of them whose tilt error is within three of the filter's sigmas.
 struct Score {
     samples: u32,
     rms_deg: [f64; 3],
@@ -22,13 +24,9 @@ struct Score {
 }
 
 fn bundled() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
-    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
-    let mut paths: Vec<_> =
-        entries.map(|e| e.unwrap().path()).filter(|p| p.to_string_lossy().ends_with(".csv.gz")).collect();
-    // The filter alone believes a magnet on the body; what the probe makes of one is in `tests/magnet`.
+    let mut paths = recordings::bundled().unwrap();
+    // The filter alone believes a magnet on the body; `tests/magnet` shows what the probe makes of one.
     paths.retain(|p| !p.to_string_lossy().contains("magnet"));
-    paths.sort();
     paths
 }
 
@@ -56,7 +54,7 @@ fn vector(row: &HashMap<String, f64>, names: [&str; 3]) -> Option<Vector3<f64>> 
 
 fn score(path: &Path) -> Score {
     let (enu, rows) = rows(path);
-    // east-north-up to north-east-down: half a turn about the line between north and east
+    // East-north-up to north-east-down: half a turn about the bisector of north and east.
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let earth = if enu { Quaternion::new(0.0, half, half, 0.0) } else { Quaternion::identity() };
     let gyro = |row: &HashMap<String, f64>| vector(row, ["gx", "gy", "gz"]).unwrap();
@@ -91,8 +89,8 @@ fn score(path: &Path) -> Score {
     Score { samples, rms_deg: sums.map(|s| (s / n).sqrt().to_degrees()), within_three_sigma: f64::from(within) / n }
 }
 
-/// Bounds: the worst of six recordings measured (total 3.5, heading 3.4, inclination 0.8 deg; two of them carry a magnet) with a
-/// fifth more.
+/// Bounds are the worst of six recordings measured (total 3.5, heading 3.4, inclination 0.8 deg; two with a
+/// magnet) plus a fifth.
 #[test]
 fn attitude_stays_near_the_optical_reference() {
     for path in bundled() {

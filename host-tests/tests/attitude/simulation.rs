@@ -1,7 +1,8 @@
 //! A probe whose true motion is known, and what its sensors read, in double precision.
 
+use crate::rig::rotation::{angles_and_sigmas, rotation};
 use meerkat_mwd::attitude::{Attitude, AttitudeFilter, AttitudeFlags};
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -62,12 +63,12 @@ impl Truth {
         self.q *= UnitQuaternion::from_scaled_axis(rate_rad_s * dt_s);
     }
 
-    /// What an ideal accelerometer reads under an acceleration (NED).
+    /// Reading of an ideal accelerometer under an acceleration (NED).
     pub fn force(&self, acceleration_ned: &Vector3<f64>) -> Vector3<f64> {
         self.q.inverse() * (acceleration_ned - Vector3::new(0.0, 0.0, GRAVITY_M_S2))
     }
 
-    /// What an ideal magnetometer reads of a field of 50 uT at this dip, turned by an error in heading.
+    /// Reading of an ideal magnetometer in a field of 50 uT at this dip, turned by a heading error.
     pub fn field(&self, dip_deg: f64, heading_error_rad: f64) -> Vector3<f64> {
         let (sine, cosine) = dip_deg.to_radians().sin_cos();
         let north = Vector3::new(cosine * heading_error_rad.cos(), cosine * heading_error_rad.sin(), sine);
@@ -95,8 +96,7 @@ impl Truth {
 
     /// Angle between the true vertical and the estimated one.
     pub fn tilt_error_rad(&self, attitude: &Attitude) -> f64 {
-        let [w, x, y, z] = attitude.q.map(f64::from);
-        let estimate = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let estimate = rotation(attitude.q.map(f64::from));
         (estimate.inverse() * Vector3::z()).angle(&(self.q.inverse() * Vector3::z()))
     }
 }
@@ -106,7 +106,7 @@ pub fn apart(a_rad: f64, b_rad: f64) -> f64 {
     (a_rad - b_rad + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
 }
 
-/// One sample into the filter and its attitude out.
+/// Feeds one sample to the filter and returns its attitude.
 pub fn feed(
     filter: &mut AttitudeFilter,
     dt_s: f64,
@@ -122,15 +122,6 @@ pub fn feed(
 
 /// Whether every number of an attitude is finite and its quaternion a rotation.
 pub fn sound(a: &Attitude) -> bool {
-    let numbers = [
-        a.inclination_rad,
-        a.azimuth_rad,
-        a.gravity_toolface_rad,
-        a.magnetic_toolface_rad,
-        a.sigma_inclination_rad,
-        a.sigma_azimuth_rad,
-        a.sigma_toolface_rad,
-    ];
     let norm: f32 = a.q.iter().map(|x| x * x).sum();
-    numbers.iter().all(|x| x.is_finite() && *x >= 0.0) && (norm - 1.0).abs() < 1e-5
+    angles_and_sigmas(a).iter().all(|x| x.is_finite() && *x >= 0.0) && (norm - 1.0).abs() < 1e-5
 }

@@ -1,4 +1,4 @@
-//! A whole probe that drills with a sensor that fails, and how far off it is.
+//! A whole probe that drills with a failing sensor, and its attitude errors.
 
 use std::f64::consts::TAU;
 
@@ -9,16 +9,16 @@ use meerkat_mwd::{
     probe::Output,
 };
 use mwd::{
-    configuration::of_trace,
-    flight::fly,
+    flight::{configuration::of_trace, fly},
     simulate::{Hole, Rotation, Scenario, simulate},
     trace::Trace,
 };
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::simulation::sound;
+use crate::{rig::rotation::rotation, simulation::sound};
 
-/// A flight of a probe whose gyro is calibrated and whose delays are known, at 45 deg and 30 rpm after 20 s of rest.
+/// A flight of a probe whose gyro is calibrated and whose delays are known, at 45 deg and 30 rpm after 20 s
+/// of rest.
 pub struct Flown {
     pub trace: Trace,
     pub outputs: Vec<Output>,
@@ -50,23 +50,23 @@ pub fn flown_in(
     Flown { trace, outputs }
 }
 
-/// What an interval of a flight was like.
+/// Errors and flags over an interval of a flight.
 #[derive(Debug, Default)]
 pub struct Seen {
-    /// Largest errors, degrees: of the vertical, of the azimuth.
+    /// Largest errors, degrees: of the vertical, then of the azimuth.
     pub tilt_deg: f64,
     pub azimuth_deg: f64,
-    /// The largest in stated sigmas.
+    /// Largest of these errors in stated sigmas.
     pub tilt_sigmas: f64,
     pub azimuth_sigmas: f64,
-    /// The largest change of the error from one sample to the next, degrees, and in the sigmas that were stated before it.
+    /// Largest change of the error from one sample to the next, degrees, then in the sigmas stated before.
     pub jump_deg: f64,
     pub jump_sigmas: f64,
-    /// Share of samples with a flag that something is wrong.
+    /// Share of samples flagged as wrong.
     pub flagged: f64,
     /// Share of samples with an error of more than 4 stated sigmas.
     pub beyond: f64,
-    /// Share of samples of which the inclination, the azimuth or the toolface is more than 4 of its sigmas off.
+    /// Share of samples whose inclination, azimuth or toolface is off by more than 4 of its sigmas.
     pub untold: f64,
 }
 
@@ -113,10 +113,6 @@ impl Flown {
         let index = self.trace.samples.partition_point(|s| s.t_us < t_us);
         rotation(self.trace.reference[index].unwrap())
     }
-}
-
-pub fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }
 
 pub fn troubled(a: &Attitude) -> bool {

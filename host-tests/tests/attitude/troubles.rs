@@ -1,4 +1,5 @@
-//! Sensors that fail while a whole probe drills: the attitude says so, its sigmas grow with its errors, and it comes back.
+//! Sensors that fail while a whole probe drills: the attitude flags it, its sigmas grow with its errors, and
+//! it recovers.
 
 use meerkat_mwd::{Sample, SampleFlags};
 use mwd::simulate::{Hole, Rotation, Scenario};
@@ -12,7 +13,7 @@ fn clipped(x: f32, limit: f32) -> f32 {
     if x.abs() < limit { x } else { limit.copysign(x) }
 }
 
-/// Trouble from 60 s on.
+/// Start of the trouble, seconds.
 const FROM_S: f64 = 60.0;
 
 #[test]
@@ -47,17 +48,17 @@ fn within_two_seconds_of_the_start_it_is_there_and_it_did_not_jump() {
         );
         let (start, later) = (flight.seen(0.0, 2.0), flight.seen(2.0, 10.0));
         println!("{inclination_deg:.0} deg: {start:?} {later:?}");
-        // a first reading of the field errs by 0.2 uT in 21
+        // The first field reading errs by 0.2 uT in 21.
         assert!(start.jump_deg < 2.5, "{start:?}");
         assert!(later.jump_deg < 0.2 && later.tilt_deg < 0.5, "{later:?}");
         assert!(inclination_deg < 5.0 || later.azimuth_deg < 1.0, "{later:?}");
     }
 }
 
-/// A trouble: its name, its length in seconds, and what it makes of a sample and the time since it began.
+/// A trouble: name, length in seconds, and how it changes a sample at a time since its start.
 type Trouble = (&'static str, f64, fn(f64, &mut Sample));
 
-/// The vector sensors, one by one: while it lasts the gyro carries on.
+/// Troubles of the vector sensors, one by one: the gyro carries the attitude meanwhile.
 const VECTOR_TROUBLES: [Trouble; 12] = [
     ("5 s without magnetometer", 5.0, |_, s| s.flags.insert(SampleFlags::MAG_MISSING)),
     ("60 s without accelerometer", 60.0, |_, s| s.flags.insert(SampleFlags::ACCEL_MISSING)),
@@ -85,7 +86,7 @@ fn failing_vector_sensors_are_flagged_and_the_gyro_carries_the_attitude_over() {
             (flight.seen(FROM_S, FROM_S + length_s), flight.seen(FROM_S + length_s + 20.0, FROM_S + length_s + 40.0));
         let back = flight.seen(FROM_S + length_s - 0.05, FROM_S + length_s + 20.0);
         println!("{name}: {during:.2?}\n  back {back:.2?}\n  after {after:.2?}");
-        // found out within half a second to one and a half
+        // It is noticed within half a second to one and a half.
         assert!(during.flagged > 0.5, "{name}: {during:?}");
         for seen in [&during, &back] {
             assert!(seen.tilt_sigmas < 4.0 && seen.azimuth_sigmas < 4.0 && seen.jump_sigmas < 1.0, "{name}: {seen:?}");
@@ -94,8 +95,9 @@ fn failing_vector_sensors_are_flagged_and_the_gyro_carries_the_attitude_over() {
     }
 }
 
-/// The gyro: while it lasts nothing carries the rotation, and the sigmas have to say so. From [`UNTOLD`] on its readings look like any
-/// others, and each is another jump: it is the field that contradicts them, from the first reading on.
+/// Troubles of the gyro: nothing carries the rotation meanwhile, and the sigmas must say so. From [`UNTOLD`]
+/// on the readings look like any others, each another jump: only the field contradicts them, from the first
+/// reading on.
 const GYRO_TROUBLES: [Trouble; 5] = [
     ("gyro missing", 2.0, |_, s| s.flags.insert(SampleFlags::GYRO_MISSING)),
     ("gyro not a number", 2.0, |_, s| s.gyro_rad_s[2] = f32::NAN),
@@ -158,7 +160,7 @@ fn a_gyro_that_lies_while_the_probe_turns_is_in_doubt_within_hundredths_of_a_sec
 
 #[test]
 fn a_gyro_that_saturates_in_every_slip_is_flagged_and_the_sigmas_hold() {
-    // 60 rpm with full stick-slip: up to 12.6 rad/s, of which the gyro reads 8.7 (500 deg/s)
+    // 60 rpm with full stick-slip: up to 12.6 rad/s, of which the gyro reads 8.7 (500 deg/s).
     let rotation = Rotation { mean_rpm: 60.0, stick_slip: 0.95, ..Rotation::default() };
     let hole = Hole { inclination_deg: 45.0, azimuth_deg: 60.0, ..Hole::default() };
     let scenario = Scenario { duration_s: 80.0, rest_s: 20.0, rotation, hole, ..Scenario::default() };
@@ -178,7 +180,7 @@ fn after_a_slip_that_saturated_the_gyro_the_attitude_comes_back() {
     let scenario = Scenario { duration_s: 100.0, rest_s: 20.0, rotation, hole, ..Scenario::default() };
     let flight = flown_in(scenario, 4, Some(8.7), |t, sample| {
         if (60.0..62.0).contains(&t) {
-            // as it reads when its range is a third too small
+            // Readings of a gyro whose range is a third too small.
             sample.gyro_rad_s = sample.gyro_rad_s.map(|x| clipped(x, 2.0));
             sample.flags.set(SampleFlags::GYRO_CLIPPED, sample.gyro_rad_s[2] >= 2.0);
         }

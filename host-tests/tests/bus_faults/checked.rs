@@ -1,5 +1,6 @@
-//! A part with a checksum over each frame: Murata's accelerometer SCA3300-D01, through the same traits. No bit that the wire flips gets
-//! through, however small, on the way there or back; without the checksum the small ones do.
+//! A part with a checksum over each frame: Murata's accelerometer SCA3300-D01, through the same traits. No
+//! bit that the wire flips gets through, however small, on the way there or back; without the checksum the
+//! small ones do.
 
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use meerkat_mwd::SampleFlags;
@@ -13,9 +14,9 @@ use std::{
     convert::Infallible,
 };
 
-// Murata document 3165: sections "SPI frame", "Checksum (CRC)" and "Operations". A frame is bit 7 to write, an address of five bits, two bits of
-// return status, sixteen of data, and the checksum of those 24 bits: x^8 + x^4 + x^3 + x^2 + 1, begun with ones, inverted. What
-// a frame asks for comes in the next.
+// Murata document 3165: sections "SPI frame", "Checksum (CRC)" and "Operations". A frame is bit 7 to write,
+// an address of five bits, two bits of return status, sixteen of data, and the checksum of those 24 bits:
+// x^8 + x^4 + x^3 + x^2 + 1, begun with ones, inverted. What a frame asks for comes in the next.
 const WRITE: u8 = 1 << 5;
 const AXES: [u8; 3] = [1, 2, 3];
 const STATUS: u8 = 6;
@@ -46,14 +47,15 @@ fn the_checksum_gives_the_frames_that_the_data_sheet_prints() {
     assert_eq!(framed((WRITE | MODE) << 2, RESET), [0xB4, 0x00, 0x20, 0x98]);
 }
 
-/// The adapter; `checks`: whether it looks at the checksum.
+/// The adapter; `checks` tells whether it verifies the checksum.
 struct Sca3300<S> {
     spi: S,
     checks: bool,
 }
 
 impl<S: SpiDevice> Sca3300<S> {
-    /// Asks, and gives what the frame before asked for, if the answer is sound and to `expected`.
+    /// Asks for a register, and returns what the frame before asked for if the answer is sound and belongs to
+    /// `expected`.
     fn ask(&mut self, register: u8, data: u16, expected: u8) -> Result<Option<u16>, S::Error> {
         let mut answer = [0; 4];
         self.spi.transaction(&mut [Operation::Transfer(&mut answer, &framed(register << 2, data))])?;
@@ -237,7 +239,8 @@ fn no_flipped_bit_of_a_checked_frame_is_believed() {
     let checked = all(true);
     assert!(checked.len() > 12_000);
     assert!(checked.iter().all(|outcome| outcome.wrong == 0 && outcome.recovered));
-    // Three of the six frames of a reading carry it, each with its question: what is flipped there is withheld, not lucky.
+    // Three of a reading's six frames carry data, each with its question: what is flipped there must be
+    // withheld.
     let seen = checked.iter().filter(|outcome| outcome.withheld > 0 || outcome.readings < clean.readings).count();
     assert!(seen * 20 > checked.len() * 9, "{seen} of {}", checked.len());
     let unchecked = all(false);

@@ -1,15 +1,22 @@
-//! The sampling path on the emulated chip: the same samples to the bit; and a driver against a device model that nobody here wrote.
+//! The sampling path on the emulated chip: the same samples to the bit; and a driver against a device model
+//! that nobody here wrote.
 //!
-//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
+//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they
+//! fail.
 
+use crate::rig::emulator::toolchain;
 use mwd::{
     bench::one_window,
-    configuration,
-    emulate::{Feed, build_program, fly_emulated},
-    flight::fly,
+    flight::{
+        configuration, fly,
+        through_sensors::{each_field_once, play},
+    },
     simulate::simulate,
-    through_sensors::{each_field_once, play},
-    toolchain::{self, Toolchain},
+    target::{
+        emulate::{Feed, fly_emulated},
+        machine::build_program,
+        toolchain::Toolchain,
+    },
 };
 use std::{
     io::{BufRead, BufReader, Write},
@@ -18,18 +25,6 @@ use std::{
     process::{Command, Stdio},
     time::Duration,
 };
-
-/// The toolchain, or `None` after the reason was printed.
-fn toolchain() -> Option<Toolchain> {
-    match toolchain::prepare() {
-        Ok(toolchain) => Some(toolchain),
-        Err(missing) if std::env::var_os("MWD_REQUIRE_EMULATOR").is_some_and(|v| v == "1") => panic!("{missing}"),
-        Err(missing) => {
-            std::io::stderr().write_all(format!("SKIPPED: {missing}\n").as_bytes()).unwrap();
-            None
-        }
-    }
-}
 
 #[test]
 fn a_flight_through_adapters_on_models_is_the_same_to_the_bit_on_host_and_chip() {
@@ -52,13 +47,13 @@ fn a_flight_through_adapters_on_models_is_the_same_to_the_bit_on_host_and_chip()
     println!("{cost:?}");
     assert_eq!(cost.counts, played.counts);
     assert!(cost.adapters > 100.0 && cost.wires > 100.0 && cost.most >= cost.adapters);
-    // Not the recording: what the adapters made of it.
+    // Fly what the adapters made of the recording, not the recording.
     let direct = fly_emulated(&config, &recorded, Feed::Direct).unwrap();
     assert_ne!(direct.flight.outputs, chip.flight.outputs);
     assert_eq!(direct.sampling, None);
 }
 
-/// A command of QEMU's machine protocol; its answer, events left out.
+/// Sends a command of QEMU's machine protocol and returns its answer, without events.
 fn command(socket: &mut BufReader<UnixStream>, text: &str) -> String {
     writeln!(socket.get_mut(), "{text}").unwrap();
     loop {
@@ -82,8 +77,8 @@ fn connect(path: &Path) -> BufReader<UnixStream> {
     panic!("the emulator opens no socket");
 }
 
-/// What the image prints of a field in nanotesla. It is set when the machine is there and before it runs: a reset of the device, which setting
-/// up the machine is, clears what the command line says.
+/// Output of the image for a field in nanotesla. The field is set after the machine is set up, which resets
+/// the device, and before it runs.
 fn measured(toolchain: &Toolchain, image: &[u8], field_nt: [u32; 3]) -> String {
     let directory = tempfile::tempdir().unwrap();
     std::fs::write(directory.path().join("image"), image).unwrap();
@@ -103,7 +98,7 @@ fn measured(toolchain: &Toolchain, image: &[u8], field_nt: [u32; 3]) -> String {
         );
         command(&mut socket, &set);
     }
-    // The program may be through before this is answered.
+    // The program may have ended before this is answered.
     writeln!(socket.get_mut(), r#"{{"execute":"cont"}}"#).unwrap();
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -119,7 +114,7 @@ fn the_field_of_qemus_lsm303dlhc_is_read_over_a_bit_banged_bus() {
         let mut lines = said.lines();
         assert_eq!(lines.next(), Some("identification 48 34 33"));
         let field = lines.next().and_then(|line| line.strip_prefix("field ")).unwrap();
-        // An LSB is 91 nT on x and y, 102 nT on z; the model cuts off, and so does the conversion.
+        // An LSB is 91 nT on x and y, 102 nT on z; model and conversion both truncate.
         for (nt, (word, lsb_nt)) in field_nt.iter().zip(field.split(' ').zip([91, 91, 103])) {
             let read: u32 = word.parse().unwrap();
             assert!(read <= *nt && nt - read <= lsb_nt + 1, "{field} for {field_nt:?}");

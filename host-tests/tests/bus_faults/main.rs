@@ -1,6 +1,9 @@
-//! Every bus fault survived: each kind at every transaction of two seconds, no panic, no wrong sample unflagged.
+//! Every bus fault survived: each kind at every transaction of two seconds, no panic, no wrong sample
+//! unflagged.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../rig/mod.rs"]
+mod rig;
 mod checked;
 mod emulated;
 mod mocked;
@@ -32,7 +35,8 @@ fn without_a_fault_every_sample_is_right_and_hardly_one_is_flagged() {
     }
 }
 
-/// No wrong sample but for a payload that the wire has spoilt by less than the innovation limit, which no part here can tell.
+/// Checks that no sample is wrong, apart from a payload that the wire spoilt by less than the innovation
+/// limit, which no part here can detect.
 fn sweep_all(bus: Bus, part: Part, stride: usize) {
     let (motion, clean) = motion(bus);
     for kind in KINDS {
@@ -64,7 +68,7 @@ fn every_fault_at_every_transaction_with_the_magnetometer_is_survived() {
     sweep_all(Bus::Spi, Part::Rm3100, 1);
 }
 
-/// All of it is in the table of `bench --only bus_faults`.
+/// `bench --only bus_faults` tries every transaction.
 const STRIDE_ON_I2C: usize = 7;
 
 #[test]
@@ -73,7 +77,7 @@ fn so_it_is_over_i2c() {
     sweep_all(Bus::I2c, Part::Rm3100, STRIDE_ON_I2C);
 }
 
-/// What the sweep could not see it would not find: a judge that accepts everything.
+/// The judge must find faults: one that accepts everything would make the sweep useless.
 #[test]
 fn the_judge_finds_a_stale_and_a_shifted_and_a_scaled_sample() {
     let (motion, clean) = motion(Bus::Spi);

@@ -1,7 +1,8 @@
-//! The same faults from a bus that someone else wrote: `embedded-hal-mock`, which also checks every byte that the driver sends.
+//! The same faults from an independent bus, `embedded-hal-mock`, which also checks every byte that the driver
+//! sends.
 //!
-//! What the driver and a register model say to each other, with an error at one transaction, becomes what the mock expects and answers; on the
-//! mock the driver then has to do the same. Only the mock's I2C bus can fail.
+//! The exchange between driver and register model, with an error at one transaction, is recorded and replayed
+//! by the mock; on the mock the driver must do the same. Only the mock's I2C bus can fail.
 
 use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
@@ -33,7 +34,7 @@ struct Said {
     error: Option<ErrorKind>,
 }
 
-/// Notes what a bus is asked and answers.
+/// A bus that records requests and answers.
 struct Noted<'a, B> {
     bus: B,
     said: &'a RefCell<Vec<Said>>,
@@ -59,7 +60,7 @@ impl<B: I2c> I2c for Noted<'_, B> {
     }
 }
 
-/// Writes in a row are one message, which is how the mock wants them to let it fail.
+/// A bus that joins consecutive writes into one message, as the mock needs to let it fail.
 struct OneMessage(Mock);
 
 impl ErrorType for OneMessage {
@@ -91,7 +92,7 @@ fn expectations(address: u8, said: &[Said]) -> Vec<Transaction> {
         .collect()
 }
 
-/// What a source made of it: its readings, how it was at each call, and what it counted.
+/// Result of a source: its readings, its condition at each call, its counters.
 type Told<R> = (Vec<R>, Vec<Option<Condition>>, Counters);
 
 fn inertial<B: I2c>(bus: B, mut pass: impl FnMut(u64)) -> Told<InertialReading> {
@@ -120,7 +121,8 @@ fn magnetic<B: I2c>(bus: B, mut pass: impl FnMut(u64)) -> Told<MagneticReading> 
     (readings, conditions, *source.counters())
 }
 
-/// Plays a model with an error at a transaction, then the mock with what was said; both have to come out the same.
+/// Plays a model with an error at a transaction, then the mock with the recorded exchange; both must give the
+/// same.
 macro_rules! at_every_transaction {
     ($model:expr, $address:expr, $source:ident, $least:expr) => {{
         let motion = Motion::new(RUN_US, 5);

@@ -1,20 +1,21 @@
 //! The same recording through the register models and directly.
 
+use crate::rig::files::{ATTACHED_MAGNET, FAST_ROTATION, recording};
 use meerkat_mwd::SampleFlags;
 use mwd::{
     bench::one_window,
-    configuration,
+    flight::{
+        configuration,
+        through_sensors::{Difference, QuantisationBound, differences, each_field_once, play},
+    },
     simulate::simulate,
-    through_sensors::{Difference, QuantisationBound, differences, each_field_once, play},
     trace::Trace,
 };
-use std::path::Path;
 
 /// Motion by hand, with a magnetometer whose readings come with every sample.
 #[test]
 fn a_recording_through_the_models_has_the_same_attitude_within_the_quantisation_bound() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
-    let trace = Trace::read(&path).unwrap();
+    let trace = recording(FAST_ROTATION);
     within_the_bound(&trace, 200);
 }
 
@@ -25,8 +26,8 @@ fn so_has_simulated_drilling() {
     within_the_bound(&simulate(&scenario, 5).0, 200);
 }
 
-/// Where the uncalibrated gyro's bias is at the limit of rest, one flight sees rest earlier than the other, by what rounding does; from then on what is
-/// known differs, and the attitude is as far off as was stated.
+/// If an uncalibrated gyro's bias is at the limit of rest, rounding decides whether one flight sees rest
+/// earlier; from then on they know different things, and the attitudes differ by as much as the sigmas said.
 #[test]
 fn and_so_has_a_vertical_hole_while_both_decide_the_same() {
     let mut scenario = one_window::scenario("drilling_vertical").unwrap();
@@ -42,17 +43,17 @@ fn and_so_has_a_vertical_hole_while_both_decide_the_same() {
     );
 }
 
-/// A recorder that notes its accelerometer with every sixth sample, which no part with a FIFO does: the model converts what lies between.
+/// A recorder that notes its accelerometer with every sixth sample, as no part with a FIFO does: the model
+/// converts values between.
 #[test]
 fn a_recording_that_lacks_readings_loses_none_of_the_others() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_35_attached_magnet_63s.csv.gz");
-    let trace = Trace::read(&path).unwrap();
+    let trace = recording(ATTACHED_MAGNET);
     let lacking = trace.samples.iter().filter(|sample| sample.flags.contains(SampleFlags::ACCEL_MISSING)).count();
     assert!(lacking * 2 > trace.samples.len());
     within_the_bound(&trace, 200);
 }
 
-/// One of so many readings may be doubted: near zero an axis reads what a dead one does.
+/// One in this many readings may be refused: near zero an axis reads what a dead one does.
 fn within_the_bound(trace: &Trace, of_readings: usize) -> Difference {
     let config = configuration::of_trace(trace);
     let recorded = each_field_once(&trace.samples);
@@ -64,7 +65,7 @@ fn within_the_bound(trace: &Trace, of_readings: usize) -> Difference {
     assert!(largest_deg < bound.total_deg(), "{largest_deg} deg, bound {}", bound.total_deg());
     assert_eq!(played.counts.lost, 0);
     assert!(played.counts.stamp_error_us <= 1_000, "{:?}", played.counts);
-    // A recorder's magnetometer repeats itself and is interpolated, which a part's does not.
+    // The recorder's magnetometer repeats and interpolates, which a part's does not.
     let [gyro, accel, mag] = played.flagged;
     assert!(gyro.max(accel) * of_readings < recorded.len() && mag * 5 < recorded.len(), "{:?}", played.flagged);
     // Codes, not the recording: half a code of each range, on every sample.

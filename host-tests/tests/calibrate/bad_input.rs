@@ -1,4 +1,4 @@
-//! What cannot be calibrated says so.
+//! Input that cannot be calibrated is refused with a reason.
 
 use std::process::{Command, Output};
 

@@ -3,7 +3,7 @@
 use meerkat_mwd::{compensation::VectorModel, config::VectorErrors};
 use mwd::{
     calibrate::{calibrate, record},
-    configuration::of_file,
+    flight::configuration::of_file,
 };
 
 use crate::turntable::{Probe, Random, all_around};
@@ -33,7 +33,7 @@ fn the_record_comes_back_to_the_last_bit() {
         let text = std::fs::read_to_string(&file).unwrap();
         assert!(text.contains("1-sigma") && text.contains("held out"), "{text}");
 
-        // On top of itself nothing is left to improve on readings held out, or only within what is stated.
+        // Calibrated on top of itself, held-out readings do not improve by more than stated.
         let again = calibrate(&[trace], Some(&file), None).unwrap();
         let (old, new) = (config.accel, again.accel_model());
         let near = |axis: usize| (old.offset[axis] - new.offset[axis]).abs() < 1e-3;

@@ -1,20 +1,14 @@
 //! Two real, uncalibrated MPU-9150 (see `traces/README.md`).
 
-use std::path::Path;
+use crate::rig::files::recording;
 
 use meerkat_mwd::identification::Decision;
 use mwd::{
     calibrate::{Calibration, Verdict, calibrate, record},
-    configuration::of_file,
-    flight::fly,
-    replay::settings,
-    score,
+    flight::{configuration::of_file, fly},
+    score::{self, Settings},
     trace::Trace,
 };
-
-fn trace(name: &str) -> Trace {
-    Trace::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("traces").join(name)).unwrap()
-}
 
 fn calibrated(trace: &Trace, hold_out: Option<f64>) -> Calibration {
     let found = calibrate(std::slice::from_ref(trace), None, hold_out).unwrap();
@@ -24,8 +18,8 @@ fn calibrated(trace: &Trace, hold_out: Option<f64>) -> Calibration {
 
 #[test]
 fn the_norm_at_rests_that_were_held_out_is_gravity() {
-    for name in ["multipos_mpu9150_imu0.csv.gz", "multipos_mpu9150_imu1.csv.gz"] {
-        let trace = trace(name);
+    for name in ["multipos_mpu9150_imu0", "multipos_mpu9150_imu1"] {
+        let trace = recording(name);
         let check = calibrated(&trace, None).accel.unwrap().held_out.unwrap();
         assert!(check.before > 0.15 && check.after < 0.0005 * 9.80665, "{name}: {check:?}");
         let later = calibrated(&trace, Some(0.35)).later.unwrap();
@@ -35,31 +29,32 @@ fn the_norm_at_rests_that_were_held_out_is_gravity() {
 
 #[test]
 fn half_of_the_orientations_are_refused() {
-    for name in ["multipos_mpu9150_imu0.csv.gz", "multipos_mpu9150_imu1.csv.gz"] {
-        let found = calibrate(&[trace(name)], None, Some(0.5)).unwrap();
+    for name in ["multipos_mpu9150_imu0", "multipos_mpu9150_imu1"] {
+        let found = calibrate(&[recording(name)], None, Some(0.5)).unwrap();
         let accel = found.accel.as_ref().unwrap();
         assert!(matches!(accel.verdict, Verdict::Kept(_)), "{name}: the z axis has not been down: {:?}", accel.verdict);
         assert!(record::text(&found).is_none());
     }
 }
 
-/// Gravity carried to held-out rests, degrees rms with the bias only, with what was fitted last and with what flies; and whether a P was accepted.
+/// Gravity carried to held-out rests, degrees rms with the bias only, with what was fitted last and with what
+/// flies; and whether a P was accepted.
 fn carried_deg(name: &str, with_record: bool) -> ([f64; 3], bool) {
-    let trace = trace(name);
+    let trace = recording(name);
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("factory.toml");
     record::write(&calibrated(&trace, Some(0.35)), &file).unwrap();
     let mut config = of_file(&trace, with_record.then_some(file.as_path())).unwrap();
-    config.freeze_at_us = Some(mwd::configuration::freeze_at_us(&trace, 0.35));
+    config.freeze_at_us = Some(mwd::flight::configuration::freeze_at_us(&trace, 0.35));
     let flight = fly(&config, &trace.samples, |_| {}).unwrap();
-    let errors = score::score(&trace, &flight, &settings(&trace, &config)).unwrap().rest_gravity_deg;
+    let errors = score::score(&trace, &flight, &Settings::of(&trace, &config)).unwrap().rest_gravity_deg;
     let found = [errors.bias_only, errors.twelve_parameters, errors.with_effects].map(Option::unwrap);
     (found, flight.reports.iter().any(|report| report.decision == Decision::Accepted))
 }
 
 #[test]
 fn gravity_carried_to_held_out_rests_is_nearer_with_the_record_and_no_p_flies_without_a_magnetometer() {
-    for name in ["multipos_mpu9150_imu0.csv.gz", "multipos_mpu9150_imu1.csv.gz"] {
+    for name in ["multipos_mpu9150_imu0", "multipos_mpu9150_imu1"] {
         let ([before, ..], _) = carried_deg(name, false);
         let ([bias_only, fitted, flown], accepted) = carried_deg(name, true);
         println!(

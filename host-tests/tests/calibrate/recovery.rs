@@ -1,4 +1,4 @@
-//! Errors drawn off-centre and at random come back within what is stated of them.
+//! Random errors are recovered within the stated uncertainty.
 
 use mwd::calibrate::{SensorCalibration, Verdict, calibrate};
 
@@ -43,13 +43,13 @@ fn nine_in_ten_intervals_and_not_all_hold_the_truth() {
         assert!(!sensor.norm_known);
         let mean = 1.0 + (probe.mag_errors[..3].iter().sum::<f64>()) / 3.0;
         assert!((sensor.norm * mean / FIELD_UT - 1.0).abs() < 1e-3, "seed {seed}: {}", sensor.norm);
-        // What can be known without the field's strength: scales relative to their mean.
+        // Without the field's strength only scales relative to their mean can be known.
         let mut relative = probe.mag_errors;
         relative[..3].iter_mut().for_each(|x| *x = (1.0 + *x) / mean - 1.0);
         relative[3..6].iter_mut().for_each(|x| *x /= mean);
         scaled += covered(&sensor, &relative);
     }
-    // A few random sets of attitudes leave a direction to more than 0.3 deg, and are told so.
+    // Some random sets of attitudes leave a direction uncertain by more than 0.3 deg, and are reported so.
     assert!(calibrated as u64 >= SEEDS * 9 / 10, "{calibrated}");
     let count = 9 * SEEDS as usize;
     assert_coverage("accelerometer", accel, count);
@@ -89,6 +89,7 @@ fn a_magnetometer_that_sits_askew_is_turned() {
         let error = |k: usize| (alignment.turn_rad[k] - probe.mag_turn_rad[k]).abs();
         inside += (0..3).filter(|&k| error(k) < alignment.quantile * alignment.sigma_rad[k]).count();
     }
-    // The magnetometer's own errors are not in these deviations, so fewer hold the truth than of the parameters.
+    // The magnetometer's own errors are not in these deviations, so fewer hold the truth than of the
+    // parameters.
     assert!(inside >= 45, "{inside} of 60");
 }

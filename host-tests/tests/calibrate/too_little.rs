@@ -15,7 +15,7 @@ fn kept(verdict: &Verdict) -> &str {
 fn one_orientation_is_refused_by_name() {
     let mut random = Random::new(1);
     let probe = Probe::drawn(&mut random);
-    // The same attitude again and again, with another in between that is no rest.
+    // The same attitude again and again, with another one between that is no rest.
     let here = random.attitude();
     let there = here * UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.3));
     let found = calibrate(&[probe.turned(&[here, there, here, there, here], &mut random)], None, None).unwrap();
@@ -45,7 +45,7 @@ fn turning_about_one_axis_leaves_what_lies_along_it() {
         assert!(reason.contains("scale_x") && reason.contains("offset_x"), "seed {seed}: {reason}");
         assert!(!reason.contains("scale_y") && !reason.contains("offset_z"), "seed {seed}: {reason}");
         assert!(accel.spread.smallest < 0.02, "{:?}", accel.spread);
-        // Of the magnetometer an offset along x, which may be large, also looks like scales across.
+        // An offset of the magnetometer along x, which may be large, also looks like scales across.
         let reason = kept(&found.mag.as_ref().unwrap().verdict);
         assert!(reason.contains("scale_x"), "seed {seed}: {reason}");
         assert_eq!(found.accel_model(), VectorModel::IDENTITY);
@@ -54,7 +54,8 @@ fn turning_about_one_axis_leaves_what_lies_along_it() {
 
 #[test]
 fn a_cap_of_orientations_is_refused_or_right() {
-    // Within 60 deg of one attitude; what is let through has to be right to the 0.3 deg that it is let through for.
+    // Within 60 deg of one attitude; what is let through has to be right to the 0.3 deg that it is let
+    // through for.
     for seed in 0..20 {
         let mut random = Random::new(300 + seed);
         let probe = Probe::drawn(&mut random);

@@ -1,6 +1,5 @@
-//! A probe without a magnetometer that is turned by hand between rests, its accelerometer's calibration on record: no P flies,
-//! and nothing that does harms.
-//! The truth is drawn at random.
+//! A probe without a magnetometer, turned by hand between rests, with its accelerometer calibrated: no P
+//! flies, and what flies does no harm. The truth is drawn at random.
 
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
@@ -16,17 +15,18 @@ use crate::turntable::Random;
 const STEP_S: f64 = 0.01;
 const SAMPLES_PER_S: usize = 100;
 const GRAVITY_M_S2: f64 = 9.806_65;
-/// Until the model is taken, and those in which it is then tried.
+/// Seconds until the model is taken; the following constant those in which it is tried.
 const SECONDS: usize = 205;
 const LATER_SECONDS: usize = 120;
 const SEEDS: u64 = 8;
-/// Noise of a reading as of an MPU-9150 at 100 Hz: 0.005 deg/s and 400 ug per root hertz (PS sections 6.1 and 6.2).
+/// Noise of a reading as of an MPU-9150 at 100 Hz: 0.005 deg/s and 400 ug per root hertz (PS sections 6.1 and
+/// 6.2).
 const GYRO_NOISE_RAD_S: f64 = 6e-4;
 const ACCEL_NOISE_M_S2: f64 = 0.028;
 /// What a calibration leaves of the accelerometer's bias, a tenth of a mg, and of its scale.
 const ACCEL_BIAS_M_S2: f64 = 1e-3;
 const ACCEL_SCALE: f64 = 2e-4;
-/// Of the hand, while it turns the probe.
+/// Acceleration by the hand while it turns the probe, m/s^2.
 const HAND_M_S2: f64 = 1.0;
 
 /// What else is wrong beside P, one deviation of each element.
@@ -58,8 +58,8 @@ const NOTHING: Wrong = Wrong {
     accel_square: 0.0,
 };
 
-/// As data sheets have them: 0.1 deg/s per g and 0.2 % (MPU-9150 PS section 6.1), 0.5 % of the accelerometer (6.2); and a calibration of the
-/// accelerometer that is wrong by 0.3 deg.
+/// As data sheets have them: 0.1 deg/s per g and 0.2 % (MPU-9150 PS section 6.1), 0.5 % of the accelerometer
+/// (6.2); and a calibration of the accelerometer that is wrong by 0.3 deg.
 const WRONG: [(&str, Wrong); 8] = [
     ("g-sensitivity", Wrong { g_sensitivity: 1.75e-3, ..NOTHING }),
     ("asymmetry", Wrong { asymmetry: 7e-3, ..NOTHING }),
@@ -77,7 +77,8 @@ struct Turned {
     moving: Vec<bool>,
 }
 
-/// P is off by `sigma` on the diagonal and half of it beside it. Rests of three to five seconds, turns of two to four about any axis.
+/// P is off by `sigma` on the diagonal and half of it beside it. Rests of three to five seconds, turns of two
+/// to four about any axis.
 fn turned(sigma: f64, wrong: &Wrong, seed: u64) -> Turned {
     let mut random = Random::new(seed);
     let p = Matrix3::from_fn(|i, j| if i == j { 1.0 + sigma * random.normal() } else { 0.5 * sigma * random.normal() });
@@ -102,7 +103,7 @@ fn turned(sigma: f64, wrong: &Wrong, seed: u64) -> Turned {
             turn = random.normal3().normalize() * (0.8 + 2.2 * random.uniform());
             shake = random.normal3() * HAND_M_S2;
         }
-        // a turn fades in and out, and so does what the hand does, which goes nowhere
+        // A turn fades in and out, and so does the hand's acceleration, which goes nowhere.
         let part = f64::from(length - left) / f64::from(length);
         let (fade, swing) = if moving {
             let sine = (std::f64::consts::PI * part).sin();
@@ -134,14 +135,15 @@ fn turned(sigma: f64, wrong: &Wrong, seed: u64) -> Turned {
 }
 
 impl Turned {
-    /// Of the windows until the model is taken.
+    /// Reports of the windows until the model is taken.
     fn reports(&self) -> Vec<WindowReport> {
         let mut config = Config { sample_period_us: 10_000, ..Config::default() };
         config.identification.motion = Motion::Hand;
         fly(&config, &self.samples[..SECONDS * SAMPLES_PER_S], |_| {}).unwrap().reports
     }
 
-    /// Gravity carried by a model from the middle of each later rest to that of the next, against the truth, deg rms.
+    /// Gravity carried by a model from the middle of each later rest to that of the next, against the truth,
+    /// deg rms.
     fn carried_deg(&self, model: &GyroModel) -> f64 {
         let p = Matrix3::from_fn(|i, j| f64::from(model.p[i][j]));
         let bias = Vector3::from(model.b_rad_s).map(f64::from);
@@ -162,7 +164,8 @@ impl Turned {
     }
 }
 
-/// Without a magnetometer rotation about gravity cannot be seen, so no P flies, and what flies carries gravity as the bias alone does.
+/// Without a magnetometer rotation about gravity cannot be seen, so no P flies, and what flies carries
+/// gravity as the bias alone does.
 fn nothing_flies(sigma: f64, what: &str, wrong: &Wrong, seeds: u64) {
     for seed in 0..seeds {
         let turned = turned(sigma, wrong, seed);

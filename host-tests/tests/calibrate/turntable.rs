@@ -54,7 +54,7 @@ impl Random {
     }
 }
 
-/// What a sensor with the errors `x` reads of `truth`.
+/// Reading of a sensor with errors `x` for `truth`.
 fn reads(x: &[f64; 9], truth: Vector3<f64>) -> Vector3<f64> {
     let s = Matrix3::new(x[0], x[3], x[4], x[3], x[1], x[5], x[4], x[5], x[2]);
     (Matrix3::identity() + s).try_inverse().unwrap() * truth + Vector3::new(x[6], x[7], x[8])

@@ -1,29 +1,29 @@
-//! What is flown is never worse than the factory's P with the bias alone, and better where P is wrong by percents.
+//! What is flown is never worse than the factory's P with the bias alone, and better where P is wrong by
+//! percents.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop, missing_docs)]
 
-#[path = "../handheld/mod.rs"]
-mod handheld;
+#[path = "../rig/mod.rs"]
+mod rig;
 mod played;
 mod recordings;
 mod study;
 
-use handheld::{GyroError, KINDS};
 use meerkat_mwd::{config::OptimizerKind, identification::Decision};
 use mwd::{
-    configuration::of_trace,
-    flight::fly,
-    known_error,
-    main_job::recording,
+    commands::main_job::recording,
+    flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
-    simulate::{Effects, Gyro, MagneticBursts, Scenario, simulate},
+    simulate::{Effects, Gyro, MagneticBursts, Scenario, known_error, simulate},
     trace::Trace,
 };
 use played::{play, play_against_reference};
 
+use rig::handheld::{self, GyroError, KINDS};
+
 const OPTIMIZERS: [OptimizerKind; 3] = [OptimizerKind::Imoa, OptimizerKind::Lm, OptimizerKind::Ls];
 
-/// Largest error of an element of the P that flies on the bundled recording: what the errors of this unit's vector sensors are known
-/// to put into a fit of P (1 to 4 %).
+/// Largest error of an element of the flown P on the bundled recording: what errors of this unit's vector
+/// sensors put into a fit of P (1 to 4 %).
 const LARGEST_P_ERROR: f32 = 0.04;
 
 #[test]
@@ -38,7 +38,8 @@ fn a_factory_calibrated_gyro_is_not_made_worse() {
     }
 }
 
-/// At 10 % and at 2 %: the mean share of what there is to be had, which is down to the bias alone before the error was multiplied in.
+/// At 10 % and at 2 %: the mean share of what there is to be had, which is down to the bias alone before the
+/// error was multiplied in.
 #[test]
 fn a_known_error_is_found_and_taken_out() {
     let trace = Trace::read(&recording()).unwrap();
@@ -86,7 +87,8 @@ fn no_p_flies_that_makes_motion_by_hand_worse() {
     }
 }
 
-/// Between bursts of the field: what they leave in their nodes, whatever the model, does not hide what P explains in the others.
+/// Between bursts of the field: what they leave in their nodes, whatever the model, does not hide what P
+/// explains in the others.
 #[test]
 fn a_p_off_by_percents_flies_though_the_field_bursts() {
     let mut good = 0;
@@ -105,8 +107,9 @@ fn a_p_off_by_percents_flies_though_the_field_bursts() {
     assert!(good >= 18, "{good} of 20");
 }
 
-/// A P within 0.7 % of the identity shows against a reference: 0.54 to 0.96 of the error with the bias alone is left. The reference's vectors are
-/// taken to be as noisy as a magnetometer's and an accelerometer's, so that more is not had.
+/// A P within 0.7 % of the identity shows against a reference: 0.54 to 0.96 of the error with the bias alone
+/// is left. The reference's vectors are taken to be as noisy as a magnetometer's and an accelerometer's, so
+/// that more is not had.
 #[test]
 fn against_a_reference_some_of_a_factorys_small_error_is_taken_out() {
     let mut ratios = Vec::new();
@@ -128,8 +131,9 @@ fn against_a_reference_some_of_a_factorys_small_error_is_taken_out() {
     assert!(ratios.iter().sum::<f64>() < 0.8 * ratios.len() as f64, "{ratios:?}");
 }
 
-/// Nothing tells the estimator of a gyro forty times as noisy as a data sheet's: a P that is right is then bent, and 7 of 20 are harmed, the worst
-/// to 1.98 times the error with the bias alone. That is no bound to be content with: none was, when a result had to explain the misfit.
+/// Nothing tells the estimator of a gyro forty times as noisy as a data sheet's: a P that is right is then
+/// bent, and 7 of 20 are harmed, the worst to 1.98 times the error with the bias alone. That is no bound to
+/// be content with: none was, when a result had to explain the misfit.
 #[test]
 fn against_a_reference_a_noise_that_nobody_declared_harms_within_bounds() {
     let mut harmed = 0;

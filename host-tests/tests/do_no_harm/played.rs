@@ -4,9 +4,12 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 use mwd::{
-    configuration::{freeze_at_us, of_trace},
-    diagnose::against_reference,
-    flight::{Flight, fly},
+    diagnosis::against_reference,
+    flight::{
+        Flight,
+        configuration::{freeze_at_us, of_trace},
+        fly,
+    },
     score::{self, PerModel},
     trace::Trace,
 };
@@ -25,7 +28,8 @@ impl Played {
     pub fn ratio(&self) -> f64 {
         self.scores.with_effects.unwrap() / self.scores.bias_only.unwrap()
     }
-    /// A twentieth and a fiftieth of a degree more than with the bias alone, as the bench counts harm.
+    /// Whether what was flown is worse than bias only by more than a twentieth and a fiftieth of a degree, as
+    /// the bench counts harm.
     pub fn harmful(&self) -> bool {
         self.scores.with_effects.unwrap() > 1.05 * self.scores.bias_only.unwrap() + 0.02
     }
@@ -38,7 +42,7 @@ pub fn play(trace: &Trace, hold_out: f64, optimizer: OptimizerKind) -> Option<Pl
     scored(trace, &config, fly(&config, &trace.samples, |_| {}).unwrap())
 }
 
-/// The same with the reference in the place of accelerometer and magnetometer.
+/// Plays a trace with the reference standing in for accelerometer and magnetometer.
 pub fn play_against_reference(trace: &Trace, hold_out: f64) -> Option<Played> {
     let config = Config { freeze_at_us: Some(freeze_at_us(trace, hold_out)), ..of_trace(trace) };
     scored(trace, &config, against_reference(trace, &config).unwrap().0)

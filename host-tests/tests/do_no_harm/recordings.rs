@@ -1,12 +1,14 @@
-//! Recordings of real sensors, as they are and with a known error multiplied into the gyro. The whole ones are not in this repository:
-//! `MWD_RECORDINGS` names their folder.
+//! Recordings of real sensors, as they are and with a known error multiplied into the gyro. The whole ones
+//! are not in this repository: `MWD_RECORDINGS` names their folder.
 
 use crate::played::{Played, play};
 use meerkat_mwd::config::OptimizerKind;
 use mwd::{
-    known_error,
-    recordings::{FOLDER, bundled, given, name},
-    trace::Trace,
+    simulate::known_error,
+    trace::{
+        Trace,
+        recordings::{FOLDER, bundled, given, name},
+    },
 };
 use std::path::PathBuf;
 
@@ -23,7 +25,7 @@ fn whole() -> Vec<(String, Trace)> {
     traces(&paths)
 }
 
-/// What flies turns as the bias alone does, or better.
+/// Checks that what flies turns as the bias alone does, or better.
 fn as_they_are(traces: &[(String, Trace)]) {
     for (name, trace) in traces {
         for hold_out in [0.3, 0.5, 0.7] {
@@ -34,7 +36,7 @@ fn as_they_are(traces: &[(String, Trace)]) {
     }
 }
 
-/// The error left over that of the bias alone, in increasing order.
+/// Remaining error over that of the bias alone, in increasing order.
 fn with_known_errors(traces: &[(String, Trace)]) -> Vec<f64> {
     let mut ratios = Vec::new();
     for (index, (name, trace)) in traces.iter().enumerate() {

@@ -1,11 +1,15 @@
-//! How what flies could be fooled: tables over many simulated recordings, and over a folder of real ones. Slow; run by hand.
+//! How what flies could be fooled: tables over many simulated recordings, and over a folder of real ones.
+//! Slow; run by hand.
 
 use crate::{
-    handheld::{self, GyroError, KINDS, Kind},
     played::{Played, play},
+    rig::handheld::{self, GyroError, KINDS, Kind},
 };
 use meerkat_mwd::config::OptimizerKind;
-use mwd::{known_error, recordings, trace::Trace};
+use mwd::{
+    simulate::known_error,
+    trace::{Trace, recordings},
+};
 use std::sync::{
     Mutex,
     atomic::{AtomicUsize, Ordering},

@@ -1,18 +1,19 @@
 //! A magnet that is brought to the probe and taken away again is found, and nothing else is taken for one.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop, missing_docs)]
 
-#[path = "../handheld/mod.rs"]
-mod handheld;
+#[path = "../rig/mod.rs"]
+mod rig;
 mod runs;
 
-use handheld::{GyroError, KINDS, Kind, Random};
 use meerkat_mwd::Config;
-use mwd::{configuration::of_trace, trace::Trace};
+use mwd::flight::configuration::of_trace;
 use nalgebra::Vector3;
 use runs::{Magnet, direction_across, drilling, heading_rms_deg, watch, watch_with};
-use std::path::Path;
 
-/// Of the axes across the tool: along it a vertical hole shows nothing of an offset.
+use rig::files::{ATTACHED_MAGNET, recording};
+use rig::handheld::{self, GyroError, KINDS, Kind, Random};
+
+/// Components across the tool axis: in a vertical hole nothing shows an offset along it.
 fn across(v: [f32; 3]) -> Vector3<f64> {
     Vector3::new(f64::from(v[0]), f64::from(v[1]), 0.0)
 }
@@ -99,16 +100,12 @@ fn motion_by_hand_holds_a_magnet_only_where_one_was_attached() {
     }
 }
 
-fn recording() -> Trace {
-    let path = "traces/broad_35_attached_magnet_63s.csv.gz";
-    Trace::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap()
-}
-
-/// Times and size from the optical reference: what the field is more than the earth's, h(t) = m(t + 14 ms) - C^T B, with B from the
-/// parts without a magnet, is half of its later self at 42.65 s and 99.4 s, and (0.5, 0.0, -8.4) microtesla in between.
+/// Times and size from the optical reference: what the field is more than the earth's, h(t) = m(t + 14 ms) -
+/// C^T B, with B from the parts without a magnet, is half of its later self at 42.65 s and 99.4 s, and (0.5,
+/// 0.0, -8.4) microtesla in between.
 #[test]
 fn the_magnet_of_a_real_recording_is_found_and_no_longer_turns_the_heading() {
-    let trace = recording();
+    let trace = recording(ATTACHED_MAGNET);
     let watched = watch(&trace);
     let [interval] = watched.intervals[..] else { panic!("{:?}", watched.intervals) };
     let first_s = trace.samples[0].t_us as f64 * 1e-6;
@@ -123,11 +120,11 @@ fn the_magnet_of_a_real_recording_is_found_and_no_longer_turns_the_heading() {
 
 #[test]
 fn a_magnet_that_came_after_the_freeze_is_not_learned_any_more() {
-    let trace = recording();
+    let trace = recording(ATTACHED_MAGNET);
     let config = Config { freeze_at_us: Some(trace.samples[0].t_us + 1_000_000), ..of_trace(&trace) };
     let watched = watch_with(&trace, &config);
     assert_eq!(watched.intervals.iter().map(|i| i.corrected).collect::<Vec<_>>(), [false]);
-    // Withheld from the first suspicion until it is gone.
+    // Withheld from the first suspicion until the magnet is gone.
     assert!(watched.unused > 0.9, "{}", watched.unused);
     let off = watch_with(&trace, &Config { effects: false, ..config });
     assert!(off.intervals.is_empty() && off.counts.suspicions == 0);

@@ -1,13 +1,13 @@
 //! Runs with a known magnetic truth.
 
-use crate::handheld::Random;
+use crate::rig::handheld::Random;
 use meerkat_mwd::{
     Config, Probe,
     attitude::AttitudeFlags,
     magnet::{HardIronCounts, HardIronInterval},
 };
 use mwd::{
-    configuration::of_trace,
+    flight::configuration::of_trace,
     simulate::{Effects, MagneticBursts, Scenario, simulate},
     trace::Trace,
 };
@@ -46,8 +46,8 @@ impl Magnet {
     }
 }
 
-/// A drilling run of a probe whose P is off by 2 to 8 % and has just been switched on: hole, speed, iron of the probe itself,
-/// lag and length are drawn.
+/// A drilling run of a probe whose P is off by 2 to 8 % and has just been switched on: hole, speed, iron of
+/// the probe itself, lag and length are drawn.
 pub fn drilling(seed: u64, length_s: [f64; 2], bursts_per_minute: f64) -> Trace {
     let random = &mut Random::new(seed);
     let mut scenario = Scenario { duration_s: random.between(length_s[0], length_s[1]), ..Scenario::default() };

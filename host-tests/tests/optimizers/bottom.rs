@@ -8,11 +8,11 @@ fn every_population_search_finds_the_bottom_of_a_bowl() {
         for (name, mut search) in all(&SearchSpace::UNIT, 20_000, seed) {
             search.run(&bowl, u32::MAX);
             assert_eq!(search.evaluations(), 20_000);
-            // Squared distance, 0.02 to 0.6 at the start. Of the published methods the members never stop jumping, and as
-            // printed IMOA is drawn to the origin; random search is as dense as its draws.
+            // Squared distance; 0.02 to 0.6 at the start. With the published methods the members never stop
+            // jumping, and IMOA as printed is drawn to the origin; random search is as dense as its draws.
             let tolerance = match name {
                 "imoa" | "imoa, all operators" | "pso" => 1e-5,
-                // Differences that die out early stop it short from some seeds.
+                // Differences that die out early stop it short with some seeds.
                 "imoa, free reward" | "imoa, points" | "de" => 1e-3,
                 "imoa-literal" => 0.25,
                 _ => 0.05,
@@ -26,7 +26,7 @@ fn every_population_search_finds_the_bottom_of_a_bowl() {
     }
 }
 
-/// A bowl with ripples: 81 minima, the lowest, of cost 1, where it is told, the next at 1.9.
+/// A bowl with ripples: 81 minima; the lowest, of cost 1, at the given point, the next of 1.9.
 struct Ripples([f32; D]);
 
 impl Cost<D> for Ripples {
@@ -36,7 +36,8 @@ impl Cost<D> for Ripples {
     }
 }
 
-/// What the population is for: the exchange alone stays in the nearest minimum, and without it the moves often miss the lowest.
+/// The population's purpose: exchanges alone stay in the nearest minimum, and without them moves often miss
+/// the lowest.
 #[test]
 fn imoa_finds_the_lowest_of_many_minima_and_needs_its_population_for_it() {
     let space = SearchSpace::within([-3.0; D], [3.0; D]).unwrap();

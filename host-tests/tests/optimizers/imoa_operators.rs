@@ -1,8 +1,8 @@
 use super::searches::{Bowl, D, Hole, Nowhere, lowest};
 use meerkat_mwd::optimizer::{Cost, Found, Imoa, ImoaSettings, Optimizer, Progress, Reward, SearchSpace};
 
-/// Every way to switch IMOA's operators, on costs that are finite, nowhere finite, and finite in part: the box is kept, NaN is never
-/// taken, and every step costs at most one evaluation.
+/// Every way to switch IMOA's operators, on costs that are finite, nowhere finite, and finite in part: the
+/// box is kept, NaN is never taken, and every step costs at most one evaluation.
 #[test]
 fn every_combination_of_imoas_operators_keeps_the_promises() {
     let space = SearchSpace::about([0.9; D], 0.6, [-1.0; D], [1.0; D]).unwrap();

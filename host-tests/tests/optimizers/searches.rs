@@ -1,4 +1,5 @@
-//! Every search, and costs to search: a bowl, one with a hole that is not finite, and one that is finite nowhere.
+//! Every search, and costs to search: a bowl, one with a hole that is not finite, and one that is finite
+//! nowhere.
 
 use meerkat_mwd::optimizer::{
     Cost, DifferentialEvolution, DifferentialEvolutionSettings, Imoa, ImoaLiteral, ImoaLiteralSettings, ImoaSettings,
@@ -31,7 +32,7 @@ pub fn all<'a, C: Cost<D> + 'a>(space: &SearchSpace<D>, most: u32, seed: u64) ->
     ]
 }
 
-/// A bowl with its lowest point, of cost 1, where it is told.
+/// A bowl whose lowest point, of cost 1, is given.
 pub struct Bowl(pub [f32; D]);
 
 impl Cost<D> for Bowl {

@@ -1,19 +1,18 @@
-use std::path::Path;
+use crate::rig::files::scenario;
 
 use super::searches::SEEDS;
 use meerkat_mwd::config::OptimizerKind;
 use mwd::{
-    configuration::of_trace,
-    flight::fly,
+    flight::{configuration::of_trace, fly},
     simulate::{Scenario, simulate},
 };
 
-/// How far above the optimum a window's search ends, by budget: the table of the comparison, printed with `--nocapture`.
+/// How far above the optimum a window's search ends, by budget: the table of the comparison, printed with
+/// `--nocapture`.
 #[test]
 fn on_a_windows_cost_levenberg_marquardt_is_best_and_imoa_the_best_without_derivatives() {
     const BUDGETS: [u32; 7] = [50, 100, 150, 200, 300, 500, 1_000];
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
-    let scenario = Scenario { duration_s: 56.0, ..Scenario::read(&path).unwrap() };
+    let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg") };
     let (trace, _) = simulate(&scenario, 100);
     let search = |kind: OptimizerKind, budget: u32, seed: u64| {
         let mut config = of_trace(&trace);

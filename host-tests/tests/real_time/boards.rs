@@ -1,8 +1,8 @@
 //! The image of every board: where its chip starts, and within its chip's memory.
 
-use super::drilling::toolchain;
-use mwd::{
-    emulate::{self, Board, Firmware},
+use crate::rig::emulator::toolchain;
+use mwd::target::{
+    firmware::{Board, Firmware, build_firmware},
     image::{self, Image},
 };
 
@@ -10,7 +10,7 @@ use mwd::{
 fn every_board_starts_where_its_chip_does_and_fits_it() {
     let Some(toolchain) = toolchain() else { return };
     for board in [Board::Emulated, Board::Trace, Board::Stm32f405, Board::Nrf52840] {
-        let Firmware { elf, size } = emulate::build_firmware(&toolchain, board).unwrap();
+        let Firmware { elf, size } = build_firmware(&toolchain, board).unwrap();
         let chip = board.chip(&toolchain);
         let table = Image::parse(&elf).unwrap().vector_table().unwrap();
         println!("{board:?}: vector table at {:#010x}, {size}", table.address);
@@ -33,7 +33,7 @@ fn every_board_starts_where_its_chip_does_and_fits_it() {
 fn no_board_formats_a_float() {
     let Some(toolchain) = toolchain() else { return };
     for board in [Board::Emulated, Board::Trace, Board::Stm32f405, Board::Nrf52840] {
-        let Firmware { elf, .. } = emulate::build_firmware(&toolchain, board).unwrap();
+        let Firmware { elf, .. } = build_firmware(&toolchain, board).unwrap();
         let image = Image::parse(&elf).unwrap();
         assert!(image.has_function("push"), "{board:?}: the names are not in the image");
         for part in ["flt2dec", "float_to_decimal", "float_to_general"] {

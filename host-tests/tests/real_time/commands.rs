@@ -1,4 +1,4 @@
-//! Every command, from a host over the emulator's serial line into the probe, and what becomes of it.
+//! Every command, from a host over the emulator's serial line into the probe, and its effect.
 
 use super::live::{Host, KEY, LiveProbe, drilled};
 use meerkat_mwd::{
@@ -8,13 +8,13 @@ use meerkat_mwd::{
     storage::StoredModel,
     telemetry::{Boot, Command, CommandRefusal, EarlierModel, Erasure, Message, Outcome, ResetReason, StreamConfig},
 };
-use mwd::{emulate::real_time::RealTime, flight};
+use mwd::{flight, target::real_time::RealTime};
 use nalgebra::Vector3;
 use std::fs;
 
 const OTHER_KEY: [u8; 32] = *b"a key that no probe has 32 Bytes";
 
-/// Two hours at rest, of which no test here sees the end.
+/// Length of the rest, seconds: longer than any test here runs.
 const REST_S: f64 = 7_200.0;
 
 fn run(config: Config, key: Option<[u8; 32]>) -> RealTime {
@@ -26,7 +26,7 @@ fn boot(host: &mut Host) -> Boot {
     host.until("a boot", |message| if let Message::Boot(boot) = message { Some(*boot) } else { None })
 }
 
-/// Waits until the tool is known to stand still.
+/// Waits until the probe knows that the tool stands still.
 fn at_rest(host: &mut Host) {
     host.until("a survey", |message| matches!(message, Message::Survey(_)).then_some(()));
 }
@@ -42,7 +42,7 @@ fn calibrating() -> [Command; 6] {
     ]
 }
 
-/// The owner of the probe: the key's file and the counter beside it, for the program and for what is sent without it.
+/// The owner of the probe, with the key's file and the counter beside it.
 struct Owner<'a>(&'a LiveProbe);
 
 impl<'a> Owner<'a> {
@@ -61,7 +61,7 @@ impl<'a> Owner<'a> {
         host.signed(&KEY, counter, command)
     }
 
-    /// Sends by `cargo mwd command`, which has to say `expected`.
+    /// Sends a command with `cargo mwd command` and checks its output.
     fn types(&self, arguments: &[&str], expected: &str) {
         let key = self.0.at("probe.key");
         let (status, said) = self.0.mwd(&[&["command", "--deadline", "300", "--key", &key], arguments].concat());
@@ -71,11 +71,12 @@ impl<'a> Owner<'a> {
     }
 }
 
-/// Bias beyond which a probe that does not know it takes rest for motion, rad/s: 2 deg/s, and a tenth more.
+/// Bias beyond which a probe that does not know it takes rest for motion, rad/s: 2 deg/s plus a tenth.
 const BIAS_THAT_TURNS_RAD_S: f32 = 0.038;
 
-/// A run whose latest window was accepted, after others that were; the host's flight of it, bit for bit the probe's, tells. What flies moves
-/// on from it with every update. Its gyro has a bias without which rest is motion.
+/// A run whose latest window was accepted, after others that were; the host's flight of it, bit for bit the
+/// probe's, tells. What flies moves on from it with every update. Its gyro has a bias without which rest is
+/// motion.
 fn with_accepted_windows() -> (Config, Vec<Sample>) {
     let all_are_accepted = |(config, samples): &(Config, Vec<Sample>)| {
         let flown = run(*config, None).through_sensors(&samples[..140 * 200]);
@@ -105,7 +106,7 @@ fn models_are_accepted_and_rolled_back_and_both_survive_as_the_counter_does() {
     let rest = &samples[96 * 200..];
     let run = run(config, Some(KEY));
 
-    // The model of the latest window, from which what flies has moved on.
+    // Accept the latest window's model, which the flown model has moved on from.
     probe.power_up(&run, &samples);
     let mut host = probe.host();
     let begun = boot(&mut host);
@@ -130,7 +131,7 @@ fn models_are_accepted_and_rolled_back_and_both_survive_as_the_counter_does() {
     let (replayed, number) = (owner.latest(), host.boot.unwrap().restored_model);
     drop(host);
 
-    // It flies after a loss of power, and a command that was listened to is refused.
+    // The model flies after a loss of power, and a command that was overheard and sent again is refused.
     probe.power_up(&run, &samples);
     let mut host = probe.host();
     let begun = boot(&mut host);
@@ -138,7 +139,7 @@ fn models_are_accepted_and_rolled_back_and_both_survive_as_the_counter_does() {
     let old = host.signed(&KEY, replayed, &back);
     assert_eq!(old, Outcome::Refused(CommandRefusal::Replayed { latest: replayed }));
     let looked = host.drill(95_000_000);
-    // At once: the next window that closes, at rest too, takes its place.
+    // Send at once: the next window that closes, even at rest, takes its place.
     let accept = Command::AcceptModel { window_end_us: looked.t_end_us };
     assert_eq!(Owner::new(&probe).sends(&mut host, &accept), Outcome::Accepted);
     drop(host);
@@ -216,7 +217,7 @@ fn what_needs_no_key_is_done_and_bounds_are_kept() {
     assert_eq!(host.plain(&Command::StationarySurvey { within_s: 60 }), Outcome::Accepted);
     at_rest(&mut host);
 
-    // The program looks at the bounds itself: the probe has to, too.
+    // The program checks bounds itself: the probe must, too.
     for (command, name) in [
         (Command::StartRecording { for_s: Some(0) }, "for_s"),
         (Command::StationarySurvey { within_s: 0 }, "within_s"),

@@ -1,16 +1,16 @@
-//! What is flown: drilling at 45 deg, 200 samples a second.
+//! The flown run: drilling at 45 deg, 200 samples a second.
 
+use crate::rig::files::scenario;
 use meerkat_mwd::{
     Config, Sample,
     probe::Output,
     telemetry::{AttitudeFormat, StreamConfig},
 };
 use mwd::{
-    configuration, flight,
+    flight::{self, configuration},
     simulate::{Scenario, simulate},
-    toolchain::{self, Toolchain},
 };
-use std::{io::Write, path::Path, time::Duration};
+use std::time::Duration;
 
 /// Longest that an emulated run may take.
 pub const LIMIT: Duration = Duration::from_secs(1_800);
@@ -19,8 +19,7 @@ pub const PERIOD_US: u64 = 5_000;
 
 /// A configuration and samples with the times that the probe's sample clock gives them.
 pub fn drilling(duration_s: f64, seed: u64) -> (Config, Vec<Sample>) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
-    let scenario = Scenario { duration_s, sample_period_us: PERIOD_US as u32, ..Scenario::read(&path).unwrap() };
+    let scenario = Scenario { duration_s, sample_period_us: PERIOD_US as u32, ..scenario("drilling_45deg") };
     let (trace, _) = simulate(&scenario, seed);
     let config = configuration::of_trace(&trace);
     let samples = trace.samples.iter().zip(1..).map(|(sample, k)| Sample { t_us: k * PERIOD_US, ..*sample });
@@ -34,12 +33,13 @@ pub fn everything() -> StreamConfig {
     stream
 }
 
-/// Checks that each output of a probe is to the last bit what the same samples give on the host, and returns how many are not there.
+/// Checks that each output of a probe equals the host's for the same samples, bit for bit. Returns how many
+/// are missing.
 pub fn missing_of_the_host(config: &Config, samples: &[Sample], probe: &[Output]) -> u64 {
     missing_of(&flight::fly(config, samples, |_| ()).unwrap().outputs, probe)
 }
 
-/// The same with what the host gave.
+/// The same check with the host's outputs given.
 pub fn missing_of(host: &[Output], probe: &[Output]) -> u64 {
     // `==` would take -0 for 0.
     let bytes = |output: &Output| postcard::to_stdvec(output).unwrap();
@@ -50,17 +50,4 @@ pub fn missing_of(host: &[Output], probe: &[Output]) -> u64 {
         assert_eq!(bytes(same), bytes(output), "host {same:?}\nprobe {output:?}");
     }
     (host.len() - probe.len()) as u64
-}
-
-/// The toolchain, or `None` after the reason was printed.
-pub fn toolchain() -> Option<Toolchain> {
-    match toolchain::prepare() {
-        Ok(toolchain) => Some(toolchain),
-        Err(missing) if std::env::var_os("MWD_REQUIRE_EMULATOR").is_some_and(|v| v == "1") => panic!("{missing}"),
-        Err(missing) => {
-            // The runner keeps what the macros print to itself.
-            std::io::stderr().write_all(format!("SKIPPED: {missing}\n").as_bytes()).unwrap();
-            None
-        }
-    }
 }

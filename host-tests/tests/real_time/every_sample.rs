@@ -1,13 +1,15 @@
-//! Every sample is processed once and in time, while identification and diagnosis run; and gives what it gives on the host.
+//! Every sample is processed once and in time while identification and diagnosis run, and gives what it gives
+//! on the host.
 
 use super::{
-    drilling::{LIMIT, drilling, everything, missing_of_the_host, toolchain},
+    drilling::{LIMIT, drilling, everything, missing_of_the_host},
     received::Received,
 };
+use crate::rig::emulator::toolchain;
 use meerkat_mwd::Sample;
-use mwd::{
-    emulate::real_time::{Landed, RealTime},
+use mwd::target::{
     image,
+    real_time::{Landed, RealTime},
 };
 
 /// Flies twice, and checks what holds of every run.
@@ -30,7 +32,7 @@ fn fly(duration_s: f64) -> Option<(Landed, Received)> {
     }
     let received = Received::of(&landed.serial);
     assert!(received.is_whole(), "{:?}", received.link);
-    // What is still in the queue when the sensors' file ends was not sent.
+    // Samples still in the queue when the sensors' file ends were not sent.
     let missing = missing_of_the_host(&config, &run.through_sensors(&samples), &received.outputs);
     assert!(missing <= landed.count("attitude_dropped").unwrap() + 2, "{missing} outputs are missing");
     assert_eq!(landed.count("windows"), Some(received.identifications.len() as u64));
@@ -47,12 +49,12 @@ fn assert_recording_replays(received: &Received) {
     missing_of_the_host(&boot.config, &samples, &received.outputs);
 }
 
-/// What the sensors' interrupt takes of the stack, bytes: 192 of its handler, 1,208 of the register models' service, up to 412 of what that
-/// calls, 104 of the exception's own frame.
+/// What the sensors' interrupt takes of the stack, bytes: 192 of its handler, 1,208 of the register models'
+/// service, up to 412 of what that calls, 104 of the exception's own frame.
 const INTERRUPT_BYTES: u32 = 2_048;
 
-/// In the second half the loop itself goes no deeper: what the high-water mark still grows by is the interrupt, which lies on whatever it
-/// comes upon, sooner or later on the deepest call.
+/// In the second half the loop itself goes no deeper: what the high-water mark still grows by is the
+/// interrupt, which lies on whatever it comes upon, sooner or later on the deepest call.
 fn assert_memory(received: &Received) {
     let marks: Vec<u32> = received.healths.iter().map(|health| health.stack_used_bytes).collect();
     println!("stack after each 5 s: {marks:?} of {}", received.healths[0].stack_size_bytes);

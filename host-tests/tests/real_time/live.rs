@@ -1,6 +1,7 @@
-//! A probe that goes on in the emulator while hosts come and go on the socket of its serial line.
+//! A probe that runs on in the emulator while hosts connect to its serial line and leave.
 
-use super::drilling::{PERIOD_US, toolchain};
+use super::drilling::PERIOD_US;
+use crate::rig::{emulator::toolchain, files::scenario};
 use meerkat_mwd::{
     Config, Sample,
     identification::WindowReport,
@@ -10,10 +11,13 @@ use meerkat_mwd::{
     },
 };
 use mwd::{
-    configuration,
-    emulate::{self, Board, Firmware, real_time::RealTime},
+    flight::configuration,
     simulate::{Scenario, simulate},
-    toolchain::Toolchain,
+    target::{
+        firmware::{Board, Firmware, build_firmware},
+        real_time::RealTime,
+        toolchain::Toolchain,
+    },
 };
 use std::{
     collections::VecDeque,
@@ -26,23 +30,23 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Longest that anything here may take.
+/// Time allowed for any step.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// What the probe and its owner share.
+/// Key shared by the probe and its owner.
 pub const KEY: [u8; 32] = *b"a key that no probe has 32 bytes";
 
-/// Of the probe's three sectors.
+/// Size of the probe's three flash sectors.
 const FLASH_BYTES: usize = 3 * 16 * 1024;
 
-/// A configuration, and the samples of a run that drills from 10 s on and stands still from `stop_s` on for `rest_s` at least.
+/// A configuration, and the samples of a run that drills from 10 s on and stands still from `stop_s` on for
+/// `rest_s` at least.
 pub fn drilled(stop_s: f64, rest_s: f64, seed: u64) -> (Config, Vec<Sample>) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
     let scenario = Scenario {
         duration_s: stop_s + 60.0,
         stop_s: Some(stop_s),
         sample_period_us: PERIOD_US as u32,
-        ..Scenario::read(&path).unwrap()
+        ..scenario("drilling_45deg")
     };
     let (trace, _) = simulate(&scenario, seed);
     // At rest any minute is as good as another.
@@ -64,7 +68,7 @@ impl LiveProbe {
     /// With a flash that was never written. `None`: there is no emulator.
     pub fn new() -> Option<Self> {
         let toolchain = toolchain()?;
-        let firmware = emulate::build_firmware(&toolchain, Board::Emulated).unwrap();
+        let firmware = build_firmware(&toolchain, Board::Emulated).unwrap();
         let directory = tempfile::tempdir().unwrap();
         fs::write(directory.path().join("flash.bin"), vec![0xFF; FLASH_BYTES]).unwrap();
         Some(Self { toolchain, firmware, directory, qemu: None })
@@ -74,12 +78,12 @@ impl LiveProbe {
         self.directory.path().join(name).to_str().unwrap().to_owned()
     }
 
-    /// Where its line is, for the command line.
+    /// Address of its line, for the command line.
     pub fn place(&self) -> String {
         format!("unix:{}", self.at("line.sock"))
     }
 
-    /// Power on; the first host that comes starts the clock. What ran before has lost its power.
+    /// Powers the probe up; whatever ran before loses power. The first host that connects starts the clock.
     pub fn power_up(&mut self, run: &RealTime, samples: &[Sample]) {
         self.power_off();
         let _ = fs::remove_file(self.at("line.sock"));
@@ -112,7 +116,7 @@ impl LiveProbe {
         Host { stream, heard: VecDeque::new(), decoder: Box::new(FrameDecoder::new()), sequence: 0, boot: None }
     }
 
-    /// The program, its exit status and what it said.
+    /// Runs the program; returns its exit status and output.
     pub fn mwd(&self, arguments: &[&str]) -> (i32, String) {
         let place = self.place();
         let [verb, rest @ ..] = arguments else { panic!("no verb") };
@@ -129,10 +133,10 @@ impl Drop for LiveProbe {
     }
 }
 
-/// One end of the line.
+/// A host connected to the line.
 pub struct Host {
     stream: UnixStream,
-    /// What has come and was not looked at.
+    /// Bytes received and not decoded yet.
     heard: VecDeque<u8>,
     decoder: Box<FrameDecoder<MAX_DECODED>>,
     sequence: u16,
@@ -141,13 +145,13 @@ pub struct Host {
 }
 
 impl Host {
-    /// What comes, up to and with the first message for which `is_last` gives something.
+    /// Receives messages up to and including the first for which `is_last` returns a value.
     pub fn until<T>(&mut self, what: &str, mut is_last: impl FnMut(&Message) -> Option<T>) -> T {
         let until = Instant::now() + PATIENCE;
         let mut buffer = [0; 4096];
         while Instant::now() < until {
             while let Some(byte) = self.heard.pop_front() {
-                // A host that comes in the middle hears the rest of a frame.
+                // A host that connects midway receives the rest of a frame first.
                 let message = self.decoder.push(byte).and_then(|frame| Message::decode(&frame).ok());
                 if let Some(Message::Boot(boot)) = &message {
                     self.boot = Some(*boot);
@@ -167,7 +171,8 @@ impl Host {
         panic!("in vain: {what}");
     }
 
-    /// Listens while it drills and until it has stood still for a survey; the latest window whose fit was judged.
+    /// Listens through the drilling and until a survey was taken at rest. Returns the latest window whose fit
+    /// was judged.
     pub fn drill(&mut self, stop_us: u64) -> WindowReport {
         let mut reports = Vec::new();
         self.until("a survey after drilling", |message| match message {
@@ -196,14 +201,14 @@ impl Host {
         })
     }
 
-    /// Sends a command as anybody can.
+    /// Sends a command without authentication.
     pub fn plain(&mut self, command: &Command) -> Outcome {
         let mut buffer = [0; MAX_PAYLOAD];
         let payload = encode_payload(command, &mut buffer).unwrap().to_vec();
         self.ask(Kind::Command, &payload)
     }
 
-    /// Sends a command as only the owner of a key can.
+    /// Sends a command with the owner's key.
     pub fn signed(&mut self, key: &[u8; 32], counter: u64, command: &Command) -> Outcome {
         let mut buffer = [0; MAX_PAYLOAD];
         let key = Key::of_bytes(key).unwrap();

@@ -1,9 +1,10 @@
 //! What the probe logs, as the tools on a board decode it.
 
-use super::drilling::{LIMIT, drilling, everything, toolchain};
+use super::drilling::{LIMIT, drilling, everything};
+use crate::rig::emulator::toolchain;
 use defmt_decoder::{DecodeError, Table};
-use mwd::emulate::{
-    self, Board,
+use mwd::target::{
+    firmware::{Board, build_firmware},
     real_time::{RealTime, Stage},
 };
 use std::fs;
@@ -26,7 +27,7 @@ fn decoded(elf: &[u8], log: &[u8]) -> Vec<String> {
 #[test]
 fn starts_windows_and_diagnoses_are_logged() {
     let Some(toolchain) = toolchain() else { return };
-    let firmware = emulate::build_firmware(&toolchain, Board::Emulated).unwrap();
+    let firmware = build_firmware(&toolchain, Board::Emulated).unwrap();
     let directory = tempfile::tempdir().unwrap();
     let (mut config, samples) = drilling(70.0, 1);
     config.identification.window_s = 25.0;

@@ -1,8 +1,11 @@
 //! The probe's program in real time on the emulated chip.
 //!
-//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they fail.
+//! Where the emulator cannot be had these tests say SKIPPED and pass; with `MWD_REQUIRE_EMULATOR=1` they
+//! fail.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../rig/mod.rs"]
+mod rig;
 mod boards;
 mod commands;
 mod drilling;

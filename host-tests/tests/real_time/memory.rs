@@ -1,23 +1,25 @@
-//! Stored models, end to end: a file is the flash, and the power is cut while it is written.
+//! Stored models end to end: a file is the flash, and power is cut while it is written.
 
 use super::{
-    drilling::{LIMIT, drilling, everything, missing_of, toolchain},
+    drilling::{LIMIT, drilling, everything, missing_of},
     received::Received,
 };
+use crate::rig::emulator::toolchain;
 use meerkat_mwd::{
     compensation::effects::LIBRARY,
     storage::{Limits, ModelStore, Outcome},
     telemetry::{Boot, ResetReason},
 };
 use mwd::{
-    deadline::CommandError,
-    emulate::{
-        self, Board, EmulateError, Firmware,
-        real_time::{RealTime, Stage},
-    },
     flight,
-    mock_flash::MockFlash,
-    toolchain::Toolchain,
+    target::{
+        deadline::CommandError,
+        error::EmulateError,
+        firmware::{Board, Firmware, build_firmware},
+        mock_flash::MockFlash,
+        real_time::{RealTime, Stage},
+        toolchain::Toolchain,
+    },
 };
 use std::{fs, path::Path};
 
@@ -34,7 +36,7 @@ struct Probe {
 impl Probe {
     fn new() -> Option<Self> {
         let toolchain = toolchain()?;
-        let firmware = emulate::build_firmware(&toolchain, Board::Emulated).unwrap();
+        let firmware = build_firmware(&toolchain, Board::Emulated).unwrap();
         let directory = tempfile::tempdir().unwrap();
         fs::write(directory.path().join("flash.bin"), vec![0xFF; FLASH_BYTES]).unwrap();
         Some(Self { toolchain, firmware, directory })
@@ -52,7 +54,7 @@ impl Probe {
         fs::write(self.path().join("flash.bin"), bytes).unwrap();
     }
 
-    /// Drills; `None`: the power was cut.
+    /// Drills; `None` if the power was cut.
     fn drill(&self, duration_s: f64, seed: u64, how: RealTime) -> Option<(Received, u64)> {
         let (mut config, samples) = drilling(duration_s, seed);
         config.identification.window_s = 25.0;
@@ -68,7 +70,7 @@ impl Probe {
         }
     }
 
-    /// What it says of itself after power came.
+    /// Report of the start after power-up.
     fn boot(&self) -> Boot {
         let (received, _) = self.drill(2.0, 1, RealTime::default()).unwrap();
         received.boots[0]
@@ -141,7 +143,7 @@ const HEAD_WORDS: u32 = LEARNT_WORDS + 32;
 /// What the filter has learnt comes first: four parts of 640 bytes and one of 576.
 const LEARNT_WORDS: u32 = (4 * 640 + 576) / 4;
 
-/// Cuts the power at each of these words of a second model, and looks at what flies then.
+/// Cuts the power at each of these words of a second model, and checks what flies then.
 fn cut_the_second_model(words: impl Iterator<Item = u32>) {
     let Some(probe) = Probe::new() else { return };
     let (_, stored) = probe.drill(LONG_S, 1, RealTime::default()).unwrap();
@@ -156,7 +158,7 @@ fn cut_the_second_model(words: impl Iterator<Item = u32>) {
         outcomes.push((cut, was_cut, flies));
     }
     println!("model {number} first; words before the cut, whether it came, what flies then: {outcomes:?}");
-    // The first or the whole second one; and from the word on that makes it whole, the second.
+    // Either the first or the whole second model flies; from the word that completes it, the second.
     let second = |flies: &Option<u32>| {
         if *flies == Some(number) { Some(false) } else { (*flies == Some(number + 1)).then_some(true) }
     };

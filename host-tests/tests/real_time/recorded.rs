@@ -1,4 +1,4 @@
-//! What `cargo mwd record` and `monitor` make of the emulator's serial line.
+//! Output of `cargo mwd record` and `monitor` on the emulator's serial line.
 
 use super::{
     drilling::everything,
@@ -6,7 +6,7 @@ use super::{
     received::Received,
 };
 use meerkat_mwd::telemetry::{Command, Outcome};
-use mwd::{attitude_csv::write_attitude_csv, emulate::real_time::RealTime};
+use mwd::{report::attitude_csv::write_attitude_csv, target::real_time::RealTime};
 use std::{fs, path::Path, process};
 
 fn replayed(arguments: &[&str]) -> String {

@@ -1,11 +1,12 @@
-//! On a line that is too slow attitudes go, and are counted; results do not.
+//! On a line that is too slow, attitudes are dropped and counted; results are not.
 
 use super::{
-    drilling::{LIMIT, drilling, everything, toolchain},
+    drilling::{LIMIT, drilling, everything},
     received::Received,
 };
+use crate::rig::emulator::toolchain;
 use meerkat_mwd::telemetry::StreamConfig;
-use mwd::emulate::real_time::RealTime;
+use mwd::target::real_time::RealTime;
 
 #[test]
 fn a_slow_line_costs_attitudes_and_no_result() {

@@ -1,11 +1,12 @@
-//! A stage that does not come to its end is noticed, and the probe starts anew and says so.
+//! A stage that hangs is noticed; the probe restarts and reports it.
 
 use super::{
-    drilling::{LIMIT, PERIOD_US, drilling, everything, toolchain},
+    drilling::{LIMIT, PERIOD_US, drilling, everything},
     received::Received,
 };
+use crate::rig::emulator::toolchain;
 use meerkat_mwd::telemetry::ResetReason;
-use mwd::emulate::real_time::{RealTime, Stage};
+use mwd::target::real_time::{RealTime, Stage};
 
 #[test]
 fn a_hang_in_any_stage_resets_and_the_probe_goes_on() {
@@ -20,7 +21,7 @@ fn a_hang_in_any_stage_resets_and_the_probe_goes_on() {
         assert_eq!(resets, [(ResetReason::PowerOn, 0), (ResetReason::Watchdog, 1)], "{stage:?}");
         assert!(received.boots.iter().all(|boot| boot.config == config), "{stage:?}");
 
-        // A second without a sign of life, while the sensors go on; then from the start again.
+        // A second without a sign of life while the sensors go on; then from the start again.
         let (before, after): (Vec<_>, Vec<_>) = {
             let restart = received.outputs.windows(2).position(|pair| pair[1].t_us < pair[0].t_us).unwrap() + 1;
             (received.outputs[..restart].to_vec(), received.outputs[restart..].to_vec())

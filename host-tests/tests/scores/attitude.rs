@@ -1,10 +1,11 @@
 use super::motions::{cells, close, flight, from, swing, swing_rate, trace, turn, unturned};
+use crate::rig::rotation::rotation;
 use mwd::{
     flight::Flight,
     score::{Settings, score},
     trace::{EarthFrame, Trace},
 };
-use nalgebra::{Quaternion, UnitQuaternion};
+use nalgebra::UnitQuaternion;
 
 #[test]
 fn a_heading_offset_is_all_heading_and_a_tilt_is_all_inclination() {
@@ -27,14 +28,14 @@ fn a_heading_offset_is_all_heading_and_a_tilt_is_all_inclination() {
 fn a_reference_in_east_north_up_scores_as_one_in_north_east_down() {
     let ned = trace(10_000, 10, swing, |t| swing_rate(t) * 1.01);
     let flown = flight(&ned, |t| turn(2.0, 1.0, 5.0 * t));
-    // v_enu = (v_ned.y, v_ned.x, -v_ned.z), written as a matrix and turned into a quaternion apart from the scorer's own.
+    // v_enu = (v_ned.y, v_ned.x, -v_ned.z), written as a matrix and turned into a quaternion apart from the
+    // scorer's own.
     let swap = nalgebra::Matrix3::new(0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
     let ned_to_enu = UnitQuaternion::from_matrix(&swap);
     let mut enu = ned.clone();
     enu.keys.earth_frame = EarthFrame::Enu;
     for cell in enu.reference.iter_mut().flatten() {
-        let [w, x, y, z] = *cell;
-        *cell = cells(&(ned_to_enu * UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))));
+        *cell = cells(&(ned_to_enu * rotation(*cell)));
     }
     let (a, b) = (score(&ned, &flown, &from(0)).unwrap(), score(&enu, &flown, &from(0)).unwrap());
     close(a.attitude_rms_deg.total, b.attitude_rms_deg.total.unwrap(), 1e-6);

@@ -1,15 +1,15 @@
-//! Motions, traces of them, and flights that err by what is asked.
+//! Motions, traces of them, and flights with chosen errors.
 
+use crate::rig::{self, rotation::rotation};
 use meerkat_mwd::{
     Sample,
     attitude::{Attitude, AttitudeFlags},
     compensation::GyroModel,
-    config::OptimizerKind,
     identification::{Decision, Refusal, WindowReport},
     probe::Output,
 };
 use mwd::{flight::Flight, score::Settings, trace::Trace};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 pub type Q = UnitQuaternion<f64>;
 
@@ -26,7 +26,8 @@ pub fn cells(q: &Q) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// A trace at `period_us` with the given attitude (body to NED) and gyro reading (rad/s), both functions of seconds.
+/// A trace at `period_us` with the given attitude (body to NED) and gyro reading (rad/s), both functions of
+/// seconds.
 pub fn trace(period_us: u64, seconds: u64, attitude: impl Fn(f64) -> Q, gyro: impl Fn(f64) -> Vector3<f64>) -> Trace {
     let mut trace = Trace::default();
     for i in 0..=seconds * 1_000_000 / period_us {
@@ -47,8 +48,7 @@ pub fn trace(period_us: u64, seconds: u64, attitude: impl Fn(f64) -> Q, gyro: im
 /// A flight of the raw gyro whose attitude is `error` (in the NED frame) times the reference's.
 pub fn flight(trace: &Trace, error: impl Fn(f64) -> Q) -> Flight {
     let outputs = trace.samples.iter().zip(&trace.reference).map(|(sample, reference)| {
-        let [w, x, y, z] = reference.unwrap_or([1.0, 0.0, 0.0, 0.0]);
-        let q = error(sample.t_us as f64 * 1e-6) * UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let q = error(sample.t_us as f64 * 1e-6) * rotation(reference.unwrap_or([1.0, 0.0, 0.0, 0.0]));
         let attitude = Attitude {
             q: cells(&q).map(|x| x as f32),
             inclination_rad: 0.0,
@@ -74,30 +74,8 @@ pub fn still(_: f64) -> Vector3<f64> {
 }
 
 pub fn report(t_effect_us: Option<u64>, fitted: GyroModel, bias_only: GyroModel) -> WindowReport {
-    WindowReport {
-        t_start_us: 0,
-        t_end_us: 0,
-        t_effect_us,
-        decision: Decision::Refused(Refusal::Diverged { nis: 2.0 }),
-        optimizer: OptimizerKind::Imoa,
-        evaluations: 0,
-        cost_before: None,
-        cost_after: None,
-        cost_gained_by_search: None,
-        fitted,
-        bias_only,
-        flown: GyroModel::IDENTITY,
-        sigma: [0.0; 12],
-        p_covariance: [[0.0; 15]; 3],
-        observable: [false; 12],
-        rank: 0,
-        rest_s: 0.0,
-        motion_s: 0.0,
-        directions_decided: 0,
-        innovation_nis: 1.0,
-        deg_per_turn: 0.0,
-        widths: [1.0; 3],
-    }
+    let decision = Decision::Refused(Refusal::Diverged { nis: 2.0 });
+    WindowReport { t_effect_us, fitted, bias_only, ..rig::report::report(decision) }
 }
 
 pub fn bias(z_deg_s: f64) -> GyroModel {

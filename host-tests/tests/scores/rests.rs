@@ -6,7 +6,7 @@ use mwd::{
 };
 use nalgebra::Vector3;
 
-/// Rest, a turn about one body axis from 2 to 4 s by 80 deg, rest, and from 6 to 8 s back.
+/// Rest, a turn about one body axis by 80 deg from 2 to 4 s, rest, and back from 6 to 8 s.
 fn rests(axis: Vector3<f64>, scale: f64) -> Trace {
     let rate = move |t: f64| {
         let deg_s = if (2.0..4.0).contains(&t) {

@@ -27,8 +27,8 @@ fn a_perfect_gyro_scores_nothing_on_a_motion_about_all_axes() {
 
 #[test]
 fn models_change_when_their_window_takes_effect_and_only_then() {
-    // The gyro reads 1 deg/s too much. Bias only learns 0.5 of it; the fit learns all of it later; a window without a fit and one
-    // that never took effect change nothing.
+    // The gyro reads 1 deg/s too much. Bias only learns 0.5 of it; the fit learns all of it later; a window
+    // without a fit and one that never took effect change nothing.
     let trace = trace(5_000, 41, unturned, |_| Vector3::new(0.0, 0.0, 1_f64.to_radians()));
     let mut flight = flight(&trace, unturned);
     flight.reports = vec![
@@ -40,7 +40,8 @@ fn models_change_when_their_window_takes_effect_and_only_then() {
     ];
     let rotation = |from_us| score(&trace, &flight, &from(from_us)).unwrap().orientation_2s_rms_deg;
     close(rotation(0).uncompensated, 2.0, 1e-5);
-    // 20 windows in 41 s, of which 19 count: the five before any bias err by 2 deg; the worst one of those is left out.
+    // 20 windows in 41 s, of which 19 count: the five before any bias err by 2 deg; the worst one of those is
+    // left out.
     close(rotation(0).bias_only, ((4.0 * 4.0 + 15.0) / 19.0_f64).sqrt(), 2e-3);
     close(rotation(10_000_000).bias_only, 1.0, 1e-5);
     close(rotation(10_000_000).twelve_parameters, ((4.0 * 4.0) / 14.0_f64).sqrt(), 2e-3);

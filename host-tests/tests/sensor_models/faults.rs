@@ -1,4 +1,4 @@
-//! The faults do what they say, at their transaction and for their time, and nothing before or after.
+//! Injected faults act as stated, at their transaction and for their time, and at no other time.
 
 use super::{Random, wire::*};
 use embedded_hal::{
@@ -157,7 +157,7 @@ fn every_bit_of_a_transaction_can_be_flipped_on_the_way_there_and_back() {
             byte => [2, 3, 4].map(|place| if place == byte { flipped } else { 0 }),
         };
         assert_eq!(exchange(), expected, "bit {bit}");
-        // What the part took wrongly it keeps; the bus is sound again.
+        // The part keeps what it took wrongly; the bus is sound again.
         assert_eq!(exchange(), if bit < 16 { [flipped; 3] } else { [0; 3] });
     }
 }

@@ -1,4 +1,5 @@
-//! The register-level models against their data sheets, by register addresses as those print them, with no driver between.
+//! The register-level models against their data sheets, by register addresses as those print them, with no
+//! driver between.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod faults;

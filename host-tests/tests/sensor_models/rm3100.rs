@@ -52,7 +52,8 @@ fn a_count_is_within_half_of_the_field_and_held_at_the_range() {
     }
 }
 
-/// Table 5-4, and the note that the cycle count limits it: 440 Hz of one axis at 200 cycles are 147 Hz of three.
+/// Table 5-4, and the note that the cycle count limits it: 440 Hz of one axis at 200 cycles are 147 Hz of
+/// three.
 #[test]
 fn readings_come_at_the_update_rate_or_as_fast_as_the_axes_allow() {
     for (tmrc, cycles, hz) in [(0x96_u8, 200_u8, 37.0), (0x95, 200, 75.0), (0x93, 200, 147.0), (0x93, 50, 300.0)] {

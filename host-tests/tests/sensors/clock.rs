@@ -1,4 +1,4 @@
-//! Times of readings against the times at which the part really measured.
+//! Stamps of readings against the times at which the part really measured.
 
 use meerkat_mwd::{
     SampleFlags,
@@ -10,8 +10,8 @@ use meerkat_mwd::{
 
 use super::fake_part::{FakePart, PERIOD_US, World, lateness_us, read};
 
-/// Oscillators off by up to 8 %, polls at irregular times, from every period to every eighth: polled stamps are within a period of
-/// the truth, and every frame comes out once.
+/// Oscillators off by up to 8 %, polls at irregular times, from every period to every eighth: polled stamps
+/// are within a period of the truth, and every frame comes out once.
 #[test]
 fn polled_stamps_are_within_a_period_and_nothing_is_lost() {
     for seed in 0..300 {
@@ -47,7 +47,8 @@ fn polled_stamps_are_within_a_period_and_nothing_is_lost() {
                 world.borrow().true_period_us
             );
         }
-        // Settled, the steps from stamp to stamp are the part's own, but for the few bursts that put the phase right.
+        // Once settled, steps between stamps are the part's own, except for a few bursts that correct the
+        // phase.
         let period_us = world.borrow().true_period_us;
         let steps = readings[2_000..].windows(2).map(|pair| (pair[1].t_us - pair[0].t_us) as f64);
         let off = steps.filter(|step_us| (step_us / period_us - 1.0).abs() > 0.05).count();
@@ -55,7 +56,7 @@ fn polled_stamps_are_within_a_period_and_nothing_is_lost() {
     }
 }
 
-/// With the interrupt's time, that may be late by up to 200 us, stamps are right to as much.
+/// With the interrupt's time, which may be late by up to 200 us, stamps are right to as much.
 #[test]
 fn stamps_follow_the_interrupt() {
     for seed in 0..20 {
@@ -80,7 +81,7 @@ fn stamps_follow_the_interrupt() {
     }
 }
 
-/// Nobody reads for longer than the FIFO lasts: what is lost is counted, and what remains has its right time.
+/// Nobody reads for longer than the FIFO lasts: what is lost is counted, and the rest has its right time.
 #[test]
 fn an_overrun_is_counted_and_the_rest_has_its_time() {
     for seed in 0..20 {
@@ -110,7 +111,7 @@ fn an_overrun_is_counted_and_the_rest_has_its_time() {
     }
 }
 
-/// There is room for a few only: the rest stays in the part and comes with its time.
+/// Room for a few readings only: the rest stays in the part and comes with its own time.
 #[test]
 fn what_has_no_room_stays_in_the_part() {
     let world = World::new(1);
@@ -118,7 +119,7 @@ fn what_has_no_room_stays_in_the_part() {
     let mut readings = Vec::new();
     for ms in 0..20_000_u32 {
         world.borrow_mut().advance_to(f64::from(ms) * 1e3);
-        // Every 250 ms is late for 8 at a time: 50 frames wait.
+        // Every 250 ms there is room for only 8 at a time: 50 frames wait.
         if ms < 10 || ms % 250 < 20 {
             let mut out = heapless::Vec::<_, 10>::new();
             let _ = source.read(u64::from(ms) * 1_000, &mut out);
@@ -131,7 +132,8 @@ fn what_has_no_room_stays_in_the_part() {
     assert!(readings.iter().all(|reading| lateness_us(reading).abs() < 1.05 * f64::from(PERIOD_US)));
 }
 
-/// Without a FIFO, polled more slowly than it measures: of the frames that are over-written most are counted, and none too many.
+/// Without a FIFO, polled more slowly than it measures: of the frames that are over-written most are counted,
+/// and none too many.
 #[test]
 fn without_a_fifo_what_was_overwritten_is_counted() {
     for seed in 0..20 {

@@ -6,13 +6,14 @@ use proptest::prelude::*;
 
 const PERIOD_US: u64 = 5_000;
 
-/// A time that a magnetic reading carries in itself.
+/// A magnetic reading that carries its time in its value.
 fn magnetic(t_us: u64, flags: SampleFlags) -> MagneticReading {
     MagneticReading { t_us, mag_ut: [t_us as f32, 1.0, 2.0], flags, ..MagneticReading::default() }
 }
 
 proptest! {
-    /// Every magnetic reading is in one sample, or counted as lost, or still waits; one that is in a sample is at most one and a half periods old.
+    /// Every magnetic reading is in one sample, or counted as lost, or still waits; one that is in a sample
+    /// is at most one and a half periods old.
     #[test]
     fn readings_are_neither_lost_in_silence_nor_doubled(
         steps in prop::collection::vec(1_000_u64..40_000, 1..60), late in prop::collection::vec(0_usize..3, 60), bursts in 1_usize..8

@@ -1,4 +1,4 @@
-//! A part without a bus: an oscillator, a FIFO, and everything that can go wrong with it.
+//! A part without a bus: an oscillator, a FIFO, and every possible failure.
 
 use std::{cell::RefCell, collections::VecDeque, rc::Rc};
 
@@ -15,7 +15,7 @@ pub const FROZEN: u16 = 20;
 pub const GYRO_CLIP: i32 = 2_000_000_000;
 pub const START_US: u32 = 1_000;
 
-/// What the part is and does, seen from outside.
+/// The part as seen from outside.
 pub struct World {
     pub now_us: f64,
     pub true_period_us: f64,
@@ -70,7 +70,8 @@ impl World {
         (self.random.next_u32() % 5) as i32 - 2
     }
 
-    /// The gyro's x is the time of the frame, in tenths of a microsecond short of ten periods, so that a stamp can be compared with it.
+    /// The gyro's x is the time of the frame, in tenths of a microsecond short of ten periods, so that a
+    /// stamp can be compared with it.
     fn measure(&mut self) -> Frame<2> {
         let time = (self.next_us * 0.1) as i32;
         let mut gyro = [time, self.noise(), self.noise()];

@@ -1,6 +1,7 @@
 use std::{fs, path::Path};
 
-/// The guide promises an adapter in fewer than 50 lines; it is compiled and run with the library's documentation.
+/// The guide promises an adapter in fewer than 50 lines; it is compiled and run with the library's
+/// documentation.
 #[test]
 fn the_adapter_of_the_guide_has_fewer_than_50_lines() {
     let guide = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/sensors.md")).unwrap();

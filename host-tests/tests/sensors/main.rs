@@ -1,4 +1,4 @@
-//! Sensors on the bus: what goes over the wires, and what becomes of a part that misbehaves.
+//! Sensors on the bus: bytes on the wires, and handling of a part that misbehaves.
 #![allow(missing_docs, clippy::panic, clippy::unwrap_used)]
 
 mod clock;

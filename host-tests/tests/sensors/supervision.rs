@@ -1,4 +1,4 @@
-//! A part that misbehaves, and what is handed out meanwhile.
+//! A part that misbehaves, and the readings handed out meanwhile.
 
 use std::{cell::RefCell, rc::Rc};
 
@@ -147,7 +147,8 @@ fn one_dead_axis_takes_its_sensor_and_not_the_other() {
     }
 }
 
-/// An hour of a sound part whose noise is only five codes wide: its accelerometer, at rest, repeats itself once in 125 readings.
+/// An hour of a sound part whose noise is only five codes wide: its accelerometer, at rest, repeats itself
+/// once in 125 readings.
 #[test]
 fn hardly_anything_is_suspected_in_an_hour_of_a_sound_part() {
     let mut run = Run::new(9);

@@ -1,4 +1,4 @@
-use super::rig::{attitude, files, vector, without_sensor_errors};
+use super::ideal::{attitude, files, vector, without_sensor_errors};
 use meerkat_mwd::compensation::GyroModel;
 use mwd::{
     flight::Flight,

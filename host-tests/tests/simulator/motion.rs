@@ -1,4 +1,4 @@
-use super::rig::{attitude, files, smooth};
+use super::ideal::{attitude, files, smooth};
 use mwd::simulate::{Scenario, simulate};
 use nalgebra::{UnitQuaternion, Vector3};
 

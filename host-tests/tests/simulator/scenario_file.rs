@@ -1,6 +1,6 @@
-use super::rig::attitude;
+use super::ideal::attitude;
 use mwd::{
-    cli::SimulateArgs,
+    commands::simulate::SimulateArgs,
     simulate::{Scenario, ScenarioError, simulate},
     trace::Trace,
 };
@@ -10,8 +10,12 @@ fn the_command_writes_a_trace_that_reads_back() {
     let directory = tempfile::tempdir().unwrap();
     let (scenario, output) = (directory.path().join("short.toml"), directory.path().join("short.csv.gz"));
     std::fs::write(&scenario, "duration_s = 15.0\n[rotation]\nmean_rpm = 60\n").unwrap();
-    mwd::simulate::run(&SimulateArgs { scenario: scenario.clone(), output: Some(output.clone()), seed: Some(4) })
-        .unwrap();
+    mwd::commands::simulate::run(&SimulateArgs {
+        scenario: scenario.clone(),
+        output: Some(output.clone()),
+        seed: Some(4),
+    })
+    .unwrap();
     let read = Trace::read(&output).unwrap();
     let simulated = simulate(&Scenario::read(&scenario).unwrap(), 4).0;
     assert_eq!(read.samples.len(), 1_501);

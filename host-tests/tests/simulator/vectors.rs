@@ -1,4 +1,4 @@
-use super::rig::{attitude, files, smooth, vector, without_sensor_errors};
+use super::ideal::{attitude, files, smooth, vector, without_sensor_errors};
 use mwd::simulate::{Hole, Rotation, Scenario, simulate};
 use nalgebra::Vector3;
 

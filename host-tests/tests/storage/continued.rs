@@ -1,6 +1,8 @@
-//! A probe starts where it ended: what a filter that goes on is worth to the next run, beside the stored model alone and beside nothing.
+//! A probe that continues where it ended: benefit of a stored filter for the next run, beside the stored
+//! model alone and beside nothing.
 
 use super::flight::probe;
+use crate::rig::files::{FAST_ROTATION, recording, scenario};
 use meerkat_mwd::{
     Config, Probe,
     compensation::GyroModel,
@@ -9,29 +11,27 @@ use meerkat_mwd::{
     storage::{StoreReason, StoredModel, fingerprint},
 };
 use mwd::{
-    configuration::of_trace,
-    known_error,
+    flight::configuration::of_trace,
     score::systematic_rate_error_rad_s,
-    simulate::{Scenario, simulate},
+    simulate::{Scenario, known_error, simulate},
     trace::Trace,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
-use std::path::Path;
 
-/// When the second run is looked at, seconds: it moves from 10 s on.
+/// Times at which the second run is looked at, seconds; it moves from 10 s on.
 const AT_S: [u64; 3] = [20, 35, 50];
 /// Two and a half minutes of the first run.
 const LONG_S: f64 = 150.0;
 
-/// What outlives the first run.
+/// What a first run leaves behind.
 struct Ended {
     model: StoredModel,
     head: LearntHead,
     numbers: Vec<f32>,
 }
 
-/// What the second run begins with.
+/// What a second run starts with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum With {
     Nothing,
@@ -41,7 +41,7 @@ enum With {
 
 const ALL: [With; 3] = [With::Nothing, With::Model, With::ModelAndFilter];
 
-/// Flies a run; the deviations of the last model that was accepted.
+/// Flies a run; returns the deviations of the last accepted model.
 fn fly(probe: &mut Probe, trace: &Trace, mut each: impl FnMut(u64, &Probe)) -> [f32; 12] {
     let mut sigma = [0.0; 12];
     for sample in &trace.samples {
@@ -123,13 +123,13 @@ fn normal(generator: &mut Xoshiro128PlusPlus) -> f64 {
     (0..12).map(|_| f64::from(generator.next_u32()) / f64::from(u32::MAX)).sum::<f64>() - 6.0
 }
 
-/// Rate errors of the second run, deg/s, where each element of P has changed by `shock` (1 sigma) in between; the bias is always another one,
-/// and so is the hard iron where `errs` has the vector sensors err by what data sheets allow. `moves_otherwise`: in another hole, thrice as fast.
+/// Rate errors of the second run, deg/s, where each element of P has changed by `shock` (1 sigma) in between;
+/// the bias is always another one, and so is the hard iron where `errs` has the vector sensors err by what
+/// data sheets allow. `moves_otherwise`: in another hole, thrice as fast.
 fn drilled(shock: f64, errs: bool, moves_otherwise: bool) -> [Vec<[f64; AT_S.len()]>; 3] {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
     let mut tables = [const { Vec::new() }; 3];
     for seed in 0..12 {
-        let mut first = Scenario { duration_s: LONG_S, ..Scenario::read(&path).unwrap() };
+        let mut first = Scenario { duration_s: LONG_S, ..scenario("drilling_45deg") };
         let mut dice = Xoshiro128PlusPlus::seed_from_u64(seed);
         if errs {
             let effects = &mut first.effects;
@@ -168,8 +168,8 @@ fn drilled(shock: f64, errs: bool, moves_otherwise: bool) -> [Vec<[f64; AT_S.len
     tables
 }
 
-/// Whether the median is no worse than from the factory's prior, by more than chance makes of so few seeds. The worst seed may be: see what is
-/// printed.
+/// Whether the median is no worse than from the factory's prior, by more than chance makes of so few seeds.
+/// The worst seed may be: see what is printed.
 fn is_no_worse([nothing, _, filter]: &[Vec<[f64; AT_S.len()]>; 3], k: usize) -> bool {
     summary(filter, k)[0] <= 1.05 * summary(nothing, k)[0]
 }
@@ -205,8 +205,8 @@ fn a_gyro_that_has_changed_by_a_percent_in_between_is_found_again() {
         print(&format!("{what}, deg/s"), &tables);
         assert!(summary(&tables[2], 0)[0] < 0.5 * summary(&tables[1], 0)[0], "{what}");
         for k in 0..AT_S.len() {
-            // Not where sensors err: what of P's change looks like their errors is held against what the first run said of these (0.76 deg/s
-            // at 50 s, 0.57 from the factory's prior).
+            // Not where sensors err: what of P's change looks like their errors is held against what the
+            // first run said of these (0.76 deg/s at 50 s, 0.57 from the factory's prior).
             assert!(is_no_worse(&tables, k) || errs && !moves_otherwise, "{what}, {k}");
         }
     }
@@ -215,8 +215,7 @@ fn a_gyro_that_has_changed_by_a_percent_in_between_is_found_again() {
 /// The same recording twice, with another error multiplied in each time.
 #[test]
 fn a_recorded_sensor_starts_where_it_ended() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces/broad_06_fast_rotation_110s.csv.gz");
-    let recorded = Trace::read(&path).unwrap();
+    let recorded = recording(FAST_ROTATION);
     for changed in [0.0, 0.01] {
         let mut tables = [const { Vec::new() }; 3];
         for seed in 0..10 {

@@ -3,7 +3,7 @@ use meerkat_mwd::{
     compensation::VectorModel,
     storage::{FactoryCalibration, FactoryRecords, KEY_BYTES, Provisioning, StorageError},
 };
-use mwd::mock_flash::CUTS;
+use mwd::target::mock_flash::CUTS;
 
 fn calibration(dice: &mut Dice) -> FactoryCalibration {
     let gyro = dice.model(0, 0, 0).gyro;

@@ -1,6 +1,7 @@
-//! From a flight into the flash and back into a flight.
+//! From a flight into flash and back into a flight.
 
 use super::models::{Chip, Dice, limits, open, prepare};
+use crate::rig::files::scenario;
 use meerkat_mwd::{
     Config, Probe,
     compensation::{GyroModel, effects::LIBRARY},
@@ -8,19 +9,17 @@ use meerkat_mwd::{
     storage::{Implausible, Outcome, StabilityGate, StoreReason, StoredModel, fingerprint},
 };
 use mwd::{
-    configuration::of_trace,
+    flight::configuration::of_trace,
     simulate::{Scenario, simulate},
     trace::Trace,
 };
 use nalgebra::Vector3;
-use std::path::Path;
 
 /// The probe is at rest until then.
 const FIRST_MOTION_US: u64 = 10_000_000;
 
 pub fn drilling(duration_s: f64, seed: u64) -> (Trace, Config) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/drilling_45deg.toml");
-    let (trace, _) = simulate(&Scenario { duration_s, ..Scenario::read(&path).unwrap() }, seed);
+    let (trace, _) = simulate(&Scenario { duration_s, ..scenario("drilling_45deg") }, seed);
     let config = of_trace(&trace);
     (trace, config)
 }
@@ -103,7 +102,8 @@ fn a_model_that_has_proved_stable_is_stored_and_flies_from_the_first_sample_afte
     }
 }
 
-/// At any instant of a flight, what flies then, through flash, flies in another probe: P, b and effects, to the bit.
+/// At any instant of a flight, what flies then, through flash, flies in another probe: P, b and effects, to
+/// the bit.
 #[test]
 fn a_flight_that_is_broken_off_anywhere_goes_on_with_the_same_model() {
     let (trace, config) = drilling(170.0, 5);

@@ -1,17 +1,17 @@
-//! What a command can accept or roll back to.
+//! Models that a command can accept or roll back to.
 
 use super::models::{Dice, Small, Store, open, prepare};
+use crate::rig;
 use meerkat_mwd::{
     Config,
     compensation::{GyroModel, effects::LIBRARY},
-    config::OptimizerKind,
     identification::{Decision, Refusal, WindowReport},
     storage::{ModelHistory, Outcome, StoreReason, StoredModel},
 };
-use mwd::mock_flash::CUTS;
+use mwd::target::mock_flash::CUTS;
 
-/// A roll-back stores the model before anew and retires the others; wherever the power goes, one of the two flies, and once it is said to be
-/// done, the one before.
+/// A roll-back stores the model before anew and retires the others; wherever the power goes, one of the two
+/// flies, and once it is said to be done, the one before.
 #[test]
 fn a_cut_in_a_roll_back_leaves_one_of_the_two_models() {
     let mut dice = Dice::new(61);
@@ -59,28 +59,15 @@ fn a_cut_in_a_roll_back_leaves_one_of_the_two_models() {
 
 fn report(t_end_us: u64, decision: Decision, fitted: GyroModel) -> WindowReport {
     WindowReport {
-        t_start_us: 0,
         t_end_us,
         t_effect_us: Some(t_end_us),
-        decision,
-        optimizer: OptimizerKind::Imoa,
-        evaluations: 0,
-        cost_before: None,
-        cost_after: None,
-        cost_gained_by_search: None,
         fitted,
         bias_only: fitted,
         flown: fitted,
         sigma: [0.001; 12],
-        p_covariance: [[0.0; 15]; 3],
         observable: [true; 12],
         rank: 12,
-        rest_s: 0.0,
-        motion_s: 0.0,
-        directions_decided: 0,
-        innovation_nis: 1.0,
-        deg_per_turn: 0.0,
-        widths: [1.0; 3],
+        ..rig::report::report(decision)
     }
 }
 
@@ -111,7 +98,8 @@ fn the_latest_window_that_could_look_is_proposed_while_its_effects_fly() {
     assert_eq!(history.previous().map(|model| model.gyro), Some(factory));
     assert_eq!(history.proposed(30, &none).map(|model| model.gyro), Some(first.gyro));
     assert_eq!(history.latest().gyro, warmer);
-    // An effect is found: what flew without it is one step back, and the fit beside other effects is no longer proposed.
+    // An effect is found: what flew without it is one step back, and the fit beside other effects is no
+    // longer proposed.
     history.window(&report(50, still, warmer), &warmer, &second.effects, None);
     assert_eq!(history.previous().map(|model| (model.gyro, model.effects)), Some((warmer, none)));
     assert_eq!(history.proposed(30, &second.effects), None);

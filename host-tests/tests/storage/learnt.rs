@@ -1,4 +1,4 @@
-//! What the filter has learnt, beside its model: to the bit, or not at all.
+//! What the filter has learnt, stored beside its model: restored to the bit, or not at all.
 
 use super::{
     flight::{drilling, probe},
@@ -10,7 +10,7 @@ use meerkat_mwd::{
     estimator::{LearntHead, NUMBERS, NotContinued},
     storage::{LearntProgress, NotDrilling, Outcome, Preparation, StorageError, StoredModel},
 };
-use mwd::mock_flash::{CUTS, MockError};
+use mwd::target::mock_flash::{CUTS, MockError};
 
 type ChipStore = Store<4, { 16 * KIB }>;
 

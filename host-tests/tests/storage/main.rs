@@ -1,6 +1,9 @@
-//! What the probe keeps in flash: there after every power cut, believed only when it is whole and plausible, and worn evenly.
+//! What the probe keeps in flash: there after every power cut, believed only when it is whole and plausible,
+//! and worn evenly.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../rig/mod.rs"]
+mod rig;
 mod continued;
 mod factory;
 mod flight;

@@ -5,7 +5,7 @@ use meerkat_mwd::{
     compensation::{ActiveEffects, FoundEffect, GyroModel, effects::LIBRARY},
     storage::{Limits, ModelStore, NotDrilling, Preparation, StoreReason, StoredModel, fingerprint},
 };
-use mwd::mock_flash::MockFlash;
+use mwd::target::mock_flash::MockFlash;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -33,7 +33,8 @@ impl Dice {
         (self.0.next_u32() as f32 / u32::MAX as f32 * 2.0 - 1.0) * size
     }
 
-    /// A model that may fly, with `effects` effects, of the temperatures around `TEMPERATURES_C[band]`. Its time is `t_us`.
+    /// A model that may fly, with `effects` effects, of the temperatures around `TEMPERATURES_C[band]`. Its
+    /// time is `t_us`.
     pub fn model(&mut self, effects: usize, band: usize, t_us: u64) -> StoredModel {
         let mut gyro = GyroModel::IDENTITY;
         for (i, p) in gyro.p.iter_mut().flatten().enumerate() {

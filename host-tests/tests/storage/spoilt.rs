@@ -6,7 +6,7 @@ use meerkat_mwd::{
     compensation::{Effect, GyroModel, MAX_ACTIVE, effects::LIBRARY},
     storage::{Implausible, Limits, ModelStore, NotDrilling, Outcome, StorageError, StoredModel},
 };
-use mwd::mock_flash::MockFlash;
+use mwd::target::mock_flash::MockFlash;
 use rand_core::Rng;
 
 type ChipStore = Store<4, { 16 * KIB }>;
@@ -120,7 +120,8 @@ fn a_model_that_may_not_fly_is_refused_with_its_reason_when_it_is_written() {
     assert!(store.store_model(&good).is_ok());
 }
 
-/// A probe whose factory model is another one, as after the sensor was changed, does not fly the old sensor's.
+/// A probe whose factory model is another one, as after the sensor was changed, does not fly the old
+/// sensor's.
 #[test]
 fn a_model_that_may_not_fly_is_refused_with_its_reason_when_it_is_read() {
     let mut dice = Dice::new(44);
@@ -161,7 +162,8 @@ fn a_version_from_the_future_is_refused_and_counted() {
     store.store_model(&dice.model(1, 0, 2)).unwrap();
     let mut flash = store.into_flash();
     let bytes = flash.bytes_mut();
-    // Sector 0: the mark, then the two records; the documented header is check, magic, kind, version, number, length.
+    // Sector 0: the mark, then the two records; the documented header is check, magic, kind, version, number,
+    // length.
     let models = (0..16 * KIB).step_by(32).filter(|at| bytes[at + 4..].starts_with(&[0x4D, 0x57, 1, 2]));
     let at = models.max().unwrap();
     bytes[at + 7] = 3;

@@ -1,8 +1,8 @@
 use super::models::Dice;
+use crate::rig;
 use meerkat_mwd::{
     Sample,
     compensation::{ActiveEffects, GyroModel, effects::LIBRARY},
-    config::OptimizerKind,
     identification::{Decision, Refusal, WindowReport},
     storage::{BETWEEN_STORES_US, STABLE_WINDOWS, StabilityGate, StoredModel},
 };
@@ -14,25 +14,10 @@ fn report(decision: Decision, window: u64) -> WindowReport {
         t_start_us: window * 25_000_000,
         t_end_us: window * 25_000_000 + 50_000_000,
         t_effect_us: Some(window * 25_000_000 + 55_000_000),
-        decision,
-        optimizer: OptimizerKind::Imoa,
-        evaluations: 0,
-        cost_before: None,
-        cost_after: None,
-        cost_gained_by_search: None,
-        fitted: GyroModel::IDENTITY,
-        bias_only: GyroModel::IDENTITY,
-        flown: GyroModel::IDENTITY,
         sigma: [SIGMA; 12],
-        p_covariance: [[0.0; 15]; 3],
         observable: [true; 12],
         rank: 12,
-        rest_s: 0.0,
-        motion_s: 0.0,
-        directions_decided: 0,
-        innovation_nis: 1.0,
-        deg_per_turn: 0.0,
-        widths: [1.0; 3],
+        ..rig::report::report(decision)
     }
 }
 

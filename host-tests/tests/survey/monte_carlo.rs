@@ -1,4 +1,5 @@
-//! Sensors with errors at the level of the ISCWSA MWD error model: how far surveys are off, and whether their sigmas say so.
+//! Sensors with errors at the level of the ISCWSA MWD error model: how far surveys are off, and whether their
+//! sigmas say so.
 
 use std::f64::consts::TAU;
 
@@ -12,8 +13,8 @@ use crate::tool::{Draw, Place, Tool};
 const SEEDS: u64 = 100;
 const INCLINATIONS_DEG: [f64; 6] = [3.0, 10.0, 30.0, 50.0, 70.0, 90.0];
 const AZIMUTHS_DEG: [f64; 4] = [0.0, 30.0, 60.0, 90.0];
-/// Below this east component of the tool axis the drill string's field, which an east-west level tool has wholly in its azimuth, is in it
-/// by less than half.
+/// Below this east component of the tool axis the drill string's field, which an east-west level tool has
+/// wholly in its azimuth, is in it by less than half.
 const EASTWARD: f64 = 0.45;
 /// Round figures of total field and dip at high and at middle latitude.
 const NORTH_SEA: Place = Place { name: "North Sea", field_ut: 50.0, dip_deg: 72.0 };
@@ -154,8 +155,8 @@ fn surveys_are_as_good_as_the_error_model_and_say_so() {
     }
 }
 
-/// What the drill string adds along the axis is no error of a sensor; a survey in which it has been corrected, or which is far enough from it, is
-/// as good as this.
+/// What the drill string adds along the axis is no error of a sensor; a survey in which it has been
+/// corrected, or which is far enough from it, is as good as this.
 #[test]
 fn without_the_drill_strings_field_the_azimuth_is_within_half_a_degree_everywhere() {
     let mut config = SurveyConfig { settle_s: 0.1, ..SurveyConfig::default() };

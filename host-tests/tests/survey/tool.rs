@@ -112,7 +112,8 @@ impl Tool {
     }
 }
 
-/// A vector of magnetic NED in tool axes: turned by azimuth about down, inclination about the new y, toolface about the tool axis.
+/// A vector of magnetic NED in tool axes: turned by azimuth about down, inclination about the new y, toolface
+/// about the tool axis.
 pub fn into_tool(v: [f64; 3], [inclination, azimuth, toolface]: [f64; 3]) -> [f64; 3] {
     let about_z = |v: [f64; 3], a: f64| [cos(a) * v[0] + sin(a) * v[1], cos(a) * v[1] - sin(a) * v[0], v[2]];
     let v = about_z(v, azimuth);

@@ -185,7 +185,8 @@ fn without_its_counter_stored_nothing_is_done() {
     assert_eq!(judge(&mut gate, Kind::AuthenticatedCommand, &signed, AT_REST, &mut store), Ok(erase));
 }
 
-/// Who can compute the frame's check but has no key: every bit of every authentic command, and a key that differs in one bit.
+/// Who can compute the frame's check but has no key: every bit of every authentic command, and a key that
+/// differs in one bit.
 #[test]
 fn every_forgery_is_refused_and_uses_no_counter() {
     let (mut gate, mut store) = (CommandGate::new(Some(key())), Counters::default());
@@ -213,7 +214,8 @@ fn every_forgery_is_refused_and_uses_no_counter() {
     assert!(store.stored.is_empty());
 }
 
-/// Python: `hashlib.blake2s(b"meerkat-mwd command v001" + (7).to_bytes(8, "little") + b"\x03", key=bytes(range(32)), digest_size=16)`
+/// Python: `hashlib.blake2s(b"meerkat-mwd command v001" + (7).to_bytes(8, "little") + b"\x03",
+/// key=bytes(range(32)), digest_size=16)`
 #[test]
 fn the_code_is_that_of_another_implementation() {
     let key = Key::of_bytes(&core::array::from_fn(|index| index as u8)).unwrap();

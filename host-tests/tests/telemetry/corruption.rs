@@ -1,6 +1,7 @@
 //! Damage on the line: nothing that was not sent is taken for a frame, and the next whole frame is.
 //!
-//! A frame with a wrong check passes once in 2^32: of the 10^7 damaged ones here, with fixed seeds, none does.
+//! A frame with a wrong check passes once in 2^32: of the 10^7 damaged ones here, with fixed seeds, none
+//! does.
 
 use crate::{
     commands,
@@ -43,7 +44,8 @@ fn orders() -> Vec<OnLine> {
     split(&commands::every_command_on_line())
 }
 
-/// Every byte of every frame, made each other byte: what is accepted was sent, only this frame is lost, and with its zero the next one.
+/// Every byte of every frame, made each other byte: what is accepted was sent, only this frame is lost, and
+/// with its zero the next one.
 fn single_bytes(frames: &[OnLine]) -> u64 {
     let mut tried = 0;
     for (index, frame) in frames.iter().enumerate() {
@@ -85,7 +87,8 @@ fn no_single_byte_is_changed_unnoticed_in_commands() {
     println!("{} single bytes changed in {} frames of commands", single_bytes(&frames), frames.len());
 }
 
-/// Damages the bytes somewhere; gives the first and the last place that is no longer what it was, as places before the damage.
+/// Damages the bytes somewhere; gives the first and the last place that is no longer what it was, as places
+/// before the damage.
 fn damage(bytes: &mut Vec<u8>, rng: &mut Xoshiro128PlusPlus) -> (usize, usize) {
     let mut below = |limit: usize| rng.next_u32() as usize % limit;
     let at = below(bytes.len());

@@ -9,7 +9,10 @@ use meerkat_mwd::{
         TelemetryQueue,
     },
 };
-use mwd::{configuration::of_trace, recordings, trace::Trace};
+use mwd::{
+    flight::configuration::of_trace,
+    trace::{Trace, recordings},
+};
 
 pub type Decoder = FrameDecoder<MAX_DECODED>;
 

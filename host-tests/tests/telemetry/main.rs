@@ -1,6 +1,8 @@
 //! Frames, queue, survey word, commands and the programs at the other end of the line.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+#[path = "../rig/mod.rs"]
+mod rig;
 mod commands;
 mod corruption;
 mod flown;

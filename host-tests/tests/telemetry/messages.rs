@@ -50,7 +50,8 @@ fn what_a_flight_says_arrives() {
     }
 }
 
-/// No report is longer than a frame, whatever is in it: all that can be long is, and every count of time at its largest.
+/// No report is longer than a frame, whatever is in it: all that can be long is, and every count of time at
+/// its largest.
 #[test]
 fn the_longest_payloads_fit() {
     let (config, samples) = flown::recording("broad_35");

@@ -6,7 +6,7 @@ use crate::{
     played_probe::{self, Manner},
 };
 use meerkat_mwd::telemetry::{AttitudeFormat, Command, EarlierModel, Erasure};
-use mwd::{attitude_csv::write_attitude_csv, trace::Trace};
+use mwd::{report::attitude_csv::write_attitude_csv, trace::Trace};
 use std::{fs, path::Path, process};
 
 struct Said {
@@ -63,7 +63,8 @@ fn commands_are_answered_and_counters_kept() {
     let (place, probe) = played_probe::start(config, samples, Manner { latest: 40, ..Manner::default() }, 6);
     let survey = mwd(&["command", &place, "survey", "--within", "60"]);
     assert_eq!((survey.status, survey.out.trim()), (0, "accepted"), "{}", survey.error);
-    // The probe's counter is at 40 and the host's at none: the first is answered by a replay's refusal, and sent again.
+    // The probe's counter is at 40 and the host's at none: the first is answered by a replay's refusal, and
+    // sent again.
     for arguments in [["roll-back", "factory"], ["erase", "models"]] {
         let said = mwd(&[&["command", &place, "--key", &key], &arguments[..]].concat());
         assert_eq!((said.status, said.out.trim()), (0, "accepted"), "{}", said.error);

@@ -1,19 +1,15 @@
 //! What the probe computed can be computed again, to the last bit, from what it sent.
 
-use crate::flown;
+use crate::{flown, rig::program::mwd};
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
     telemetry::{AttitudeFormat, Boot, Message, RawSample},
 };
 use mwd::{
-    attitude_csv::write_attitude_csv,
-    record::{Progress, Recording},
+    port::recording::{Progress, Recording},
+    report::attitude_csv::write_attitude_csv,
 };
-use std::{fs, path::Path, process::Command};
-
-fn mwd(arguments: &[&str]) -> std::process::Output {
-    Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).output().unwrap()
-}
+use std::{fs, path::Path};
 
 /// Records the bytes of a line, replays the trace, and compares attitude files.
 fn recorded_and_replayed(config: &Config, samples: &[Sample]) {
@@ -81,7 +77,8 @@ fn damage_and_losses_are_told() {
     let (config, samples) = flown::recording("broad_06");
     let bytes = flown::stream(&config, &samples[..3_000], AttitudeFormat::Compact);
     let mut frames: Vec<Vec<u8>> = bytes[1..].split_inclusive(|&byte| byte == 0).map(<[u8]>::to_vec).collect();
-    // Three raw samples, which are every other frame from the second on: one is lost, one damaged, one both is late and was there.
+    // Three raw samples, which are every other frame from the second on: one is lost, one damaged, one both
+    // is late and was there.
     let sample = |frame: &Vec<u8>| {
         let mut decoder = flown::Decoder::new();
         flown::frames(&mut decoder, frame).first().is_some_and(|(kind, ..)| *kind == 4)
@@ -105,7 +102,8 @@ fn damage_and_losses_are_told() {
     assert!(said.contains("3000 samples") && said.contains("started afresh"), "{said}");
 }
 
-/// A command that starts the pipeline afresh ends what one configuration can replay, at the sample that it takes effect with.
+/// A command that starts the pipeline afresh ends what one configuration can replay, at the sample that it
+/// takes effect with.
 #[test]
 fn a_recording_ends_where_the_pipeline_starts_afresh() {
     let sample = |number| {

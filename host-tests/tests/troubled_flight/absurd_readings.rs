@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{Sample, attitude::AttitudeFlags};
 
-use crate::rig::{Dice, accepted, flagged, run};
+use crate::rig::run::{Dice, accepted, flagged, run};
 
 const ABSURD: [f32; 8] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30, f32::MAX, f32::MIN, 1e5];
 
@@ -29,7 +29,7 @@ fn one_absurd_number_anywhere_costs_its_sensor_that_reading() {
                         put(s, field, value);
                     }
                 });
-                let flight = crate::rig::flown(&config, &samples);
+                let flight = crate::rig::run::flown(&config, &samples);
                 let report = &flight.reports[0];
                 assert!(run.identified(report), "{field} {value} {report:?}");
                 let held = u32::from(field < 3);
@@ -85,6 +85,6 @@ fn readings_at_the_edge_of_belief_stay_finite() {
     run.never_worse_than_bias_only(&run.fly(&samples));
     let mut unknown = run.config;
     unknown.full_scale = meerkat_mwd::config::FullScale::default();
-    let flight = crate::rig::flown(&unknown, &samples);
+    let flight = crate::rig::run::flown(&unknown, &samples);
     run.never_worse_than_bias_only(&flight);
 }

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{Sample, attitude::AttitudeFlags, config::FullScale, identification::Refusal};
 
-use crate::rig::{Run, flagged, refusal, run, saturated};
+use crate::rig::run::{Run, flagged, refusal, run, saturated};
 
 /// Full scale of the gyro that clips this share of the samples, and the samples so clipped.
 fn clipping(run: &mut Run, share: f64) -> Vec<Sample> {

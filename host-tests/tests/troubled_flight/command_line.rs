@@ -10,7 +10,7 @@ use mwd::trace::Trace;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::rig::{Dice, run, saturated};
+use crate::rig::run::{Dice, run, saturated};
 
 struct Replayed {
     output: Output,
@@ -149,7 +149,7 @@ fn clipping_is_counted_where_the_full_scale_is_known() {
 
 #[test]
 fn the_bundled_recording_survives_the_same() {
-    let trace = Trace::read(&mwd::main_job::recording()).unwrap();
+    let trace = Trace::read(&mwd::commands::main_job::recording()).unwrap();
     let change = |f: &dyn Fn(usize, &mut Sample)| {
         let mut samples = trace.samples.clone();
         samples.iter_mut().enumerate().for_each(|(index, sample)| f(index, sample));

@@ -3,7 +3,10 @@
 use meerkat_mwd::{Sample, attitude::AttitudeFlags, identification::Refusal};
 use mwd::simulate::Scenario;
 
-use crate::rig::{Run, accepted, flagged, of_scenario, refusal, run, scenario, within};
+use crate::rig::{
+    files::scenario,
+    run::{Run, accepted, flagged, of_scenario, refusal, run, within},
+};
 
 const GYRO: usize = 0;
 const ACCEL: usize = 1;
@@ -52,7 +55,8 @@ fn a_frozen_gyro_is_never_identified_from() {
             assert!(matches!(refusal(report), Some(Refusal::GyroUnusable { share }) if share > 0.97), "{report:?}");
             assert_eq!(report.flown, run.config.gyro);
         }
-        // In the middle of the first window, and of the second: what was read before is enough, or is refused.
+        // In the middle of the first window, and of the second: what was read before is enough, or is
+        // refused.
         for from in [3_000, 6_000] {
             let flight = run.fly(&frozen(&run, GYRO, from, end));
             let last = flight.reports.last().unwrap();

@@ -1,4 +1,5 @@
-//! Streams that no one would send: whatever comes, the pipeline stays finite, counts everything and never panics.
+//! Streams that no one would send: whatever comes, the pipeline stays finite, counts everything and never
+//! panics.
 
 use std::sync::LazyLock;
 
@@ -8,7 +9,7 @@ use meerkat_mwd::{
 };
 use proptest::{collection::vec, option, prelude::*};
 
-use crate::rig::{Run, run, sound_output, sound_report};
+use crate::rig::run::{Run, run, sound_output, sound_report};
 
 static BASE: LazyLock<Run> = LazyLock::new(|| run(80.0, 3));
 

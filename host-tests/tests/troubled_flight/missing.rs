@@ -3,7 +3,10 @@
 use meerkat_mwd::{Sample, SampleFlags, attitude::AttitudeFlags, identification::Refusal};
 use mwd::simulate::Scenario;
 
-use crate::rig::{Dice, Run, accepted, flagged, of_scenario, refusal, run, scenario, within};
+use crate::rig::{
+    files::scenario,
+    run::{Dice, Run, accepted, flagged, of_scenario, refusal, run, within},
+};
 
 fn without(run: &Run, from_s: f64, to_s: f64) -> Vec<Sample> {
     let kept = |s: &&Sample| !(from_s..to_s).contains(&(s.t_us as f64 * 1e-6));
@@ -70,8 +73,8 @@ fn a_tenth_of_a_sensors_cells_missing_does_not_stop_identification() {
     }
 }
 
-/// At one sample an interval nothing stands in for a missing one, and no second is complete: that is the gyro's fault, not a
-/// lack of excitation.
+/// At one sample an interval nothing stands in for a missing one, and no second is complete: that is the
+/// gyro's fault, not a lack of excitation.
 #[test]
 fn too_many_missing_readings_are_named_as_the_reason() {
     let run = run(60.0, 3);
@@ -143,7 +146,7 @@ fn a_gap_costs_no_result() {
 #[test]
 fn the_last_result_takes_effect_at_the_first_sample_of_the_hold_out_wherever_that_lies_between_samples() {
     // The latency is not a whole number of these periods.
-    let scenario = Scenario { duration_s: 66.0, sample_period_us: 3_500, ..scenario("drilling_45deg.toml") };
+    let scenario = Scenario { duration_s: 66.0, sample_period_us: 3_500, ..scenario("drilling_45deg") };
     let mut run = of_scenario(&scenario, 3);
     for freeze_us in [60_000_000, 60_001_500, 60_002_000, 60_003_499] {
         run.config.freeze_at_us = Some(freeze_us);

@@ -3,7 +3,7 @@
 use meerkat_mwd::{Config, Probe, identification::Refusal};
 use mwd::flight::Flight;
 
-use crate::rig::{Run, refusal, run as flown, sound};
+use crate::rig::run::{Run, refusal, run as flown, sound};
 
 /// A run in which only windows are identified: what their work is sliced into is counted here.
 fn run(duration_s: f64, seed: u64) -> Run {
@@ -39,7 +39,8 @@ fn how_the_work_is_sliced_changes_nothing_while_it_is_in_time() {
     assert_eq!(expected.counters.overruns, 0);
     assert_eq!(expected, polled(&run, |_| Some(400)), "two or three pieces after each sample");
     assert_eq!(expected, polled(&run, |_| Some(u32::MAX)), "all at once");
-    // Not after the sample at which a result takes effect, its report comes later; what flies does not change.
+    // Not after the sample at which a result takes effect, its report comes later; what flies does not
+    // change.
     for every in [7, 50, 90] {
         let now_and_then = polled(&run, |index| (index % every == 0).then_some(u32::MAX));
         assert_eq!(expected, now_and_then, "every {every} samples");
@@ -79,7 +80,8 @@ fn a_search_that_is_not_done_in_time_is_an_overrun_and_never_half_a_result() {
 fn never_polled_the_old_model_stays_and_what_is_lost_is_counted() {
     let run = run(260.0, 3);
     let flight = polled(&run, |_| None);
-    // Windows close at 50, 75, ..., 250 s, and updates at 5, 10, ..., 255 s: the result of the last is due at 256 s.
+    // Windows close at 50, 75, ..., 250 s, and updates at 5, 10, ..., 255 s: the result of the last is due at
+    // 256 s.
     let (windows, updates) = (9, 51);
     assert_eq!(flight.counters.overruns, updates);
     assert_eq!(flight.reports.len() as u32 + flight.counters.reports_lost, windows);

@@ -2,11 +2,14 @@
 
 use mwd::{flight::fly, simulate::Scenario};
 
-use crate::rig::{Run, of_scenario, scenario};
+use crate::rig::{
+    files::scenario,
+    run::{Run, of_scenario},
+};
 
 /// One window and its latency.
 fn sampled(sample_period_us: u32, seed: u64) -> Run {
-    let mut scenario = Scenario { duration_s: 56.0, sample_period_us, ..scenario("drilling_45deg.toml") };
+    let mut scenario = Scenario { duration_s: 56.0, sample_period_us, ..scenario("drilling_45deg") };
     if sample_period_us > 20_000 {
         // Below half the sample rate.
         scenario.vibration.angular_band_hz = [2.0, 8.0];
@@ -40,7 +43,8 @@ fn so_it_is_at_periods_that_make_no_20_ms() {
     }
 }
 
-/// A gyro that means over its sample loses little down to the slowest rate that is taken; increments there are up to 50 ms.
+/// A gyro that means over its sample loses little down to the slowest rate that is taken; increments there
+/// are up to 50 ms.
 #[test]
 fn at_50_to_80_hz_it_is_accurate_too() {
     for period_us in [20_000, 19_000, 16_667, 15_000, 13_334, 12_500] {
@@ -70,8 +74,8 @@ fn a_slower_period_is_refused_by_name() {
     assert!(error.to_string().contains("20 Hz"), "{error}");
 }
 
-/// Two samples missing of each five: under the nominal period of 50 Hz they come at 30 Hz. The attitude goes on, and what is identified
-/// does no harm.
+/// Two samples missing of each five: under the nominal period of 50 Hz they come at 30 Hz. The attitude goes
+/// on, and what is identified does no harm.
 #[test]
 fn samples_that_come_at_30_hz_under_a_nominal_50_hz_stream_an_attitude_and_harm_nothing() {
     let run = sampled(20_000, 1).calibrated();

@@ -1,9 +1,9 @@
 //! Traces that end before a window does.
 
 use meerkat_mwd::identification::Refusal;
-use mwd::{configuration::freeze_at_us, window_note::why_no_window};
+use mwd::{flight::configuration::freeze_at_us, report::window_note::why_no_window};
 
-use crate::rig::{Run, refusal, run};
+use crate::rig::run::{Run, refusal, run};
 
 fn held_out(mut run: Run, fraction: f64) -> Run {
     run.config.freeze_at_us = Some(freeze_at_us(&run.trace, fraction));

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{Probe, Sample, attitude::AttitudeFlags, identification::Refusal};
 
-use crate::rig::{flagged, flown, refusal, run, sound, within};
+use crate::rig::run::{flagged, flown, refusal, run, sound, within};
 use mwd::flight::Flight;
 
 fn shifted(samples: &[Sample], by_us: u64) -> Vec<Sample> {
@@ -105,7 +105,8 @@ fn a_probe_that_is_configured_again_forgets_everything() {
     let mut probe = Box::new(Probe::new());
     assert_eq!(probe.push(&run.trace.samples[0]), None, "not configured");
     for late_us in [1_000_000_000_000, 0] {
-        // The first flight is later in time, is never polled in its second half, and ends in the middle of a job.
+        // The first flight is later in time, is never polled in its second half, and ends in the middle of a
+        // job.
         probe.configure(&run.config).unwrap();
         let mut flight = Flight::default();
         for (index, sample) in shifted(&run.trace.samples, late_us).iter().enumerate() {

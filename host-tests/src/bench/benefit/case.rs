@@ -1,4 +1,5 @@
-//! One recording with one gyro error multiplied in: how far flown is on the way from bias only to attainable.
+//! One recording with one gyro error multiplied in: how much of the way from bias only to attainable is
+//! flown.
 
 use std::path::Path;
 
@@ -7,44 +8,47 @@ use meerkat_mwd::{Config, Sample, SampleFlags, compensation::GyroModel};
 use nalgebra::Vector3;
 
 use super::{
+    HOLD_OUT,
     error_multiplied_in::drawn,
     least_over_shifts::{Window, error_deg, windows},
     middle,
     troubled::Trouble,
 };
 use crate::{
-    configuration::{freeze_at_us, of_trace},
-    flight::{Flight, fly},
-    known_error,
-    nees::{covariance, normalised, p_of},
-    recordings::name,
-    score::{RateTrack, seconds_since},
-    trace::Trace,
+    flight::{
+        Flight,
+        configuration::{freeze_at_us, of_trace},
+        fly,
+    },
+    score::{
+        RateTrack,
+        nees::{covariance, normalised, p_of},
+        seconds_since,
+    },
+    simulate::known_error,
+    trace::{Trace, recordings::name},
 };
 
-/// Share of a recording that is kept back for the scores.
-pub(super) const HOLD_OUT: f64 = 0.5;
-
-/// A median of fewer samples at rest is no bias.
+/// Samples at rest below which a median is no bias.
 const REST_SAMPLES: usize = 50;
 
-/// Less to be had than this has no share, deg: the reference resolves little better.
+/// Attainable gain below which no share is computed, degrees: the reference resolves little better.
 const TO_BE_HAD_DEG: f64 = 0.2;
 
-/// Flown is harmful beyond this factor of bias only and this much more, deg.
+/// Harm: flown error beyond this factor of bias only plus this many degrees.
 const HARM: (f64, f64) = (1.05, 0.02);
 
-/// A recording with a reference attitude, and what of it is scored.
+/// A recording with a reference attitude, and the windows that are scored.
 pub(super) struct Recording {
     pub(super) name: String,
     trace: Trace,
     windows: Vec<Window>,
-    /// Error of its own rate less its bias, before an error was multiplied in.
+    /// Error of the recorded rate less its bias, before an error is multiplied in.
     attainable_deg: f64,
 }
 
 impl Recording {
-    /// `None` for one without a reference, without `movement`, or without a window that can be scored.
+    /// Reads a recording; `None` if it has no reference, no `movement`, or no window that can be scored.
     ///
     /// # Errors
     /// It cannot be read.
@@ -55,7 +59,8 @@ impl Recording {
         Ok(attainable_deg.map(|attainable_deg| Self { name: name(path), trace, windows, attainable_deg }))
     }
 
-    /// Puts a trouble into the first half, multiplies an error in and flies the samples, first half with identification, second half frozen.
+    /// Puts a trouble into the first half, multiplies an error in and flies: identification in the first
+    /// half, frozen in the second.
     ///
     /// # Errors
     /// The recording cannot be flown.
@@ -69,7 +74,7 @@ impl Recording {
         let config = Config { freeze_at_us: Some(half_us), ..whole };
         let flight = fly(&config, &trace.samples, |_| {})?;
 
-        // Windows count from the recording's own beginning.
+        // Windows count from the start of the recording before the trouble.
         let start_us = self.trace.first_us();
         let outputs = flight.outputs.iter().map(|o| (seconds_since(start_us, o.t_us), rate(o.rate_rad_s)));
         let flown = RateTrack::from_points(outputs);
@@ -89,14 +94,14 @@ impl Recording {
     }
 }
 
-/// NEES / 9 of the last window that has a result. `truth` is the error multiplied in: the recording's own P is taken as the identity, so its
-/// error counts as one of the estimate.
+/// NEES / 9 of the last window with a result. `truth` is the error multiplied in: the recording's own P is
+/// taken as the identity, so its error counts as the estimate's.
 fn nees(flight: &Flight, truth: &GyroModel) -> Option<f64> {
     let window = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some())?;
     normalised(window.fitted.p.as_flattened(), &covariance(window), &p_of(truth))
 }
 
-/// The raw rate less its median at rest in the first half; as it is where there is hardly any rest.
+/// The raw rate less its median at rest in the first half; unchanged if there is hardly any rest.
 fn less_bias(trace: &Trace, half_us: u64, start_us: u64) -> RateTrack {
     let is_read = |sample: &Sample| !sample.flags.contains(SampleFlags::GYRO_MISSING);
     let moves = trace.movement.iter().flatten();
@@ -116,12 +121,12 @@ fn rate(rad_s: [f32; 3]) -> Vector3<f64> {
     Vector3::from(rad_s.map(f64::from))
 }
 
-/// What came of one error in one recording.
+/// Result of one error in one recording.
 pub(super) struct Case {
     pub(super) scale: f64,
     pub(super) draw: u64,
     pub(super) errors: Errors,
-    /// Whether the last window left another P than the factory's.
+    /// Whether the last window left a P other than the factory's.
     pub(super) p_flies: bool,
     /// NEES / 9 of P.
     pub(super) nees: Option<f64>,
@@ -130,23 +135,23 @@ pub(super) struct Case {
 /// Errors of the rotation over 2 s in the second half, degrees.
 #[derive(Clone, Copy)]
 pub(super) struct Errors {
-    /// Of the raw rate less its bias.
+    /// Error of the raw rate less its bias.
     pub(super) bias_only_deg: f64,
-    /// Of what flew.
+    /// Error as flown.
     pub(super) flown_deg: f64,
-    /// Of the rate before the error was multiplied in, less its bias.
+    /// Error of the rate before the error was multiplied in, less its bias.
     pub(super) attainable_deg: f64,
 }
 
 impl Errors {
-    /// How much of the way from bias only to attainable is gone, -1 to 1; `None` where too little is to be had.
+    /// Share of the way from bias only to attainable, -1 to 1; `None` if too little is attainable.
     pub(super) fn share(&self) -> Option<f64> {
         let to_be_had_deg = self.bias_only_deg - self.attainable_deg;
         (to_be_had_deg > TO_BE_HAD_DEG)
             .then(|| ((self.bias_only_deg - self.flown_deg) / to_be_had_deg).clamp(-1.0, 1.0))
     }
 
-    /// Whether doing nothing would have been clearly better.
+    /// Whether the factory's P would have been clearly better.
     pub(super) fn harmed(&self) -> bool {
         let (factor, more_deg) = HARM;
         self.flown_deg > factor * self.bias_only_deg + more_deg

@@ -1,4 +1,4 @@
-//! Simulated drilling in the same terms: every window of runs in which identification never stops.
+//! The benefit in simulated drilling: every window of runs in which identification never stops.
 
 use anyhow::Context;
 use meerkat_mwd::{
@@ -9,21 +9,22 @@ use meerkat_mwd::{
 use super::{Effort, each_seed, largest, mean, middle, number};
 use crate::{
     bench::{one_window::scenario, table::Table},
-    configuration::of_trace,
-    flight::fly,
-    nees::{covariance, normalised, p_of},
-    score::systematic_rate_error_rad_s,
+    flight::{configuration::of_trace, fly},
+    score::{
+        nees::{covariance, normalised, p_of},
+        systematic_rate_error_rad_s,
+    },
     simulate::simulate,
 };
 
-/// Scenario files, and what they are.
+/// Scenario files, with a description.
 const SCENARIOS: [(&str, &str); 3] = [
     ("drilling_vertical", "vertical"),
     ("drilling_45deg", "45 deg"),
     ("real_drilling_30hz", "sensors as noisy as real ones, 30 Hz"),
 ];
 
-/// What one window was worth.
+/// Benefit of one window.
 struct Window {
     is_first: bool,
     accepted: bool,
@@ -75,7 +76,7 @@ pub(super) fn table(effort: Effort) -> anyhow::Result<Table> {
 fn run(file: &str, seed: u64) -> anyhow::Result<Vec<Window>> {
     let (trace, truth) = simulate(&scenario(file)?, seed);
     let mut config = of_trace(&trace);
-    // What is measured here is the identification by itself.
+    // Only the identification is measured.
     config.effects = false;
     let rates = trace.true_rate.as_deref().context("a simulated run knows its rate")?;
     let flight = fly(&config, &trace.samples, |_| {})?;

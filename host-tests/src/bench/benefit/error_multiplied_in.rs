@@ -13,8 +13,8 @@ const OFF_DIAGONAL: f64 = 0.05;
 /// Largest bias of an axis at scale 1, deg/s.
 const BIAS_DEG_S: f64 = 2.0;
 
-/// P and b, uniform within their bounds times `scale`. Scales share their draws: half the scale is half of the
-/// same error.
+/// Draws P and b, uniform within their bounds times `scale`. All scales share a draw: half the scale is half
+/// of the same error.
 pub(super) fn drawn(name: &str, draw: u64, scale: f64) -> GyroModel {
     let mut random = Random::new(seed(name, draw));
     let mut within = |bound: f64| scale * random.between(-bound, bound);

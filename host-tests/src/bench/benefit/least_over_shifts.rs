@@ -1,4 +1,5 @@
-//! Error of a rate signal: its rotation over 2 s against the reference's, least over common shifts of time.
+//! Error of a rate signal: its rotation over 2 s against the reference's, at the common time shift that
+//! minimises it.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -10,23 +11,23 @@ use crate::{
 /// Length of a window, microseconds.
 const WINDOW_US: u64 = 2_000_000;
 
-/// The last window ends this long before the recording does, microseconds: every shift stays inside.
+/// Distance of the last window from the recording's end, microseconds, so that every shift stays inside.
 const MARGIN_US: u64 = 100_000;
 
-/// Largest shift that is tried, milliseconds, from 0 on: how far the gyro may lag the reference. The clocks of two
-/// instruments are never aligned to a millisecond.
+/// Largest time shift tried, milliseconds, from 0 on: how far the gyro may lag the reference. Clocks of two
+/// instruments never agree to a millisecond.
 const LARGEST_SHIFT_MS: u32 = 8;
 
-/// A window and the reference's rotation over it.
+/// A window, and the reference's rotation over it.
 pub(super) struct Window {
-    /// Seconds since the first sample.
+    /// Start, seconds since the first sample.
     from_s: f64,
     to_s: f64,
-    /// Body at the window's end to body at its start.
+    /// Rotation from the body at the window's end to the body at its start.
     rotation: UnitQuaternion<f64>,
 }
 
-/// Windows of 2 s, laid end to end from `from_us`, in which every sample has a reference and `movement`.
+/// Windows of 2 s, end to end from `from_us`, in which every sample has a reference and `movement`.
 pub(super) fn windows(trace: &Trace, from_us: u64) -> Vec<Window> {
     let (start_us, samples) = (trace.first_us(), &trace.samples);
     let last_us = (start_us + trace.duration_us()).saturating_sub(MARGIN_US);
@@ -46,8 +47,8 @@ pub(super) fn windows(trace: &Trace, from_us: u64) -> Vec<Window> {
     starts.filter_map(window).collect()
 }
 
-/// Angle between the track's rotation and the reference's, degrees, root mean square of the 98 % smallest, at the
-/// shift that leaves least of it; `None` where the track covers no window or is not finite.
+/// Angle between the track's rotation and the reference's, degrees, rms of the smallest 98 %, at the best
+/// shift; `None` if the track covers no window or is not finite.
 pub(super) fn error_deg(windows: &[Window], track: &RateTrack) -> Option<f64> {
     let turned = Turned::new(track);
     let at_shift = |shift_ms: u32| {
@@ -55,18 +56,18 @@ pub(super) fn error_deg(windows: &[Window], track: &RateTrack) -> Option<f64> {
         let error =
             |w: &Window| Some(w.rotation.angle_to(&turned.between(w.from_s + shift_s, w.to_s + shift_s)?).to_degrees());
         let errors: Vec<f64> = windows.iter().filter_map(error).collect();
-        // One that is not finite must not be trimmed away.
+        // An error that is not finite must not be trimmed away.
         if errors.iter().all(|error| error.is_finite()) { trimmed_rms(errors) } else { None }
     };
     (0..=LARGEST_SHIFT_MS).filter_map(at_shift).reduce(f64::min)
 }
 
-/// A track integrated once: the rotation between any two instants is then two look-ups, whatever the shift.
+/// A track integrated once, so that the rotation between any two times takes two look-ups whatever the shift.
 struct Turned<'a> {
     t_s: &'a [f64],
     /// Mean of the two rates at the ends of the step that begins at each point, rad/s.
     mean_rad_s: Vec<Vector3<f64>>,
-    /// Body at each point to body at the first one.
+    /// Rotation from the body at each point to the body at the first.
     rotation: Vec<UnitQuaternion<f64>>,
 }
 
@@ -84,12 +85,12 @@ impl<'a> Turned<'a> {
         Self { t_s: &track.t_s, mean_rad_s, rotation }
     }
 
-    /// Body at `to_s` to body at `from_s`; `None` where the track does not reach.
+    /// Rotation from the body at `to_s` to the body at `from_s`; `None` if the track does not reach.
     fn between(&self, from_s: f64, to_s: f64) -> Option<UnitQuaternion<f64>> {
         Some(self.at(from_s)?.inverse() * self.at(to_s)?)
     }
 
-    /// Within a step the rate is its mean.
+    /// Within a step the rate is constant, the mean of its ends.
     fn at(&self, t_s: f64) -> Option<UnitQuaternion<f64>> {
         let before = self.t_s.partition_point(|&t| t < t_s).checked_sub(1)?;
         let elapsed_s = t_s - self.t_s.get(before)?;

@@ -1,16 +1,17 @@
-//! The same recordings with something amiss in the first half: gaps, no rest, no magnetometer for a while, a gyro that is far off.
+//! Recordings with a trouble in the first half: gaps, no rest, no magnetometer for a while, a gyro that is
+//! far off.
 
 use meerkat_mwd::SampleFlags;
 
-use super::case::HOLD_OUT;
-use crate::{configuration::freeze_at_us, trace::Trace};
+use super::HOLD_OUT;
+use crate::{flight::configuration::freeze_at_us, trace::Trace};
 
-/// What is amiss.
+/// Trouble of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Trouble {
-    /// Nothing.
+    /// No trouble.
     None,
-    /// So many microseconds are missing every 10 s.
+    /// Gaps of this many microseconds every 10 s.
     Gaps(u64),
     /// The recording begins 5 s after the motion does.
     StartInMotion,
@@ -18,11 +19,11 @@ pub(super) enum Trouble {
     NoField,
 }
 
-/// Every so often a gap begins, microseconds.
+/// Time from gap to gap, microseconds.
 const EVERY_US: u64 = 10_000_000;
 
 impl Trouble {
-    /// The recording with the trouble in its first half.
+    /// A copy of the recording with the trouble in its first half.
     pub(super) fn of(self, trace: &Trace) -> Trace {
         let half_us = freeze_at_us(trace, HOLD_OUT);
         let start_us = trace.first_us();
@@ -48,7 +49,7 @@ impl Trouble {
     }
 }
 
-/// The samples at some times, and all that goes with them.
+/// The samples at the times kept, with all columns.
 fn kept(trace: &Trace, is_kept: impl Fn(u64) -> bool) -> Trace {
     let keep: Vec<bool> = trace.samples.iter().map(|sample| is_kept(sample.t_us)).collect();
     fn of<T: Clone>(keep: &[bool], all: &[T]) -> Vec<T> {

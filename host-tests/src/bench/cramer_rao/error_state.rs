@@ -1,23 +1,25 @@
-//! The Kalman filter about the truth: its covariance, and what it estimates.
+//! Kalman filter linearised about the truth: its covariance, and its estimate of the error.
 
 use nalgebra::{Matrix3, Matrix3x6, Rotation3, SMatrix, SVector, Vector3};
 
-/// Attitude error 3, P 9 (row-major), c = P b 3, low-pass of the vibration 3, its white noise in this sample 3.
+/// States: attitude error 3, P 9 (row-major), c = P b 3, low-pass of the vibration 3, its white noise in this
+/// sample 3.
 const STATES: usize = 21;
 const THETA: usize = 3;
-/// Where c begins.
-pub(in crate::bench) const C: usize = 12;
+/// Index of c among the states.
+pub(crate) const C: usize = 12;
 const LOW: usize = 15;
 const WHITE: usize = 18;
 
-/// Of the attitude at the start, rad: nothing is known of it.
+/// Deviation of the attitude at the start, rad: it is unknown.
 const FREE_RAD: f64 = 10.0;
 
-/// Covariance of the error state. Attitude: true tool-to-earth rotation = estimated one times exp(error), tool axes.
-pub(in crate::bench) struct ErrorState<const N: usize = 1> {
-    /// What is estimated of the error from each of N sets of readings; stays zero while every innovation is.
+/// Covariance of the error state. Attitude: true tool-to-earth rotation = estimated one times exp(error),
+/// tool axes.
+pub(crate) struct ErrorState<const N: usize = 1> {
+    /// Estimated error for each of N sets of readings; zero while every innovation is.
     estimate: SMatrix<f64, STATES, N>,
-    /// Sums of the products of their innovations, whitened.
+    /// Sums of products of whitened innovations, by pairs of sets.
     innovations: SMatrix<f64, N, N>,
     covariance: SMatrix<f64, STATES, STATES>,
 }
@@ -35,33 +37,34 @@ impl<const N: usize> ErrorState<N> {
         }
     }
 
-    /// Of theta = (P row-major, c).
+    /// Covariance of theta = (P row-major, c).
     pub fn theta(&self) -> SMatrix<f64, 12, 12> {
         self.covariance.fixed_view::<12, 12>(THETA, THETA).into_owned()
     }
 
-    /// Squared, what of one set of readings nothing in the state explains; of two of them, what they have in common of it.
+    /// Squared part of one set of readings that the state does not explain; for two sets, the product of
+    /// those parts.
     pub fn unexplained(&self) -> &SMatrix<f64, N, N> {
         &self.innovations
     }
 
-    /// The estimate of it from the first set of readings.
+    /// Estimate of theta from the first set of readings.
     pub fn theta_estimate(&self) -> SVector<f64, 12> {
         self.estimate.fixed_view::<12, 1>(THETA, 0).into_owned()
     }
 
-    /// Where it starts.
+    /// Sets the estimate of theta to start from.
     pub fn set_theta_estimate(&mut self, theta: &SVector<f64, 12>) {
         self.estimate.fixed_view_mut::<12, 1>(THETA, 0).copy_from(theta);
     }
 
-    /// How the body turned is not known.
+    /// Forgets the attitude, because the rotation was not measured.
     pub fn lose_attitude(&mut self) {
         self.add_noise(0, &Matrix3::from_diagonal_element(FREE_RAD * FREE_RAD));
     }
 
-    /// Turns with `rate` over `step_s`: the attitude error turns the other way and takes in the rate's, dP raw - dc. `surprise`: the rate that
-    /// the true model makes of what was read, less `rate`.
+    /// Turns with `rate` over `step_s`. The attitude error turns the other way and gains the rate's error, dP
+    /// raw - dc. `surprise` is the rate by the true model minus `rate`.
     pub fn turn(
         &mut self,
         rate_rad_s: &Vector3<f64>,
@@ -70,7 +73,7 @@ impl<const N: usize> ErrorState<N> {
         step_s: f64,
     ) {
         let whole = Rotation3::new(-rate_rad_s * step_s).into_inner();
-        // The mean over the step of the rotations that are left to its end.
+        // Mean over the step of the rotations that remain to its end.
         let mean = Rotation3::new(-rate_rad_s * (0.5 * step_s)).into_inner() * step_s;
         let mut input = SMatrix::<f64, 3, 12>::zeros();
         for row in 0..3 {
@@ -98,7 +101,8 @@ impl<const N: usize> ErrorState<N> {
         block += covariance;
     }
 
-    /// The tool stands still: the reading is the bias, P^-1 (P raw - c) = noise. `surprise`: the rate that the true model makes of what was read.
+    /// Observes rest: the reading is the bias, P^-1 (P raw - c) = noise. `surprise` is the rate by the true
+    /// model.
     pub fn observe_rest(
         &mut self,
         inverse: &Matrix3<f64>,
@@ -119,8 +123,8 @@ impl<const N: usize> ErrorState<N> {
         }
     }
 
-    /// A reading of an earth-fixed vector whose true value in tool axes is `vector`, with vibration `shaken` (white - low) in it. `surprise`:
-    /// what was read less `vector`.
+    /// Observes an earth-fixed vector whose true value in tool axes is `vector`, with vibration `shaken`
+    /// (white - low). `surprise` is the reading minus `vector`.
     pub fn observe_vector(
         &mut self,
         vector: &Vector3<f64>,
@@ -174,7 +178,8 @@ impl<const N: usize> ErrorState<N> {
 mod tests {
     use super::*;
 
-    /// Known but for the scale factor about z: the angle between two readings of a field across the axis, over the angle turned.
+    /// Known but for the scale factor about z: the angle between two readings of a field across the axis,
+    /// over the angle turned.
     #[test]
     fn the_scale_of_one_axis_is_that_of_two_angles_and_the_gyros_noise_between() {
         let (rate, step_s, steps) = (Vector3::new(0.0, 0.0, 1.5), 0.01, 2_000);
@@ -200,7 +205,8 @@ mod tests {
         assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
     }
 
-    /// Readings that are what a theta other than the truth would give, in the linear model: the filter finds it.
+    /// Readings that are what a theta other than the truth would give, in the linear model: the filter finds
+    /// it.
     #[test]
     fn what_the_readings_hold_of_theta_is_found() {
         let mut filter = ErrorState::new(&[0.1; 12]);
@@ -225,7 +231,8 @@ mod tests {
         assert!(worst < 1e-5, "{worst}");
     }
 
-    /// With nothing but rest, c has the variance of a mean; with a walk it has the filter's known stationary value.
+    /// With nothing but rest, c has the variance of a mean; with a walk it has the filter's known stationary
+    /// value.
     #[test]
     fn a_rest_gives_the_bias_as_a_mean_does() {
         let mut filter: ErrorState =
@@ -245,7 +252,8 @@ mod tests {
         assert!((filter.covariance[(C, C)] / expected - 1.0).abs() < 1e-6);
     }
 
-    /// The mean of high-passed noise averages out faster than white noise: its sum is the low-pass's lag, which is bounded.
+    /// The mean of high-passed noise averages out faster than white noise: its sum is the low-pass's lag,
+    /// which is bounded.
     #[test]
     fn vibration_without_a_slow_part_leaves_a_mean_that_falls_with_the_time() {
         let sigma = |samples: usize| {

@@ -1,4 +1,4 @@
-//! The tool and its hole, and what is known of them.
+//! The tool and its hole, and the configuration that knows of them.
 
 use meerkat_mwd::{
     Config,
@@ -6,7 +6,7 @@ use meerkat_mwd::{
 };
 
 use crate::{
-    configuration::of_trace,
+    flight::configuration::of_trace,
     simulate::{Effects, Gyro, Hole, Random, Rotation, Scenario, ShockSettings},
     trace::Trace,
 };
@@ -14,16 +14,18 @@ use crate::{
 pub(super) const REST_S: f64 = 30.0;
 const DURATION_S: f64 = 93.0;
 
-/// What is left of a gyro's scale factors and couplings, and of its bias, when they have been identified; the nonlinearity and the
-/// g-sensitivity of data sheets are as large (MPU-9250 PS section 3.1: 0.1 %; MPU-6000 PS section 6.1: 0.1 deg/s per g).
+/// Remaining errors of an identified gyro: scale factors and couplings, bias, and data sheets' nonlinearity
+/// and g-sensitivity, which are as large (MPU-9250 PS section 3.1: 0.1 %; MPU-6000 PS section 6.1: 0.1 deg/s
+/// per g).
 const GYRO_SCALE: f64 = 1e-3;
 const GYRO_BIAS_DEG_S: f64 = 0.1;
 
-/// Speed of a probe in its hole, m/s: what a shock of 10 g that takes 5 ms leaves until the wall takes it back, and so is vibration.
+/// Speed of a probe in its hole, m/s: a shock of 10 g over 5 ms gives this much until the wall takes it back;
+/// vibration likewise.
 const SPEED_M_S: f32 = 0.1;
 
 pub(super) fn scenario(inclination_deg: f64, mean_rpm: f64, seed: u64) -> Scenario {
-    // another stream than the simulator's own
+    // A stream apart from the simulator's own.
     let mut draw = Random::new(!seed);
     let model = SurveyErrors::default();
     let mut three = |sigma: f32| -> [f64; 3] { std::array::from_fn(|_| f64::from(sigma) * draw.normal()) };
@@ -37,7 +39,7 @@ pub(super) fn scenario(inclination_deg: f64, mean_rpm: f64, seed: u64) -> Scenar
         duration_s: DURATION_S,
         rest_s: REST_S,
         hole: Hole { inclination_deg, azimuth_deg, ..Hole::default() },
-        // half of it: between a steady string and one that stops
+        // Half of full stick-slip: between a steady string and one that stops.
         rotation: Rotation { mean_rpm, toolface_deg, stick_slip: 0.5, ..Rotation::default() },
         shocks: ShockSettings { per_minute: 20.0, peak_g: [5.0, 20.0], ..ShockSettings::default() },
         gyro: Gyro {
@@ -57,7 +59,7 @@ pub(super) fn scenario(inclination_deg: f64, mean_rpm: f64, seed: u64) -> Scenar
     }
 }
 
-/// What is known of such sensors.
+/// The configuration for such sensors.
 pub(super) fn config(trace: &Trace) -> Config {
     let config = of_trace(trace);
     let model = SurveyErrors::default();
@@ -66,7 +68,7 @@ pub(super) fn config(trace: &Trace) -> Config {
     Config {
         latency: Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) },
         attitude: AttitudeConfig {
-            // of a scale factor at most half of gravity's, and of the field's, share is across it
+            // At most half of the gravity, or field, that a scale factor acts on lies across it.
             accel_sigma_m_s2: libm::hypotf(model.accel_bias_m_s2, 0.5 * model.accel_scale * gravity_m_s2),
             mag_sigma_rad: libm::hypotf(model.mag_bias_ut / field_ut, 0.5 * model.mag_scale),
             velocity_sigma_m_s: SPEED_M_S,

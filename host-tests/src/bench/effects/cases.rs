@@ -1,4 +1,4 @@
-//! What the simulator adds in each case, and by what names it counts as named right.
+//! Cases of the simulator's effects, with the names that count as right.
 
 use std::sync::LazyLock;
 
@@ -13,17 +13,17 @@ use super::{
 };
 use crate::simulate::{MountRotation, Random, Scenario, Temperature};
 
-/// All of the library but soft iron.
+/// The library without soft iron.
 static WITHOUT_SOFT_IRON: LazyLock<Vec<&dyn Effect>> =
     LazyLock::new(|| LIBRARY.into_iter().filter(|effect| effect.name() != "soft_iron").collect());
 
 /// One case.
 pub(super) struct Case {
     pub name: &'static str,
-    /// For each effect in it, its own name and those that it cannot be told from. Empty: nothing, or nothing like what the
-    /// library has.
+    /// Accepted names for each effect of the case: its own, and those it cannot be told from. Empty if there
+    /// is no effect, or none like the library's.
     pub names: &'static [&'static [&'static str]],
-    /// Adds it, with a size drawn at random in the range that data sheets give.
+    /// Adds the effects, with sizes drawn from the range of data sheets.
     pub add: fn(&mut Scenario, &mut Random),
 }
 
@@ -31,25 +31,25 @@ const SOFT_IRON_OUTSIDE: &str = "outside: soft iron of 1 %, not in the library";
 const SYMMETRIC_OUTSIDE: &str = "outside: the same, symmetric";
 
 impl Case {
-    /// What it is flown with.
+    /// The library of effects to fly the case with.
     pub(super) fn library(&self) -> Library {
         if self.is_outside() { &WITHOUT_SOFT_IRON } else { &LIBRARY }
     }
-    /// Whether it is one effect, which the library has.
+    /// Whether the case is one effect of the library.
     pub(super) fn is_alone(&self) -> bool {
         self.names.len() == 1 && !self.is_outside()
     }
-    /// Whether it is a soft iron that the library does not have.
+    /// Whether the case is a soft iron that the library lacks.
     fn is_outside(&self) -> bool {
         [SOFT_IRON_OUTSIDE, SYMMETRIC_OUTSIDE].contains(&self.name)
     }
-    /// The name of the effect in it, of the first one where there are several.
+    /// Name of the case's effect; of the first if there are several.
     pub(super) fn own_name(&self) -> Option<&'static str> {
         self.names.first().and_then(|names| names.first()).copied()
     }
-    /// Whether what was drawn can be seen and matters, where there is one thing that should be named. Soft iron is one with turned axes and a
-    /// hard iron but for its symmetric part across the tool axis: where the library does not have it, that has to turn the field by more
-    /// than is let be.
+    /// Whether what was drawn can be seen and matters, if one effect should be named. Soft iron equals turned
+    /// axes and a hard iron, apart from its symmetric part across the tool axis: if the library lacks it,
+    /// that part must turn the field by more than the tolerated residual.
     pub(super) fn is_observable(&self, scenario: &Scenario, seed: u64) -> Option<bool> {
         if self.is_outside() {
             let [[xx, xy, _], [yx, yy, _], _] = scenario.effects.mag_matrix;
@@ -59,7 +59,7 @@ impl Case {
         let effect = LIBRARY.iter().find(|effect| self.is_alone() && Some(effect.name()) == self.own_name())?;
         Some(Observability::of(scenario, seed).is_expected(effect.parameters().len()))
     }
-    /// Whether it is what it should be: named, or unexplained where the library does not have it.
+    /// Whether the outcome is right: the effect named, or the residual unexplained if the library lacks it.
     pub(super) fn is_met(&self, outcome: &Outcome) -> bool {
         if self.is_outside() {
             outcome.verdict == Some(Verdict::UnexplainedResidual)
@@ -67,17 +67,17 @@ impl Case {
             self.is_named_by(&outcome.names)
         }
     }
-    /// Whether a name is that of one of its effects, or one that cannot be told from it.
+    /// Whether a name is that of one of the effects, or of one that cannot be told from it.
     pub(super) fn allows(&self, name: &str) -> bool {
         self.names.iter().any(|names| names.contains(&name))
     }
-    /// Whether all of its effects are among the names found.
+    /// Whether all effects are among the names found.
     pub(super) fn is_named_by(&self, found: &[&str]) -> bool {
         self.names.iter().all(|names| found.iter().any(|name| names.contains(name)))
     }
 }
 
-/// A residual of the field that is let be, deg.
+/// Residual of the field that is tolerated, degrees.
 const LEAST_LEFT_DEG: f64 = 0.06;
 
 /// Share of the field that lies across the tool axis.
@@ -88,7 +88,7 @@ fn share_across(scenario: &Scenario) -> f64 {
     (1.0 - axial * axial).sqrt()
 }
 
-/// A vector of random direction whose length is between half of `largest` and it.
+/// A vector of random direction with a length between `largest` / 2 and `largest`.
 fn vector(random: &mut Random, largest: f64) -> [f64; 3] {
     let length = random.between(0.5 * largest, largest);
     random.direction().map(|x| x * length)
@@ -98,7 +98,7 @@ fn matrix(random: &mut Random, largest: f64) -> [[f64; 3]; 3] {
     [(); 3].map(|()| [(); 3].map(|()| random.sign() * random.between(0.5 * largest, largest)))
 }
 
-/// All of them.
+/// All cases.
 pub(super) const CASES: &[Case] = &[
     Case { name: "nothing", names: &[], add: |_, _| {} },
     Case {
@@ -209,13 +209,13 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: SOFT_IRON_OUTSIDE,
         names: &[&["hard_iron", "axial_interference"]],
-        // 1 % on the mean.
+        // Mean 1 %.
         add: |s, r| s.effects.mag_matrix = matrix(r, 0.0133),
     },
     Case {
         name: SYMMETRIC_OUTSIDE,
         names: &[&["hard_iron", "axial_interference"]],
-        // Iron that is magnetised along the field: its axes have not turned.
+        // Iron magnetised along the field: the axes have not turned.
         add: |s, r| {
             let drawn = matrix(r, 0.0133);
             s.effects.mag_matrix = [0, 1, 2].map(|i: usize| [0, 1, 2].map(|j: usize| drawn[i.min(j)][i.max(j)]));

@@ -1,15 +1,15 @@
-//! How often something is named where nothing is.
+//! False alarms: how often an effect is named when there is none.
 
 use meerkat_mwd::{compensation::effects::LIBRARY, diagnosis::Verdict};
 
 use super::trial::{DATA_S, diagnose, drilled};
 use crate::bench::{
-    Effort,
+    effort::Effort,
     seeds::each_seed,
     table::{Cell, Table},
 };
 
-/// Seeds that no other table of effects has.
+/// First seed; no other table of effects uses these seeds.
 const FIRST_SEED: u64 = 10_000;
 
 pub(super) fn table(effort: Effort) -> anyhow::Result<Table> {

@@ -1,8 +1,10 @@
-//! Whether what was drawn can be seen and matters, by the truth and its noise alone.
+//! Observability of an effect: whether what was drawn can be seen and matters, by the truth and its noise
+//! alone.
 //!
-//! What an effect adds to the readings is the difference of two runs, with it and without, that have all else in common. What of it
-//! neither attitude, P and bias nor the strengths and the angle of gravity and field explain, over the noise, is the square of its size over
-//! its Cramer-Rao deviation: the sum of the squared innovations of a Kalman filter that reads nothing else.
+//! The effect's readings are the difference of two runs, with it and without, that have all else in common.
+//! The part that neither attitude, P and bias nor strengths and angle of gravity and field explain, over the
+//! noise, is the square of the effect's size over its Cramer-Rao deviation: the sum of squared innovations of
+//! a Kalman filter that reads only this difference.
 
 use std::f64::consts::PI;
 
@@ -18,43 +20,43 @@ use crate::{
     simulate::{Effects, Scenario, sensors::SensorNoise, simulate, vibration::HighPassed},
 };
 
-/// What turns a vector by less does not matter, deg.
+/// Turn of a vector below which an effect does not matter, degrees.
 const LEAST_TURN_DEG: f64 = 0.3;
 
-/// What turns the body by less in a second does not, deg.
+/// Turn of the body in a second below which an effect does not matter, degrees.
 const LEAST_DRIFT_DEG: f64 = 0.05;
 
-/// A test window, seconds, and from one to the next.
+/// Length of a test window, seconds; below it the step from one to the next.
 const TEST_S: f64 = 2.0;
 const HOP_S: f64 = 0.5;
 
-/// Evidence over what its parameters cost at which a candidate counts.
+/// Evidence beyond the cost of its parameters from which a candidate counts.
 const LEAST_WORTH: f64 = 3.0;
 
-/// Normal deviate that has the chance of 1 % over the candidates, 19.
+/// Normal deviate with a chance of 1 % over the 19 candidates.
 const CHANCE: f64 = 3.28;
 
-/// What is to be known of an effect in a run.
+/// Observability of an effect in a run.
 pub(super) struct Observability {
-    /// Whether what it turns is beyond what is let be.
+    /// Whether it turns vectors or body by more than is tolerated.
     pub(super) matters: bool,
     /// Square of its size over its deviation.
     pub(super) squared: f64,
 }
 
 impl Observability {
-    /// Whether it can be expected to be named, having so many parameters.
+    /// Whether an effect with this many parameters can be expected to be named.
     pub(super) fn is_expected(&self, parameters: usize) -> bool {
         let k = parameters as f64;
-        // Wilson and Hilferty, Proc. Nat. Acad. Sci. 17 (1931) 684.
+        // Chi-square by Wilson and Hilferty, Proc. Nat. Acad. Sci. 17 (1931) 684.
         let spread = 2.0 / (9.0 * k);
         let by_chance = k * (1.0 - spread + CHANCE * spread.sqrt()).powi(3);
-        // Schwarz.
+        // Cost of the parameters by Schwarz's criterion.
         let worth = 2.0 * LEAST_WORTH + k * (DATA_S / HOP_S).ln();
         self.matters && self.squared + k > by_chance.max(worth)
     }
 
-    /// Of all effects of a run together.
+    /// The observability of all effects of a run together.
     pub(super) fn of(drilled: &Scenario, seed: u64) -> Self {
         let scenario = &held_out_too(drilled);
         let clean = Scenario { effects: Effects::default(), ..scenario.clone() };
@@ -70,7 +72,7 @@ impl Observability {
         let dipped_ut = Vector3::new(-sine, 0.0, cosine) * scenario.earth.magnetic_field_ut;
         let force_m_s2 = Vector3::new(0.0, 0.0, -scenario.earth.gravity_m_s2);
 
-        // Four sets of readings: the effect's; gravity and field that are stronger; a field that dips less.
+        // Four sets of readings: the effect's; stronger gravity; stronger field; a field that dips less.
         let mut filter: ErrorState<4> = ErrorState::new(&prior_sigmas(&IdentificationConfig::default()));
         let four = |columns: [Vector3<f64>; 4]| Matrix3x4::from_columns(&columns);
         let none = Vector3::zeros();
@@ -122,7 +124,7 @@ impl Observability {
     }
 }
 
-/// What an effect adds to the readings of rate, specific force and field.
+/// Readings that an effect adds to rate, specific force and field.
 struct Added([Vec<Vector3<f64>>; 3]);
 
 impl Added {
@@ -131,7 +133,7 @@ impl Added {
         if added.0[1].iter().all(|force| *force == Vector3::zeros()) {
             return added;
         }
-        // Vibration that comes late is noise as it was: in a run that is not shaken.
+        // Delayed vibration is still noise: take the difference in a run without vibration.
         let still = [scenario, clean].map(|scenario| {
             let mut still = scenario.clone();
             let vibration = &mut still.vibration;
@@ -159,12 +161,12 @@ fn difference(scenario: &Scenario, clean: &Scenario, seed: u64) -> Added {
     Added([of(|sample| sample.gyro_rad_s), of(|sample| sample.accel_m_s2), of(|sample| sample.mag_ut)])
 }
 
-/// What an effect turns while the tool drills.
+/// Angles that an effect turns while the tool drills.
 #[derive(Default)]
 struct Turned {
-    /// Body to earth, and what is added to the rate.
+    /// Body to earth, and the added rate.
     rates: Vec<(UnitQuaternion<f64>, Vector3<f64>)>,
-    /// Squares of the angles by which specific force and field are turned at most.
+    /// Squares of the angles by which specific force and field can be turned.
     vectors: [Vec<f64>; 2],
 }
 
@@ -172,7 +174,7 @@ impl Turned {
     fn matters(&self, earth: [Vector3<f64>; 2], period_s: f64) -> bool {
         let root_mean_square = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
         let vectors = self.vectors.iter().any(|squares| root_mean_square(squares) > LEAST_TURN_DEG.to_radians());
-        // What is constant in the body is a bias.
+        // A constant in the body is a bias.
         let constant = self.rates.iter().map(|(_, rate)| rate).sum::<Vector3<f64>>() / self.rates.len().max(1) as f64;
         let length = (TEST_S / period_s) as usize;
         let weight = |k: usize| (PI * (k as f64 + 0.5) / length as f64).sin().powi(2) * period_s;
@@ -193,7 +195,8 @@ mod tests {
     use super::*;
     use crate::bench::effects::trial::drilled;
 
-    /// In a vertical hole it is a bias; inclined it turns with the body. Nothing is nothing, and twice the size four times as clear.
+    /// In a vertical hole the effect is a bias; in an inclined one it turns with the body. No effect gives
+    /// zero, and twice the size gives four times the square.
     #[test]
     fn a_g_sensitivity_is_seen_where_gravity_turns_in_the_body_and_by_the_square_of_its_size() {
         let of = |inclination_deg: f64, size: f64| {

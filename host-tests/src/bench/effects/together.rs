@@ -8,15 +8,15 @@ use super::{
 };
 use crate::{
     bench::{
-        Effort,
+        effort::Effort,
         seeds::each_seed,
         table::{Cell, Table},
     },
     simulate::Random,
 };
 
-/// What is drawn from: effects that are named in most runs in which they are alone. One at most of each row: those of a row
-/// cannot be told from each other, or from their sum.
+/// Groups to draw from: effects that are named in most runs in which they are alone. At most one of each
+/// group, because those of a group cannot be told from each other or from their sum.
 const GROUPS: [&[&str]; 7] = [
     &["mag_lag", "gyro_lag", "accel_lag", "eddy_lag"],
     &["hard_iron", "soft_iron", "axial_interference"],
@@ -27,7 +27,7 @@ const GROUPS: [&[&str]; 7] = [
     &["gyro_scale_nonlinearity"],
 ];
 
-/// Seeds that no other table of effects has.
+/// First seed; no other table of effects uses these seeds.
 const FIRST_SEED: u64 = 20_000;
 
 /// One run.
@@ -37,16 +37,16 @@ struct Trial {
 }
 
 impl Trial {
-    /// All of them by their own names, and nothing else.
+    /// Whether all are named by their own names, and nothing else is.
     fn exact(&self) -> bool {
         let own = |case: &&Case| case.own_name().is_some_and(|name| self.found.contains(&name));
         self.found.len() == self.drawn.len() && self.drawn.iter().all(own)
     }
-    /// All of them, each by its own name or by one that cannot be told from it.
+    /// Whether all are named, by their own names or by ones that cannot be told from them.
     fn all_named(&self) -> bool {
         self.drawn.iter().all(|case| case.is_named_by(&self.found))
     }
-    /// Something that is not there.
+    /// Whether something is named that is not there.
     fn false_name(&self) -> bool {
         self.found.iter().any(|name| self.drawn.iter().all(|case| !case.allows(name)))
     }
@@ -85,7 +85,7 @@ pub(super) fn tables(effort: Effort) -> anyhow::Result<Vec<Table>> {
     Ok(vec![counts, others])
 }
 
-/// Two of them in runs of even seeds, three in the others.
+/// Two effects in runs of even seeds, three in the others.
 fn trial(seed: u64) -> anyhow::Result<Trial> {
     let mut drawn: Vec<&'static Case> = Vec::new();
     let scenario = drilled(45.0, seed, |scenario, random| {
@@ -111,7 +111,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// Else a draw would leave one out.
+    /// A draw would never choose an effect that is missing here.
     #[test]
     fn every_name_that_is_drawn_from_is_a_case() {
         for name in GROUPS.iter().copied().flatten() {

@@ -1,4 +1,4 @@
-//! One run with effects that nobody declares to the pipeline, and what came of it.
+//! One run with effects that the configuration does not mention, and its outcome.
 
 use meerkat_mwd::{
     Config,
@@ -8,28 +8,26 @@ use meerkat_mwd::{
 
 use crate::{
     bench::one_window::scenario,
-    configuration::of_trace,
-    flight::{Flight, fly_with},
-    replay::settings,
+    flight::{Flight, configuration::of_trace, fly_with},
     score::{self, Reference},
     simulate::{Random, Scenario, simulate},
     trace::Trace,
 };
 
-/// What is diagnosed, seconds.
+/// Length of the diagnosed part, seconds.
 pub(super) const DATA_S: f64 = 120.0;
 
-/// What follows with everything frozen, and is scored, seconds.
+/// Length of the frozen part that follows and is scored, seconds.
 pub(super) const HELD_OUT_S: f64 = 60.0;
 
-/// What can be found.
+/// The effects that can be found.
 pub(super) type Library = &'static [&'static dyn Effect];
 
-/// What is named at the end of a run.
+/// Outcome of a run.
 pub(super) struct Outcome {
-    /// In the order in which they were chosen.
+    /// Names found, in the order in which they were chosen.
     pub(super) names: Vec<&'static str>,
-    /// Of the last diagnosis that could tell anything.
+    /// Verdict of the last conclusive diagnosis.
     pub(super) verdict: Option<Verdict>,
 }
 
@@ -44,7 +42,7 @@ impl Outcome {
     }
 }
 
-/// Errors over the stretch that was held out, degrees rms.
+/// Errors over the held-out part, degrees rms.
 #[derive(Clone, Copy)]
 pub(super) struct Errors {
     /// Rotation over 2 s with the factory's P and the bias.
@@ -55,7 +53,7 @@ pub(super) struct Errors {
     pub(super) attitude: [f64; 2],
 }
 
-/// The drilling run in a hole of so many degrees to which `add` adds what it draws.
+/// A drilling run in a hole of this inclination, with the effects that `add` draws.
 pub(super) fn drilled(
     inclination_deg: f64,
     seed: u64,
@@ -67,19 +65,19 @@ pub(super) fn drilled(
     Ok(drilled)
 }
 
-/// The run with the stretch that is held out.
+/// The run with the held-out part.
 pub(super) fn held_out_too(scenario: &Scenario) -> Scenario {
     Scenario { duration_s: DATA_S + HELD_OUT_S, ..scenario.clone() }
 }
 
-/// What is named in a run.
+/// Names found in a run.
 pub(super) fn diagnose(scenario: &Scenario, seed: u64, library: Library) -> anyhow::Result<Outcome> {
     let (trace, _) = simulate(scenario, seed);
     let config = Config { seed, ..of_trace(&trace) };
     Ok(Outcome::of(&fly_with(library, &config, &trace.samples, |_| {})?, library))
 }
 
-/// What is named in a run, and the errors over a stretch that follows, in which parameters and effects are frozen.
+/// Names found in a run, and errors over a following part in which parameters and effects are frozen.
 pub(super) fn diagnose_and_score(
     scenario: &Scenario,
     seed: u64,
@@ -106,7 +104,7 @@ pub(super) fn diagnose_and_score(
 }
 
 fn scored(trace: &Trace, config: &Config, flight: &Flight) -> Reference {
-    score::score(trace, flight, &settings(trace, config)).unwrap_or_default()
+    score::score(trace, flight, &score::Settings::of(trace, config)).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -117,7 +115,8 @@ mod tests {
     use super::*;
     use crate::bench::median;
 
-    /// A soft iron that nobody declared is among the filter's own unknowns, so that rotation does not wait for its name; attitude does.
+    /// An undeclared soft iron is among the filter's own unknowns: rotation does not wait for its name,
+    /// attitude does.
     #[test]
     fn the_loop_changes_nothing_where_nothing_is_and_takes_out_what_is() {
         let mut ratios = Vec::new();

@@ -1,4 +1,4 @@
-//! The wires to a part, which count what is moved over them; the part knows as much as its driver asks for.
+//! A bus that counts what is moved over it, with a part that answers what its driver asks for.
 
 use std::{cell::RefCell, convert::Infallible, rc::Rc};
 
@@ -7,13 +7,14 @@ use embedded_hal::{
     spi::{self, SpiDevice},
 };
 
-/// What a part answers when it is read from a register on, where that is not what was written there.
+/// Answer of a part to a read from a register on, if it differs from what was written there. Returns whether
+/// it answered.
 pub type Respond = fn(&mut Part, first: u8, into: &mut [u8]) -> bool;
 
 pub struct Part {
     values: [u8; 256],
     respond: Respond,
-    /// Measurements that nobody has read yet, as far as there is a FIFO.
+    /// Measurements not read yet, up to the FIFO's depth.
     waiting: u16,
     noise: u8,
     slot: u8,
@@ -69,7 +70,7 @@ impl Part {
         }
     }
 
-    /// Axes of two bytes that are never the same twice, low byte first.
+    /// Axes of two bytes that never repeat, low byte first.
     fn noise(&mut self, into: &mut [u8], low: usize) {
         for axis in into.chunks_mut(2) {
             self.noise = self.noise.wrapping_mul(5).wrapping_add(7);
@@ -160,7 +161,7 @@ pub fn icm42688(part: &mut Part, first: u8, into: &mut [u8]) -> bool {
 }
 
 pub fn bmi088_accel(part: &mut Part, first: u8, into: &mut [u8]) -> bool {
-    // A byte comes between.
+    // A dummy byte comes first.
     let into = &mut into[1..];
     match first {
         0x03 => into[0] = if part.waiting > 0 { 0x80 } else { 0 },
@@ -230,7 +231,7 @@ impl I2c for Wire {
         let mut part = self.0.borrow_mut();
         part.transactions += 1;
         let mut written: Vec<u8> = Vec::new();
-        // Start, address with its acknowledgement, stop.
+        // Start, address with acknowledgement, stop.
         part.moved(1, 1 + 9 + 1);
         for operation in operations {
             match operation {
@@ -239,7 +240,7 @@ impl I2c for Wire {
                     written.extend_from_slice(bytes);
                 }
                 i2c::Operation::Read(into) => {
-                    // Start and address once more.
+                    // Start and address again for the read.
                     part.moved(1 + into.len(), 1 + 9 + 9 * into.len());
                     let first = written.first().copied().unwrap_or(0);
                     part.read(first, into);

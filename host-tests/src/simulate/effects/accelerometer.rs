@@ -1,4 +1,4 @@
-//! What an accelerometer in a probe senses of specific force.
+//! Effects of the accelerometer on specific force.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -20,7 +20,7 @@ impl AccelEffects {
         }
     }
 
-    /// What it senses of a specific force, tool axes.
+    /// Specific force that the sensor senses, tool axes.
     pub(super) fn sensed(&mut self, specific_force_m_s2: Vector3<f64>) -> Vector3<f64> {
         self.matrix * self.delay.next(specific_force_m_s2) + self.bias_m_s2
     }

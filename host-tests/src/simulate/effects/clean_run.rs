@@ -1,4 +1,4 @@
-//! Runs for the tests: no noise and a perfect gyro, so that what is left is the effect.
+//! Scenarios for tests of effects: no noise and a perfect gyro, so that only the effect is left.
 
 use meerkat_mwd::Sample;
 use nalgebra::Vector3;
@@ -40,15 +40,15 @@ pub(super) fn turning(effects: &Effects, mean_rpm: f64) -> Scenario {
     }
 }
 
-/// First sample of a turning run after its rest and ramp.
+/// First sample of a turning run after rest and ramp.
 pub(super) const STEADY: usize = 1_301;
 
-/// What is read while drilling.
+/// Readings while drilling.
 pub(super) fn readings(effects: &Effects) -> Vec<Sample> {
     samples(&drilling(effects))
 }
 
-/// What is read in a valid scenario.
+/// Readings of a valid scenario.
 pub(super) fn samples(scenario: &Scenario) -> Vec<Sample> {
     assert!(scenario.validate().is_ok());
     simulate(scenario, 1).0.samples

@@ -1,13 +1,13 @@
-//! Readings that come late.
+//! Delay of readings.
 
 use std::collections::VecDeque;
 
 use nalgebra::Vector3;
 
-/// A delay of any length: linear between the samples that surround it. A vector that turns by a in a sample loses up to a^2 / 8
-/// of its length there and none of its direction.
+/// A delay of any length: linear between the surrounding samples. A vector that turns by a in one sample
+/// loses up to a^2 / 8 of its length and none of its direction.
 pub(super) struct Delay {
-    /// Samples.
+    /// Delay in samples.
     lag: f64,
     history: VecDeque<Vector3<f64>>,
 }
@@ -22,7 +22,7 @@ impl Delay {
         self.history.push_front(value);
         let whole = self.lag as usize;
         self.history.truncate(whole + 2);
-        // Before the first sample everything stood as in it.
+        // Before the first sample everything stood still.
         let ago = |n: usize| self.history.get(n).or(self.history.back()).copied().unwrap_or(value);
         ago(whole).lerp(&ago(whole + 1), self.lag - whole as f64)
     }

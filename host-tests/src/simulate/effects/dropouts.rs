@@ -1,20 +1,20 @@
-//! Readings that are missing.
+//! Dropouts: missing readings.
 
 use meerkat_mwd::{Sample, SampleFlags};
 use serde::Deserialize;
 
 use super::poisson::instants;
 use crate::simulate::{
+    error::ScenarioError,
+    limits::{check, within},
     random::Random,
-    scenario::ScenarioError,
-    validation::{check, within},
 };
 
 /// Dropouts at random (Poisson) instants, each of one sensor drawn at random.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Dropouts {
-    /// Mean number in a minute. Default 0.
+    /// Mean number per minute. Default 0.
     pub per_minute: f64,
     /// Length of each, seconds. Default 0.1.
     pub length_s: f64,
@@ -37,7 +37,7 @@ impl Dropouts {
 /// The dropouts of a run.
 pub(super) struct DrawnDropouts {
     length_s: f64,
-    /// Beginning, seconds, and the flag of the sensor that is missing.
+    /// Start of each, seconds, and the flag of the missing sensor.
     dropouts: Vec<(f64, SampleFlags)>,
 }
 
@@ -51,7 +51,7 @@ impl DrawnDropouts {
         Self { length_s: settings.length_s, dropouts }
     }
 
-    /// Takes out the readings that drop out.
+    /// Flags the readings that drop out as missing.
     pub(super) fn drop_out(&self, sample: &mut Sample) {
         let t_s = sample.t_us as f64 * 1e-6;
         let length_s = self.length_s;

@@ -1,4 +1,4 @@
-//! What a gyro in a probe senses, and what it reads beside the rate.
+//! Effects of the gyro on the rate, and what it reads beside the rate.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -31,17 +31,17 @@ impl<'a> GyroEffects<'a> {
         }
     }
 
-    /// The rate that it senses over the sample at `t_s`, in the axes in which it was mounted.
+    /// Rate that the sensor senses over the sample at `t_s`, in the axes in which it was mounted.
     pub(super) fn sensed(&mut self, t_s: f64, rate_rad_s: Vector3<f64>) -> Vector3<f64> {
         let rate_rad_s = self.effects.mount_rotation.as_ref().map_or(rate_rad_s, |mount| {
-            // While it turns, it senses that too.
+            // While the gyro turns in its mount, it senses that rotation too.
             let own_rad_s = mount.mean_rate_rad_s(t_s - 0.5 * self.period_s, t_s + 0.5 * self.period_s);
             mount.turn_at(t_s).inverse_transform_vector(&rate_rad_s) + own_rad_s
         });
         self.delay.next(rate_rad_s)
     }
 
-    /// What it reads at `t_s` beside a scaled rate `P^-1 w` and its bias, rad/s.
+    /// Additions to the reading at `t_s`, beside the scaled rate `P^-1 w` and the bias, rad/s.
     pub(super) fn additions_rad_s(&self, t_s: f64, ideal: &Ideal, scaled_rad_s: &Vector3<f64>) -> Vector3<f64> {
         let force = ideal.specific_force_m_s2;
         let mount = self.effects.mount_rotation.as_ref();
@@ -93,7 +93,8 @@ mod tests {
     #[test]
     fn vibration_is_rectified_with_the_square_of_all_acceleration_but_not_of_gravity() {
         let vibration_rectification_deg_s_g2 = [0.02, 0.0, -0.01];
-        // Nothing shakes here: 16 pi^2 0.05 m/s^2 towards the axis is all there is, and nothing of it at rest.
+        // Nothing shakes here: 16 pi^2 0.05 m/s^2 towards the axis is all there is, and nothing of it at
+        // rest.
         let lever_arm_mm = [0.0, 50.0, 0.0];
         let spun = Effects { vibration_rectification_deg_s_g2, lever_arm_mm, ..Effects::default() };
         let spun = samples(&turning(&spun, 120.0));

@@ -1,4 +1,4 @@
-//! How the gyro's bias changes beside its random walk: with a shock, with temperature and with time.
+//! Changes of the gyro's bias beside its random walk: with a shock, with temperature and with time.
 
 use std::f64::consts::TAU;
 
@@ -7,19 +7,19 @@ use nalgebra::Vector3;
 use super::Effects;
 use crate::simulate::vibration::Shock;
 
-/// What is added to the gyro's bias at `t_s`, when it is so much warmer than at the start of the run, rad/s.
+/// Change of the gyro's bias at `t_s` and `warmer_c` above the temperature of the start, rad/s.
 pub(super) fn bias_change_rad_s(effects: &Effects, t_s: f64, warmer_c: f64) -> Vector3<f64> {
     let with_temperature = Vector3::from(effects.gyro_bias_temperature_deg_s_c) * warmer_c;
     let amplitude = Vector3::from(effects.periodic_bias_deg_s);
     if amplitude == Vector3::zeros() {
-        // There may be no period.
+        // Without an amplitude the period may be 0.
         return with_temperature.map(f64::to_radians);
     }
     let wave = libm::sin(TAU * t_s / effects.periodic_bias_period_s);
     (with_temperature + amplitude * wave).map(f64::to_radians)
 }
 
-/// When the bias steps, seconds, and by how much, rad/s.
+/// Time of the bias step, seconds, and its size, rad/s.
 pub(in crate::simulate) fn bias_step(effects: &Effects, shocks: &[Shock]) -> Option<(f64, Vector3<f64>)> {
     let after_s = effects.bias_step_after_s;
     let at_s = shocks.iter().map(|shock| shock.start_s).find(|start_s| *start_s >= after_s).unwrap_or(after_s);

@@ -1,25 +1,25 @@
-//! A magnet that is on the probe for some time only.
+//! Hard iron that is on the probe for some time only, as a magnet.
 
 use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::simulate::{
+    error::ScenarioError,
+    limits::{all_within, check, within},
     ramp::smooth_ramp,
-    scenario::ScenarioError,
-    validation::{all_within, check, within},
 };
 
 /// Hard iron that comes and goes smoothly. Where intervals overlap, their offsets add.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HardIronInterval {
-    /// Half of it has come at this time, seconds.
+    /// Time at which half of it has come, seconds.
     pub from_s: f64,
-    /// Half of it has gone at this time, seconds.
+    /// Time at which half of it has gone, seconds.
     pub to_s: f64,
-    /// All of it, tool axes, microtesla. Typical 5 to 30.
+    /// Full offset, tool axes, microtesla. Typical 5 to 30.
     pub offset_ut: [f64; 3],
-    /// It comes and goes within so long, half before and half after its time, seconds. Default 0.3.
+    /// Duration of coming and of going, centred on its time, seconds. Default 0.3.
     #[serde(default = "ramp_s")]
     pub ramp_s: f64,
 }

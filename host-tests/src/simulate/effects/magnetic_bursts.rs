@@ -1,20 +1,20 @@
-//! Disturbances of the earth's field that last a moment.
+//! Bursts: brief disturbances of the earth's field.
 
 use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::poisson::instants;
 use crate::simulate::{
+    error::ScenarioError,
+    limits::{check, within},
     random::Random,
-    scenario::ScenarioError,
-    validation::{check, within},
 };
 
 /// Disturbances of the field at random (Poisson) instants: fixed in the earth, half a sine in time.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MagneticBursts {
-    /// Mean number in a minute. Default 0.
+    /// Mean number per minute. Default 0.
     pub per_minute: f64,
     /// Length of each, seconds. Default 2.
     pub length_s: f64,
@@ -40,7 +40,7 @@ impl MagneticBursts {
 /// The bursts of a run.
 pub(super) struct Bursts {
     length_s: f64,
-    /// Beginning, seconds, and peak in the earth frame, microtesla.
+    /// Start of each, seconds, and its peak in the earth frame, microtesla.
     bursts: Vec<(f64, Vector3<f64>)>,
 }
 

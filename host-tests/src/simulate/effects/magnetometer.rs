@@ -1,4 +1,4 @@
-//! What a magnetometer in a probe senses of the field.
+//! Effects of the magnetometer on the field.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -20,12 +20,13 @@ impl<'a> MagEffects<'a> {
         }
     }
 
-    /// What it senses at `t_s` of a field in which the tool turns, tool axes.
+    /// Field that the sensor senses at `t_s`, tool axes, in a tool that turns at this rate.
     pub(super) fn sensed(&mut self, t_s: f64, field_ut: Vector3<f64>, rate_rad_s: &Vector3<f64>) -> Vector3<f64> {
-        // The collar's currents are in the field around the sensor, the sensor's own errors and delay come after them.
+        // The collar's currents change the field around the sensor; the sensor's own errors and delay come
+        // after.
         let eddy = Vector3::z().cross(&field_ut) * (self.effects.eddy_lag_ms * 1e-3 * rate_rad_s.z);
         let steel = self.matrix * self.delay.next(field_ut + eddy) + Vector3::from(self.effects.hard_iron_ut);
-        // A magnet turns with the collar and makes no currents in it; the delay of the sensor it shares.
+        // A magnet turns with the collar and induces no currents in it; it shares the sensor's delay.
         let sensed_s = t_s - self.effects.mag_lag_ms * 1e-3;
         steel + self.effects.hard_iron_intervals.iter().map(|magnet| magnet.at(sensed_s)).sum::<Vector3<f64>>()
     }

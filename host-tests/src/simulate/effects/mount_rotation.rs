@@ -1,24 +1,24 @@
-//! A gyro that turns in its mount.
+//! Turn of the gyro in its mount.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
 use crate::simulate::{
+    error::ScenarioError,
+    limits::{all_within, check, within},
     ramp::smooth_ramp,
-    scenario::ScenarioError,
-    validation::{all_within, check, within},
 };
 
-/// The gyro turns against the tool, smoothly, and stays so; the other sensors stay as they were.
+/// The gyro turns smoothly against the tool and stays so; the other sensors do not turn.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MountRotation {
-    /// It begins to turn at this time, seconds.
+    /// Start of the turn, seconds.
     pub from_s: f64,
-    /// By how much, and about what: a rotation vector, right-handed, tool axes, degrees. An axis e of the gyro lies along R e
+    /// The turn as a rotation vector, right-handed, tool axes, degrees. An axis e of the gyro lies along R e
     /// afterwards, so that `P^-1 R^T w` is read of the tool's rate w. Typical 0.5 to 5.
     pub rotation_deg: [f64; 3],
-    /// It turns within so long, seconds. Default 1.
+    /// Duration of the turn, seconds. Default 1.
     #[serde(default = "ramp_s")]
     pub ramp_s: f64,
 }
@@ -35,7 +35,7 @@ impl MountRotation {
         check(within(self.ramp_s, 0.001, 86_400.0), "effects.mount_rotation.ramp_s", "0.001 to 86400")
     }
 
-    /// From the gyro's axes to where they lay at the start.
+    /// Rotation from the gyro's axes to where they lay at the start.
     pub(in crate::simulate) fn turn_at(&self, t_s: f64) -> UnitQuaternion<f64> {
         let turned = self.vector_rad(t_s);
         let angle = turned.norm();
@@ -46,7 +46,8 @@ impl MountRotation {
         UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, turned * (sine / angle)))
     }
 
-    /// Mean rate of the gyro against the tool over an interval, rad/s; the same in either's axes, as it turns about one axis.
+    /// Mean rate of the gyro against the tool over an interval, rad/s; the same in either's axes, because it
+    /// turns about one axis.
     pub(super) fn mean_rate_rad_s(&self, from_s: f64, to_s: f64) -> Vector3<f64> {
         (self.vector_rad(to_s) - self.vector_rad(from_s)) / (to_s - from_s)
     }

@@ -2,7 +2,7 @@
 
 use crate::simulate::random::Random;
 
-/// Random (Poisson) instants, in order of time.
+/// Random (Poisson) instants, in order of time, seconds.
 pub(super) fn instants(per_minute: f64, duration_s: f64, random: &mut Random) -> Vec<f64> {
     let mut found = Vec::new();
     if per_minute <= 0.0 {

@@ -1,9 +1,9 @@
-//! What the settings of effects may be.
+//! Checks of the effects' settings.
 
 use super::{Effects, HardIronInterval, MountRotation};
 use crate::simulate::{
-    scenario::ScenarioError,
-    validation::{all_within, check, within},
+    error::ScenarioError,
+    limits::{all_within, check, within},
 };
 
 impl Effects {

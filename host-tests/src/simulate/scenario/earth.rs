@@ -10,9 +10,9 @@ pub struct EarthSettings {
     pub magnetic_field_ut: f64,
     /// Magnetic dip, degrees below the horizontal. Default 65.
     pub dip_deg: f64,
-    /// Geodetic latitude, degrees north. Given: the gyro senses the earth's rotation too. Default: not given.
+    /// Geodetic latitude, degrees north; with it the gyro senses the earth's rotation. Default: none.
     pub latitude_deg: Option<f64>,
-    /// Magnetic declination, degrees east of true north; written to the trace. Default: not given.
+    /// Magnetic declination, degrees east of true north; written to the trace. Default: none.
     pub magnetic_declination_deg: Option<f64>,
 }
 

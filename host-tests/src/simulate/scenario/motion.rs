@@ -4,9 +4,9 @@ use serde::Deserialize;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Hole {
-    /// Inclination where the run begins, degrees from the vertical. Default 45.
+    /// Inclination at the start, degrees from the vertical. Default 45.
     pub inclination_deg: f64,
-    /// Azimuth where the run begins, degrees. Default 60.
+    /// Azimuth at the start, degrees. Default 60.
     pub azimuth_deg: f64,
     /// Change of inclination, degrees per hour of drilling. Default 3 (some 3 deg in 30 m at 30 m/h).
     pub build_rate_deg_h: f64,
@@ -28,7 +28,8 @@ pub struct Rotation {
     pub toolface_deg: f64,
     /// Mean speed, revolutions per minute. Default 30 (180 deg/s).
     pub mean_rpm: f64,
-    /// Depth of stick-slip: at 1 the speed swings between 0 and twice the mean. It wanders down to 0.6 of this. Default 0.95.
+    /// Depth of stick-slip: at 1 the speed swings between 0 and twice the mean. It wanders down to 0.6 of
+    /// this. Default 0.95.
     pub stick_slip: f64,
     /// Frequency of stick-slip, Hz; its phase wanders. Default 0.25.
     pub stick_slip_hz: f64,
@@ -40,7 +41,8 @@ impl Default for Rotation {
     }
 }
 
-/// Slow tilts of the tool axis, in two directions across the hole: they excite the lateral gyro axes as a real string does.
+/// Slow tilts of the tool axis, in two directions across the hole: they excite the lateral gyro axes as a
+/// real string does.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wobble {

@@ -18,7 +18,7 @@ pub struct Gyro {
     pub noise_deg_s_rthz: f64,
     /// Random walk of the bias, deg/s per root second. Default 0.001.
     pub bias_walk_deg_s_rts: f64,
-    /// Step of the reading, deg/s. Default: none.
+    /// Resolution of the reading, deg/s. Default: unlimited.
     pub resolution_deg_s: Option<f64>,
     /// Full scale, deg/s. Default 2,000.
     pub full_scale_deg_s: Option<f64>,
@@ -46,7 +46,7 @@ impl Default for Gyro {
 pub struct Accelerometer {
     /// White noise, micro-g per root hertz. Default 200.
     pub noise_ug_rthz: f64,
-    /// Step of the reading, m/s^2. Default: none.
+    /// Resolution of the reading, m/s^2. Default: unlimited.
     pub resolution_m_s2: Option<f64>,
     /// Full scale, g. Default 16.
     pub full_scale_g: Option<f64>,
@@ -64,9 +64,9 @@ impl Default for Accelerometer {
 pub struct Magnetometer {
     /// White noise, microtesla rms of each reading. Default 0.2.
     pub noise_ut: f64,
-    /// Step of the reading, microtesla. Default: none.
+    /// Resolution of the reading, microtesla. Default: unlimited.
     pub resolution_ut: Option<f64>,
-    /// Full scale, microtesla. Default: not given.
+    /// Full scale, microtesla. Default: unlimited.
     pub full_scale_ut: Option<f64>,
 }
 

@@ -4,16 +4,18 @@ use serde::Deserialize;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Vibration {
-    /// Broadband lateral acceleration, m/s^2 rms of each of the two axes' readings (what aliases into them included). Default 3.
+    /// Broadband lateral acceleration, m/s^2 rms of each lateral axis's readings, aliasing included.
+    /// Default 3.
     pub lateral_m_s2: f64,
     /// Broadband axial acceleration, m/s^2 rms of the readings. Default 2.
     pub axial_m_s2: f64,
-    /// The broadband part falls off below this frequency, Hz: a tool that stays in its hole has no slow acceleration. Default 2.
+    /// Frequency below which the broadband part falls off, Hz: a tool that stays in its hole has no slow
+    /// acceleration. Default 2.
     pub lowest_hz: f64,
-    /// Acceleration of the bit's chatter on every axis, amplitude at the mean speed, m/s^2; it goes with the square of the speed
-    /// (a constant stroke, so that nothing is left of it where the bit sticks). Default 1.
+    /// Amplitude of the bit's chatter on every axis at the mean speed, m/s^2. It goes with the square of the
+    /// speed (a constant stroke), so a stuck bit does not chatter. Default 1.
     pub chatter_m_s2: f64,
-    /// Strokes of the chatter in one revolution (cutters of the bit). Default 15: 7.5 Hz at 30 rpm.
+    /// Strokes of chatter per revolution (cutters of the bit). Default 15: 7.5 Hz at 30 rpm.
     pub chatter_order: u32,
     /// Angular vibration about each axis, deg/s rms. Default 1.
     pub angular_deg_s: f64,
@@ -39,14 +41,14 @@ impl Default for Vibration {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ShockSettings {
-    /// Mean number in a minute. Default 20.
+    /// Mean number per minute. Default 20.
     pub per_minute: f64,
-    /// Peak, uniform between these, in g (9.80665 m/s^2). Default 5 to 20.
+    /// Range of the peak, uniform, in g (9.80665 m/s^2). Default 5 to 20.
     pub peak_g: [f64; 2],
-    /// Length, uniform between these, milliseconds. Default 2 to 8.
+    /// Range of the length, uniform, milliseconds. Default 2 to 8.
     pub length_ms: [f64; 2],
-    /// After a pulse a steady opposite acceleration of this length takes its velocity out again, milliseconds: a tool in a hole
-    /// goes nowhere. 0: none. Default 50.
+    /// Length of the steady opposite acceleration after a pulse that takes its velocity out, milliseconds; 0
+    /// for none: a tool in a hole goes nowhere. Default 50.
     pub rebound_ms: f64,
 }
 

@@ -2,7 +2,8 @@ use meerkat_mwd::sensors::{Frame, blocking::Icm42688};
 
 use super::{burst, mock, spi, start};
 
-/// Packet 4: header; x, y, z of the accelerometer, then of the gyro, two bytes each; temperature; time; the low four bits, accelerometer's first.
+/// Packet 4: header; x, y, z of the accelerometer, then of the gyro, two bytes each; temperature; time; the
+/// low four bits, accelerometer's first.
 fn packet(header: u8, accel: [i32; 3], gyro: [i32; 3], temperature: i16) -> Vec<u8> {
     let upper = |code: i32| ((code >> 4) as i16).to_be_bytes();
     let low = |k: usize| ((accel[k] & 15) << 4 | gyro[k] & 15) as u8;

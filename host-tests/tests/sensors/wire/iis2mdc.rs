@@ -9,7 +9,8 @@ fn start_and_one_burst() {
     let write = |bytes: &[u8]| Transaction::write(0x1E, bytes.to_vec());
     let mut bus = Mock::new(&[
         read(0x4F, &[0x40]),
-        // Idle, soft reset; then compensated, 100 Hz, continuous; offset cancelled; block data update, data-ready on the pin.
+        // Idle, soft reset; then compensated, 100 Hz, continuous; offset cancelled; block data update,
+        // data-ready on the pin.
         write(&[0x60, 0x23]),
         write(&[0x60, 0x8C, 0x02, 0x11]),
         read(0x60, &[0x8C, 0x02, 0x11]),

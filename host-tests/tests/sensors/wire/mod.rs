@@ -1,4 +1,5 @@
-//! Start-up and one burst of each part, byte by byte, with addresses and bits written down from the data sheets once more.
+//! Start-up and one burst of each part, byte by byte, with addresses and bits written down from the data
+//! sheets once more.
 
 mod bmi088;
 mod icm42688;

@@ -1,0 +1,71 @@
+//! `mwd calibrate`: accelerometer and magnetometer models from rests and turns, as a factory record with its
+//! account.
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+
+use super::{hold_out::hold_out, same_file::same_file};
+use crate::{
+    calibrate::{calibrate, print_account, record, result},
+    failure::Failure,
+    trace::Trace,
+};
+
+/// Options of `calibrate`.
+#[derive(Debug, Clone, Args)]
+pub struct CalibrateArgs {
+    /// Traces of one probe, .csv or .csv.gz
+    #[arg(required = true, value_name = "TRACE")]
+    pub traces: Vec<PathBuf>,
+    /// Where to write the models, for --config
+    #[arg(short, value_name = "FILE.toml")]
+    pub output: Option<PathBuf>,
+    /// Write the result as JSON
+    #[arg(long, value_name = "OUT.json")]
+    pub json: Option<PathBuf>,
+    /// Configuration that overrides the traces' headers; its sensor models are the values to improve on
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Keep the last fraction F of each trace out of the fit and check the models there
+    #[arg(long, value_name = "F", value_parser = hold_out)]
+    pub hold_out: Option<f64>,
+}
+
+/// Calibrates, prints the account and writes the files asked for.
+///
+/// # Errors
+/// Bad input or usage; see [`crate::commands::exit_status::exit_status`].
+pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
+    check_outputs(args)?;
+    let traces = args.traces.iter().map(|path| Trace::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let calibration = calibrate(&traces, args.config.as_deref(), args.hold_out)?;
+    print_account(&mut io::stdout().lock(), &calibration)?;
+    if let Some(path) = &args.json {
+        result::write(&calibration, path)?;
+    }
+    if let Some(path) = &args.output {
+        record::write(&calibration, path)?;
+    }
+    Ok(())
+}
+
+/// Refuses to overwrite an input, and to write two results to one file.
+fn check_outputs(args: &CalibrateArgs) -> Result<(), Failure> {
+    let outputs: Vec<&Path> = [&args.output, &args.json].into_iter().flatten().map(AsRef::as_ref).collect();
+    let inputs = args.traces.iter().chain(&args.config);
+    for output in &outputs {
+        if output.is_file() && inputs.clone().any(|input| same_file(output, input)) {
+            return Err(Failure::BadInput(format!("{}: the result would overwrite what is read", output.display())));
+        }
+    }
+    match outputs.as_slice() {
+        [a, b] if a == b || same_file(a, b) => {
+            Err(Failure::BadInput(format!("{}: the result would overwrite another one", a.display())))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,223 @@
+//! `mwd command`: ask a probe for something and wait for its answer.
+
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+    time::{Duration, Instant, SystemTime},
+};
+
+use clap::{Args, Subcommand, ValueEnum};
+use meerkat_mwd::telemetry::{
+    AttitudeFormat, Command, CommandRefusal, EarlierModel, Erasure, FrameDecoder, Kind, MAX_DECODED, MAX_PAYLOAD,
+    Message, Outcome, StreamConfig, authenticate,
+};
+
+use super::toml_file;
+use crate::{
+    failure::Failure,
+    port::{
+        command_frame::{frame_of, framed},
+        key_file::KeyFile,
+        line::{Line, LineArgs, Received},
+    },
+};
+
+/// Options of `command`.
+#[derive(Debug, Clone, Args)]
+pub struct CommandArgs {
+    /// Port of the probe.
+    #[command(flatten)]
+    pub line: LineArgs,
+    /// File with the probe's key, 64 hexadecimal digits; its counter is kept in a file beside it. Needed for
+    /// commands that change calibration
+    #[arg(long, value_name = "FILE")]
+    pub key: Option<PathBuf>,
+    /// Seconds to wait for the answer
+    #[arg(long, value_name = "S", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=3_600))]
+    pub deadline: u64,
+    /// The command.
+    #[command(subcommand)]
+    pub request: Request,
+}
+
+/// The commands of a probe, as subcommands of `command`.
+#[derive(Debug, Clone, Subcommand)]
+pub enum Request {
+    /// Test sensors and storage and report their health
+    SelfTest,
+    /// Set what the probe sends over the line, and how fast
+    Stream {
+        /// Send every Nth attitude; 0 sends none
+        #[arg(long, value_name = "N", default_value_t = StreamConfig::default().attitude_every)]
+        every: u16,
+        /// Bandwidth of the line
+        #[arg(long, value_name = "BYTES_PER_S", default_value_t = StreamConfig::default().bytes_per_s)]
+        bandwidth: u32,
+        /// Drop an attitude that has waited for this many milliseconds
+        #[arg(long, value_name = "MS", default_value_t = StreamConfig::default().max_age_us / 1_000)]
+        max_age: u32,
+        /// Send attitudes at full precision instead of angles in 16 bits
+        #[arg(long)]
+        exact: bool,
+    },
+    /// Start sending every raw sample
+    StartRecording {
+        /// Stop by itself after this many seconds
+        #[arg(long = "for", value_name = "S")]
+        for_s: Option<u32>,
+    },
+    /// Stop sending raw samples
+    StopRecording,
+    /// Take a survey at the next rest
+    Survey {
+        /// Seconds for which the request stands
+        #[arg(long, value_name = "S", default_value_t = 600)]
+        within: u16,
+    },
+    /// Restart with the configuration of a file; fields it does not name take their defaults. Needs --key
+    Configure {
+        /// The configuration, TOML
+        file: PathBuf,
+    },
+    /// Set how surveys are taken from a file; fields it does not name take their defaults. Needs --key
+    ConfigureSurvey {
+        /// The configuration of surveys, TOML
+        file: PathBuf,
+    },
+    /// Fly the model of the latest window, accepted or not. Needs --key
+    AcceptModel {
+        /// End of that window in microseconds, as its report states
+        window_end_us: u64,
+    },
+    /// Fly an earlier model. Needs --key
+    RollBack {
+        /// Which model
+        to: Earlier,
+    },
+    /// Erase stored models. Needs --key
+    Erase {
+        /// What to erase
+        what: What,
+    },
+}
+
+/// Models to roll back to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Earlier {
+    /// The model that flew before the present one
+    Previous,
+    /// The factory's model
+    Factory,
+}
+
+/// What `erase` erases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum What {
+    /// All stored models
+    Models,
+}
+
+impl Request {
+    /// The library's command.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn command(&self) -> Result<Command, Failure> {
+        Ok(match self {
+            Self::SelfTest => Command::SelfTest,
+            Self::Stream { every, bandwidth, max_age, exact } => Command::ConfigureStream(StreamConfig {
+                bytes_per_s: *bandwidth,
+                attitude_every: *every,
+                attitude_format: if *exact { AttitudeFormat::Exact } else { AttitudeFormat::Compact },
+                max_age_us: max_age.saturating_mul(1_000),
+            }),
+            Self::StartRecording { for_s } => Command::StartRecording { for_s: *for_s },
+            Self::StopRecording => Command::StopRecording,
+            Self::Survey { within } => Command::StationarySurvey { within_s: *within },
+            Self::Configure { file } => Command::Configure(toml_file::read(file)?),
+            Self::ConfigureSurvey { file } => Command::ConfigureSurvey(toml_file::read(file)?),
+            Self::AcceptModel { window_end_us } => Command::AcceptModel { window_end_us: *window_end_us },
+            Self::RollBack { to: Earlier::Previous } => Command::RollBackModel { to: EarlierModel::Previous },
+            Self::RollBack { to: Earlier::Factory } => Command::RollBackModel { to: EarlierModel::Factory },
+            Self::Erase { what: What::Models } => Command::Erase { what: Erasure::Models },
+        })
+    }
+}
+
+/// Sends the command and prints the probe's answer.
+///
+/// # Errors
+/// 2 for bad usage and for a refusal, 3 for a port, a key or an answer that is not there.
+pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
+    let command = args.request.command()?;
+    // The host does not know the probe's clock: the probe checks times itself.
+    command.check(u64::MAX)?;
+    let mut key = match &args.key {
+        Some(path) => Some(KeyFile::open(path)?),
+        None if command.changes_calibration() => {
+            return Err(Failure::BadInput("this changes calibration and needs --key FILE".to_owned()).into());
+        }
+        None => None,
+    };
+    let mut line = Line::open(&args.line)?;
+    if !line.is_live() {
+        return Err(Failure::BadInput(format!("{}: a capture takes no commands", args.line.place)).into());
+    }
+    let deadline = Duration::from_secs(args.deadline);
+    let mut answer = send(&mut line, &command, key.as_mut(), deadline)?;
+    // The probe has seen a higher counter, from another host: send once more, counting from there.
+    if let (
+        Outcome::Refused(CommandRefusal::Replayed { latest } | CommandRefusal::CounterTooFar { latest }),
+        Some(key),
+    ) = (&answer, &mut key)
+    {
+        key.set_latest(*latest)?;
+        answer = send(&mut line, &command, Some(key), deadline)?;
+    }
+    match answer {
+        Outcome::Accepted => writeln!(io::stdout(), "accepted").map_err(Into::into),
+        Outcome::Refused(reason) => Err(Failure::BadInput(format!("the probe refused: {reason}")).into()),
+        _ => Err(Failure::BadInput("the probe's answer is of another version".to_owned()).into()),
+    }
+}
+
+fn send(line: &mut Line, command: &Command, key: Option<&mut KeyFile>, deadline: Duration) -> anyhow::Result<Outcome> {
+    // A late answer to an earlier command must not count: each command has its own sequence number.
+    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let sequence = now.as_millis() as u16;
+    let frame = match key {
+        Some(key) => {
+            let counter = key.next_counter()?;
+            let mut payload = [0; MAX_PAYLOAD];
+            framed(Kind::AuthenticatedCommand, sequence, authenticate(key.key(), counter, command, &mut payload)?)?
+        }
+        None => frame_of(command, sequence)?,
+    };
+    line.write(&frame).map_err(|e| Failure::Missing(format!("the command could not be sent: {e}")))?;
+    let until = Instant::now() + deadline;
+    let mut decoder = FrameDecoder::<MAX_DECODED>::new();
+    let mut buffer = [0; 1024];
+    while Instant::now() < until {
+        let count = match line.read(&mut buffer)? {
+            Received::Bytes(count) => count,
+            Received::Nothing => continue,
+            Received::End => return Err(Failure::Missing("the line ended without an answer".to_owned()).into()),
+        };
+        for &byte in buffer.get(..count).unwrap_or_default() {
+            if let Some(frame) = decoder.push(byte)
+                && let Ok(Message::Acknowledgement(answer)) = Message::decode(&frame)
+                && answer.sequence == sequence
+            {
+                return Ok(answer.outcome);
+            }
+        }
+    }
+    let heard = decoder.counters();
+    let what = format!(
+        "no answer within {} s ({} frames came, {} bad): whether the command was carried out is not known",
+        deadline.as_secs(),
+        heard.frames,
+        heard.bad
+    );
+    Err(Failure::Missing(what).into())
+}

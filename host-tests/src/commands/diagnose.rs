@@ -1,0 +1,89 @@
+//! `mwd diagnose`: which effect a trace's residual shows, as an account: residual, candidates, what was taken
+//! out and why, what was refused and why, error before and after, what remains.
+
+use std::{io, path::PathBuf};
+
+use clap::Args;
+
+use super::{
+    hold_out::hold_out,
+    replay::{ReplayArgs, fly_with_bar, prepare},
+};
+use crate::{
+    diagnosis::{against_reference, diagnosed},
+    flight::started,
+    report::{
+        account::print_account,
+        html::{diagnosis::page, write_page},
+        json::result_json,
+    },
+    score,
+};
+
+/// Options of `diagnose`.
+#[derive(Debug, Clone, Args)]
+pub struct DiagnoseArgs {
+    /// The trace, .csv or .csv.gz
+    pub trace: PathBuf,
+    /// Test gyro and vectors each against the reference columns, as on a bench with an external truth
+    #[arg(long)]
+    pub against_reference: bool,
+    /// Score the last fraction F of the trace
+    #[arg(long, value_name = "F", value_parser = hold_out)]
+    pub hold_out: Option<f64>,
+    /// Configuration that overrides the trace's header
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Write the result as JSON
+    #[arg(long, value_name = "OUT.json")]
+    pub json: Option<PathBuf>,
+    /// Write a report with figures as HTML
+    #[arg(long, value_name = "OUT.html")]
+    pub html: Option<PathBuf>,
+}
+
+impl DiagnoseArgs {
+    /// Options of the replay that is diagnosed: those that both commands have.
+    fn as_replay(&self) -> ReplayArgs {
+        ReplayArgs {
+            trace: self.trace.clone(),
+            attitude: None,
+            rates: None,
+            surveys: None,
+            json: self.json.clone(),
+            html: self.html.clone(),
+            hold_out: self.hold_out,
+            config: self.config.clone(),
+            model: None,
+            optimizer: None,
+            seed: None,
+            no_effects: false,
+            explain: false,
+            through_sensors: false,
+        }
+    }
+}
+
+/// Diagnoses a trace and prints the account.
+///
+/// # Errors
+/// Bad input or usage; see [`crate::commands::exit_status::exit_status`].
+pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
+    let (trace, config) = prepare(&args.as_replay())?;
+    let (flight, diagnosed) = if args.against_reference {
+        against_reference(&trace, &config)?
+    } else {
+        let flight = fly_with_bar(started(&config, None)?, &trace);
+        let diagnosed = diagnosed(&trace, &config, &flight);
+        (flight, diagnosed)
+    };
+    let reference = score::score(&trace, &flight, &score::Settings::of(&trace, &config));
+    if let Some(path) = &args.json {
+        result_json(&trace, &config, &flight, &diagnosed, reference).write(path)?;
+    }
+    if let Some(path) = &args.html {
+        write_page(path, &page(&trace, &config, &diagnosed, reference.as_ref()))?;
+    }
+    print_account(&mut io::stdout().lock(), &trace, &config, &diagnosed, reference.as_ref())?;
+    Ok(())
+}

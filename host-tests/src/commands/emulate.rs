@@ -1,0 +1,57 @@
+//! `mwd emulate`: flies a trace by the firmware on the emulated chip.
+
+use std::io::{self, Write};
+
+use clap::Args;
+
+use super::replay::{self, ReplayArgs};
+use crate::{
+    failure::Failure,
+    flight::through_sensors,
+    target::{
+        emulate::{Feed, fly_emulated},
+        error::EmulateError,
+    },
+};
+
+/// Options of `emulate`.
+#[derive(Debug, Clone, Args)]
+pub struct EmulateArgs {
+    /// Options that `replay` has too.
+    #[command(flatten)]
+    pub replay: ReplayArgs,
+    /// Give the samples to the firmware as recorded, without the sensor models
+    #[arg(long, conflicts_with = "through_sensors")]
+    pub direct: bool,
+}
+
+/// Flies the trace on the emulated chip, delivers what `replay` delivers and prints what the flight cost.
+///
+/// # Errors
+/// Bad input or usage, or whatever keeps the emulator from a whole flight.
+pub fn run(EmulateArgs { replay: args, direct }: &EmulateArgs) -> anyhow::Result<()> {
+    if args.model.is_some() {
+        return Err(Failure::BadInput("--model: the emulated chip starts with the factory's model".to_owned()).into());
+    }
+    let (mut trace, config) = replay::prepare(args)?;
+    let feed = if *direct { Feed::Direct } else { Feed::ThroughSensors };
+    let recorded = if *direct { trace.samples.clone() } else { through_sensors::each_field_once(&trace.samples) };
+    let emulated = fly_emulated(&config, &recorded, feed)?;
+    let played = (!direct).then(|| through_sensors::play(&recorded, config.sample_period_us));
+    if let Some(played) = &played {
+        let (there, here) = (emulated.sampling.map(|sampling| sampling.counts), played.counts);
+        if there != Some(here) {
+            return Err(EmulateError::Sensors { there, here }.into());
+        }
+        trace.samples.clone_from(&played.samples);
+    }
+    replay::deliver(args, &trace, &config, &emulated.flight, "by the firmware on the emulated Cortex-M4F")?;
+    let mut out = io::stdout().lock();
+    for line in emulated.cost_lines() {
+        writeln!(out, "{line}")?;
+    }
+    if let Some(played) = &played {
+        through_sensors::report(&mut out, &config, &recorded, played)?;
+    }
+    Ok(())
+}

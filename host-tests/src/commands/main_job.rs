@@ -1,0 +1,214 @@
+//! `mwd` without a command: the main job, end to end on a bundled recording.
+
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+};
+
+use meerkat_mwd::{
+    Config,
+    compensation::GyroModel,
+    identification::{Decision, WindowReport},
+};
+
+use crate::{
+    flight::{
+        Flight,
+        configuration::{freeze_at_us, of_trace},
+        fly,
+    },
+    report::refusal_text::refusal_text,
+    score::{self, PerModel, Reference},
+    simulate::known_error,
+    target::{
+        emulate::{EmulatedFlight, Feed, fly_emulated},
+        error::EmulateError,
+    },
+    trace::{Trace, recordings::folder},
+};
+
+/// A real recording: BROAD trial 06, cut to 110 s (attribution in the folder's README).
+const RECORDING: &str = "broad_06_fast_rotation_110s.csv.gz";
+
+/// Share of the recording held out for the scores.
+const HOLD_OUT: f64 = 0.5;
+
+/// Seed of the known error that is multiplied into the gyro for flights 2 and 3.
+const KNOWN_ERROR_SEED: u64 = 1;
+
+/// Number of the flight, share of the known error, and its size in words.
+const KNOWN_ERRORS: [(u32, f64, &str); 2] = [
+    (2, 1.0, "P diagonal up to 10 %, off-diagonal up to 5 %, bias 2 deg/s"),
+    (3, 0.2, "P diagonal up to 2 %, off-diagonal up to 1 %, bias 0.4 deg/s"),
+];
+
+/// Path of the main job's recording.
+#[must_use]
+pub fn recording() -> PathBuf {
+    folder().join(RECORDING)
+}
+
+/// Flies the bundled recording as recorded and with a known error of two sizes, and prints results and
+/// scores. Flies on the emulated chip; where no emulator can be had, on this machine, and says so.
+///
+/// # Errors
+/// The recording or the emulator fails.
+pub fn run() -> anyhow::Result<()> {
+    let mut out = io::stdout().lock();
+    let trace = Trace::read(&recording())?;
+    let mut config = of_trace(&trace);
+    config.freeze_at_us = Some(freeze_at_us(&trace, HOLD_OUT));
+    writeln!(
+        out,
+        "meerkat-mwd on a real recording: BROAD trial 06, fast rotation by hand, {} samples, {:.0} s at {:.0} Hz.",
+        trace.samples.len(),
+        trace.duration_s(),
+        1e6 / f64::from(trace.nominal_period_us())
+    )?;
+    writeln!(
+        out,
+        "Identified on the first half; every score is over the second half, which identification never sees."
+    )?;
+
+    let as_recorded = flown(&config, &trace)?;
+    writeln!(out, "{}\n", as_recorded.place)?;
+    writeln!(out, "1. AS RECORDED (a factory-calibrated gyro, P within 0.7 % of the identity)")?;
+    report(&mut out, &as_recorded.flight, None)?;
+    scores(&mut out, &config, &trace, &as_recorded.flight)?;
+
+    let whole = known_error::draw(KNOWN_ERROR_SEED);
+    let mut emulated = as_recorded.emulated;
+    for (number, scale, sizes) in KNOWN_ERRORS {
+        let mut with_error = trace.clone();
+        let truth = known_error::scaled(&whole, scale);
+        known_error::apply(&mut with_error, &truth);
+        let identified = flown(&config, &with_error)?;
+        writeln!(out, "\n{number}. WITH A KNOWN ERROR multiplied in: {sizes}")?;
+        report(&mut out, &identified.flight, Some(&truth))?;
+        scores(&mut out, &config, &with_error, &identified.flight)?;
+        emulated = identified.emulated;
+    }
+
+    writeln!(out)?;
+    for line in emulated.iter().flat_map(EmulatedFlight::cost_lines) {
+        writeln!(out, "{line}")?;
+    }
+    Ok(())
+}
+
+/// A flight, and where it was flown.
+struct Flown {
+    flight: Flight,
+    emulated: Option<EmulatedFlight>,
+    place: String,
+}
+
+fn flown(config: &Config, trace: &Trace) -> anyhow::Result<Flown> {
+    match fly_emulated(config, &trace.samples, Feed::Direct) {
+        Ok(emulated) => Ok(Flown {
+            flight: emulated.flight.clone(),
+            emulated: Some(emulated),
+            place: "Flown by the firmware on the emulated Cortex-M4F (STM32F405, QEMU).".to_owned(),
+        }),
+        Err(EmulateError::Missing(missing)) => Ok(Flown {
+            flight: fly(config, &trace.samples, |_| {})?,
+            emulated: None,
+            place: format!("Flown ON THIS MACHINE, by the same code: there is no emulator here. {missing}"),
+        }),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Prints the last accepted window, else the last one: accepted or refused and why, and P and b with their
+/// sigmas.
+fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> io::Result<()> {
+    let Some(window) = flight.standing().or(flight.reports.last()) else {
+        return writeln!(out, "   no window was closed");
+    };
+    let verdict = match window.decision {
+        Decision::Accepted => "ACCEPTED: P and b fly".to_owned(),
+        Decision::Refused(refusal) => format!("REFUSED: {}", refusal_text(&refusal)),
+        _ => "unknown decision".to_owned(),
+    };
+    writeln!(out, "   {verdict}")?;
+    let seconds = |t_us: u64| t_us as f64 * 1e-6;
+    let [matrix, hard_iron, accelerometer] = window.widths;
+    writeln!(
+        out,
+        "   window {:.0} to {:.0} s; {:.1} s of motion since the start decide {} of 9 directions of P; squared innovations {:.2} of \
+         what is expected",
+        seconds(window.t_start_us),
+        seconds(window.t_end_us),
+        window.motion_s,
+        window.directions_decided,
+        window.innovation_nis,
+    )?;
+    writeln!(
+        out,
+        "   widths of the vector sensors' errors, times the data sheet's: magnetometer matrix {matrix:.2}, hard iron {hard_iron:.2}, \
+         accelerometer {accelerometer:.2}"
+    )?;
+    writeln!(out, "   a whole turn changes by {:.2} deg; {}", window.deg_per_turn, search(window))?;
+    let sigma = |i: usize| window.sigma.get(i).copied().unwrap_or(f32::NAN);
+    for (i, row) in window.fitted.p.iter().enumerate() {
+        write!(out, "   P")?;
+        for (j, p) in row.iter().enumerate() {
+            write!(out, " {p:8.4} +-{:.4}", sigma(3 * i + j))?;
+        }
+        let b = window.fitted.b_rad_s.get(i).map_or(f32::NAN, |b| b.to_degrees());
+        write!(out, "   b {b:6.3} +-{:.3} deg/s", sigma(9 + i).to_degrees())?;
+        if let Some(truth) = truth {
+            write!(out, "   known")?;
+            for p in truth.p.get(i).into_iter().flatten() {
+                write!(out, " {p:7.4}")?;
+            }
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// Cost of the population search, and what it gained over the posterior mean.
+fn search(window: &WindowReport) -> String {
+    let cost = |x: Option<f32>| x.map_or("none".to_owned(), |x| format!("{x:.1}"));
+    let added = window.cost_gained_by_search.map_or("nothing".to_owned(), |gained| format!("{gained:.2} of it"));
+    format!(
+        "IMOA: {} evaluations, cost {} -> {}, the search added {added}",
+        window.evaluations,
+        cost(window.cost_before),
+        cost(window.cost_after)
+    )
+}
+
+fn scores(out: &mut impl Write, config: &Config, trace: &Trace, flight: &Flight) -> io::Result<()> {
+    let settings = score::Settings { from_us: config.freeze_at_us.unwrap_or(0), ..score::Settings::default() };
+    let Some(reference) = score::score(trace, flight, &settings) else {
+        return writeln!(out, "   no reference to score against");
+    };
+    let Reference { attitude_rms_deg, .. } = reference;
+    let cell = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2}"));
+    let row = |PerModel { uncompensated, bias_only, twelve_parameters, with_effects }: PerModel| {
+        let [uncompensated, bias_only, twelve, flown] =
+            [uncompensated, bias_only, twelve_parameters, with_effects].map(cell);
+        format!("uncompensated {uncompensated}, bias only {bias_only}, twelve parameters {twelve}, FLOWN {flown}")
+    };
+    writeln!(
+        out,
+        "   rotation error over 2 s, deg rms of the smallest 98 %: {}",
+        row(reference.orientation_2s_rms_deg)
+    )?;
+    if let Some(delay_ms) = reference.time_alignment_ms {
+        let aligned = row(reference.orientation_2s_rms_time_aligned_deg);
+        writeln!(
+            out,
+            "   one delay of the gyro behind the reference ({delay_ms:.1} ms) fitted to that half: {aligned}"
+        )?;
+    }
+    writeln!(
+        out,
+        "   attitude error, deg rms: total {}, heading {}, inclination {}",
+        cell(attitude_rms_deg.total),
+        cell(attitude_rms_deg.heading),
+        cell(attitude_rms_deg.inclination)
+    )
+}

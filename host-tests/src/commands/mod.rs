@@ -1,0 +1,127 @@
+//! The command line: each command with its options is one file.
+
+mod bench;
+mod calibrate;
+mod command;
+mod diagnose;
+mod emulate;
+mod exit_status;
+mod field;
+mod hold_out;
+pub mod main_job;
+mod monitor;
+mod record;
+mod replay;
+mod same_file;
+pub mod simulate;
+mod toml_file;
+
+use std::{io, process::ExitCode};
+
+use clap::{Parser, Subcommand};
+
+use exit_status::exit_status;
+
+/// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores.
+/// Without a subcommand: flies a bundled recording end to end, scores it and prints the result.
+#[derive(Debug, Parser)]
+#[command(name = "mwd", bin_name = "cargo mwd", version)]
+pub struct Cli {
+    /// What to do; the main job when absent.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Fly a trace on this machine and print parameters (or why they were refused), attitude and scores
+    Replay(replay::ReplayArgs),
+    /// Tell which physical effect a trace's residual shows
+    Diagnose(diagnose::DiagnoseArgs),
+    /// Fly a trace with the firmware on an emulated Cortex-M4F, through register models of the sensors
+    Emulate(emulate::EmulateArgs),
+    /// Make accelerometer and magnetometer models from traces with rests and turns
+    Calibrate(calibrate::CalibrateArgs),
+    /// Simulate a scenario and write its trace
+    Simulate(simulate::SimulateArgs),
+    /// Measure speed and accuracy, and print tables
+    Bench(bench::BenchArgs),
+    /// Record a probe's raw samples as a trace, with the configuration beside it
+    Record(record::RecordArgs),
+    /// Show what a probe reports
+    Monitor(monitor::MonitorArgs),
+    /// Send a command to a probe and wait for its answer
+    Command(command::CommandArgs),
+    /// Print a place's reference field and gravity as a configuration
+    Field(field::FieldArgs),
+}
+
+/// Runs the program with the process's arguments.
+#[must_use]
+pub fn main() -> ExitCode {
+    let Err(error) = dispatch(Cli::parse().command) else {
+        return ExitCode::SUCCESS;
+    };
+    // A closed pipe: the reader has what it wanted.
+    if error
+        .chain()
+        .any(|cause| cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe))
+    {
+        return ExitCode::SUCCESS;
+    }
+    eprintln!("error: {}", told_once(&error));
+    ExitCode::from(exit_status(&error))
+}
+
+/// Text of an error with its causes, leaving out a cause that the text before it already contains.
+fn told_once(error: &anyhow::Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |told, cause| {
+        if told.is_empty() {
+            cause
+        } else if told.contains(cause.trim_end()) {
+            told
+        } else {
+            format!("{told}: {cause}")
+        }
+    })
+}
+
+fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
+    match command {
+        None => main_job::run(),
+        Some(Command::Replay(args)) => replay::run(&args),
+        Some(Command::Emulate(args)) => emulate::run(&args),
+        Some(Command::Simulate(args)) => simulate::run(&args),
+        Some(Command::Diagnose(args)) => diagnose::run(&args),
+        Some(Command::Calibrate(args)) => calibrate::run(&args),
+        Some(Command::Bench(args)) => bench::run(&args),
+        Some(Command::Record(args)) => record::run(&args),
+        Some(Command::Monitor(args)) => monitor::run(&args),
+        Some(Command::Command(args)) => command::run(&args),
+        Some(Command::Field(args)) => field::run(&args),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use clap::CommandFactory;
+
+    use super::*;
+    use crate::simulate::Scenario;
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let scenario = Scenario::read(Path::new("none.toml")).map_err(anyhow::Error::from);
+        let told = scenario.map_or_else(|error| told_once(&error), |_| String::new());
+        assert!(told.starts_with("none.toml: ") && told.matches("os error").count() == 1, "{told}");
+        assert_eq!(told_once(&anyhow::anyhow!("inner").context("outer")), "outer: inner");
+    }
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

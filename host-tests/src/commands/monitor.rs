@@ -1,0 +1,116 @@
+//! `mwd monitor`: shows what a probe reports, live or once.
+
+use std::{
+    io::{self, IsTerminal, Write},
+    time::{Duration, Instant},
+};
+
+use clap::Args;
+use meerkat_mwd::telemetry::{FrameDecoder, MAX_DECODED, Message};
+
+use crate::{
+    failure::Failure,
+    port::{
+        line::{Line, LineArgs, Received},
+        monitor::{State, draw, summary_lines},
+    },
+};
+
+/// Options of `monitor`.
+#[derive(Debug, Clone, Args)]
+pub struct MonitorArgs {
+    /// Port of the probe.
+    #[command(flatten)]
+    pub line: LineArgs,
+    /// Listen, print one summary and end; the default where standard output is no terminal
+    #[arg(long)]
+    pub once: bool,
+    /// Seconds to listen with --once; a captured file is read to its end
+    #[arg(long, value_name = "S", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    pub seconds: u64,
+}
+
+/// Time between two pictures of the live view.
+const FRAME: Duration = Duration::from_millis(100);
+
+/// Listens to the probe and shows what it reports, live or once.
+///
+/// # Errors
+/// Bad usage, no port, or nothing that a probe said.
+pub fn run(args: &MonitorArgs) -> anyhow::Result<()> {
+    let mut line = Line::open(&args.line)?;
+    let mut listener = Listener::default();
+    if args.once || !io::stdout().is_terminal() {
+        let until = Instant::now() + Duration::from_secs(args.seconds);
+        while (!line.is_live() || Instant::now() < until) && listener.listen(&mut line)? {}
+        let lines = summary_lines(listener.told());
+        if lines.is_empty() {
+            let heard = listener.decoder.counters();
+            let what = format!("{}: nothing that a probe says: {} bad frames", args.line.place, heard.bad);
+            return Err(if line.is_live() { Failure::Missing(what) } else { Failure::BadInput(what) }.into());
+        }
+        let mut out = io::stdout().lock();
+        for line in lines {
+            writeln!(out, "{line}")?;
+        }
+        return Ok(());
+    }
+    let mut terminal = ratatui::init();
+    let shown = show(&mut terminal, &mut line, &mut listener);
+    ratatui::restore();
+    shown
+}
+
+/// Shows the live view until q, Esc or Ctrl-C.
+fn show(terminal: &mut ratatui::DefaultTerminal, line: &mut Line, listener: &mut Listener) -> anyhow::Result<()> {
+    use ratatui::crossterm::event::{self, Event, KeyCode, KeyModifiers};
+    let mut goes_on = true;
+    loop {
+        let next = Instant::now() + FRAME;
+        while goes_on && Instant::now() < next {
+            goes_on = listener.listen(line)?;
+        }
+        let state = listener.told();
+        terminal.draw(|frame| draw(frame, state))?;
+        while event::poll(if goes_on { Duration::ZERO } else { FRAME })? {
+            if let Event::Key(key) = event::read()? {
+                let control_c = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
+                if control_c || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc) {
+                    return Ok(());
+                }
+            }
+        }
+    }
+}
+
+#[derive(Default)]
+struct Listener {
+    decoder: FrameDecoder<MAX_DECODED>,
+    state: State,
+}
+
+impl Listener {
+    /// Takes the bytes that are there. Returns whether more may come.
+    fn listen(&mut self, line: &mut Line) -> anyhow::Result<bool> {
+        let mut buffer = [0; 4096];
+        let count = match line.read(&mut buffer)? {
+            Received::Bytes(count) => count,
+            Received::Nothing => return Ok(true),
+            Received::End => return Ok(false),
+        };
+        for &byte in buffer.get(..count).unwrap_or_default() {
+            if let Some(frame) = self.decoder.push(byte) {
+                match Message::decode(&frame) {
+                    Ok(message) => self.state.take(message),
+                    Err(_) => self.state.not_understood += 1,
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    fn told(&mut self) -> &State {
+        self.state.link = self.decoder.counters();
+        &self.state
+    }
+}

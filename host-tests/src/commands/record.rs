@@ -1,0 +1,117 @@
+//! `mwd record`: turns the raw samples that a probe sends into a trace.
+
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use clap::Args;
+use meerkat_mwd::telemetry::{Command, FrameDecoder, MAX_DECODED, Message};
+
+use crate::{
+    commands::same_file::same_file,
+    failure::Failure,
+    port::{
+        command_frame::frame_of,
+        line::{Line, LineArgs, Received},
+        recording::{Progress, Recording},
+    },
+};
+
+/// Options of `record`.
+#[derive(Debug, Clone, Args)]
+pub struct RecordArgs {
+    /// Port of the probe.
+    #[command(flatten)]
+    pub line: LineArgs,
+    /// The trace to write, .csv or .csv.gz; the probe's configuration is written beside it as .toml
+    #[arg(short, value_name = "TRACE.csv.gz")]
+    pub output: PathBuf,
+    /// End after this many seconds
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u64).range(1..))]
+    pub seconds: Option<u64>,
+    /// Only listen; do not ask the probe to start recording
+    #[arg(long)]
+    pub listen: bool,
+    /// Also keep the bytes received
+    #[arg(long, value_name = "FILE")]
+    pub capture: Option<PathBuf>,
+}
+
+/// Records until the line ends, the time is over or somebody presses Ctrl-C; then writes the trace.
+///
+/// # Errors
+/// Bad usage, no port, nothing recorded, or files that cannot be written.
+pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
+    if args.output.to_str().is_none_or(|name| !name.ends_with(".csv") && !name.ends_with(".csv.gz")) {
+        return Err(Failure::BadInput(format!("{}: must end in .csv or .csv.gz", args.output.display())).into());
+    }
+    let place = Path::new(&args.line.place);
+    if let Some(capture) = args.capture.as_ref().filter(|path| same_file(path, place) || same_file(path, &args.output))
+    {
+        return Err(Failure::BadInput(format!("{}: would be read or written twice", capture.display())).into());
+    }
+    let mut line = Line::open(&args.line)?;
+    let mut capture = match &args.capture {
+        Some(path) => Some((path, std::fs::File::create(path).map_err(|e| Failure::output(path, &e))?)),
+        None => None,
+    };
+    let stop = Arc::new(AtomicBool::new(false));
+    if line.is_live() {
+        let stop = Arc::clone(&stop);
+        ctrlc::set_handler(move || stop.store(true, Ordering::Relaxed))?;
+    }
+    let asks = line.is_live() && !args.listen;
+    if asks {
+        line.write(&frame_of(&Command::StartRecording { for_s: None }, 0)?)?;
+    }
+
+    let until = args.seconds.map(|seconds| Instant::now() + Duration::from_secs(seconds));
+    let mut decoder = FrameDecoder::<MAX_DECODED>::new();
+    let mut recording = Recording::default();
+    let mut buffer = [0; 4096];
+    'listening: while !stop.load(Ordering::Relaxed) && until.is_none_or(|until| Instant::now() < until) {
+        let count = match line.read(&mut buffer)? {
+            Received::Bytes(count) => count,
+            Received::Nothing => continue,
+            Received::End => break,
+        };
+        let bytes = buffer.get(..count).unwrap_or_default();
+        if let Some((path, file)) = &mut capture {
+            file.write_all(bytes).map_err(|e| Failure::output(path, &e))?;
+        }
+        for &byte in bytes {
+            if let Some(frame) = decoder.push(byte) {
+                match Message::decode(&frame) {
+                    Ok(message) => {
+                        if recording.take(message) == Progress::Over {
+                            break 'listening;
+                        }
+                    }
+                    Err(_) => recording.not_understood += 1,
+                }
+            }
+        }
+    }
+    if asks {
+        // Even if this last command fails, the samples received so far are written.
+        let _ = frame_of(&Command::StopRecording, 1).map(|frame| line.write(&frame));
+    }
+    recording.link = decoder.counters();
+    if recording.is_empty() {
+        let place = &args.line.place;
+        let what = format!("{place}: no raw sample came: {}", recording.link_line());
+        return Err(if line.is_live() { Failure::Missing(what) } else { Failure::BadInput(what) }.into());
+    }
+    let lines = recording.write(&args.output)?;
+    let mut out = io::stdout().lock();
+    for line in lines {
+        writeln!(out, "{line}")?;
+    }
+    Ok(())
+}

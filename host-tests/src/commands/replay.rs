@@ -1,0 +1,246 @@
+//! `mwd replay`: reads a trace, configures and flies the pipeline on this machine, scores and delivers.
+
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+};
+
+use clap::{Args, ValueEnum};
+use meerkat_mwd::{Config, Probe, config::OptimizerKind, storage::StoredModel};
+
+use super::{hold_out::hold_out, same_file::same_file, toml_file};
+use crate::{
+    diagnosis::diagnosed,
+    failure::Failure,
+    flight::{
+        Flight,
+        configuration::{configuration, freeze_at_us},
+        fly_on, started, surveys, through_sensors,
+    },
+    report::{
+        attitude_csv::write_attitude_csv,
+        explanation::{Explanation, print_explanation},
+        html::{replay::page, write_page},
+        json::result_json,
+        progress_bar::progress_bar,
+        rates_csv::write_rates_csv,
+        summary::print_summary,
+        surveys_csv::write_surveys_csv,
+    },
+    score::{self, Reference},
+    trace::Trace,
+};
+
+/// Options of `replay` and `emulate`.
+#[derive(Debug, Clone, Args)]
+pub struct ReplayArgs {
+    /// The trace, .csv or .csv.gz
+    pub trace: PathBuf,
+    /// Write the attitude of every sample
+    #[arg(long, value_name = "OUT.csv")]
+    pub attitude: Option<PathBuf>,
+    /// Write the compensated rate of every sample
+    #[arg(long, value_name = "OUT.csv")]
+    pub rates: Option<PathBuf>,
+    /// Write the surveys taken at rest and while rotating
+    #[arg(long, value_name = "OUT.csv")]
+    pub surveys: Option<PathBuf>,
+    /// Write the result as JSON
+    #[arg(long, value_name = "OUT.json")]
+    pub json: Option<PathBuf>,
+    /// Write a report with figures as HTML
+    #[arg(long, value_name = "OUT.html")]
+    pub html: Option<PathBuf>,
+    /// Hold out the last fraction F of the trace: freeze the parameters before it and score only there
+    #[arg(long, value_name = "F", value_parser = hold_out)]
+    pub hold_out: Option<f64>,
+    /// Configuration that overrides the trace's header
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Start with this stored model, as written by `record`, instead of the factory's
+    #[arg(long, value_name = "FILE.toml")]
+    pub model: Option<PathBuf>,
+    /// Search method for the parameters
+    #[arg(long)]
+    pub optimizer: Option<Optimizer>,
+    /// Seed of the search
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Identify the 12 parameters only and look for no further effect
+    #[arg(long)]
+    pub no_effects: bool,
+    /// Explain each window after the summary: the evidence, which sensor is to blame, what moved P, and how
+    /// far P is from a known one
+    #[arg(long)]
+    pub explain: bool,
+    /// Pass the samples through register models of an ISM330DHCX and an RM3100 and their adapters, as
+    /// `emulate` does
+    #[arg(long)]
+    pub through_sensors: bool,
+}
+
+impl ReplayArgs {
+    /// Sets the fields that the command line names.
+    fn set(&self, config: &mut Config, trace: &Trace) {
+        if let Some(seed) = self.seed {
+            config.seed = seed;
+        }
+        if let Some(optimizer) = self.optimizer {
+            config.identification.optimizer = optimizer.kind();
+        }
+        if self.no_effects {
+            config.effects = false;
+        }
+        if let Some(fraction) = self.hold_out {
+            config.freeze_at_us = Some(freeze_at_us(trace, fraction));
+        }
+    }
+}
+
+/// Values of `--optimizer`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Optimizer {
+    /// Improved meerkat optimisation algorithm
+    Imoa,
+    /// Meerkat optimisation algorithm
+    Moa,
+    /// Particle swarm
+    Pso,
+    /// Differential evolution
+    De,
+    /// Levenberg-Marquardt
+    Lm,
+    /// Closed-form least squares
+    Ls,
+}
+
+impl Optimizer {
+    /// The library's name for this search.
+    #[must_use]
+    pub const fn kind(self) -> OptimizerKind {
+        match self {
+            Self::Imoa => OptimizerKind::Imoa,
+            Self::Moa => OptimizerKind::Moa,
+            Self::Pso => OptimizerKind::Pso,
+            Self::De => OptimizerKind::De,
+            Self::Lm => OptimizerKind::Lm,
+            Self::Ls => OptimizerKind::Ls,
+        }
+    }
+}
+
+/// Flies a trace on this machine, prints the summary and writes the files asked for.
+///
+/// # Errors
+/// Bad input or usage; see [`crate::commands::exit_status::exit_status`].
+pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
+    let (mut trace, config) = prepare(args)?;
+    let recorded = if args.through_sensors { through_sensors::each_field_once(&trace.samples) } else { Vec::new() };
+    let played = args.through_sensors.then(|| through_sensors::play(&recorded, config.sample_period_us));
+    if let Some(played) = &played {
+        trace.samples.clone_from(&played.samples);
+    }
+    let flight = fly_with_bar(started(&config, stored_model(args)?.as_ref())?, &trace);
+    deliver(args, &trace, &config, &flight, "on this machine")?;
+    if let Some(played) = &played {
+        through_sensors::report(&mut io::stdout().lock(), &config, &recorded, played)?;
+    }
+    Ok(())
+}
+
+/// Flies a trace on this machine with a progress bar.
+#[must_use]
+pub fn fly_with_bar(probe: Box<Probe>, trace: &Trace) -> Flight {
+    let bar = progress_bar(trace.samples.len());
+    let flight = fly_on(probe, &trace.samples, |flown| {
+        // A thousand samples take well under a frame of the bar.
+        if flown % 1_000 == 0 {
+            bar.set_position(flown as u64);
+        }
+    });
+    bar.finish_and_clear();
+    flight
+}
+
+/// Reads the stored model of `--model`.
+fn stored_model(args: &ReplayArgs) -> Result<Option<StoredModel>, Failure> {
+    args.model.as_deref().map(toml_file::read).transpose()
+}
+
+/// Reads the trace and makes its configuration; reports every error that the arguments can have.
+///
+/// # Errors
+/// Bad input or usage.
+pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
+    check_outputs(args)?;
+    let mut trace = Trace::read(&args.trace)?;
+    let config = configuration(&trace, args.config.as_deref(), |config| args.set(config, &trace))?;
+    trace.mark_clipped(&config.full_scale);
+    Ok((trace, config))
+}
+
+/// Refuses to overwrite an input, and to write two results to one file.
+fn check_outputs(args: &ReplayArgs) -> Result<(), Failure> {
+    let outputs = [&args.attitude, &args.rates, &args.surveys, &args.json, &args.html];
+    for (index, output) in outputs.into_iter().enumerate() {
+        // A terminal or /dev/null may be named any number of times.
+        let Some(output) = output.as_ref().filter(|output| !output.exists() || output.is_file()) else { continue };
+        let taken =
+            |what: &str| Err(Failure::BadInput(format!("{}: the result would overwrite {what}", output.display())));
+        if same_file(output, &args.trace) {
+            return taken("the trace");
+        }
+        if [&args.config, &args.model].into_iter().flatten().any(|read| same_file(output, read)) {
+            return taken("the configuration");
+        }
+        if outputs.into_iter().take(index).flatten().any(|other| other == output || same_file(output, other)) {
+            return taken("another one");
+        }
+    }
+    Ok(())
+}
+
+/// Scores a flight, prints the summary and writes the files asked for; used for flights on this machine and
+/// on the emulated chip. `place` tells the summary where it was flown.
+///
+/// # Errors
+/// When a file or the summary cannot be written.
+pub fn deliver(
+    args: &ReplayArgs,
+    trace: &Trace,
+    config: &Config,
+    flight: &Flight,
+    place: &str,
+) -> anyhow::Result<Option<Reference>> {
+    let reference = score::score(trace, flight, &score::Settings::of(trace, config));
+    let diagnosed = diagnosed(trace, config, flight);
+    if let Some(path) = &args.attitude {
+        write_attitude_csv(&flight.outputs, path)?;
+    }
+    if let Some(path) = &args.rates {
+        write_rates_csv(&flight.outputs, path)?;
+    }
+    if let Some(path) = &args.surveys {
+        let probe = started(config, stored_model(args)?.as_ref())?;
+        write_surveys_csv(&surveys(probe, &trace.samples)?, path)?;
+    }
+    let explanation = if args.explain {
+        Some(Explanation::of(started(config, stored_model(args)?.as_ref())?, trace, config, flight))
+    } else {
+        None
+    };
+    if let Some(path) = &args.json {
+        let result = result_json(trace, config, flight, &diagnosed, reference);
+        explanation.iter().fold(result, |result, explanation| result.explained(explanation)).write(path)?;
+    }
+    if let Some(path) = &args.html {
+        write_page(path, &page(trace, config, flight, &diagnosed, reference.as_ref(), place))?;
+    }
+    let mut out = io::stdout().lock();
+    writeln!(out, "flown {place}")?;
+    print_summary(&mut out, trace, config, flight, &diagnosed, reference.as_ref())?;
+    if let Some(explanation) = &explanation {
+        print_explanation(&mut out, flight, explanation)?;
+    }
+    Ok(reference)
+}

@@ -1,0 +1,38 @@
+//! Whether two paths name one file, even if it does not exist yet.
+
+use std::path::{Path, PathBuf};
+
+/// Whether writing to one path would change what is read from the other.
+#[must_use]
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    resolved(a).is_some_and(|a| resolved(b) == Some(a))
+}
+
+/// Absolute path; for a file that does not exist yet, that of its folder and its name.
+fn resolved(path: &Path) -> Option<PathBuf> {
+    if let Ok(there) = path.canonicalize() {
+        return Some(there);
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Some(folder.canonicalize().ok()?.join(path.file_name()?))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_not_there_yet_has_one_identity_however_it_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("inner")).unwrap();
+        assert!(same_file(&at("x.json"), &at("inner/../x.json")));
+        assert!(same_file(Path::new("none.json"), Path::new("./none.json")));
+        assert!(!same_file(&at("x.json"), &at("inner/x.json")));
+        assert!(!same_file(&at("x.json"), &at("y.json")));
+        assert!(!same_file(&at("none/x.json"), &at("nowhere/x.json")), "neither can be written");
+        std::fs::write(at("x.json"), "").unwrap();
+        assert!(same_file(&at("x.json"), &at("inner/../x.json")));
+    }
+}

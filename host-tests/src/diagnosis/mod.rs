@@ -1,0 +1,10 @@
+//! Findings of a flight's diagnoses: effects by name, and the vectors' residual before and after.
+
+mod against_reference;
+mod outcome;
+mod vector_residual;
+
+pub use against_reference::against_reference;
+pub(crate) use against_reference::{attitudes, vectors_from};
+pub use outcome::{Diagnosed, Found, diagnosed, rivals};
+pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual};

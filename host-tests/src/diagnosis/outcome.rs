@@ -1,0 +1,130 @@
+//! Findings of all diagnoses of a flight, put together.
+
+use meerkat_mwd::{
+    Config,
+    compensation::Effect,
+    diagnosis::{DiagnosisReport, EffectReport, RemainderReport, Verdict},
+    magnet::HardIronInterval,
+};
+
+use super::vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual, residual_without, vector_residual};
+use crate::{flight::Flight, trace::Trace};
+
+/// Findings of a flight.
+#[derive(Clone)]
+pub struct Diagnosed {
+    /// Verdict of the last diagnosis, raised if effects or magnets were found earlier.
+    pub verdict: Verdict,
+    /// Effects found and not withdrawn.
+    pub effects: Vec<Found>,
+    /// Magnets that came and went.
+    pub magnets: Vec<HardIronInterval>,
+    /// Every conclusive diagnosis, with the library of effects it used.
+    pub reports: Vec<(DiagnosisReport, &'static [&'static dyn Effect])>,
+    /// Residual of the vectors with the bias alone, and as flown.
+    pub residual: VectorResidual,
+    /// The same residuals over time, for plots.
+    pub residual_over_time: ResidualOverTime,
+}
+
+impl Diagnosed {
+    /// What an unexplained residual correlates with; `None` unless that is the verdict.
+    #[must_use]
+    pub fn remainder(&self) -> Option<&RemainderReport> {
+        let latest_first = self.reports.iter().rev().map(|(report, _)| report);
+        let unexplained = latest_first.filter(|report| report.verdict == Verdict::UnexplainedResidual);
+        unexplained
+            .take(usize::from(self.verdict == Verdict::UnexplainedResidual))
+            .map(|report| &report.remainder)
+            .next()
+    }
+}
+
+/// An effect that was found.
+#[derive(Clone)]
+pub struct Found {
+    /// The effect, from the library.
+    pub effect: &'static dyn Effect,
+    /// How it was found: evidence, parameters, times.
+    pub report: EffectReport,
+    /// Start and end of the effect in seconds: from when it was found, or from the bias step.
+    pub active_s: [f64; 2],
+    /// Residual over one second of the vector that shows the effect, without and with it taken out, degrees
+    /// rms.
+    pub residual_deg: BeforeAfter,
+    /// Names of effects that the data make as likely.
+    rivals: Vec<&'static str>,
+}
+
+impl Found {
+    /// Names of what it may be instead: effects as likely on these data, then effects that no data could tell
+    /// from it.
+    #[must_use]
+    pub fn aliases(&self) -> Vec<&'static str> {
+        let own = self.effect.aliases().iter().copied().filter(|alias| !self.rivals.contains(alias));
+        self.rivals.iter().copied().chain(own).collect()
+    }
+}
+
+/// Findings of a flight with the default library of effects.
+#[must_use]
+pub fn diagnosed(trace: &Trace, config: &Config, flight: &Flight) -> Diagnosed {
+    diagnosed_with(&meerkat_mwd::compensation::effects::LIBRARY, trace, config, flight)
+}
+
+/// Findings of a flight with another library of effects.
+pub(super) fn diagnosed_with(
+    library: &'static [&'static dyn Effect],
+    trace: &Trace,
+    config: &Config,
+    flight: &Flight,
+) -> Diagnosed {
+    let reports: Vec<_> = flight.diagnoses.iter().filter(|report| report.is_conclusive()).collect();
+    let end_s = trace.samples.last().map_or(0.0, |sample| sample.t_us as f64 / 1e6);
+    let (residual, residual_over_time) = vector_residual(library, trace, config, flight);
+    let mut effects: Vec<Found> = Vec::new();
+    // A bias step is believed for good after a while, and later diagnoses do not report it again: keep the
+    // last report of each.
+    let mut steps: Vec<&EffectReport> = Vec::new();
+    for step in reports.iter().flat_map(|report| report.found()).filter(|found| found.step_us > 0) {
+        match steps.iter_mut().find(|known| known.step_us == step.step_us) {
+            Some(known) => *known = step,
+            None => steps.push(step),
+        }
+    }
+    let of_last = reports.last().into_iter().flat_map(|last| last.found()).filter(|found| found.step_us == 0);
+    for report in of_last.chain(steps) {
+        let Some(&effect) = library.get(usize::from(report.found.index)) else { continue };
+        let from_us = if report.step_us > 0 { report.step_us } else { report.found_us };
+        effects.push(Found {
+            effect,
+            report: *report,
+            active_s: [from_us as f64 / 1e6, end_s],
+            residual_deg: residual_without(library, trace, config, flight, report),
+            rivals: rivals(report, library),
+        });
+    }
+    let verdict = match reports.last().map_or(Verdict::NotEnoughExcitation, |last| last.verdict) {
+        Verdict::ModelSufficient | Verdict::NotEnoughExcitation
+            if !flight.magnets.is_empty() || !effects.is_empty() =>
+        {
+            Verdict::EffectsFound
+        }
+        verdict => verdict,
+    };
+    Diagnosed {
+        verdict,
+        effects,
+        magnets: flight.magnets.clone(),
+        reports: reports.into_iter().map(|report| (*report, library)).collect(),
+        residual,
+        residual_over_time,
+    }
+}
+
+/// Names of the library's effects that are as likely as the one found.
+#[must_use]
+pub fn rivals(report: &EffectReport, library: &[&dyn Effect]) -> Vec<&'static str> {
+    let is_rival = |(index, _): &(usize, &&dyn Effect)| report.rivals >> index & 1 == 1;
+    library.iter().enumerate().filter(is_rival).map(|(_, effect)| effect.name()).collect()
+}

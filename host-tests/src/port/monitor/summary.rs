@@ -1,0 +1,160 @@
+use meerkat_mwd::{
+    compensation::effects::LIBRARY,
+    diagnosis::{DiagnosisReport, Verdict},
+    identification::Decision,
+    survey::{Grade, SurveyReport},
+    telemetry::{AttitudeFrame, CompactAngles, Health, LinkCounters, SelfTest},
+};
+
+use super::state::{State, flags_text};
+use crate::report::refusal_text::refusal_text;
+
+/// Summary of what was received, one line a subject; no lines if no frame came.
+#[must_use]
+pub fn summary_lines(state: &State) -> Vec<String> {
+    if state.link.frames == 0 {
+        return Vec::new();
+    }
+    let mut lines = Vec::new();
+    if let Some(boot) = &state.boot {
+        let [major, minor, patch] = boot.version;
+        let model = boot.restored_model.map_or_else(|| "the factory's model".into(), |n| format!("stored model {n}"));
+        let watchdog = boot.watchdog_resets;
+        lines.push(format!(
+            "probe     firmware {major}.{minor}.{patch}, started by {:?} with {model}, {watchdog} resets by the watchdog",
+            boot.reset
+        ));
+    }
+    if let Some(attitude) = &state.attitude {
+        lines.push(format!("attitude  {}", attitude_text(attitude)));
+    }
+    lines.extend(state.survey.as_ref().map(|survey| format!("survey    {}", survey_text(survey))));
+    lines.push(format!("model     {}", model_text(state)));
+    lines.extend(state.diagnosis.as_ref().map(|diagnosis| format!("diagnosis {}", diagnosis_text(diagnosis))));
+    lines.extend(state.health.as_ref().map(|health| format!("health    {}", health_text(health))));
+    if state.samples > 0 {
+        lines.push(format!("recording {} raw samples", state.samples));
+    }
+    let LinkCounters { frames, bad, oversize, lost, restarts } = state.link;
+    let unknown = state.not_understood;
+    lines.push(format!(
+        "link      {frames} frames, {bad} damaged, {oversize} oversize, {lost} missing, {restarts} restarts, {unknown} of another version"
+    ));
+    lines
+}
+
+fn attitude_text(attitude: &AttitudeFrame) -> String {
+    let t_s = attitude.t_us as f64 * 1e-6;
+    attitude.angles.as_ref().map_or_else(
+        || format!("t {t_s:.3} s: not aligned yet"),
+        |angles| format!("t {t_s:.3} s: {}", angles_text(angles).join(", ")),
+    )
+}
+
+/// Inclination, azimuth and toolface with their deviations, and the flags if there are any.
+pub(super) fn angles_text(angles: &CompactAngles) -> Vec<String> {
+    let [sigma_inclination, sigma_azimuth, sigma_toolface] = angles.sigmas_rad().map(f32::to_degrees);
+    let (kind, toolface) = toolface(angles);
+    let mut parts = vec![
+        format!("inclination {:.2} +- {sigma_inclination:.2} deg", angles.inclination_rad().to_degrees()),
+        format!("azimuth {:.2} +- {sigma_azimuth:.2} deg", angles.azimuth_rad().to_degrees()),
+        format!("{kind} toolface {:.1} +- {sigma_toolface:.1} deg", toolface.to_degrees()),
+    ];
+    let flags = flags_text(angles.flags());
+    if !flags.is_empty() {
+        parts.push(flags);
+    }
+    parts
+}
+
+/// Name and value of the toolface that applies, radians.
+pub(super) fn toolface(angles: &CompactAngles) -> (&'static str, f32) {
+    if angles.flags().contains(meerkat_mwd::attitude::AttitudeFlags::NEAR_VERTICAL) {
+        ("magnetic", angles.magnetic_toolface_rad())
+    } else {
+        ("gravity", angles.gravity_toolface_rad())
+    }
+}
+
+pub(super) const fn grade_text(grade: Grade) -> &'static str {
+    match grade {
+        Grade::Good => "good",
+        Grade::Doubtful => "doubtful",
+        _ => "bad",
+    }
+}
+
+pub(super) fn survey_text(report: &SurveyReport) -> String {
+    let survey = &report.survey;
+    let t_s = survey.t_end_us as f64 * 1e-6;
+    let inclination = survey.inclination_rad.value.to_degrees();
+    let azimuth =
+        survey.magnetic_azimuth_rad.map_or_else(|| "none".into(), |x| format!("{:.2} deg", x.value.to_degrees()));
+    let grade = grade_text(report.quality.grade);
+    format!("t {t_s:.3} s, {:?}: inclination {inclination:.2} deg, azimuth {azimuth}, {grade}", survey.kind)
+}
+
+pub(super) fn model_text(state: &State) -> String {
+    let age = state.model_age_s().map_or_else(|| "as at the start".into(), |age| format!("accepted {age:.1} s ago"));
+    state.identification.as_ref().map_or_else(
+        || format!("{age}; no window yet"),
+        |identification| {
+            let report = &identification.report;
+            let t_s = report.t_end_us as f64 * 1e-6;
+            match &report.decision {
+                Decision::Accepted => {
+                    format!("{age}; the window to {t_s:.1} s was accepted, rank {} of 12", report.rank)
+                }
+                Decision::Refused(why) => format!("{age}; the window to {t_s:.1} s was refused: {}", refusal_text(why)),
+                _ => age.clone(),
+            }
+        },
+    )
+}
+
+pub(super) fn diagnosis_text(report: &DiagnosisReport) -> String {
+    let verdict = match report.verdict {
+        Verdict::NotEnoughExcitation => "not enough excitation",
+        Verdict::ModelSufficient => "model sufficient",
+        Verdict::EffectsFound => "effects found",
+        _ => "unexplained residual",
+    };
+    let names: Vec<&str> = report
+        .found()
+        .map(|effect| LIBRARY.get(usize::from(effect.found.index)).map_or("another version's", |found| found.name()))
+        .collect();
+    let found = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
+    format!("t {:.1} s, {verdict}{found}", report.t_end_us as f64 * 1e-6)
+}
+
+pub(super) fn health_text(health: &Health) -> String {
+    let Health { counters, sent, .. } = health;
+    format!(
+        "t {:.1} s, {} samples, {} gaps, {} clipped, {} sample overruns, {} windows late; worst delay {} us; stack {} of {} bytes; \
+         {} attitudes and {} samples given up, {} results refused{}",
+        health.t_us as f64 * 1e-6,
+        counters.samples,
+        counters.gaps,
+        counters.clipped,
+        health.sample_overruns,
+        counters.overruns,
+        health.worst_delay_us,
+        health.stack_used_bytes,
+        health.stack_size_bytes,
+        sent.attitude_dropped,
+        sent.samples_dropped,
+        sent.results_refused,
+        health.self_test.map_or_else(String::new, |test| format!("; self-test {}", self_test_text(&test)))
+    )
+}
+
+fn self_test_text(test: &SelfTest) -> String {
+    let storage = match test.storage_holds {
+        Some(true) => "the storage holds what it should",
+        Some(false) => "the storage does not hold what it should",
+        None => "there is no storage",
+    };
+    let SelfTest { sensors, .. } = test;
+    let sensors = if sensors.is_empty() { "sensors well".to_owned() } else { flags_text(*sensors) };
+    format!("{}: {sensors}, {storage}", if test.is_passed() { "passed" } else { "failed" })
+}

@@ -1,0 +1,161 @@
+//! The account of a diagnosis, as text.
+
+use std::io::{self, Write};
+
+use meerkat_mwd::{
+    Config,
+    compensation::Effect,
+    diagnosis::{DiagnosisReport, Verdict},
+    magnet::HardIronInterval,
+};
+
+use super::remainder_text::remainder_text;
+use crate::{
+    diagnosis::{BeforeAfter, Diagnosed, Found, rivals},
+    score::Reference,
+    trace::{Trace, seconds},
+};
+
+/// Prints the whole account.
+///
+/// # Errors
+/// When `out` takes no more.
+pub fn print_account(
+    out: &mut impl Write,
+    trace: &Trace,
+    config: &Config,
+    diagnosed: &Diagnosed,
+    reference: Option<&Reference>,
+) -> io::Result<()> {
+    writeln!(out, "trace     {}: {} samples, {:.2} s", trace.path.display(), trace.samples.len(), trace.duration_s())?;
+    if let Some(freeze_us) = config.freeze_at_us {
+        writeln!(
+            out,
+            "hold-out  effects frozen from {} s; residuals and scores are over what follows",
+            seconds(freeze_us)
+        )?;
+    }
+    for (report, library) in &diagnosed.reports {
+        print_report(out, report, library)?;
+    }
+    print_outcome(out, diagnosed)?;
+    let residual = &diagnosed.residual;
+    let figure = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.3}"));
+    for (name, before_after) in [("gravity", &residual.gravity_deg), ("field", &residual.magnetic_deg)] {
+        let (before, after) = (figure(before_after.before), figure(before_after.after));
+        writeln!(out, "residual  {name} over a second: {before} -> {after} deg rms")?;
+    }
+    if let Some(reference) = reference {
+        let scores = &reference.orientation_2s_rms_deg;
+        let aligned = &reference.orientation_2s_rms_time_aligned_deg;
+        for (name, scores) in [("as it is", scores), ("one delay taken out", aligned)] {
+            let cells = [scores.bias_only, scores.twelve_parameters, scores.with_effects].map(figure);
+            let [bias, twelve, flown] = cells;
+            writeln!(
+                out,
+                "rotation  over 2 s, {name}: bias only {bias}, 12 parameters {twelve}, with effects {flown} deg rms"
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// Prints a diagnosis: one line for it, one for each effect found, one for the other candidates.
+pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, library: &[&dyn Effect]) -> io::Result<()> {
+    writeln!(
+        out,
+        "diagnosis {:.2} to {:.2} s: NIS {:.2} with the gyro's parameters alone, {:.2} with what was found; {}",
+        report.t_start_us as f64 * 1e-6,
+        report.t_end_us as f64 * 1e-6,
+        report.nis[0],
+        report.nis[1],
+        verdict_name(report.verdict),
+    )?;
+    for effect in report.found() {
+        let Some(of) = library.get(usize::from(effect.found.index)) else { continue };
+        let remark = if effect.is_taken_out() { "" } else { ": more than it can be, so named and not taken out" };
+        let rivals = rivals(effect, library);
+        let rivals = if rivals.is_empty() { String::new() } else { format!("; as likely: {}", rivals.join(", ")) };
+        writeln!(
+            out,
+            "  found   {}: log Bayes factor {:.0}, turns its vector by {:.2} +- {:.2} deg rms{rivals}{remark}",
+            of.name(),
+            effect.evidence,
+            effect.size_rad.to_degrees(),
+            effect.size_sigma_rad.to_degrees(),
+        )?;
+    }
+    let tried = report.tried.iter().zip(library).take(report.candidates.into()).enumerate();
+    let others = tried.filter(|(index, _)| report.found().all(|effect| usize::from(effect.found.index) != *index));
+    let words: Vec<String> = others.map(|(_, (tried, effect))| format!("{} {tried:.1}", effect.name())).collect();
+    writeln!(out, "  others  log Bayes factor beside these: {}", words.join(", "))?;
+    if report.verdict == Verdict::UnexplainedResidual {
+        writeln!(out, "  {}", remainder_text(&report.remainder))?;
+    }
+    Ok(())
+}
+
+fn print_outcome(out: &mut impl Write, diagnosed: &Diagnosed) -> io::Result<()> {
+    writeln!(out, "verdict   {}", verdict_name(diagnosed.verdict))?;
+    for sentence in sentences(diagnosed) {
+        writeln!(out, "  {sentence}")?;
+    }
+    Ok(())
+}
+
+/// Effects and magnets that were found, one sentence each.
+#[must_use]
+pub fn sentences(diagnosed: &Diagnosed) -> Vec<String> {
+    diagnosed.effects.iter().map(sentence).chain(diagnosed.magnets.iter().map(of_magnet)).collect()
+}
+
+fn of_magnet(magnet: &HardIronInterval) -> String {
+    let [x, y, z] = magnet.offset_ut;
+    let size = f64::from(x * x + y * y + z * z).sqrt();
+    let until = magnet.to_us.map_or_else(|| "the end".to_owned(), |to_us| format!("{:.1} s", to_us as f64 * 1e-6));
+    let remark = if magnet.corrected { "taken out" } else { "the field is not used while it lasts" };
+    let from_s = magnet.from_us as f64 * 1e-6;
+    format!("hard_iron from {from_s:.1} s to {until}: {size:.1} uT, ({x:.1}, {y:.1}, {z:.1}) uT, {remark}")
+}
+
+/// An effect in one sentence.
+fn sentence(found: &Found) -> String {
+    let parameters = found.effect.parameters().iter().enumerate().map(|(k, parameter)| {
+        let value = found.report.found.parameters.get(k).copied().unwrap_or(0.0) * parameter.in_unit;
+        let sigma = found.report.found.sigma.get(k).copied().unwrap_or(0.0) * parameter.in_unit;
+        format!("{} {value:.3} +- {sigma:.3}", parameter.name)
+    });
+    let since = if found.effect.is_bias_step() {
+        format!(" at {:.1} s", found.report.step_us as f64 * 1e-6)
+    } else {
+        String::new()
+    };
+    let taken_out = if found.report.is_taken_out() {
+        format!("taken out from {:.1} s on", found.report.taken_out_us as f64 * 1e-6)
+    } else {
+        "not taken out".to_owned()
+    };
+    let residual = match found.residual_deg {
+        BeforeAfter { before: Some(before), after: Some(after) } => {
+            format!("; residual over a second without it {before:.3}, with it {after:.3} deg rms")
+        }
+        _ => String::new(),
+    };
+    format!(
+        "{}{since}: {}; {taken_out}{residual}; also {}",
+        found.effect.name(),
+        parameters.collect::<Vec<_>>().join(", "),
+        found.aliases().join(", ")
+    )
+}
+
+/// Name of a verdict, as in the JSON.
+#[must_use]
+pub const fn verdict_name(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::ModelSufficient => "model_sufficient",
+        Verdict::EffectsFound => "effects_found",
+        Verdict::NotEnoughExcitation => "not_enough_excitation",
+        _ => "unexplained_residual",
+    }
+}

@@ -1,0 +1,153 @@
+//! Plots over time, as SVG.
+
+use std::fmt::Write;
+
+use super::escape::escape;
+
+/// Width of the drawing, in its own units; height and margins follow.
+const WIDTH: f64 = 900.0;
+const HEIGHT: f64 = 240.0;
+const LEFT: f64 = 64.0;
+const RIGHT: f64 = 12.0;
+const TOP: f64 = 12.0;
+const BOTTOM: f64 = 34.0;
+
+/// Approximate number of intervals of an axis.
+const INTERVALS: f64 = 5.0;
+
+/// One line or set of points.
+pub struct Series {
+    /// Name in the legend.
+    pub name: String,
+    /// Class in the style sheet.
+    pub class: &'static str,
+    /// Time in seconds, value, deviation (0 if none). A value that is not finite breaks the line.
+    pub points: Vec<[f64; 3]>,
+    /// Longest step that the line bridges, seconds.
+    pub bridged_s: f64,
+    /// Whether each point is marked.
+    pub marked: bool,
+}
+
+/// A plot of some series over time.
+pub struct Plot<'a> {
+    /// Unit of the values.
+    pub unit: &'a str,
+    /// Start of the time axis, seconds.
+    pub from_s: f64,
+    /// End of the time axis, seconds.
+    pub to_s: f64,
+    /// Range of the value axis; values beyond it are drawn on its edge.
+    pub range: [f64; 2],
+    /// Shaded intervals of time.
+    pub shaded_s: &'a [[f64; 2]],
+    /// The lines and points.
+    pub series: Vec<Series>,
+}
+
+impl Plot<'_> {
+    fn x(&self, t_s: f64) -> f64 {
+        let share = (t_s - self.from_s) / (self.to_s - self.from_s).max(1e-9);
+        LEFT + (WIDTH - LEFT - RIGHT) * share.clamp(0.0, 1.0)
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        let [low, high] = self.range;
+        let share = (value - low) / (high - low).max(1e-30);
+        TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - share.clamp(0.0, 1.0))
+    }
+
+    /// The plot as SVG.
+    #[must_use]
+    pub fn draw(&self) -> String {
+        let mut out = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\">\n");
+        // Writing to a string does not fail.
+        let _ = self.draw_axes(&mut out);
+        for series in &self.series {
+            let _ = self.draw_series(&mut out, series);
+        }
+        out.push_str("</svg>\n<p class=\"legend\">");
+        for series in &self.series {
+            let _ = write!(out, "<span class=\"{}\">{}</span> ", series.class, escape(&series.name));
+        }
+        out.push_str("</p>\n");
+        out
+    }
+
+    fn draw_axes(&self, out: &mut String) -> std::fmt::Result {
+        let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
+        for [from_s, to_s] in self.shaded_s {
+            let (x, to) = (self.x(*from_s), self.x(*to_s));
+            let (width, height) = (to - x, bottom - TOP);
+            writeln!(
+                out,
+                "<rect class=\"shaded\" x=\"{x:.1}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height}\"/>"
+            )?;
+        }
+        for (value, text) in ticks(self.range) {
+            let y = self.y(value);
+            writeln!(out, "<line class=\"grid\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right}\" y2=\"{y:.1}\"/>")?;
+            let (x, y) = (LEFT - 6.0, y + 4.0);
+            writeln!(out, "<text x=\"{x}\" y=\"{y:.1}\" text-anchor=\"end\">{text}</text>")?;
+        }
+        for (value, text) in ticks([self.from_s, self.to_s]) {
+            let (x, y) = (self.x(value), bottom + 16.0);
+            writeln!(out, "<text x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{text}</text>")?;
+        }
+        let (middle, end) = (0.5 * (LEFT + right), HEIGHT - 4.0);
+        writeln!(out, "<text x=\"{middle}\" y=\"{end}\" text-anchor=\"middle\">time, s</text>")?;
+        let (y, unit) = (0.5 * (TOP + bottom), escape(self.unit));
+        writeln!(out, "<text transform=\"translate(12 {y}) rotate(-90)\" text-anchor=\"middle\">{unit}</text>")
+    }
+
+    fn draw_series(&self, out: &mut String, series: &Series) -> std::fmt::Result {
+        let mut path = String::new();
+        let mut last_s = f64::NEG_INFINITY;
+        for [t_s, value, _] in &series.points {
+            if !value.is_finite() {
+                last_s = f64::NEG_INFINITY;
+                continue;
+            }
+            let command = if t_s - last_s > series.bridged_s { 'M' } else { 'L' };
+            write!(path, "{command}{:.1} {:.1}", self.x(*t_s), self.y(*value))?;
+            last_s = *t_s;
+        }
+        let class = series.class;
+        writeln!(out, "<path class=\"{class}\" d=\"{path}\"/>")?;
+        for [t_s, value, sigma] in series.points.iter().filter(|[_, value, _]| series.marked && value.is_finite()) {
+            let (x, low, high) = (self.x(*t_s), self.y(value - sigma), self.y(value + sigma));
+            writeln!(out, "<line class=\"{class}\" x1=\"{x:.1}\" y1=\"{low:.1}\" x2=\"{x:.1}\" y2=\"{high:.1}\"/>")?;
+            writeln!(out, "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{:.1}\" r=\"3\"/>", self.y(*value))?;
+        }
+        Ok(())
+    }
+}
+
+/// Round values over a range, with their texts.
+fn ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
+    let rough = (high - low) / INTERVALS;
+    if !(rough > 0.0 && rough.is_finite()) {
+        return Vec::new();
+    }
+    let decade = 10_f64.powf(rough.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|k| k * decade).into_iter().find(|step| *step >= rough).unwrap_or(rough);
+    let decimals = (-step.log10().floor()).max(0.0) as usize;
+    let first = (low / step).ceil() as i64;
+    let last = (high / step).floor() as i64;
+    // Multiples of the step by whole numbers, so that zero is 0 and not -0.
+    (first..=last).map(|k| k as f64 * step).map(|value| (value, format!("{value:.decimals$}"))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let texts = |range| ticks(range).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        assert_eq!(texts([0.0, 1.0]), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(texts([-3.0, 110.0]), ["0", "50", "100"]);
+        assert_eq!(texts([0.011, 0.013]), ["0.0110", "0.0115", "0.0120", "0.0125", "0.0130"]);
+        assert!(texts([1.0, 1.0]).is_empty() && texts([0.0, f64::NAN]).is_empty());
+    }
+}

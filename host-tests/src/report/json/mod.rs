@@ -1,0 +1,219 @@
+//! The `--json` file, schema `meerkat-mwd/1`. Fields may be added, never renamed. A number that does not
+//! exist is `null`: serde_json writes NaN and infinities so.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{BufWriter, Write},
+    path::Path,
+};
+
+use meerkat_mwd::{Config, SampleFlags, magnet::HardIronInterval};
+use serde::Serialize;
+
+pub mod parameters;
+mod remainder;
+mod window;
+
+use parameters::{Parameters, in_seconds};
+use remainder::RemainderJson;
+use window::Window;
+
+use crate::{
+    diagnosis::{Diagnosed, Found, VectorResidual},
+    failure::Failure,
+    flight::Flight,
+    report::{account::verdict_name, explanation::Explanation, motion, window_note::why_no_window},
+    score::Reference,
+    trace::{Trace, clipping_is_known, motion::name},
+};
+
+/// The whole result of a flight.
+#[derive(Debug, Serialize)]
+pub struct ResultJson {
+    schema: &'static str,
+    trace: TraceFacts,
+    identification: Identification,
+    diagnosis: Diagnosis,
+    reference: Option<Reference>,
+}
+
+#[derive(Debug, Serialize)]
+struct TraceFacts {
+    path: String,
+    samples: usize,
+    duration_s: f64,
+    rate_hz: Option<f64>,
+    gaps: u32,
+    clipped: Option<usize>,
+    missing: Missing,
+}
+
+#[derive(Debug, Serialize)]
+struct Missing {
+    gyro: usize,
+    accel: usize,
+    mag: usize,
+    temp: usize,
+    reference: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct Identification {
+    /// The kind of motion, and where it was stated.
+    motion: &'static str,
+    motion_from: &'static str,
+    windows: Vec<Window>,
+    note: Option<String>,
+    hold_out_from_s: Option<f64>,
+    #[serde(rename = "final")]
+    last: Parameters,
+}
+
+#[derive(Debug, Serialize)]
+struct Diagnosis {
+    /// Verdict of the diagnosis; `null` if effects were not looked for.
+    verdict: Option<&'static str>,
+    effects: Vec<EffectJson>,
+    residual: VectorResidual,
+    /// What the last diagnosis leaves unexplained; `null` if nothing.
+    remainder: Option<RemainderJson>,
+}
+
+#[derive(Debug, Serialize)]
+struct EffectJson {
+    name: &'static str,
+    aliases: Vec<&'static str>,
+    parameters: BTreeMap<&'static str, f32>,
+    sigma: BTreeMap<&'static str, f32>,
+    active_s: Vec<[f64; 2]>,
+    /// When the effect was found, and since when it is taken out, seconds; `null` if not.
+    found_s: Option<f64>,
+    taken_out_s: Option<f64>,
+    /// Log Bayes factor.
+    evidence: Option<f32>,
+    /// Whether it is taken out of the readings; not if it is larger than such an effect can be.
+    taken_out: bool,
+    residual_before: Option<f64>,
+    residual_after: Option<f64>,
+    residual_unit: &'static str,
+}
+
+impl EffectJson {
+    fn new(found: &Found) -> Self {
+        let report = &found.report;
+        let by_name = |values: &[f32]| {
+            let parameters = found.effect.parameters().iter().zip(values);
+            parameters.map(|(parameter, value)| (parameter.name, value * parameter.in_unit)).collect()
+        };
+        Self {
+            name: found.effect.name(),
+            aliases: found.aliases(),
+            parameters: by_name(&report.found.parameters),
+            sigma: by_name(&report.found.sigma),
+            active_s: vec![found.active_s],
+            found_s: Some(in_seconds(report.found_us)),
+            taken_out_s: report.is_taken_out().then(|| in_seconds(report.taken_out_us)),
+            evidence: Some(report.evidence),
+            taken_out: report.is_taken_out(),
+            residual_before: found.residual_deg.before,
+            residual_after: found.residual_deg.after,
+            residual_unit: "deg",
+        }
+    }
+
+    /// A magnet that came while the probe ran. It was decided at odds of a million to one and has no residual
+    /// of its own.
+    fn of_magnet(magnet: &HardIronInterval, end_s: f64) -> Self {
+        let names = ["x_ut", "y_ut", "z_ut"];
+        Self {
+            name: "hard_iron",
+            aliases: Vec::new(),
+            parameters: names.into_iter().zip(magnet.offset_ut).collect(),
+            sigma: names.into_iter().zip(magnet.sigma_ut).collect(),
+            active_s: vec![[in_seconds(magnet.from_us), magnet.to_us.map_or(end_s, in_seconds)]],
+            found_s: None,
+            taken_out_s: None,
+            evidence: None,
+            taken_out: magnet.corrected,
+            residual_before: None,
+            residual_after: None,
+            residual_unit: "deg",
+        }
+    }
+}
+
+/// The result of a flight over `trace`.
+#[must_use]
+pub fn result_json(
+    trace: &Trace,
+    config: &Config,
+    flight: &Flight,
+    diagnosed: &Diagnosed,
+    reference: Option<Reference>,
+) -> ResultJson {
+    let known = clipping_is_known(&config.full_scale);
+    let period_us = trace.nominal_period_us();
+    ResultJson {
+        schema: "meerkat-mwd/1",
+        trace: TraceFacts {
+            path: trace.path.to_string_lossy().into_owned(),
+            samples: trace.samples.len(),
+            duration_s: in_seconds(trace.duration_us()),
+            rate_hz: (period_us > 0).then(|| 1e6 / f64::from(period_us)),
+            gaps: flight.counters.gaps,
+            clipped: known.then(|| trace.clipped()),
+            missing: Missing {
+                gyro: trace.count(SampleFlags::GYRO_MISSING),
+                accel: trace.count(SampleFlags::ACCEL_MISSING),
+                mag: trace.count(SampleFlags::MAG_MISSING),
+                temp: trace.count(SampleFlags::TEMPERATURE_MISSING),
+                reference: trace.reference_missing(),
+            },
+        },
+        identification: Identification {
+            motion: name(config.identification.motion),
+            motion_from: motion::origin(trace, config),
+            windows: flight.reports.iter().map(|report| Window::new(report, config)).collect(),
+            note: why_no_window(trace, config, flight),
+            hold_out_from_s: config.freeze_at_us.map(in_seconds),
+            last: Parameters::at_the_end(config, flight),
+        },
+        diagnosis: Diagnosis {
+            verdict: config.effects.then(|| verdict_name(diagnosed.verdict)),
+            effects: {
+                let end_s = trace.samples.last().map_or(0.0, |sample| in_seconds(sample.t_us));
+                let magnets = diagnosed.magnets.iter().map(|magnet| EffectJson::of_magnet(magnet, end_s));
+                diagnosed.effects.iter().map(EffectJson::new).chain(magnets).collect()
+            },
+            residual: diagnosed.residual,
+            remainder: diagnosed.remainder().map(RemainderJson::new),
+        },
+        reference,
+    }
+}
+
+impl ResultJson {
+    /// Adds the explanations to the windows.
+    #[must_use]
+    pub fn explained(mut self, explanation: &Explanation) -> Self {
+        for (window, explained) in self.identification.windows.iter_mut().zip(explanation.windows()) {
+            window.explanation = *explained;
+        }
+        self
+    }
+
+    /// Writes the result, indented.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        let write = || -> std::io::Result<()> {
+            let mut file = BufWriter::new(File::create(path)?);
+            serde_json::to_writer_pretty(&mut file, self)?;
+            writeln!(file)?;
+            file.flush()
+        };
+        write().map_err(|error| Failure::output(path, &error))
+    }
+}

@@ -1,0 +1,15 @@
+//! What a user gets of a flight: summary, account of the diagnosis, JSON, CSV and pages.
+
+pub mod account;
+pub mod attitude_csv;
+pub mod explanation;
+pub mod html;
+pub mod json;
+pub mod motion;
+pub mod progress_bar;
+pub mod rates_csv;
+pub mod refusal_text;
+pub mod remainder_text;
+pub mod summary;
+pub mod surveys_csv;
+pub mod window_note;

@@ -1,0 +1,29 @@
+//! The `--rates` file.
+
+use std::{
+    fs::File,
+    io::{self, BufWriter, Write},
+    path::Path,
+};
+
+use meerkat_mwd::probe::Output;
+
+use crate::{failure::Failure, report::attitude_csv::write_cell, trace::seconds};
+
+/// Writes one row per sample: time of validity and compensated body rate in rad/s.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_rates_csv(outputs: &[Output], path: &Path) -> Result<(), Failure> {
+    let write = || -> io::Result<()> {
+        let mut file = BufWriter::new(File::create(path)?);
+        writeln!(file, "t_s,wx,wy,wz")?;
+        for output in outputs {
+            write!(file, "{}", seconds(output.t_us))?;
+            output.rate_rad_s.iter().try_for_each(|&rate| write_cell(&mut file, rate))?;
+            writeln!(file)?;
+        }
+        file.flush()
+    };
+    write().map_err(|error| Failure::output(path, &error))
+}

@@ -1,0 +1,195 @@
+//! The summary of a flight, one screen long.
+
+use std::io::{self, Write};
+
+use meerkat_mwd::{
+    Config, SampleFlags,
+    config::OptimizerKind,
+    identification::{Decision, WindowReport},
+};
+
+use crate::{
+    diagnosis::Diagnosed,
+    flight::Flight,
+    report::{
+        account::{sentences, verdict_name},
+        json::parameters::Parameters,
+        motion,
+        refusal_text::decision_text,
+        window_note::{why_no_window, window_note},
+    },
+    score::{PerModel, Reference},
+    trace::{Trace, clipping_is_known, seconds},
+};
+
+/// Number of windows above which they are counted instead of listed.
+const LISTED_WINDOWS: usize = 8;
+
+/// Prints trace facts, notes, windows, final parameters and scores.
+///
+/// # Errors
+/// When `out` takes no more.
+pub fn print_summary(
+    out: &mut impl Write,
+    trace: &Trace,
+    config: &Config,
+    flight: &Flight,
+    diagnosed: &Diagnosed,
+    reference: Option<&Reference>,
+) -> io::Result<()> {
+    print_trace(out, trace, config, flight)?;
+    print_windows(out, trace, config, flight)?;
+    print_diagnosed(out, config, diagnosed)?;
+    print_parameters(out, &Parameters::at_the_end(config, flight))?;
+    match reference {
+        Some(reference) => print_scores(out, config, reference),
+        None => writeln!(out, "scores   none: the trace holds nothing to score against"),
+    }
+}
+
+fn print_trace(out: &mut impl Write, trace: &Trace, config: &Config, flight: &Flight) -> io::Result<()> {
+    let period_us = trace.nominal_period_us();
+    write!(out, "trace    {}: {} samples, {:.2} s", trace.path.display(), trace.samples.len(), trace.duration_s())?;
+    if period_us > 0 {
+        write!(out, " at {:.2} Hz", 1e6 / f64::from(period_us))?;
+    }
+    writeln!(out)?;
+    let total = trace.samples.len();
+    let absent = |what: &str, missing: usize| match missing {
+        0 => None,
+        all if all == total => Some(format!("no {what}")),
+        some => Some(format!("{some} samples without {what}")),
+    };
+    let clipped = if clipping_is_known(&config.full_scale) {
+        format!("{} clipped samples", trace.clipped())
+    } else {
+        "clipping unknown (no full scale given)".to_owned()
+    };
+    let remarks = [
+        Some(format!("{} gaps in time", flight.counters.gaps)),
+        Some(clipped),
+        absent("gyro", trace.count(SampleFlags::GYRO_MISSING)),
+        absent("accelerometer", trace.count(SampleFlags::ACCEL_MISSING)),
+        absent("magnetometer", trace.count(SampleFlags::MAG_MISSING)),
+        absent("temperature", trace.count(SampleFlags::TEMPERATURE_MISSING)),
+        absent("reference", trace.reference_missing()),
+    ];
+    writeln!(out, "         {}", remarks.into_iter().flatten().collect::<Vec<_>>().join("; "))?;
+    for note in &trace.notes {
+        writeln!(out, "note     {note}")?;
+    }
+    writeln!(out, "{}", motion::line(trace, config))?;
+    if let Some(freeze) = config.freeze_at_us {
+        writeln!(out, "hold-out parameters frozen from {} s; scores are over what follows", seconds(freeze))?;
+    }
+    Ok(())
+}
+
+fn print_windows(out: &mut impl Write, trace: &Trace, config: &Config, flight: &Flight) -> io::Result<()> {
+    let accepted = flight.reports.iter().filter(|report| report.decision == Decision::Accepted).count();
+    let count = flight.reports.len();
+    match why_no_window(trace, config, flight) {
+        Some(why) => writeln!(out, "windows  {why}")?,
+        None => writeln!(out, "windows  {count}: {accepted} accepted, {} refused", count - accepted)?,
+    }
+    let hidden = count.saturating_sub(LISTED_WINDOWS);
+    if hidden > 0 {
+        writeln!(out, "         (the last {LISTED_WINDOWS} follow)")?;
+    }
+    flight.reports.iter().skip(hidden).try_for_each(|report| print_window(out, config, report))
+}
+
+fn print_window(out: &mut impl Write, config: &Config, report: &WindowReport) -> io::Result<()> {
+    let verdict = decision_text(&report.decision);
+    let (start, end) = (report.t_start_us as f64 * 1e-6, report.t_end_us as f64 * 1e-6);
+    writeln!(out, "         {start:8.2} to {end:8.2} s  {verdict}")?;
+    if let (Some(before), Some(after)) = (report.cost_before, report.cost_after) {
+        let searched = optimizer_name(report.optimizer);
+        let evaluations = report.evaluations;
+        write!(out, "           cost {before:.4} -> {after:.4}, {searched}, {evaluations} evaluations")?;
+        writeln!(out, ", {:.1} s of rest", report.rest_s)?;
+    }
+    window_note(report, config).map_or(Ok(()), |note| writeln!(out, "           {note}"))
+}
+
+const fn optimizer_name(kind: OptimizerKind) -> &'static str {
+    match kind {
+        OptimizerKind::Imoa => "IMOA",
+        OptimizerKind::ImoaLiteral => "IMOA as printed",
+        OptimizerKind::Moa => "MOA",
+        OptimizerKind::Pso => "particle swarm",
+        OptimizerKind::De => "differential evolution",
+        OptimizerKind::Random => "random search",
+        OptimizerKind::Lm => "Levenberg-Marquardt",
+        OptimizerKind::Ls => "least squares",
+        _ => "search",
+    }
+}
+
+fn print_parameters(out: &mut impl Write, last: &Parameters) -> io::Result<()> {
+    let (p_sigma, b_sigma) = last.sigma.split_at(9);
+    for (row, (values, sigma)) in last.p.chunks(3).zip(p_sigma.chunks(3)).enumerate() {
+        let label = if row == 0 { "final P " } else { "        " };
+        let cells: Vec<String> = values.iter().zip(sigma).map(|(x, s)| format!("{x:8.5} +- {s:.5}")).collect();
+        writeln!(out, "{label} {}", cells.join("   "))?;
+    }
+    let in_deg = |x: f32| x.to_degrees();
+    let cells: Vec<String> =
+        last.b_rad_s.iter().zip(b_sigma).map(|(&b, &s)| format!("{:8.4} +- {:.4} ", in_deg(b), in_deg(s))).collect();
+    // Nothing states how well a bias from rest is known.
+    let prior = if last.is_prior { " (+- prior)" } else { "" };
+    writeln!(out, "final b  {}  deg/s{prior}; {} of 12 directions observed", cells.join("   "), last.rank)
+}
+
+fn print_scores(out: &mut impl Write, config: &Config, reference: &Reference) -> io::Result<()> {
+    let part = if config.freeze_at_us.is_some() { "held out" } else { "whole trace" };
+    writeln!(
+        out,
+        "{:<34} {:>12} {:>12} {:>12} {:>12}",
+        format!("scores   {part}"),
+        "uncompensated",
+        "bias only",
+        "12 param.",
+        "flown"
+    )?;
+    let rows = [
+        ("rotation over 2 s, deg rms", &reference.orientation_2s_rms_deg),
+        ("  one delay fitted", &reference.orientation_2s_rms_time_aligned_deg),
+        ("gravity at rests, deg", &reference.rest_gravity_deg),
+    ];
+    for (name, scores) in rows {
+        if *scores != PerModel::default() {
+            let cells = [scores.uncompensated, scores.bias_only, scores.twelve_parameters, scores.with_effects];
+            writeln!(out, "         {name:<25} {}", cells.map(|cell| format!("{:>12}", figure(cell))).join(" "))?;
+        }
+    }
+    if let Some(delay) = reference.time_alignment_ms {
+        writeln!(out, "         fitted delay {delay:.2} ms")?;
+    }
+    let attitude = &reference.attitude_rms_deg;
+    if attitude.total.is_some() {
+        let [total, heading, inclination] = [attitude.total, attitude.heading, attitude.inclination].map(figure);
+        writeln!(out, "         attitude, deg rms: {total} total, {heading} heading, {inclination} inclination")?;
+    }
+    Ok(())
+}
+
+fn figure(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))
+}
+
+/// Prints the verdict and the effects found.
+fn print_diagnosed(out: &mut impl Write, config: &Config, diagnosed: &Diagnosed) -> io::Result<()> {
+    if !config.effects {
+        return writeln!(out, "effects  not looked for");
+    }
+    let residual = &diagnosed.residual.magnetic_deg;
+    write!(out, "effects  {}", verdict_name(diagnosed.verdict))?;
+    match (residual.before, residual.after) {
+        (Some(before), Some(after)) => {
+            writeln!(out, "; residual of the field over a second {before:.2} -> {after:.2} deg")?
+        }
+        _ => writeln!(out)?,
+    }
+    sentences(diagnosed).iter().try_for_each(|sentence| writeln!(out, "         {sentence}"))
+}

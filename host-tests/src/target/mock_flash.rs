@@ -1,0 +1,217 @@
+//! A NOR flash in memory: programs words (only from 1 to 0), erases whole sectors, counts both, and loses
+//! power on request.
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+};
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+/// State of the word or sector that is being changed when power goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// The change had not begun.
+    Before,
+    /// The change was under way: some bits of a word are programmed; each bit of a sector is as before,
+    /// erased or random.
+    Torn,
+    /// The change was done, but not reported.
+    After,
+}
+
+/// All kinds of cut.
+pub const CUTS: [Cut; 3] = [Cut::Before, Cut::Torn, Cut::After];
+
+/// Reasons why the flash refuses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MockError {
+    /// The power is off.
+    PowerCut,
+    /// A word would be programmed twice, or erasing is not allowed: a defect of the caller.
+    Forbidden,
+    /// The arguments are wrong.
+    Arguments(NorFlashErrorKind),
+}
+
+impl NorFlashError for MockError {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::Arguments(kind) => *kind,
+            _ => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+/// The flash; it programs `WORD` bytes at a time and erases `SECTOR` bytes.
+#[derive(Clone, Debug)]
+pub struct MockFlash<const WORD: usize = 4, const SECTOR: usize = 16384> {
+    bytes: Vec<u8>,
+    /// Words programmed and sectors erased so far.
+    operations: u64,
+    cut: Option<(u64, Cut)>,
+    is_on: bool,
+    may_erase: bool,
+    stuck: Option<usize>,
+    erases: Vec<u32>,
+    words: Vec<u64>,
+    rng: Xoshiro128PlusPlus,
+}
+
+impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
+    /// An erased flash of this many sectors. `seed` decides what torn changes leave.
+    #[must_use]
+    pub fn new(sectors: usize, seed: u64) -> Self {
+        Self {
+            bytes: vec![0xFF; sectors * SECTOR],
+            operations: 0,
+            cut: None,
+            is_on: true,
+            may_erase: true,
+            stuck: None,
+            erases: vec![0; sectors],
+            words: vec![0; sectors],
+            rng: Xoshiro128PlusPlus::seed_from_u64(seed),
+        }
+    }
+
+    /// Cuts the power after `operations` more words or erasures.
+    pub fn cut_in(&mut self, operations: u64, cut: Cut) {
+        self.cut = Some((self.operations + operations, cut));
+    }
+
+    /// Restores the power.
+    pub fn power_up(&mut self) {
+        (self.is_on, self.cut) = (true, None);
+    }
+
+    /// Whether the power is on.
+    #[must_use]
+    pub const fn is_on(&self) -> bool {
+        self.is_on
+    }
+
+    /// Allows or forbids erasing, which is forbidden while drilling.
+    pub const fn allow_erase(&mut self, allowed: bool) {
+        self.may_erase = allowed;
+    }
+
+    /// Makes one bit of a sector fail to erase.
+    pub const fn wear_out(&mut self, sector: usize) {
+        self.stuck = Some(sector);
+    }
+
+    /// Words programmed and sectors erased so far.
+    #[must_use]
+    pub const fn operations(&self) -> u64 {
+        self.operations
+    }
+
+    /// Number of erasures of each sector.
+    #[must_use]
+    pub fn erases(&self) -> &[u32] {
+        &self.erases
+    }
+
+    /// Number of words programmed in each sector.
+    #[must_use]
+    pub fn words(&self) -> &[u64] {
+        &self.words
+    }
+
+    /// Content, for a test to spoil.
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        &mut self.bytes
+    }
+
+    /// Counts an operation; returns the cut if power goes during it.
+    fn begin(&mut self) -> Result<Option<Cut>, MockError> {
+        if !self.is_on {
+            return Err(MockError::PowerCut);
+        }
+        let cut = self.cut.filter(|(at, _)| *at == self.operations).map(|(_, cut)| cut);
+        self.operations += 1;
+        self.is_on = cut.is_none();
+        Ok(cut)
+    }
+}
+
+impl<const WORD: usize, const SECTOR: usize> ErrorType for MockFlash<WORD, SECTOR> {
+    type Error = MockError;
+}
+
+impl<const WORD: usize, const SECTOR: usize> ReadNorFlash for MockFlash<WORD, SECTOR> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), MockError> {
+        if !self.is_on {
+            return Err(MockError::PowerCut);
+        }
+        check_read(self, offset, bytes.len()).map_err(MockError::Arguments)?;
+        bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl<const WORD: usize, const SECTOR: usize> NorFlash for MockFlash<WORD, SECTOR> {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), MockError> {
+        check_erase(self, from, to).map_err(MockError::Arguments)?;
+        if !self.may_erase {
+            return Err(MockError::Forbidden);
+        }
+        for sector in from as usize / SECTOR..to as usize / SECTOR {
+            let cut = self.begin()?;
+            self.erases[sector] += u32::from(cut != Some(Cut::Before));
+            let kind = self.rng.next_u32() % 4;
+            for byte in &mut self.bytes[sector * SECTOR..][..SECTOR] {
+                let noise = self.rng.next_u32();
+                match (cut, kind) {
+                    (Some(Cut::Before), _) => {}
+                    // Torn erasure: some cells erased; all apparently erased; random; or all but a few
+                    // erased.
+                    (Some(Cut::Torn), 0) => *byte |= noise as u8,
+                    (Some(Cut::Torn), 1) => *byte = noise as u8,
+                    (Some(Cut::Torn), 2) if noise.is_multiple_of(1024) => {}
+                    _ => *byte = 0xFF,
+                }
+            }
+            if self.stuck == Some(sector) {
+                self.bytes[sector * SECTOR + SECTOR / 2] &= 0x7F;
+            }
+            if cut.is_some() {
+                return Err(MockError::PowerCut);
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), MockError> {
+        check_write(self, offset, bytes.len()).map_err(MockError::Arguments)?;
+        for (k, word) in bytes.chunks(WORD).enumerate() {
+            let at = offset as usize + k * WORD;
+            let cut = self.begin()?;
+            let held = &mut self.bytes[at..at + WORD];
+            if held.iter().any(|byte| *byte != 0xFF) {
+                return Err(MockError::Forbidden);
+            }
+            self.words[at / SECTOR] += 1;
+            for (held, new) in held.iter_mut().zip(word) {
+                *held &= match cut {
+                    Some(Cut::Before) => 0xFF,
+                    Some(Cut::Torn) => *new | self.rng.next_u32() as u8,
+                    Some(Cut::After) | None => *new,
+                };
+            }
+            if cut.is_some() {
+                return Err(MockError::PowerCut);
+            }
+        }
+        Ok(())
+    }
+}

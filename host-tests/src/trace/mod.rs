@@ -1,0 +1,173 @@
+//! A recorded or simulated trace: samples, header, and the reference that scores are measured against.
+
+mod columns;
+mod decimal_time;
+mod error;
+mod keys;
+mod lines;
+pub mod motion;
+mod read;
+pub mod recordings;
+mod seconds;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+pub use error::{Fault, TraceError};
+pub use keys::{BodyFrame, EarthFrame, Keys};
+use meerkat_mwd::{Sample, SampleFlags, config::FullScale, probe::CLIPPED_SHARE};
+
+pub(crate) use seconds::seconds;
+
+/// A trace in memory. Reference columns are for scoring only: the pipeline sees nothing but `samples`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trace {
+    /// The file it was read from.
+    pub path: PathBuf,
+    /// Header keys.
+    pub keys: Keys,
+    /// One per row, times strictly increasing.
+    pub samples: Vec<Sample>,
+    /// Reference attitude, body to the trace's earth frame, scalar first; `None` for an empty cell; empty
+    /// without the columns.
+    pub reference: Vec<Option<[f64; 4]>>,
+    /// Whether a sample is scored (column `movement`).
+    pub movement: Option<Vec<bool>>,
+    /// Whether the probe rests (column `rest`).
+    pub rest: Option<Vec<bool>>,
+    /// True angular rate, rad/s, body frame (columns `wx_true`, `wy_true`, `wz_true` of simulated traces).
+    pub true_rate: Option<Vec<[f64; 3]>>,
+    /// Flags that the driver itself set (column `sample_flags` of recorded traces, the bits of
+    /// [`SampleFlags`]).
+    pub driver_flags: Option<Vec<SampleFlags>>,
+    /// Remarks for the user, such as ignored columns.
+    pub notes: Vec<String>,
+}
+
+/// Whether any sensor's full scale is known; without one, clipping cannot be told.
+#[must_use]
+pub fn clipping_is_known(full_scale: &FullScale) -> bool {
+    full_scale.gyro_rad_s.or(full_scale.accel_m_s2).or(full_scale.mag_ut).is_some()
+}
+
+impl Trace {
+    /// Reads a trace, plain or gzip.
+    ///
+    /// # Errors
+    /// What is wrong, with the file, the line and the column.
+    pub fn read(path: &Path) -> Result<Self, TraceError> {
+        read::read(path)
+    }
+
+    /// Writes the trace so that [`Trace::read`] gives it back, gzip when the name ends in `.gz`.
+    ///
+    /// Notes are not written: the format has no place for them. Sensor groups that no sample has are left
+    /// out.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), TraceError> {
+        write::write(self, path)
+    }
+
+    /// Median step between samples, microseconds; 0 for fewer than two samples.
+    #[must_use]
+    pub fn nominal_period_us(&self) -> u32 {
+        let mut steps: Vec<u64> =
+            self.samples.windows(2).map(|pair| pair[1].t_us.saturating_sub(pair[0].t_us)).collect();
+        let middle = steps.len() / 2;
+        if steps.is_empty() {
+            return 0;
+        }
+        let (_, median, _) = steps.select_nth_unstable(middle);
+        u32::try_from(*median).unwrap_or(u32::MAX)
+    }
+
+    /// Time of the first sample, microseconds.
+    #[must_use]
+    pub fn first_us(&self) -> u64 {
+        self.samples.first().map_or(0, |sample| sample.t_us)
+    }
+
+    /// From the first sample to the last, microseconds.
+    #[must_use]
+    pub fn duration_us(&self) -> u64 {
+        self.samples.last().map_or(0, |sample| sample.t_us.saturating_sub(self.first_us()))
+    }
+
+    /// From the first sample to the last, seconds.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.duration_us() as f64 * 1e-6
+    }
+
+    /// Number of samples with the flag.
+    #[must_use]
+    pub fn count(&self, flag: SampleFlags) -> usize {
+        self.samples.iter().filter(|sample| sample.flags.contains(flag)).count()
+    }
+
+    /// Number of samples with a clipped sensor.
+    #[must_use]
+    pub fn clipped(&self) -> usize {
+        let any = SampleFlags::GYRO_CLIPPED | SampleFlags::ACCEL_CLIPPED | SampleFlags::MAG_CLIPPED;
+        self.samples.iter().filter(|sample| sample.flags.intersects(any)).count()
+    }
+
+    /// Number of samples without a reference attitude; all if there are no such columns.
+    #[must_use]
+    pub fn reference_missing(&self) -> usize {
+        self.samples.len() - self.reference.iter().filter(|q| q.is_some()).count()
+    }
+
+    /// Sets each sample's clipped flags from these full scales (see [`CLIPPED_SHARE`]); the driver's own
+    /// flags stay, all others are cleared.
+    pub fn mark_clipped(&mut self, full_scale: &FullScale) {
+        let beyond = |v: &[f32; 3], full_scale: Option<f32>| {
+            full_scale.is_some_and(|limit| v.iter().any(|x| x.abs() >= CLIPPED_SHARE * limit))
+        };
+        for sample in &mut self.samples {
+            let flags = sample.flags;
+            let mut mark = |v: &[f32; 3], limit, clipped, absent| {
+                sample.flags.set(clipped, !flags.contains(absent) && beyond(v, limit));
+            };
+            mark(&sample.gyro_rad_s, full_scale.gyro_rad_s, SampleFlags::GYRO_CLIPPED, SampleFlags::GYRO_MISSING);
+            mark(&sample.accel_m_s2, full_scale.accel_m_s2, SampleFlags::ACCEL_CLIPPED, SampleFlags::ACCEL_MISSING);
+            mark(&sample.mag_ut, full_scale.mag_ut, SampleFlags::MAG_CLIPPED, SampleFlags::MAG_MISSING);
+        }
+        for (sample, said) in self.samples.iter_mut().zip(self.driver_flags.iter().flatten()) {
+            sample.flags |= *said;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(t_us: u64) -> Sample {
+        Sample { t_us, ..Sample::default() }
+    }
+
+    #[test]
+    fn the_nominal_period_survives_a_gap_and_the_duration_does_not_start_at_zero() {
+        let samples = [1_000, 6_000, 11_000, 3_011_000, 3_016_000].map(at).to_vec();
+        let trace = Trace { samples, ..Trace::default() };
+        assert_eq!(trace.nominal_period_us(), 5_000);
+        assert_eq!(trace.duration_us(), 3_015_000);
+        assert_eq!(Trace::default().nominal_period_us(), 0);
+    }
+
+    #[test]
+    fn a_saturated_16_bit_word_of_a_2000_deg_s_gyro_is_clipped_and_one_percent_below_is_not() {
+        let full_scale = FullScale { gyro_rad_s: Some(2000.0_f32.to_radians()), ..FullScale::default() };
+        let reading = |deg_s: f32| Sample { gyro_rad_s: [0.0, 0.0, deg_s.to_radians()], ..Sample::default() };
+        let samples = vec![reading(-32_767.0 / 16.4), reading(1_980.0), reading(2_000.0)];
+        let mut trace = Trace { samples, ..Trace::default() };
+        trace.mark_clipped(&full_scale);
+        let clipped = trace.samples.iter().map(|s| s.flags.contains(SampleFlags::GYRO_CLIPPED));
+        assert_eq!(clipped.collect::<Vec<_>>(), [true, false, true]);
+        trace.mark_clipped(&FullScale::default());
+        assert_eq!(trace.count(SampleFlags::GYRO_CLIPPED), 0);
+    }
+}
