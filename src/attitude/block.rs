@@ -1,10 +1,10 @@
 use nalgebra::{Matrix3, Vector3};
 
-/// What about 20 ms of samples leave for one step of the filter, gathered in the earth frame: rotation inside the block is
-/// taken out exactly as the gyro saw it, so means over the block lose nothing while the probe turns.
+/// Samples of one filter step, summed in the earth frame. Rotation within the step is removed sample by
+/// sample as the gyro saw it, so that the means lose nothing while the probe turns.
 #[derive(Clone, Copy)]
 pub(crate) struct Block {
-    /// Length, seconds.
+    /// Length of the step, seconds.
     pub(crate) time_s: f32,
     /// Integral of C (body to NED), seconds.
     pub(crate) rotation_time: Matrix3<f32>,
@@ -35,7 +35,7 @@ impl Block {
         }
     }
 
-    /// Adds the interval that a sample ends: its rate, and C at its end.
+    /// Adds the interval that a sample ends, by its rate and C at its end.
     pub(crate) fn turn(&mut self, c: &Matrix3<f32>, rate_rad_s: &Vector3<f32>, dt_s: f32) {
         self.time_s += dt_s;
         self.rotation_time += c * dt_s;
@@ -43,14 +43,14 @@ impl Block {
         self.squared_rate_time += rate_rad_s.norm_squared() * dt_s;
     }
 
-    /// Adds a specific force, NED.
+    /// Adds a specific force, NED, m/s^2.
     pub(crate) fn force(&mut self, force_ned_m_s2: &Vector3<f32>) {
         self.force_sum += force_ned_m_s2;
         self.square_force_sum += force_ned_m_s2.norm_squared();
         self.force_count += 1;
     }
 
-    /// Adds a field, NED.
+    /// Adds a field, NED, microtesla.
     pub(crate) fn field(&mut self, field_ned_ut: &Vector3<f32>) {
         self.field_sum += field_ned_ut;
         self.field_count += 1;

@@ -33,36 +33,37 @@ use turned_field::TurnedField;
 
 /// Earth's rotation, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
-/// One filter step gathers samples for about this long, seconds: half the shortest correlation time of an error that the filter
-/// knows (0.1 s), so that steps more often would say nothing more, and rotation inside is taken out sample by sample.
+/// Duration of one filter step, seconds: half the shortest correlation time among the modelled errors (0.1
+/// s). Shorter steps add no information, because rotation within a step is removed sample by sample.
 const BLOCK_S: f32 = 0.05;
-/// Uncertainty of a tilt taken from a force that is as long as gravity, radians: 0.1 g of acceleration, a hand's.
+/// Uncertainty of a tilt taken from a force of gravity's norm, radians: 0.1 g of acceleration, as of a hand.
 const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
-/// A rotation less certain than this is found anew from gravity and field, radians: beyond, equations that are linear in it err by more than
-/// 1.5 %, the sine's third order.
+/// Attitude uncertainty beyond which gravity and field align the filter again, radians: beyond it the linear
+/// equations err by more than 1.5 %, the sine's third order.
 const LOST_RAD: f32 = 0.3;
 
-/// The attitude filter: strapdown propagation at the sample rate, corrected 20 times a second.
+/// Attitude filter: strapdown integration at the sample rate, corrected 20 times a second.
 ///
-/// An error-state Kalman filter over attitude, residual gyro bias and horizontal velocity. The accelerometer is integrated to
-/// a velocity, and the only thing claimed about it is that velocity is bounded: a wrong tilt makes the integral of gravity run
-/// away, vibration, shocks and a moving hand do not. So no reading is ever called "gravity", and averaging is as long as the
-/// gyro allows. The field corrects the heading (and the bias), never the tilt, and only while its norm and dip agree with an
-/// undisturbed reference. Errors are correlated in time; each enters as white noise with the same density at low frequency.
+/// An error-state Kalman filter over attitude, residual gyro bias and horizontal velocity. The accelerometer
+/// is integrated to a velocity, and the filter assumes only that velocity is bounded: a wrong tilt makes the
+/// integral of gravity run away; vibration, shocks and a moving hand do not. So no single reading counts as
+/// gravity, and the averaging is as long as the gyro allows. The field corrects the heading and the bias,
+/// never the tilt, and only while its norm and dip agree with an undisturbed reference. Errors correlated in
+/// time enter as white noise of the same density at low frequency.
 ///
-/// All zero until [`AttitudeFilter::start`], so that a `static` of it costs no flash.
+/// All zero until [`AttitudeFilter::start`], so that a `static` of it takes no flash.
 pub struct AttitudeFilter {
-    // not in an `Option`: its `None` would be stored in a niche that is not zero
+    // Not in an `Option`, whose `None` would be stored in a niche that is not zero.
     config: AttitudeConfig,
     earth: Earth,
     started: bool,
-    /// The earth's rotation, NED, rad/s; zero where the latitude is not known.
+    /// Rotation of the earth, NED, rad/s; zero if the latitude is unknown.
     earth_rate_ned_rad_s: Vector3<f32>,
     propagation: Propagation,
-    /// The attitude as a matrix, body to NED.
+    /// Attitude as a matrix, body to NED.
     rotation: Matrix3<f32>,
     errors: ErrorState,
-    /// Of the angles, as of the last step of the filter.
+    /// Sigmas of the angles at the last filter step.
     sigmas: ToolAngleSigmas,
     sigmas_stale: bool,
     reference: FieldReference,
@@ -73,33 +74,33 @@ pub struct AttitudeFilter {
     turned_field: TurnedField,
     block: Block,
     bias_rad_s: Vector3<f32>,
-    /// Of what is left of the gyro's scale factors and couplings.
+    /// Deviation of the gyro's scale factors and couplings after compensation.
     scale_sigma: f32,
-    /// Of the magnetometer's delay against the gyro.
+    /// Variance of the magnetometer's delay against the gyro.
     timing_variance_s2: f32,
-    /// Of the gyro's delay, in sample periods.
+    /// Variance of the gyro's delay, in squared sample periods.
     gyro_timing_variance: f32,
     velocity_m_s: Vector2<f32>,
     rate_rad_s: Vector3<f32>,
     step_s: f32,
     smooth_force_m_s2: Vector3<f32>,
-    /// Over about a second, in parts of gravity's square.
+    /// Mean square of the force over about a second, relative to gravity's.
     mean_square_force: f32,
-    /// Since the tilt was last taken from the force, up to [`CONTRADICTION_S`], seconds.
+    /// Time since the tilt was last taken from the force, at most [`CONTRADICTION_S`], seconds.
     aligned_s: f32,
     contradiction_s: f32,
     velocity_contradiction_s: f32,
     heading_contradiction_s: f32,
-    /// Since a specific force was used, seconds.
+    /// Time since a specific force was used, seconds.
     unseen_force_s: f32,
-    /// Since the field agreed with the attitude.
+    /// Time since the field agreed with the attitude, seconds.
     unagreed_s: f32,
     heading_blocks: u16,
-    /// Variance of the heading that no averaging takes away, rad^2.
+    /// Variance of the heading that averaging does not reduce, rad^2.
     heading_floor: f32,
-    /// What a mean force that is not used says against the tilt, about north and east.
+    /// Angle between the tilt and a mean force that is not used, about north and about east, radians.
     tilt_doubt_rad: Vector2<f32>,
-    /// Square of what an undisturbed field that is not used says against the heading, rad^2.
+    /// Squared angle between the heading and an undisturbed field that is not used, rad^2.
     heading_doubt: f32,
     aligned: bool,
     lost: bool,
@@ -112,7 +113,7 @@ pub struct AttitudeFilter {
 }
 
 impl AttitudeFilter {
-    /// A filter that has not been started.
+    /// Returns a filter that has not been started.
     #[must_use]
     pub const fn new() -> Self {
         const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
@@ -163,7 +164,7 @@ impl AttitudeFilter {
         }
     }
 
-    /// Starts afresh. The configuration must have passed [`crate::Config::validate`].
+    /// Starts anew from a configuration that [`crate::Config::validate`] has accepted.
     pub fn start(&mut self, config: &AttitudeConfig, earth: &Earth) {
         *self = Self::new();
         (self.config, self.earth, self.started) = (*config, *earth, true);
@@ -182,8 +183,9 @@ impl AttitudeFilter {
         self.open_all();
     }
 
-    /// The earth's rotation in the body frame at the last sample, rad/s, to be taken off the gyro's reading: zero while the
-    /// latitude is not known or nothing is aligned, and its vertical part alone while there is no heading.
+    /// Rotation of the earth in the body frame at the last sample, rad/s, to subtract from the gyro's
+    /// reading. Zero without a latitude or before the alignment; its vertical part alone while there is no
+    /// heading.
     #[must_use]
     pub fn earth_rate_rad_s(&self) -> Vector3<f32> {
         let rate = self.earth_rate_ned_rad_s;
@@ -191,13 +193,13 @@ impl AttitudeFilter {
         if self.aligned { rotate_back(&self.propagation.q, &known) } else { Vector3::zeros() }
     }
 
-    /// Steps over the `dt_s` seconds that end with this sample, with its compensated body rate relative to the earth (or the
-    /// last one held).
+    /// Advances over the `dt_s` seconds that end with this sample, by its compensated body rate relative to
+    /// the earth (or the last rate held).
     pub fn propagate(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
         if !self.started {
             return;
         }
-        // beyond any gyro (57,000 deg/s): a defect of the reading, about which nothing is known
+        // Beyond any gyro (57,000 deg/s): a defective reading, which says nothing.
         let plausible = rate_rad_s.norm_squared() < 1e6;
         self.rate_rad_s = if plausible { *rate_rad_s } else { Vector3::zeros() };
         self.step_s = dt_s;
@@ -215,19 +217,20 @@ impl AttitudeFilter {
         self.block.turn(&self.rotation, &rate, dt_s);
     }
 
-    /// Takes the vectors read with the sample: calibrated specific force (m/s^2, up at rest) and field (microtesla), body
-    /// frame; `None` for what is missing, clipped or known to be wrong. Call after every [`AttitudeFilter::propagate`].
+    /// Takes the sample's calibrated vectors in the body frame: specific force (m/s^2, up at rest) and field
+    /// (microtesla); `None` for one that is missing, clipped or known to be wrong. Call it after every
+    /// [`AttitudeFilter::propagate`].
     pub fn observe(&mut self, accel_m_s2: Option<&Vector3<f32>>, mag_ut: Option<&Vector3<f32>>) {
         if !self.started {
             return;
         }
-        // sensors end at some 200 g and some 5 mT
+        // Accelerometers end at some 200 g, magnetometers at some 5 mT.
         let accel = accel_m_s2.filter(|a| a.norm_squared() < 1e8);
         let mag = mag_ut.filter(|m| (1e-2..1e8).contains(&m.norm_squared()));
         (self.accel_seen, self.mag_seen) = (accel.is_some(), mag.is_some());
         self.rest.observe(&self.rate_rad_s, accel, self.step_s);
         if !self.aligned || self.lost {
-            // in free fall there is no direction to take
+            // Free fall has no direction.
             let least = 0.01 * self.earth.gravity_m_s2 * self.earth.gravity_m_s2;
             if let Some(force) = accel.filter(|a| a.norm_squared() > least) {
                 let (config, earth) = (self.config, self.earth);
@@ -257,7 +260,7 @@ impl AttitudeFilter {
         }
     }
 
-    /// Residual gyro bias found by the filter, body frame, rad/s, to be subtracted from the compensated rate.
+    /// Residual gyro bias that the filter found, body frame, rad/s, to subtract from the compensated rate.
     #[must_use]
     pub const fn residual_bias_rad_s(&self) -> Vector3<f32> {
         self.bias_rad_s

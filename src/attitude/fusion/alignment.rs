@@ -1,4 +1,4 @@
-//! Attitude taken anew from one specific force.
+//! Alignment: the attitude taken from one specific force.
 
 use super::{ALIGNMENT_SIGMA_RAD, AttitudeFilter, HEADING, LOST_RAD, PI, ToolAngles};
 use crate::{
@@ -8,8 +8,9 @@ use crate::{
 use nalgebra::{Quaternion, Vector3};
 
 impl AttitudeFilter {
-    /// Takes the tilt from a specific force (NED as far as the attitude is known) and forgets what was known of it. The first
-    /// time the heading counts from where the tool axis (near the vertical: the sum of azimuth and toolface) then is.
+    /// Takes the tilt from a specific force (NED as far as the attitude is known) and resets its uncertainty.
+    /// At the first alignment the heading counts from the tool axis; near the vertical, from the sum of
+    /// azimuth and toolface.
     pub(super) fn align(&mut self, force_ned_m_s2: &Vector3<f32>, config: &AttitudeConfig, earth: &Earth) {
         let norm = libm::sqrtf(force_ned_m_s2.norm_squared());
         self.propagation.q = renormalised(&(to_upright(&(force_ned_m_s2 / norm)) * self.propagation.q));
@@ -22,7 +23,7 @@ impl AttitudeFilter {
         self.sigmas_stale = true;
         let off_gravity = norm / earth.gravity_m_s2 - 1.0;
         let sigma = ALIGNMENT_SIGMA_RAD + off_gravity.abs();
-        // what shakes the probe beside gravity is in each direction a third
+        // A third of the shaking acts along each direction.
         let shaken = if self.mean_square_force > 1.0 { (self.mean_square_force - 1.0) / 3.0 } else { 0.0 };
         let variance = sigma * sigma + shaken;
         let heading = self.errors.variance(HEADING);
@@ -31,7 +32,7 @@ impl AttitudeFilter {
         }
         self.errors.open(HEADING, heading);
         if heading > LOST_RAD * LOST_RAD && self.heading_blocks > 1 {
-            // known before, to be taken from the next field
+            // A heading that was known before is taken from the next field.
             self.heading_blocks = 1;
         }
         self.stop(config);
@@ -39,7 +40,8 @@ impl AttitudeFilter {
         (self.aligned, self.lost, self.accel_used) = (true, false, true);
     }
 
-    /// Turns the first attitude to where this field points north, as a start: whether the field is to be believed is still to be seen.
+    /// Turns the first attitude's heading to magnetic north by one field reading. Whether that field is
+    /// undisturbed is judged later.
     pub(super) fn face_north(&mut self, field_ut: &Vector3<f32>) {
         let field = self.rotation * field_ut;
         let north_rad = self.earth.declination_rad.unwrap_or(0.0);
@@ -55,9 +57,9 @@ impl AttitudeFilter {
     }
 }
 
-/// The shortest rotation that takes a unit vector to straight up, (0, 0, -1).
+/// Shortest rotation of a unit vector to straight up, (0, 0, -1).
 fn to_upright(up: &Vector3<f32>) -> Quaternion<f32> {
-    // between a vector and its image the half-way quaternion is (1 + u.v, u x v), not yet of unit length
+    // Half-way quaternion between a vector u and its image v: (1 + u.v, u x v), not yet normalised.
     let w = 1.0 - up.z;
     let squared = w * w + up.x * up.x + up.y * up.y;
     if squared > 1e-6 {

@@ -1,4 +1,5 @@
-//! Gravity and field that agree with each other and not with the attitude: it is the attitude that is wrong.
+//! Contradiction: gravity and field agree with each other and not with the attitude, so the attitude is
+//! wrong.
 
 use super::{AttitudeFilter, BIAS, HEADING, LOST_RAD, PI};
 use crate::{
@@ -7,31 +8,33 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Smoothing of what is compared, seconds: some swings of a vibration, which begins at some 10 Hz.
+/// Smoothing of force and field, seconds: several periods of a vibration of 10 Hz and more.
 const SMOOTHING_S: f32 = 0.1;
-/// Of the direction of such a force, radians: half a m/s^2 of acceleration.
+/// Standard deviation of that force's direction, radians: half a m/s^2 of acceleration.
 const FORCE_SIGMA_RAD: f32 = 0.05;
-/// A specific force that is gravity is as long within this part: five of those deviations.
+/// Tolerance of the force's norm against gravity, relative: five of those deviations.
 const NORM_TOLERANCE: f32 = 0.25;
-/// What is so many deviations off contradicts: by chance once in 400.
+/// Gate of the contradiction, in deviations: exceeded by chance once in 400.
 const GATE: f32 = 3.0;
-/// However little is known, what is off by more than 60 deg (the square of its chord) contradicts.
+/// Largest squared chord that a gate allows: an attitude off by more than 60 deg contradicts, however little
+/// is known.
 const MOST: f32 = 1.0;
-/// A gyro that was seen to be wrong by this, rad/s, is not to be trusted: the largest bias that is taken for one
-/// (`IdentificationConfig::max_bias_rad_s`), rounded up.
+/// Rate error above which the gyro is mistrusted, rad/s: 6 deg/s, above the zero-rate output of common parts
+/// (LSM6DSO: 1 deg/s).
 const LEAST_MISTRUST_RAD_S: f32 = 0.1;
-/// For so long a gyro that was wrong may be wrong again, seconds: as long as one is frozen before that is flagged.
+/// Time constant of the mistrust, seconds: as long as a frozen gyro goes unflagged.
 const MISTRUST_S: f32 = 1.0;
 
-/// What is known of how well gravity, field and attitude agree.
+/// Agreement of gravity, field and attitude.
 pub(super) struct Agreement {
-    /// Force, NED, smoothed.
+    /// Smoothed force, NED.
     force_m_s2: Vector3<f32>,
-    /// Force times field, and the square of each, smoothed: numbers that a wrong attitude does not change.
+    /// Smoothed product of force and field, and the square of each: a wrong attitude does not change these
+    /// three.
     product: f32,
     square_force: f32,
     square_field: f32,
-    /// By how much the gyro seems to be wrong, rad/s.
+    /// Apparent error of the gyro, rad/s.
     mistrust_rad_s: f32,
 }
 
@@ -46,7 +49,7 @@ impl Agreement {
         }
     }
 
-    /// Takes in the means of a step, NED; of the field where there is one.
+    /// Takes the mean force and field of a filter step, NED; the field may be missing.
     pub(super) fn observe(&mut self, force: &Vector3<f32>, field: Option<&Vector3<f32>>, time_s: f32) {
         let weight = time_s / (SMOOTHING_S + time_s);
         self.force_m_s2 += (force - self.force_m_s2) * weight;
@@ -56,13 +59,13 @@ impl Agreement {
         self.square_field += (field.norm_squared() - self.square_field) * weight;
     }
 
-    /// Variance by which the attitude spreads in a step, rad^2, because the gyro was seen to be wrong.
+    /// Process noise of the attitude over a step, rad^2, while the gyro is mistrusted.
     pub(super) fn spread(&mut self, time_s: f32) -> f32 {
         self.mistrust_rad_s *= MISTRUST_S / (MISTRUST_S + time_s);
         self.mistrust_rad_s * self.mistrust_rad_s * time_s * MISTRUST_S
     }
 
-    /// Sine of the dip between force and field, if both are as long as they have to be.
+    /// Sine of the dip between force and field, if both have the expected norm.
     fn sine_of_dip(&self, norm_ut: f32, tolerance: f32, gravity_m_s2: f32) -> Option<f32> {
         let (force, field) = (libm::sqrtf(self.square_force), libm::sqrtf(self.square_field));
         let long = (force - gravity_m_s2).abs() < NORM_TOLERANCE * gravity_m_s2;
@@ -71,17 +74,18 @@ impl Agreement {
 }
 
 impl AttitudeFilter {
-    /// Judges the attitude by force and field (NED), the second of which does not agree with it, or is missing.
+    /// Judges the attitude by force and field (NED); the field disagrees with the attitude, or is missing.
     ///
-    /// The angle between the two does not depend on the attitude. If it is the reference's, and both are as long as they have to be, then
-    /// neither an acceleration nor a magnet is the cause, unless both at once feign a turn. The attitude is off by as much as they are,
-    /// and the gyro was wrong by as much as that took. Of a gyro that has been wrong the force alone says it too;
-    /// of an attitude that is in doubt only by how much it may be off, since it may be the hand.
+    /// The angle between the two vectors does not depend on the attitude. If it is the reference's and both
+    /// norms are right, neither an acceleration nor a magnet explains the disagreement (unless both at once
+    /// imitate a turn): the attitude is wrong by as much as the vectors say, and the gyro was wrong by the
+    /// rate that this took. After a gyro error the force alone suffices. If only the field is in doubt, the
+    /// force says by how much the attitude may be off: a hand's acceleration could be the cause.
     pub(super) fn contradict(&mut self, field: Option<&Vector3<f32>>, config: &AttitudeConfig, earth: &Earth) {
         let gate = |variance: f32| if GATE * GATE * variance < MOST { GATE * GATE * variance } else { MOST };
         let force = &self.agreement.force_m_s2;
         let tilt = self.errors.variance(0) + self.errors.variance(1) + FORCE_SIGMA_RAD * FORCE_SIGMA_RAD;
-        // squares of chords
+        // Squares of chords.
         let tilted = 2.0 + 2.0 * force.z / libm::sqrtf(force.norm_squared());
         if tilted < gate(tilt) {
             return;
@@ -89,7 +93,7 @@ impl AttitudeFilter {
         let turned = match field {
             Some(field) => {
                 let turn = tilt + self.errors.variance(HEADING) + config.mag_sigma_rad * config.mag_sigma_rad;
-                // where no heading is known the field's direction says nothing
+                // Without a known heading the field's direction says nothing.
                 let headed = self.errors.variance(HEADING) < LOST_RAD * LOST_RAD;
                 match self.turned(field, config, earth) {
                     Some(turned) if turned > gate(turn) || !headed => turned,
@@ -110,11 +114,12 @@ impl AttitudeFilter {
         let agreement = &mut self.agreement;
         agreement.mistrust_rad_s = if rate > agreement.mistrust_rad_s { rate } else { agreement.mistrust_rad_s };
     }
-    /// By how much a field's direction is off, the square of its chord, if force and field agree with each other.
+    /// Squared chord between a field's direction and the expected one, if force and field agree with each
+    /// other.
     fn turned(&self, field: &Vector3<f32>, config: &AttitudeConfig, earth: &Earth) -> Option<f32> {
         let (norm_ut, sine_of_dip, cosine_of_dip) = self.reference.dip();
         let seen = self.agreement.sine_of_dip(norm_ut, config.mag_norm_tolerance, earth.gravity_m_s2)?;
-        // the slope of a sine is the cosine, and no less than the tolerance itself
+        // A sine's slope is the cosine; the tolerance bounds it from below.
         let slope =
             if cosine_of_dip > config.mag_dip_tolerance_rad { cosine_of_dip } else { config.mag_dip_tolerance_rad };
         let (sine, cosine) = sine_and_cosine(earth.declination_rad.unwrap_or(0.0));

@@ -1,4 +1,4 @@
-//! One step of the filter, 20 times a second: what the gathered samples say about the errors.
+//! One filter step, 20 times a second: process noise, prediction and updates.
 
 use super::AttitudeFilter;
 use crate::{
@@ -8,13 +8,13 @@ use crate::{
 };
 use nalgebra::Matrix3;
 
-/// How long scale and coupling errors of the gyro act in one earth direction, seconds, where motion reverses: of a swing at 1.6 Hz, as fast as
-/// a hand, a radian.
+/// Correlation time of scale and coupling errors in one earth direction while motion reverses, seconds: a
+/// radian of a swing at 1.6 Hz, as fast as a hand.
 const SCALE_CORRELATION_S: f32 = 0.1;
-/// White noise of the accelerometer, m/s^2 per root hertz, the upper end of MEMS data sheets (1e-3 to 3e-3; MPU-9250 PS section 3.2: 300 ug).
-/// What vibration folds into it is measured where it matters.
+/// White noise of the accelerometer, m/s^2 per root hertz: the upper end of MEMS data sheets (1e-3 to 3e-3;
+/// MPU-9250 PS section 3.2: 300 ug). Vibration folded into it is measured separately.
 const FORCE_NOISE_M_S2_RTHZ: f32 = 0.003;
-/// Spectral density of the acceleration while the accelerometer is not seen: 1 m/s^2 correlated over 0.2 s, (m/s^2)^2/Hz.
+/// Spectral density of the acceleration while no force is read, (m/s^2)^2/Hz: 1 m/s^2 correlated over 0.2 s.
 pub(super) const UNSEEN_FORCE_DENSITY: f32 = 0.4;
 
 impl AttitudeFilter {
@@ -23,7 +23,7 @@ impl AttitudeFilter {
         let read = block.mean_force();
         let force = if self.force_is_sound(&block, earth) { read } else { None };
         let mut spread = self.spread(&block, force.is_some(), config);
-        // scale and coupling errors act on a sustained rotation as a bias does
+        // Scale and coupling errors act on a sustained rotation as a bias does.
         spread.bias += self.scale_sigma * self.scale_sigma * self.sustained.observe(&block);
         spread.attitude += Matrix3::from_diagonal_element(self.agreement.spread(block.time_s));
         self.unseen_force_s = if force.is_some() { 0.0 } else { self.unseen_force_s + block.time_s };
@@ -65,10 +65,10 @@ impl AttitudeFilter {
 
     fn spread(&self, block: &Block, force_seen: bool, config: &AttitudeConfig) -> Spread {
         let squared_rate = block.squared_rate();
-        // what a body-fixed error leaves across the axis of a rotation, which carries it around
+        // Part of a body-fixed error that remains across a rotation's axis, which carries it around.
         let phase = SCALE_CORRELATION_S * SCALE_CORRELATION_S * squared_rate;
         let across_s = SCALE_CORRELATION_S / (1.0 + phase);
-        // of a sustained rotation it is constant, and part of the bias
+        // In a sustained rotation that error is constant and belongs to the bias.
         let reversing = 1.0 - self.sustained.part();
         let scale = self.scale_sigma * self.scale_sigma * block.time_s * reversing;
         let rate_ned = block.rotation_time * block.angle_rad / (block.time_s * block.time_s);
@@ -76,7 +76,8 @@ impl AttitudeFilter {
         let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
         let (resting, moving) = (self.rest.force_density(self.step_s), FORCE_NOISE_M_S2_RTHZ * FORCE_NOISE_M_S2_RTHZ);
         let noise_density = if self.rest.detected() && resting < moving { resting } else { moving };
-        // what the tool's own axes shake by at the frequency of a rotation is slow in the earth frame; the noise is in what is measured of it
+        // Vibration of the tool's own axes at the rotation's frequency is slow in the earth frame. The
+        // measured density includes the noise.
         let shaken = self.shaking.density() * self.sustained.part();
         let force_density = if shaken > noise_density { shaken } else { noise_density };
         let density = if force_seen { force_density } else { force_density + UNSEEN_FORCE_DENSITY };

@@ -1,4 +1,4 @@
-//! What the field says of the heading.
+//! Update of the heading by the field.
 
 use super::{AttitudeFilter, LOST_RAD, gravity::ALIGNMENT_S};
 use crate::{
@@ -12,39 +12,41 @@ use crate::{
 use core::f32::consts::TAU;
 use nalgebra::Vector3;
 
-/// Correlation time of the calibrated field's direction error, seconds. It is fixed in the probe, so it is another one after a turn by a
-/// radian, which takes so long at the slowest rate that counts as turning.
+/// Correlation time of the calibrated field's direction error, seconds. The error is fixed in the probe and
+/// changes after a turn by a radian: that long at the slowest rate that counts as turning.
 const FIELD_CORRELATION_S: f32 = 1.0 / TURNING_RAD_S;
-/// Correlation time of rate times delay, seconds: of a swing at half a hertz a radian.
+/// Correlation time of rate times delay, seconds: a radian of a swing at half a hertz.
 const TIMING_CORRELATION_S: f32 = 0.3;
-/// A reading of a magnetometer is held for so long, seconds, from reading to reading another part of it: one at 100 Hz (AK8963, mode 2).
+/// Hold of a magnetometer's reading, seconds: each sample sees another part of it at 100 Hz (AK8963, mode 2).
 const HOLD_S: f32 = 0.01;
-/// The field says nothing of the bias when gravity has not been seen for so long, seconds: with 0.4 (m/s^2)^2/Hz the speed is then unknown by
-/// more than the half metre a second that it is assumed to have.
+/// Time without gravity after which the field no longer corrects the bias, seconds: with 0.4 (m/s^2)^2/Hz the
+/// speed is then less certain than the assumed half metre a second.
 const UNSEEN_FORCE_S: f32 = 1.0;
-/// A field that agreed agrees for so long, seconds: some magnetometers are read 8 to 10 times a second.
+/// Time for which an agreement of the field holds, seconds: some magnetometers are read 8 to 10 times a
+/// second.
 const AGREEMENT_S: f32 = 0.5;
-/// A field's heading beyond this many sigma is not used: by chance once in 16,000.
+/// Gate of the field's heading, in sigmas: exceeded by chance once in 16,000.
 const HEADING_GATE: f32 = 4.0;
-/// An undisturbed field that contradicts the heading for this long is believed, seconds: ten of its correlation times.
+/// Time after which an undisturbed field that contradicts the heading is believed, seconds: ten of its
+/// correlation times.
 const HEADING_CONTRADICTION_S: f32 = 30.0;
-/// The heading starts as the mean of this many blocks' fields (1 s).
+/// Filter steps whose fields the first heading averages: 1 s.
 const HEADING_ALIGNMENT_BLOCKS: u16 = 20;
 
 impl AttitudeFilter {
-    /// Whether the field was of late what the attitude makes of it, so that the tilt cannot be far off.
+    /// Returns true if the field recently agreed with the attitude, so that the tilt cannot be far off.
     pub(super) fn field_agrees(&self) -> bool {
         self.unagreed_s < AGREEMENT_S && self.heading_blocks >= HEADING_ALIGNMENT_BLOCKS
     }
 
-    /// Which axes of the bias the heading tells: none without gravity, and in a sustained rotation that of the rotation only, since an
-    /// error of the field that turns with the probe looks like a bias of the others.
+    /// Axes of the bias that the heading corrects. None without gravity; in a sustained rotation only the
+    /// rotation's axis, because a field error that turns with the probe looks like a bias of the others.
     fn biases_in_heading(&self) -> [bool; 3] {
         let seen = self.unseen_force_s < UNSEEN_FORCE_S;
         self.sustained.axes().unwrap_or([true; 3]).map(|axis| axis && seen)
     }
 
-    /// Whether the field was used for the heading.
+    /// Updates the heading by a step's mean field. Returns true if the field was used.
     pub(super) fn observe_field(
         &mut self,
         field: &Vector3<f32>,
@@ -55,10 +57,10 @@ impl AttitudeFilter {
         let horizontal_squared = field.x * field.x + field.y * field.y;
         let norm_squared = field.norm_squared();
         if self.aligned_s < ALIGNMENT_S {
-            // a dip that is read against a wrong tilt would become the reference
+            // A dip read against a wrong tilt would become the reference.
             return false;
         }
-        // within 3 deg of a magnetic pole, or no field
+        // Within 3 deg of a magnetic pole, or no field.
         if norm_squared < 0.01 || horizontal_squared < 0.0025 * norm_squared {
             return false;
         }
@@ -69,11 +71,11 @@ impl AttitudeFilter {
         let Some(deviation) = compared else { return false };
         let north_rad = earth.declination_rad.unwrap_or(0.0);
         let innovation = libm::remainderf(north_rad - libm::atan2f(field.y, field.x), TAU);
-        // an error of the field's direction turns the heading the more the steeper the field dips; what is seen of a disturbance
-        // in norm and dip is there as much across, unseen
+        // An error of the field's direction turns the heading the more, the steeper the dip. A disturbance
+        // seen in norm and dip is as large across the field, unseen.
         let steepness = norm_squared / horizontal_squared;
         let direction = (config.mag_sigma_rad * config.mag_sigma_rad + deviation) * steepness;
-        // a tilt about the field's horizontal direction turns its heading by so much
+        // A tilt about the field's horizontal direction turns its heading by this slope.
         let slope = field.xy() * (-field.z / horizontal_squared);
         if self.heading_blocks < HEADING_ALIGNMENT_BLOCKS {
             let (north_tilt, east_tilt) = (self.errors.variance(0), self.errors.variance(1));
@@ -98,12 +100,12 @@ impl AttitudeFilter {
         }
         self.heading_contradiction_s = 0.0;
         self.heading_doubt = 0.0;
-        // a sustained rotation carries an error of the probe's own axes around, so that it averages out
+        // A sustained rotation carries an error of the probe's own axes around, so that it averages out.
         let carried = 1.0 + FIELD_CORRELATION_S * FIELD_CORRELATION_S * self.sustained.square();
         let correlated = direction * FIELD_CORRELATION_S / carried + timing * TIMING_CORRELATION_S;
         let variance = (2.0 * correlated + hold * HOLD_S) / block.time_s;
         self.errors.observe_heading(innovation, &slope, variance, Gain::Heading(self.biases_in_heading()));
-        // an error that is constant in the probe does not average out while the probe keeps its attitude: half of it is of that kind
+        // Half of the error is constant in the probe and does not average out while the attitude stays.
         self.heading_floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
         true
     }

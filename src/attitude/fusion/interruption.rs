@@ -1,14 +1,15 @@
-//! Rates that were not read, and time that was not seen.
+//! Interruptions: rates that were not read, and gaps in time.
 
 use super::{AttitudeFilter, BIAS, LOST_RAD, PI, Rest};
 
-/// A rate that is assumed where none was read, added to the last one, rad/s: a probe that turns as slowly as VQF's 20 deg/s counts as still.
+/// Rate added to the last one where none was read, rad/s: VQF counts a probe that turns at 20 deg/s as still.
 const UNSEEN_RATE_RAD_S: f32 = 0.3;
-/// A rate that is not read is another one after this time, seconds: of a swing at half a hertz a radian.
+/// Correlation time of an unread rate, seconds: a radian of a swing at half a hertz.
 const UNREAD_RATE_TIME_S: f32 = 0.3;
 
 impl AttitudeFilter {
-    /// The rotation of this sample is uncertain by `angle_rad` about each axis, beyond the gyro's noise (held or clipped rate).
+    /// Inflates the attitude by `angle_rad` about each axis, for a rotation that the gyro did not see in full
+    /// (rate held or clipped).
     pub fn doubt(&mut self, angle_rad: f32) {
         for k in 0..3 {
             self.errors.widen(k, angle_rad * angle_rad, PI * PI);
@@ -16,8 +17,9 @@ impl AttitudeFilter {
         self.sigmas_stale = true;
     }
 
-    /// The rate just propagated was not read (held, clipped or frozen), nor were those of the `unread_s` seconds up to now, this step
-    /// of `dt_s` included. The error of the rate grows from nothing to the rate itself, the angle's with its square, then linearly.
+    /// Inflates the attitude for an unread rate (held, clipped or frozen), the last of `unread_s` seconds of
+    /// them, this step's `dt_s` included. The rate's error grows from nothing to the rate itself; the angle's
+    /// grows with the square of time, then linearly.
     pub fn unread(&mut self, dt_s: f32, unread_s: f32) {
         let rate_rad_s = libm::sqrtf(self.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S;
         let angle_rad = |s: f32| {
@@ -28,9 +30,9 @@ impl AttitudeFilter {
         self.doubt(libm::sqrtf(now * now - before * before));
     }
 
-    /// `dt_s` seconds before this sample were not seen: the attitude is kept, its uncertainty grows by what the probe may have
-    /// turned, and when that is much, gravity and field are taken anew as soon as they are seen. To be followed by
-    /// [`AttitudeFilter::observe`] without [`AttitudeFilter::propagate`].
+    /// Passes over `dt_s` seconds without samples. The attitude stays; its uncertainty grows by the turn that
+    /// may have happened, and if that is large, gravity and field align the filter again. Call
+    /// [`AttitudeFilter::observe`] next, without [`AttitudeFilter::propagate`].
     pub fn gap(&mut self, dt_s: f32) {
         let Some((config, _)) = self.settings() else { return };
         let limited_s = if dt_s < 100.0 { dt_s } else { 100.0 };

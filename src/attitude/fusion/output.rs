@@ -1,11 +1,11 @@
-//! The attitude as it is reported.
+//! Report of the attitude.
 
 use super::AttitudeFilter;
 use crate::attitude::{Attitude, AttitudeFlags, ToolAngles, near_vertical};
 
 impl AttitudeFilter {
-    /// The attitude now, with the flags of the sample and the filter's own; `None` until a first specific force aligned it. Its sigmas
-    /// are those of the filter's last step, some 50 ms ago at most.
+    /// Returns the attitude now, with the sample's flags and the filter's own; `None` before the first
+    /// alignment. Its sigmas are those of the last filter step, at most 50 ms old.
     pub fn attitude(&mut self, mut flags: AttitudeFlags) -> Option<Attitude> {
         if !self.aligned {
             return None;

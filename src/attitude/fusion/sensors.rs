@@ -1,26 +1,27 @@
-//! What becomes known of the sensors while the filter runs: another gyro model, other effects, a delay.
+//! News of the sensors while the filter runs: another gyro model, other effects, a delay.
 
 use super::{AttitudeFilter, BIAS, HEADING, PI};
 use crate::compensation::GyroModel;
 use nalgebra::Vector3;
 
-/// What no twelve parameters take away of a gyro's scale: its nonlinearity, 0.1 % (MPU-9250 PS section 3.1).
+/// Least scale error after compensation: the gyro's nonlinearity, 0.1 % (MPU-9250 PS section 3.1).
 const LEAST_SCALE: f32 = 1e-3;
-/// What they do not take away of its bias: its sensitivity to 1 g, 0.1 deg/s (MPU-6000 PS section 6.1), rad/s.
+/// Least bias error after compensation, rad/s: the gyro's sensitivity to 1 g, 0.1 deg/s (MPU-6000 PS section
+/// 6.1).
 const LEAST_BIAS_RAD_S: f32 = 1.75e-3;
-/// A delay is never known better than this, seconds (as the default of `SurveyErrors::mag_timing_s`).
+/// Least uncertainty of a known delay, seconds (the default of `SurveyErrors::mag_timing_s`).
 const LEAST_TIMING_S: f32 = 1e-3;
-/// A P that changes by more than so many deviations of what was thought of it (95 %) was another one.
+/// Change of P, in sigmas, beyond which the former P was wrong: 95 %.
 const DOUBTED: f32 = 2.0;
 
 impl AttitudeFilter {
-    /// The gyro model has been swapped. The attitude does not move, and as long as P stays neither does the total bias: what the new
-    /// model takes off more or less goes into the residual one, whose deviation is kept, so that the filter alone owns the bias. A
-    /// residual bias beside another P was in part P's error: it is dropped, and the deviations of the new model (P row-major, then b, rad/s)
-    /// take the place of the configured ones where they are smaller.
+    /// Swaps the gyro model. The attitude stays. While P stays, so does the total bias: the residual one
+    /// takes the difference and keeps its deviation, so that the filter alone owns the bias. With another P
+    /// the residual bias is dropped, because it was partly P's error, and the new model's deviations (P
+    /// row-major, then b, rad/s) replace the configured ones where they are smaller.
     pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {
         let Some((config, _)) = self.settings() else { return };
-        // What was learnt of the bias that flew holds for the one that flies.
+        // The learnt total bias stays valid under the new model.
         self.bias_rad_s += new.p_matrix() * (Vector3::from(old.b_rad_s) - Vector3::from(new.b_rad_s));
         if old.p == new.p {
             return;
@@ -31,12 +32,12 @@ impl AttitudeFilter {
         let is_other = change > DOUBTED * DOUBTED * self.scale_sigma * self.scale_sigma;
         self.sigmas_stale = true;
         if !is_other {
-            // Within what the gyro was thought to be: nothing is known anew.
+            // The change is within what the gyro was thought to be: nothing new is known.
             return;
         }
         self.bias_rad_s = Vector3::zeros();
         if self.heading_blocks > 1 {
-            // the heading was carried by a gyro that is worse than was thought: it is taken from the next field
+            // The heading was carried by a gyro worse than assumed; the next field gives it again.
             self.errors.open(HEADING, PI * PI);
             self.heading_blocks = 1;
         }
@@ -57,18 +58,19 @@ impl AttitudeFilter {
         }
     }
 
-    /// What is taken out of the field has changed: its reference is averaged anew.
+    /// Restarts the average of the field's reference, after a change in what is taken out of the field.
     pub const fn field_changed(&mut self) {
         self.reference.relearn();
     }
 
-    /// Whether the gyro's delay is known; else the attitude is uncertain by what the probe turns in half a sample period more or less,
-    /// uniform.
+    /// Sets whether the gyro's delay is known. If not, the attitude is uncertain by the turn of half a sample
+    /// period either way, uniform.
     pub const fn gyro_delay_known(&mut self, known: bool) {
         self.gyro_timing_variance = if known { 0.0 } else { 1.0 / 12.0 };
     }
 
-    /// The magnetometer's delay against the gyro has been taken out, within `sigma_s` seconds; `None`: it is no longer known.
+    /// Sets the magnetometer's delay against the gyro as taken out within `sigma_s` seconds; `None`: not
+    /// known.
     pub fn mag_delay_known(&mut self, sigma_s: Option<f32>) {
         let Some((config, _)) = self.settings() else { return };
         self.timing_variance_s2 = match sigma_s {

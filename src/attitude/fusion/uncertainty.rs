@@ -1,4 +1,4 @@
-//! What is not known: opened where nothing is, and told as sigmas of the angles.
+//! Covariance resets, and the sigmas of the reported angles.
 
 use super::{AttitudeFilter, BIAS, Block, ErrorState, PI, STATES, ToolAngleSigmas, VELOCITY};
 use crate::config::AttitudeConfig;
@@ -48,7 +48,7 @@ impl AttitudeFilter {
         }
     }
 
-    /// Velocity unknown, block empty.
+    /// Resets the velocity and empties the filter step.
     pub(super) fn stop(&mut self, config: &AttitudeConfig) {
         self.velocity_m_s = Vector2::zeros();
         self.errors.open(VELOCITY, config.velocity_sigma_m_s * config.velocity_sigma_m_s);
