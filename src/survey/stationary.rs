@@ -1,4 +1,4 @@
-//! The survey at rest: settle, average, latch.
+//! Stationary survey: settle, average, latch.
 
 use super::{
     SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,
@@ -14,12 +14,12 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Blocks of an average. Their scatter gives the mean's noise, with 7 degrees of freedom.
+/// Number of blocks in an average. Their scatter gives the mean's noise with 7 degrees of freedom.
 const BLOCKS: u16 = 8;
-/// A longer pause between readings breaks the survey off, seconds: one could have moved and come back.
+/// Pause between readings that restarts the survey, microseconds: the tool could have moved and come back.
 const LONGEST_PAUSE_US: u64 = 100_000;
 
-/// Where a stationary survey is.
+/// Stage of the stationary survey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -32,11 +32,11 @@ pub enum StationaryState {
     Settling,
     /// Readings are being averaged.
     Averaging,
-    /// The survey is taken; the next one needs motion first.
+    /// The survey is taken; motion must come before the next.
     Latched,
 }
 
-/// One pair of sums for each sensor.
+/// Set of sums, one for each averaged vector.
 #[derive(Clone, Copy)]
 struct Sums<T> {
     force: T,
@@ -46,7 +46,7 @@ struct Sums<T> {
     rate: T,
 }
 
-/// Takes stationary surveys, fed sample by sample.
+/// Taker of stationary surveys, fed sample by sample.
 pub(crate) struct StationarySurvey {
     state: StationaryState,
     rest: Rest,
@@ -79,7 +79,7 @@ impl StationarySurvey {
         self.state
     }
 
-    /// Takes a sample; some: a survey has just been latched.
+    /// Takes a sample. Returns the report of a survey that has just latched.
     pub(crate) fn push(
         &mut self,
         input: &SurveyInput,
@@ -157,7 +157,7 @@ impl StationarySurvey {
         self.samples = self.samples.saturating_add(1);
     }
 
-    /// Keeps the block's means; starts over when a vector has turned since the first block.
+    /// Closes a block and keeps its means; restarts if a vector has turned since the first block.
     fn close_block(&mut self, config: &SurveyConfig) {
         let block = self.block;
         let empty = BlockMean::new();
