@@ -7,7 +7,7 @@ mod whiteness;
 #[cfg(test)]
 mod tests;
 
-use crate::compensation::Moment;
+use crate::compensation::Snapshot;
 use conditions::Conditions;
 pub use correlate::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
 use correlation::{COUNT, Moments};
@@ -58,7 +58,7 @@ impl Remainder {
     }
 
     /// Takes the conditions of an increment, turned by `rotation` into the frame of the earth.
-    pub fn watch(&mut self, moment: &Moment, rotation: &Matrix3<f32>) {
+    pub fn watch(&mut self, moment: &Snapshot, rotation: &Matrix3<f32>) {
         self.conditions.take(moment, rotation);
     }
 

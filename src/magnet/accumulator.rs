@@ -2,7 +2,7 @@ use super::{grid::Grid, increment::Increment};
 use crate::sample::Reading;
 use nalgebra::Vector3;
 
-/// Sums samples into the increment of their grid interval.
+/// Accumulator of the samples of one grid interval.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Accumulator {
     end_us: u64,
@@ -15,7 +15,7 @@ pub(crate) struct Accumulator {
     rate_clipped: bool,
     gravity_clipped: bool,
     field_clipped: bool,
-    /// Mean rates of the last two intervals; `None` until there are, and after one that had to be bridged.
+    /// Mean rates of the last two intervals; `None` before there are two, and after a bridged one.
     last_rates: Option<[Vector3<f32>; 2]>,
 }
 
@@ -37,8 +37,9 @@ impl Accumulator {
         }
     }
 
-    /// The mean rate of the interval. One interval without any reading is bridged by a straight line through the two before it: of a
-    /// rate that swings at 0.25 Hz by 180 deg/s a line misses 0.2 deg/s over 20 ms. One that was clipped is not.
+    /// Mean rate of the interval. A single interval without readings is bridged by the straight line through
+    /// the two before it: of a rate that swings at 0.25 Hz by 180 deg/s the line misses 0.2 deg/s over 20 ms.
+    /// A clipped interval is not bridged.
     fn rate(&self) -> Option<Vector3<f32>> {
         match (self.rate_clipped, self.rates) {
             (true, _) => None,
@@ -47,15 +48,17 @@ impl Accumulator {
         }
     }
 
-    /// Begins a new grid whose first interval holds the sample at `t_us`, half a sample period after its beginning.
+    /// Starts a grid whose first interval holds the sample at `t_us`, half a sample period after its
+    /// beginning.
     pub fn start(&mut self, t_us: u64, grid: Grid, sample_period_us: u32) {
         *self = Self::zero();
         self.end_us = t_us.wrapping_add(u64::from(grid.interval_us) - u64::from(sample_period_us / 2));
     }
 
-    /// The increment that ends before `t_us`, if one does. Call until `None` before adding the sample of `t_us`.
+    /// Returns the increment that ends before `t_us`, if any. Call it until `None` before adding the sample
+    /// of `t_us`.
     pub fn close_before(&mut self, t_us: u64, grid: Grid) -> Option<Increment> {
-        // The end is never farther off than a gap, so a wrapped difference tells before from after at every 64-bit time.
+        // The end is at most a gap away, so a wrapped difference orders the two at every 64-bit time.
         if t_us.wrapping_sub(self.end_us).cast_signed() < 0 {
             return None;
         }
@@ -71,14 +74,14 @@ impl Accumulator {
         Some(increment)
     }
 
-    /// Adds one sample: raw rate, calibrated gravity and field.
+    /// Adds one sample: raw rate and calibrated field.
     pub fn add(&mut self, rate: Reading, gravity: Reading, field: Reading) {
         let add = |reading, sum: &mut Vector3<f32>, count: &mut u16, clipped: &mut bool| match reading {
-            Reading::Good(vector) => {
+            Reading::Usable(vector) => {
                 *sum += vector;
                 *count += 1;
             }
-            Reading::Clipped => *clipped = true,
+            Reading::Unusable => *clipped = true,
             Reading::Missing => {}
         };
         add(rate, &mut self.rate, &mut self.rates, &mut self.rate_clipped);
@@ -101,15 +104,15 @@ mod tests {
         for k in 0..12_u64 {
             let t = 1_000_000 + 5_000 * k;
             while let Some(increment) = accumulator.close_before(t, grid) {
-                // Samples 0..4, 4..8: the mean of k is 1.5, 5.5.
+                // Samples 0..4 and 4..8: the means of k are 1.5 and 5.5.
                 assert_eq!(increment.rate, Some(Vector3::repeat(1.5 + 4.0 * closed as f32)));
                 closed += 1;
             }
-            accumulator.add(Reading::Good(Vector3::repeat(k as f32)), Reading::Missing, Reading::Missing);
+            accumulator.add(Reading::Usable(Vector3::repeat(k as f32)), Reading::Missing, Reading::Missing);
         }
         assert_eq!(closed, 2);
         assert!(accumulator.close_before(1_060_000, grid).is_some_and(|i| i.rate.is_some()));
-        // 1.5, 5.5, 9.5: a straight line bridges one empty interval, and none after it.
+        // 1.5, 5.5, 9.5: a straight line bridges one empty interval and no second one.
         let empty = accumulator.close_before(1_080_000, grid).unwrap();
         assert_eq!(empty.rate, Some(Vector3::repeat(13.5)));
         assert_eq!(accumulator.close_before(1_100_000, grid).unwrap().rate, None);
@@ -121,13 +124,13 @@ mod tests {
         let rate_of = |odd: Reading| {
             let mut accumulator = Accumulator::zero();
             accumulator.start(0, grid, 5_000);
-            for reading in [Reading::Good(Vector3::x()), odd, Reading::Good(Vector3::x() * 2.0), Reading::Missing] {
+            for reading in [Reading::Usable(Vector3::x()), odd, Reading::Usable(Vector3::x() * 2.0), Reading::Missing] {
                 accumulator.add(reading, Reading::Missing, Reading::Missing);
             }
             accumulator.close_before(20_000, grid).unwrap().rate
         };
         assert_eq!(rate_of(Reading::Missing), Some(Vector3::x() * 1.5));
-        assert_eq!(rate_of(Reading::Clipped), None);
+        assert_eq!(rate_of(Reading::Unusable), None);
     }
 
     #[test]

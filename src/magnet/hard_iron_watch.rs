@@ -6,7 +6,7 @@ mod tracking;
 
 use super::{
     accumulator::Accumulator,
-    field_filter::{FieldFilter, Prior},
+    field_filter::{FieldFilter, FieldPrior},
     field_node::{FieldNode, FieldNodes},
     field_noise::{FieldNoise, at_most},
     grid::Grid,
@@ -22,45 +22,49 @@ use kept_intervals::KeptIntervals;
 use nalgebra::Vector3;
 use suspicion::{Suspicion, Verdict};
 
-/// Length of a node, seconds: means over so long keep what turns at 300 deg/s, since they are taken in the gyro's frame.
+/// Length of a node, seconds. Means over this time preserve turns of 300 deg/s, because they are taken in the
+/// gyro's frame.
 const NODE_S: f32 = 0.2;
 
-/// An offset must have been steady for 3 s, in nodes. The field is withheld for a change only if it was as predicted for so long before, and
-/// what takes longer to come is no magnet that is brought: then the gyro's frame itself is wrong, and there is no telling.
+/// Time for which the field must have been as predicted before a change withholds it, in nodes: 3 s. A magnet
+/// that is brought comes faster; a slower change means that the gyro's own frame is wrong, and nothing can be
+/// decided.
 const STEADY_NODES: u8 = 15;
-/// A change matters from so many of the calibrated field's errors on.
+/// Least size of a change that matters, in errors of the calibrated field.
 const LEAST_SIZE: f32 = 2.0;
-/// After so much turning since the start an offset that was there from the start has shown, radians: half a turn shows twice its size.
+/// Angle of turning since the start after which an offset present from the start has shown, radians: half a
+/// turn shows twice its size.
 const TOLD_RAD: f32 = core::f32::consts::PI;
 
-/// What is to be made of the calibrated field now.
+/// Use of the calibrated field now.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FieldUse {
-    /// Not to be used: it has changed, and it is not known yet how; or the offset is one that must not be learned any more.
+    /// Withheld: the field changed in an undecided way, or its offset came after the freeze.
     Withheld,
-    /// To be used after this offset, microtesla, has been subtracted.
+    /// Used after subtracting this offset, microtesla.
     Less(Vector3<f32>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
-    /// No field yet.
+    /// No field has been read yet.
     Waiting,
     /// One filter tracks the field.
     Tracking,
-    /// The field has changed: a filter in which the iron did, one in which the earth's field did, and one in which nothing has.
+    /// The field changed: one filter assumes new iron, one a new earth field, one no change.
     Undecided,
 }
 
-/// Watches for body-fixed magnetic offsets that come and go.
+/// Watch for body-fixed magnetic offsets that come and go.
 ///
-/// A filter ([`FieldFilter`]) predicts the field in the frame that the gyro carries along. A change that it does not explain is followed
-/// by two more filters: in one the offset fixed in the body has jumped, in the other the field fixed in the earth. While the probe
-/// stands still both say the same; as it turns, one of them goes on predicting and the other does not. Until their likelihoods
-/// decide, the field is withheld. A constant offset from the start is part of the null hypothesis.
+/// A filter ([`FieldFilter`]) predicts the field in the frame that the gyro carries along. After a change
+/// that it does not explain, two more filters start: one in which the body-fixed offset jumped, and one in
+/// which the earth's field did. They agree while the probe stands still; once it turns, only one keeps
+/// predicting. The field is withheld until their likelihoods decide. A constant offset present from the start
+/// belongs to the null hypothesis.
 pub(crate) struct HardIronWatch {
     state: State,
-    prior: Prior,
+    prior: FieldPrior,
     noise: FieldNoise,
     period_us: u32,
     grid: Grid,
@@ -69,20 +73,20 @@ pub(crate) struct HardIronWatch {
     rests: RestDetector,
     rest_limits: RestLimits,
     bias_walk_rad_s_rts: f32,
-    /// The bias from rests, and when the latest was.
+    /// Bias from rests, and the time of the latest rest.
     rest_bias: Option<RestBias>,
     rest_us: u64,
     tracked: FieldFilter,
     iron: FieldFilter,
     earth: FieldFilter,
-    /// Angle turned since the start, up to [`TOLD_RAD`], radians.
+    /// Angle turned since the start, at most [`TOLD_RAD`], radians.
     turned_rad: f32,
-    /// Nodes in a row beyond one in a hundred.
+    /// Consecutive nodes beyond one in a hundred.
     unlikely: u8,
-    /// Nodes in a row within one in a thousand, up to [`STEADY_NODES`].
+    /// Consecutive nodes within one in a thousand, at most [`STEADY_NODES`].
     calm: u8,
     suspicion: Suspicion,
-    /// Offset in the body and its variance on each axis before the present interval.
+    /// Offset in the body before the present interval, and its variance on each axis.
     base_ut: Vector3<f32>,
     base_variance_ut2: Vector3<f32>,
     freeze_us: u64,
@@ -95,7 +99,7 @@ impl HardIronWatch {
         let zero = Vector3::new(0.0, 0.0, 0.0);
         Self {
             state: State::Waiting,
-            prior: Prior::zero(),
+            prior: FieldPrior::zero(),
             noise: FieldNoise::zero(),
             period_us: 0,
             grid: Grid::zero(),
@@ -124,7 +128,7 @@ impl HardIronWatch {
     pub fn configure(&mut self, config: &Config) {
         let (id, attitude) = (&config.identification, &config.attitude);
         *self = Self::zero();
-        self.prior = Prior {
+        self.prior = FieldPrior {
             diagonal: id.prior_sigma_diagonal,
             off_diagonal: id.prior_sigma_off_diagonal,
             bias_rad_s: id.prior_sigma_bias_rad_s,
@@ -142,13 +146,13 @@ impl HardIronWatch {
         self.nodes.start(config.gyro.p_matrix(), Vector3::from(config.gyro.b_rad_s));
     }
 
-    /// Begins at the first sample of all.
+    /// Starts at the first sample.
     pub fn start(&mut self, t_us: u64) {
         self.accumulator.start(t_us, self.grid, self.period_us);
         self.rests.start(self.period_us);
     }
 
-    /// Begins again after a gap: the frame is lost, what is fixed in the body is not.
+    /// Restarts after a gap: the gyro's frame is lost, the body-fixed offset is not.
     pub fn gap(&mut self, t_us: u64) {
         self.accumulator.start(t_us, self.grid, self.period_us);
         self.rests.start(self.period_us);
@@ -158,7 +162,7 @@ impl HardIronWatch {
         }
     }
 
-    /// A rest has told the bias of the raw gyro.
+    /// Applies a bias of the raw gyro found at rest.
     fn rest(&mut self, bias: &RestBias) {
         let sigma = bias.sigma_rad_s();
         let change = self.nodes.set_bias(bias.rate);
@@ -174,7 +178,7 @@ impl HardIronWatch {
         }
     }
 
-    /// Takes one sample: raw rate, calibrated specific force and field, as they were read.
+    /// Takes one sample: raw rate, calibrated specific force and field, uncorrected by effects.
     pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3]) {
         if let Some(Some(rest)) = self.rests.push(rate, force, field, &self.rest_limits) {
             let since_s = t_us.saturating_sub(self.rest_us) as f32 * 1e-6;
@@ -188,14 +192,14 @@ impl HardIronWatch {
         }
         while let Some(increment) = self.accumulator.close_before(t_us, self.grid) {
             if let Some(node) = self.nodes.push(&increment, self.grid.interval_s(), NODE_S) {
-                // Valid at its middle.
+                // A node is valid at its middle.
                 self.take(t_us.saturating_sub((0.5e6 * node.time_s) as u64), &node);
             }
         }
         self.accumulator.add(rate, Reading::Missing, field);
     }
 
-    /// What is to be made of the calibrated field now.
+    /// Returns the use of the calibrated field now.
     pub fn field_use(&self) -> FieldUse {
         let doubtful = self.state == State::Undecided && self.suspicion.is_doubtful();
         match (doubtful, self.kept.lasting()) {
@@ -210,12 +214,12 @@ impl HardIronWatch {
         self.kept.counts
     }
 
-    /// The latest intervals, the oldest first.
+    /// Latest intervals, oldest first.
     pub fn intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
         self.kept.iter()
     }
 
-    /// The earth's field, microtesla.
+    /// Norm of the earth's field, microtesla.
     fn field_ut(&self) -> f32 {
         libm::sqrtf(self.tracked.in_earth().norm_squared())
     }

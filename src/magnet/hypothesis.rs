@@ -5,23 +5,23 @@ use super::{
 };
 use nalgebra::Matrix3;
 
-/// By how much a field may jump, each axis, microtesla: of the order of the earth's own.
+/// Deviation of a jump on each axis, microtesla: of the order of the earth's own field.
 pub(super) const JUMP_UT: f32 = 30.0;
 
-/// How a filter met a node.
+/// Outcome of a node's update under one hypothesis.
 pub(super) struct Met {
     /// Normalised innovation squared.
     pub squared: f32,
     pub log_likelihood: f32,
     /// Covariance of the prediction, microtesla squared.
     pub predicted: Matrix3<f32>,
-    /// Whether the states that may jump had to jump again.
+    /// True if the states that may jump had to jump again.
     pub reopened: bool,
 }
 
-/// Takes a node into a filter, robustly. Where `jumping` states are named and the node is not predicted (beyond one in a thousand), they
-/// jump again: that costs likelihood, about the logarithm of how far they may jump over how well they were known, so the
-/// hypothesis that has to jump less often wins.
+/// Updates a filter by a node, robustly. If `jumping` states are named and the node is beyond one in a
+/// thousand, they are inflated again. That costs likelihood, about the logarithm of the inflation over the
+/// former deviation, so that the hypothesis with fewer jumps wins.
 pub(super) fn follow(filter: &mut FieldFilter, node: &FieldNode, noise: f32, jumping: Option<usize>) -> Met {
     let mut innovation = filter.innovation(node);
     let mut squared = innovation.squared(noise);

@@ -1,4 +1,5 @@
-//! Watches for magnets that come and go: body-fixed offsets of the field, told from disturbances fixed in the earth.
+//! Watch for magnets that come and go: body-fixed offsets of the field, told apart from disturbances fixed in
+//! the earth.
 
 mod accumulator;
 mod chi_square;

@@ -1,10 +1,11 @@
-/// A gyro that reads its largest value so many times more, to the bit, is at its rail, declared or not: a live one has noise.
+/// Bit-exact repeats of a gyro's largest reading that make it a rail, declared or not: a live gyro has noise.
 const RAIL_REPEATS: u32 = 10;
 
-/// No gyro's rail is lower than this, rad/s: 115 deg/s, under the lowest full scale of data sheets (LSM6DSO: 125 deg/s).
+/// Lowest rail of any gyro, rad/s: 115 deg/s, under the lowest full scale of data sheets (LSM6DSO: 125
+/// deg/s).
 const LOWEST_RAIL_RAD_S: f32 = 2.0;
 
-/// Finds the rail of one axis by its repeats.
+/// Detector of one axis's rail by repeats of its largest reading.
 #[derive(Clone, Copy)]
 pub(super) struct Rail {
     largest: f32,
@@ -16,7 +17,7 @@ impl Rail {
         Self { largest: 0.0, repeats: 0 }
     }
 
-    /// Takes a reading; whether it is at the rail.
+    /// Takes a reading. Returns true if it is at the rail.
     pub fn observe(&mut self, x: f32) -> bool {
         let size = libm::fabsf(x);
         if size > self.largest {

@@ -1,18 +1,18 @@
-//! What a sample leaves for a [`Surveyor`](crate::survey::Surveyor).
+//! Inputs for a [`Surveyor`](crate::survey::Surveyor).
 
 use super::{Output, Probe};
 use crate::{
-    compensation::Moment,
+    compensation::Snapshot,
     sample::{Reading, Sample, SampleFlags},
     survey::SurveyInput,
 };
 use nalgebra::Vector3;
 
-/// The vectors of the last sample, as far as its output does not have them; small, for it stands in static RAM.
+/// Vectors of the last sample that its output does not carry. Small, because it stands in static RAM.
 pub(super) struct Calibrated {
-    /// Without the effects that have been found, m/s^2.
+    /// Specific force corrected by the effects that were found, m/s^2.
     force_m_s2: [f32; 3],
-    /// Without the effects that have been found, microtesla.
+    /// Field corrected by the effects that were found, microtesla.
     field_ut: [f32; 3],
     gyro_good: bool,
     accel_good: bool,
@@ -21,7 +21,7 @@ pub(super) struct Calibrated {
 }
 
 impl Calibrated {
-    /// Nothing, before the first sample.
+    /// Value before the first sample.
     pub(super) const NONE: Self = Self {
         force_m_s2: [0.0; 3],
         field_ut: [0.0; 3],
@@ -31,8 +31,8 @@ impl Calibrated {
         accel_clipped: false,
     };
 
-    pub(super) fn of(sample: &Sample, [gyro, accel, mag]: [Reading; 3], moment: &Moment) -> Self {
-        let good = |reading| matches!(reading, Reading::Good(_));
+    pub(super) fn of(sample: &Sample, [gyro, accel, mag]: [Reading; 3], moment: &Snapshot) -> Self {
+        let good = |reading| matches!(reading, Reading::Usable(_));
         Self {
             force_m_s2: moment.force_m_s2.into(),
             field_ut: moment.field_ut.into(),
@@ -45,12 +45,12 @@ impl Calibrated {
 }
 
 impl Probe {
-    /// What a sample gives to surveys, right after it was pushed and gave `output`: compensated rate without the filter's residual bias,
-    /// calibrated vectors without the effects that have been found, the raw vectors and the attitude. It is for
-    /// [`Surveyor::push`](crate::survey::Surveyor::push).
+    /// Returns the survey's input of a sample that was just pushed and gave `output`: compensated rate less
+    /// the filter's residual bias, calibrated vectors corrected by the found effects, the raw vectors and the
+    /// attitude. It is for [`Surveyor::push`](crate::survey::Surveyor::push).
     #[must_use]
     pub fn survey_input(&self, sample: &Sample, output: &Output) -> SurveyInput {
-        let kept = &self.calibrated;
+        let kept = &self.session.calibrated;
         let rate = Vector3::from(output.rate_rad_s) - self.filter.residual_bias_rad_s();
         let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         SurveyInput {

@@ -1,11 +1,12 @@
-use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor, axis, component};
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, component};
 use crate::estimator::columns::ACCEL_MATRIX;
 use core::ops::Range;
 use nalgebra::Vector3;
 
-/// Scale factors and cross-axis sensitivity of the accelerometer, and axes that are not the gyro's: it reads M f more.
+/// Scale factors and cross-axis sensitivity of the accelerometer, and a turn of its axes against the gyro's:
+/// it reads M f in excess.
 ///
-/// The parameters are the six of M's symmetric part, xx, yy, zz, xy, xz, yz, and the rotation vector of the axes.
+/// Parameters: the six of M's symmetric part (xx, yy, zz, xy, xz, yz), and the rotation vector of the axes.
 pub struct AccelScale;
 
 const fn scale(name: &'static str) -> Parameter {
@@ -48,7 +49,7 @@ impl Effect for AccelScale {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
+    fn term(&self, k: usize, moment: &Snapshot) -> Vector3<f32> {
         let f = &moment.force_m_s2;
         match k {
             0..3 => axis(k) * component(f, k),

@@ -10,7 +10,7 @@ use super::{
 };
 
 impl HardIronWatch {
-    /// Two hypotheses: which of them predicts what follows?
+    /// Compares the hypotheses by a node while the change is undecided.
     pub(super) fn compare(&mut self, t_us: u64, node: &FieldNode) {
         let error_ut = self.error_ut();
         let (noise, quiet_noise) =

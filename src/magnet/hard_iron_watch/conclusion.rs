@@ -6,14 +6,14 @@ use super::{
 use nalgebra::{Matrix3, Vector3};
 
 impl HardIronWatch {
-    /// What a change was found to be ends the suspicion, and may end an interval or begin one.
+    /// Ends a suspicion by its verdict, which may end an interval or begin one.
     pub(super) fn conclude(&mut self, verdict: Verdict) {
         self.state = State::Tracking;
         let edge_us = self.suspicion.first_us / 2 + self.suspicion.last_us / 2;
         let matters_ut = LEAST_SIZE * self.error_ut();
         let (before, after) = (self.tracked.in_body(), self.iron.in_body());
         let matters = (after - before).norm_squared() > matters_ut * matters_ut;
-        // What was there from the start and has gone is no magnet that came.
+        // An offset that was there from the start and has gone is no magnet that came.
         let less = !self.kept.on && after.norm_squared() < before.norm_squared();
         if verdict != Verdict::Iron || !matters || less {
             self.kept.dismiss();

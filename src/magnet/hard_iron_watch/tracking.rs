@@ -9,11 +9,11 @@ use super::{
     HardIronWatch, LEAST_SIZE, STEADY_NODES, State, Suspicion, TOLD_RAD,
 };
 
-/// So many nodes in a row beyond one in a hundred are as unlikely as one beyond one in a million.
+/// Consecutive nodes beyond one in a hundred that are as unlikely as one beyond one in a million.
 const UNLIKELY_NODES: u8 = 3;
 
 impl HardIronWatch {
-    /// One filter: is the node as predicted?
+    /// Tests a node against the single filter's prediction.
     pub(super) fn track(&mut self, t_us: u64, node: &FieldNode) {
         let error_ut = self.error_ut();
         let noise = self.noise.variance_ut2(error_ut, 1.0);
@@ -26,7 +26,7 @@ impl HardIronWatch {
             let unknown = self.turned_rad < TOLD_RAD;
             let turned_ut = JUMP_UT * self.noise.recent_rad();
             if unknown && turned_ut * turned_ut > size2 {
-                // Never seen before turning, and it may have been there all the time.
+                // The offset may have been there all the time, unseen before the first turn.
                 self.tracked.open(IN_BODY, JUMP_UT);
                 self.tracked.open(IN_EARTH, JUMP_UT);
                 return;
@@ -57,7 +57,8 @@ impl HardIronWatch {
         }
     }
 
-    /// The offset of the interval that lasts becomes more certain; or it has gone so slowly that no node told.
+    /// Refines the offset of the lasting interval; ends an interval whose offset faded too slowly for any
+    /// node to show.
     fn refine(&mut self, t_us: u64) {
         let offset = self.tracked.in_body() - self.base_ut;
         let least_ut = 0.5 * LEAST_SIZE * self.error_ut();
