@@ -14,8 +14,8 @@ const WAITING: usize = 8;
 /// Each inertial reading makes one sample, at once. A magnetic reading goes to the next inertial one, at its
 /// time or after it; the samples between have [`SampleFlags::MAG_MISSING`]. So a sample's field is half a
 /// sample period older in the mean, which is part of the magnetometer's configured latency
-/// ([`Latency::of_parts`]). A magnetic reading more than one and a half periods old is lost. Read the magnetic
-/// source first, then the inertial one.
+/// ([`Latency::of_parts`]). A magnetic reading more than one and a half periods old is lost. Read the
+/// magnetic source first, then the inertial one.
 #[derive(Clone, Debug)]
 pub struct Combiner {
     period_us: u64,
@@ -73,7 +73,8 @@ impl Combiner {
         Some(sample)
     }
 
-    /// Takes the newest waiting reading of this time or before. Older ones are lost, and so is one that is too old.
+    /// Takes the newest waiting reading of this time or before. Older ones are lost, and so is one that is
+    /// too old.
     fn newest(&mut self, t_us: u64) -> Option<MagneticReading> {
         let mut newest: Option<MagneticReading> = None;
         while self.waiting.front().is_some_and(|magnetic| magnetic.t_us <= t_us) {
@@ -94,8 +95,8 @@ impl Combiner {
         mean_wait_s(self.period_us as u32)
     }
 
-    /// Number of magnetic readings in no sample: they came too late, or two in one sample period, or the inertial
-    /// source stood still.
+    /// Number of magnetic readings in no sample: they came too late, or two in one sample period, or the
+    /// inertial source stood still.
     #[must_use]
     pub fn lost_magnetic(&self) -> u32 {
         self.lost_magnetic
@@ -115,8 +116,8 @@ fn mean_wait_s(inertial_period_us: u32) -> f32 {
 }
 
 impl Latency {
-    /// Delays of the samples that a [`Combiner`] makes of two parts' readings: the parts' own, from their data
-    /// sheets, and the mean wait of a magnetic reading for its sample.
+    /// Delays of the samples that a [`Combiner`] makes of two parts' readings: the parts' own, from their
+    /// data sheets, and the mean wait of a magnetic reading for its sample.
     #[must_use]
     pub fn of_parts(inertial: &InertialData, magnetic: &MagneticData) -> Self {
         let ([gyro, accel], [mag]) = (&inertial.sensors, &magnetic.sensors);

@@ -12,16 +12,16 @@ use crate::sensors::{
     st_fifo::{StFifo, WORD},
 };
 
-// ST DS13012, data sheet of the ISM330DHCX, by the names of its registers; AN5398, its application note.
+// Register names of ST DS13012, data sheet of the ISM330DHCX; AN5398 is its application note.
 #[bisync]
 const IDENTITY: u8 = 0x6B; // WHO_AM_I
-/// SW_RESET clears itself within 50 us.
+/// Wait after a reset; SW_RESET clears itself within 50 us.
 #[bisync]
 const RESET_US: u32 = 1_000;
-/// 3 kbytes without compression.
+/// Words in the FIFO's 3 kbytes, without compression.
 #[bisync]
 const FIFO_WORDS: u16 = 512;
-/// Bursts from one reading of the thermometer to the next; it puts out 52 a second.
+/// Bursts between readings of the thermometer, which puts out 52 a second.
 #[bisync]
 const BURSTS_PER_TEMPERATURE: u8 = 16;
 
@@ -37,7 +37,8 @@ pub struct Ism330dhcx<B> {
 
 #[bisync]
 impl<S: SpiDevice> Ism330dhcx<SpiBus<S>> {
-    /// On SPI, mode 0 or 3, at most 10 MHz. Touches no bus. The interrupt comes when the FIFO holds `watermark_frames`, 1 to 127.
+    /// Creates an adapter on SPI, mode 0 or 3, at most 10 MHz. Touches no bus. The interrupt comes when the
+    /// FIFO holds `watermark_frames`, 1 to 127.
     pub fn new_spi(spi: S, watermark_frames: u8) -> Self {
         Self::new(SpiBus::new(spi), watermark_frames)
     }
@@ -45,7 +46,8 @@ impl<S: SpiDevice> Ism330dhcx<SpiBus<S>> {
 
 #[bisync]
 impl<I: I2c> Ism330dhcx<I2cBus<I>> {
-    /// On I2C at most 400 kHz (1 MHz in fast mode plus), at address 0x6A or 0x6B as its pin SA0 says; else as [`new_spi`](Ism330dhcx::new_spi).
+    /// Creates an adapter on I2C at most 400 kHz (1 MHz in fast mode plus), at address 0x6A or 0x6B by its
+    /// pin SA0; else as [`new_spi`](Ism330dhcx::new_spi).
     pub fn new_i2c(i2c: I, address: u8, watermark_frames: u8) -> Self {
         Self::new(I2cBus::new(i2c, address), watermark_frames)
     }
@@ -58,12 +60,12 @@ impl<B: BusOperation> Ism330dhcx<B> {
         Self { bus, watermark_frames: watermark_frames.clamp(1, 127), fifo: StFifo::new(1, 2, true), bursts: 0 }
     }
 
-    /// The bus.
+    /// Returns the bus.
     pub fn release(self) -> B {
         self.bus
     }
 
-    /// CTRL1_XL, CTRL2_G and CTRL3_C.
+    /// Values of CTRL1_XL, CTRL2_G and CTRL3_C.
     const fn settings() -> [u8; 3] {
         [
             Ctrl1Xl::new().with_odr_xl(OdrXl::_208hz as u8).with_fs_xl(FsXl::_16g as u8).into_bits(),
@@ -94,7 +96,7 @@ impl<B: BusOperation> Part<2> for Ism330dhcx<B> {
                     per_code: 0.488e-3 * 9.806_65,
                     clip_code: 32_767,
                     latency_s: [SensorData::low_pass_latency_s(104.0); 3],
-                    // At its lowest ranges.
+                    // Value at the lowest ranges.
                     noise_density: Some(60e-6 * 9.806_65),
                 },
             ],
@@ -157,7 +159,8 @@ impl<B: BusOperation> Part<2> for Ism330dhcx<B> {
                 self.fifo.temperature = Some(i16::from_le_bytes(temperature).into());
             }
             self.bursts = (self.bursts + 1) % BURSTS_PER_TEMPERATURE;
-            // The address goes round from FIFO_DATA_OUT_Z_H to FIFO_DATA_OUT_TAG: one transaction, however many words.
+            // The address wraps from FIFO_DATA_OUT_Z_H to FIFO_DATA_OUT_TAG: one transaction, however many
+            // words.
             let read = self.bus.read_from_register(Reg::FifoDataOutTag as u8, words).await;
             read.inspect_err(|_| self.fifo.interrupted())?;
             self.fifo.take(words, level - taken as u16, burst);

@@ -12,15 +12,15 @@ use crate::sensors::{
     st_fifo::{StFifo, WORD},
 };
 
-// ST data sheet of the LSM6DSV320X, by the names of its registers.
+// Register names of ST's data sheet of the LSM6DSV320X.
 #[bisync]
 const IDENTITY: u8 = 0x73; // WHO_AM_I
 #[bisync]
 const RESET_US: u32 = 1_000;
-/// 1.5 kbytes without compression.
+/// Words in the FIFO's 1.5 kbytes, without compression.
 #[bisync]
 const FIFO_WORDS: u16 = 256;
-/// Bursts from one reading of the thermometer to the next; it puts out 60 a second.
+/// Bursts between readings of the thermometer, which puts out 60 a second.
 #[bisync]
 const BURSTS_PER_TEMPERATURE: u8 = 16;
 
@@ -37,7 +37,8 @@ pub struct Lsm6dsv320x<B> {
 
 #[bisync]
 impl<S: SpiDevice> Lsm6dsv320x<SpiBus<S>> {
-    /// On SPI, mode 0 or 3, at most 10 MHz. Touches no bus. The interrupt comes when the FIFO holds `watermark_frames`, 1 to 127.
+    /// Creates an adapter on SPI, mode 0 or 3, at most 10 MHz. Touches no bus. The interrupt comes when the
+    /// FIFO holds `watermark_frames`, 1 to 127.
     pub fn new_spi(spi: S, range: Lsm6dsv320xRange, watermark_frames: u8) -> Self {
         Self::new(SpiBus::new(spi), range, watermark_frames)
     }
@@ -45,7 +46,8 @@ impl<S: SpiDevice> Lsm6dsv320x<SpiBus<S>> {
 
 #[bisync]
 impl<I: I2c> Lsm6dsv320x<I2cBus<I>> {
-    /// On I2C at most 1 MHz, at address 0x6A or 0x6B as its pin SA0 says; else as [`new_spi`](Lsm6dsv320x::new_spi).
+    /// Creates an adapter on I2C at most 1 MHz, at address 0x6A or 0x6B by its pin SA0; else as
+    /// [`new_spi`](Lsm6dsv320x::new_spi).
     pub fn new_i2c(i2c: I, address: u8, range: Lsm6dsv320xRange, watermark_frames: u8) -> Self {
         Self::new(I2cBus::new(i2c, address), range, watermark_frames)
     }
@@ -62,12 +64,12 @@ impl<B: BusOperation> Lsm6dsv320x<B> {
         Self { bus, range, watermark_frames: watermark_frames.clamp(1, 127), fifo, bursts: 0 }
     }
 
-    /// The bus.
+    /// Returns the bus.
     pub fn release(self) -> B {
         self.bus
     }
 
-    /// CTRL1, CTRL2 and CTRL3.
+    /// Values of CTRL1, CTRL2 and CTRL3.
     const fn settings(&self) -> [u8; 3] {
         let (accel, gyro) = match self.range {
             Lsm6dsv320xRange::G16 => (DataRate::_240hz, DataRate::_240hz),
@@ -178,7 +180,8 @@ impl<B: BusOperation> Part<2> for Lsm6dsv320x<B> {
                 self.fifo.temperature = Some(i16::from_le_bytes(temperature).into());
             }
             self.bursts = (self.bursts + 1) % BURSTS_PER_TEMPERATURE;
-            // The address goes round from FIFO_DATA_OUT_Z_H to FIFO_DATA_OUT_TAG: one transaction, however many words.
+            // The address wraps from FIFO_DATA_OUT_Z_H to FIFO_DATA_OUT_TAG: one transaction, however many
+            // words.
             let read = self.bus.read_from_register(Reg::FifoDataOutTag as u8, words).await;
             read.inspect_err(|_| self.fifo.interrupted())?;
             self.fifo.take(words, level - taken as u16, burst);

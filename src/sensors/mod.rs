@@ -1,4 +1,5 @@
-//! Sensors on the bus: burst sources, drivers and vendor adapters, and what turns a pair of sources into samples.
+//! Sensors on the bus: drivers, vendor adapters, burst sources, and the combiner of a pair of sources into
+//! samples.
 //!
 //! ```text
 //! Part         one file per driver or adapter: registers -> codes
@@ -9,7 +10,8 @@
 //!   v
 //! Combiner     -> Sample, for `Probe::push`
 //! ```
-//! Each exists [`blocking`] and [`asynchronous`], from one source text. How to write another adapter: `docs/sensors.md`.
+//! Each exists [`blocking`] and [`asynchronous`], from one source text. `docs/sensors.md` shows how to write
+//! another adapter.
 
 mod combiner;
 mod counters;

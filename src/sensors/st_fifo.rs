@@ -1,27 +1,28 @@
 use super::{Burst, Frame};
 
-/// Bytes of one word in the FIFO of ST's inertial modules: a tag, and three axes of two bytes, low byte first.
+/// Bytes of one word in the FIFO of ST's inertial modules: a tag, and three axes of two bytes, low byte
+/// first.
 pub(super) const WORD: usize = 7;
-/// A word of the gyro and one of the accelerometer make a frame.
+/// Words of a frame: one of the gyro and one of the accelerometer.
 const WORDS_OF_A_FRAME: u16 = 2;
 
-/// The FIFO of ST's inertial modules, with a gyro and an accelerometer batched at one rate: pairs words into frames.
+/// FIFO of ST's inertial modules, with gyro and accelerometer batched at one rate: pairs words into frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct StFifo {
     gyro_tag: u8,
     accel_tag: u8,
-    /// Whether bit 0 of a tag makes its parity even.
+    /// True if bit 0 of a tag makes its parity even.
     has_parity: bool,
-    /// A frame whose second word is not out yet.
+    /// Frame whose second word is not out yet.
     open: Option<Open>,
-    /// The thermometer's last code: it is slow, and read now and then.
+    /// Last code of the thermometer, which is slow and read now and then.
     pub temperature: Option<i32>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Open {
     frame: Frame<2>,
-    /// Which of four time slots in turn; `None`: its word was spoilt.
+    /// Time slot of four in turn; `None` if its word was corrupt.
     slot: Option<u8>,
 }
 
@@ -30,13 +31,13 @@ impl StFifo {
         Self { gyro_tag, accel_tag, has_parity, open: None, temperature: None }
     }
 
-    /// The part was started anew.
+    /// Clears the state after a new start of the part.
     pub fn clear(&mut self) {
         self.interrupted();
         self.temperature = None;
     }
 
-    /// Words may have been lost.
+    /// Drops the open frame after words may have been lost.
     pub fn interrupted(&mut self) {
         self.open = None;
     }
