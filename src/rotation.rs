@@ -40,7 +40,7 @@ pub(crate) fn exp_quaternion(rotation_vector: &Vector3<f32>) -> Quaternion<f32> 
 /// Rotation vector from the middle of one interval to the middle of the next, radians. `rates` are the means
 /// (rad/s) over the interval before the first, the first and the second, each `dt` long.
 ///
-/// It joins half of the first interval and half of the second, each for a rate linear in time, so that the
+/// The vector joins half of the first interval and half of the second, each for a rate linear in time, so that the
 /// sum over many intervals is exactly that of the means. (Half the sum of two means alone loses (w dt)^2 / 8
 /// of a rate that swings at w rad/s, and nothing of a steady one: at 0.25 Hz and 20 ms 1.2e-4, the size of
 /// what is identified.) The two-sample coning term is (phi1 x phi2) / 12 (Bortz's equation to second order

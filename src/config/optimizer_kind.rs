@@ -8,7 +8,7 @@ pub enum OptimizerKind {
     /// Improved meerkat optimisation algorithm (the paper's, in our reading, whitened).
     #[default]
     Imoa,
-    /// The same equations as printed; a baseline.
+    /// IMOA with the equations as printed; a baseline.
     ImoaLiteral,
     /// Meerkat optimisation algorithm; a baseline.
     Moa,

@@ -69,7 +69,7 @@ mod tests {
         assert!(is_dead(0.3, DEAD_READINGS + 1, 1, true) && !is_dead(0.3, DEAD_READINGS, 1, true));
         assert!(!is_dead(0.3, 1000, 1, false), "the noise of a good sensor at rest is below its resolution");
         assert!(is_dead(0.0, DEAD_READINGS, 1, false) && is_dead(-0.0, DEAD_READINGS, 1, false));
-        // Of a sensor that is read more often than it converts only the new readings count.
+        // A sensor that is read more often than it converts is judged by its new readings only.
         assert!(!is_dead(0.3, DEAD_READINGS, 5, true) && is_dead(0.3, 5 * DEAD_READINGS + 5, 5, true));
     }
 

@@ -14,9 +14,9 @@ struct Run {
     /// Raw over true rate.
     gain: f64,
     lag_s: f64,
-    /// Of the body, at a time.
+    /// Body-fixed offset at a time.
     iron_ut: fn(f64) -> Vector3<f64>,
-    /// Of the earth, beside [`FIELD_UT`].
+    /// Change of the earth field, added to [`FIELD_UT`].
     disturbance_ut: fn(f64) -> Vector3<f64>,
     freeze_us: Option<u64>,
 }
