@@ -34,7 +34,7 @@ impl Gain {
 }
 
 /// Process noise of one filter step, variances.
-pub(crate) struct Spread {
+pub(crate) struct ProcessNoise {
     /// Attitude error, NED, rad^2.
     pub(crate) attitude: Matrix3<f32>,
     /// Each axis of the bias, (rad/s)^2.
@@ -70,7 +70,7 @@ impl ErrorState {
     /// Resets a state to a variance, uncorrelated with all others. Not inlined: its copies would take a
     /// kilobyte of flash.
     #[inline(never)]
-    pub(crate) fn open(&mut self, state: usize, variance: f32) {
+    pub(crate) fn reset(&mut self, state: usize, variance: f32) {
         // An index beyond the states changes nothing. The check keeps a panic unreachable.
         let Some(row) = self.covariance.get_mut(state) else { return };
         *row = [0.0; STATES];
@@ -85,19 +85,19 @@ impl ErrorState {
     }
 
     /// Inflates the variance of a state, up to a limit at which the state is reset.
-    pub(crate) fn widen(&mut self, state: usize, variance: f32, limit: f32) {
+    pub(crate) fn inflate(&mut self, state: usize, variance: f32, limit: f32) {
         let sum = self.covariance[state][state] + variance;
         if sum < limit {
             self.covariance[state][state] = sum;
         } else {
-            self.open(state, limit);
+            self.reset(state, limit);
         }
     }
 
     /// Predicts the errors over a step: phi' = -C db and, while gravity is seen, dv' = phi x (0, 0, -g).
     /// `rotation_time` is the integral of C (body to NED) over the step, seconds; `gravity_time` that of g,
     /// m/s, 0 if no specific force was read.
-    pub(crate) fn propagate(&mut self, rotation_time: &Matrix3<f32>, gravity_time: f32, spread: &Spread) {
+    pub(crate) fn predict(&mut self, rotation_time: &Matrix3<f32>, gravity_time: f32, noise: &ProcessNoise) {
         let p = &mut self.covariance;
         let turn = |r: usize, k: usize| rotation_time[(r, k)];
         // Covariances of attitude with bias and with velocity, each less the turn by the bias.
@@ -119,13 +119,13 @@ impl ErrorState {
             }
         }
         let g = gravity_time;
-        p[VELOCITY][VELOCITY] += g * (g * p[1][1] - 2.0 * p[1][VELOCITY]) + spread.velocity;
+        p[VELOCITY][VELOCITY] += g * (g * p[1][1] - 2.0 * p[1][VELOCITY]) + noise.velocity;
         p[VELOCITY][VELOCITY + 1] += g * (p[0][VELOCITY] - p[1][VELOCITY + 1] - g * p[0][1]);
-        p[VELOCITY + 1][VELOCITY + 1] += g * (g * p[0][0] + 2.0 * p[0][VELOCITY + 1]) + spread.velocity;
+        p[VELOCITY + 1][VELOCITY + 1] += g * (g * p[0][0] + 2.0 * p[0][VELOCITY + 1]) + noise.velocity;
         for k in 0..3 {
             p[BIAS + k][VELOCITY] -= g * p[1][BIAS + k];
             p[BIAS + k][VELOCITY + 1] += g * p[0][BIAS + k];
-            p[BIAS + k][BIAS + k] += spread.bias;
+            p[BIAS + k][BIAS + k] += noise.bias;
         }
         for r in 0..3 {
             p[r][VELOCITY] = attitude_velocity[r][0] - g * attitude[r][1];
@@ -136,21 +136,21 @@ impl ErrorState {
                     let carried = attitude_bias[r][0] * turn(c, 0)
                         + attitude_bias[r][1] * turn(c, 1)
                         + attitude_bias[r][2] * turn(c, 2);
-                    p[r][c] = attitude[r][c] - carried + spread.attitude[(r, c)];
+                    p[r][c] = attitude[r][c] - carried + noise.attitude[(r, c)];
                 }
             }
         }
     }
 
     /// Updates by a direct observation of one state's error.
-    pub(crate) fn observe(&mut self, state: usize, innovation: f32, variance: f32, gain: Gain) {
+    pub(crate) fn update(&mut self, state: usize, innovation: f32, variance: f32, gain: Gain) {
         let column = self.column(state);
-        self.take_in(&column, column[state] + variance, innovation - self.correction[state], gain);
+        self.update_scalar(&column, column[state] + variance, innovation - self.correction[state], gain);
     }
 
     /// Updates by an observation of the heading's error to which tilt errors about north and east add by
     /// `slope`.
-    pub(crate) fn observe_heading(&mut self, innovation: f32, slope: &Vector2<f32>, variance: f32, gain: Gain) {
+    pub(crate) fn update_heading(&mut self, innovation: f32, slope: &Vector2<f32>, variance: f32, gain: Gain) {
         let (north, east) = (self.column(0), self.column(1));
         let mut column = self.column(HEADING);
         for (k, element) in column.iter_mut().enumerate() {
@@ -158,7 +158,7 @@ impl ErrorState {
         }
         let seen = |x: &[f32; STATES]| x[HEADING] + slope.x * x[0] + slope.y * x[1];
         let residual = innovation - seen(&self.correction);
-        self.take_in(&column, seen(&column) + variance, residual, gain);
+        self.update_scalar(&column, seen(&column) + variance, residual, gain);
     }
 
     /// Variance of the heading that a field observes; tilt errors about north and east add to it by `slope`.
@@ -183,7 +183,7 @@ impl ErrorState {
     /// zero, `(I - K h) P (I - K h)' + R K K'` loses the same, but nothing between two states whose gains are
     /// zero.
     #[inline(never)]
-    fn take_in(&mut self, column: &[f32; STATES], total: f32, residual: f32, gain: Gain) {
+    fn update_scalar(&mut self, column: &[f32; STATES], total: f32, residual: f32, gain: Gain) {
         if total <= 0.0 {
             return;
         }

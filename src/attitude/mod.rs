@@ -1,16 +1,27 @@
 //! The attitude filter: compensated rates and calibrated vectors in; inclination, azimuth and toolface out,
 //! each with its uncertainty.
 
-mod block;
+mod agreement;
 mod error_state;
 mod field_reference;
-mod fusion;
+mod filter;
+mod filter_step;
+mod heading;
+mod motion;
 mod propagation;
+mod report;
 mod rest;
+mod sensor_errors;
+mod settings;
+mod shaking;
+mod state;
+mod sustained;
+mod tilt;
 mod toolface;
+mod turned_field;
 
-pub use fusion::AttitudeFilter;
-pub(crate) use rest::Rest;
+pub use filter::AttitudeFilter;
+pub(crate) use rest::RestTracker;
 pub(crate) use toolface::{ToolAngleSigmas, ToolAngles, near_vertical, positive_angle};
 
 bitflags::bitflags! {

@@ -21,7 +21,7 @@ const UNSEEN_S: f32 = 0.1;
 
 /// Detector of rest by readings that stay the same. It cannot tell a slow, perfectly steady rotation from a
 /// bias; its users bound what they conclude from it.
-pub(crate) struct Rest {
+pub(crate) struct RestTracker {
     rate_rad_s: Vector3<f32>,
     force_m_s2: Vector3<f32>,
     /// Smoothed square of the force's deviation from its mean, (m/s^2)^2.
@@ -31,7 +31,7 @@ pub(crate) struct Rest {
     started: bool,
 }
 
-impl Rest {
+impl RestTracker {
     pub(crate) const fn new() -> Self {
         Self {
             rate_rad_s: Vector3::new(0.0, 0.0, 0.0),
@@ -45,7 +45,7 @@ impl Rest {
 
     /// Takes one reading; the force may be missing for moments, where the accelerometer is read less often
     /// than the gyro.
-    pub(crate) fn observe(&mut self, rate_rad_s: &Vector3<f32>, force_m_s2: Option<&Vector3<f32>>, dt_s: f32) {
+    pub(crate) fn update(&mut self, rate_rad_s: &Vector3<f32>, force_m_s2: Option<&Vector3<f32>>, dt_s: f32) {
         self.unseen_s = if force_m_s2.is_some() { 0.0 } else { self.unseen_s + dt_s };
         if self.unseen_s > UNSEEN_S || (force_m_s2.is_none() && !self.started) {
             self.quiet_s = 0.0;
@@ -97,27 +97,27 @@ mod tests {
 
     #[test]
     fn rest_begins_after_quiet_and_ends_at_once() {
-        let mut rest = Rest::new();
+        let mut rest = RestTracker::new();
         let (bias, gravity) = (Vector3::new(0.01, 0.0, -0.01), Vector3::new(0.0, 0.0, -9.8));
         for _ in 0..299 {
-            rest.observe(&bias, Some(&gravity), 0.005);
+            rest.update(&bias, Some(&gravity), 0.005);
         }
         assert!(!rest.detected());
-        (0..3).for_each(|_| rest.observe(&bias, Some(&gravity), 0.005));
+        (0..3).for_each(|_| rest.update(&bias, Some(&gravity), 0.005));
         assert!(rest.detected());
-        rest.observe(&(bias + Vector3::new(0.1, 0.0, 0.0)), Some(&gravity), 0.005);
+        rest.update(&(bias + Vector3::new(0.1, 0.0, 0.0)), Some(&gravity), 0.005);
         assert!(!rest.detected());
     }
 
     #[test]
     fn turning_slowly_but_visibly_is_no_rest_nor_is_silence() {
-        let mut rest = Rest::new();
+        let mut rest = RestTracker::new();
         for _ in 0..2_000 {
-            rest.observe(&Vector3::new(0.0, 0.0, 0.06), Some(&Vector3::new(0.0, 0.0, -9.8)), 0.005);
+            rest.update(&Vector3::new(0.0, 0.0, 0.06), Some(&Vector3::new(0.0, 0.0, -9.8)), 0.005);
             assert!(!rest.detected());
         }
-        let mut rest = Rest::new();
-        (0..2_000).for_each(|_| rest.observe(&Vector3::zeros(), None, 0.005));
+        let mut rest = RestTracker::new();
+        (0..2_000).for_each(|_| rest.update(&Vector3::zeros(), None, 0.005));
         assert!(!rest.detected());
     }
 }

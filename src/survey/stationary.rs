@@ -8,7 +8,7 @@ use super::{
     six_axis::SixAxisCovariance,
 };
 use crate::{
-    attitude::Rest,
+    attitude::RestTracker,
     config::{Earth, SurveyConfig},
     rotation::sine_and_cosine,
 };
@@ -49,7 +49,7 @@ struct Sums<T> {
 /// Taker of stationary surveys, fed sample by sample.
 pub(crate) struct StationarySurvey {
     state: StationaryState,
-    rest: Rest,
+    rest: RestTracker,
     last_us: Option<u64>,
     since_us: u64,
     samples: u32,
@@ -64,7 +64,7 @@ impl StationarySurvey {
         let (block, mean) = (BlockMean::new(), MeanOfBlocks::new());
         Self {
             state: StationaryState::Moving,
-            rest: Rest::new(),
+            rest: RestTracker::new(),
             last_us: None,
             since_us: 0,
             samples: 0,
@@ -96,7 +96,7 @@ impl StationarySurvey {
             self.start_over();
         }
         self.last_us = Some(input.t_us);
-        self.rest.observe(&rate, Some(&force), pause_us as f32 * 1e-6);
+        self.rest.update(&rate, Some(&force), pause_us as f32 * 1e-6);
         if !self.rest.detected() {
             self.state = StationaryState::Moving;
             return None;
@@ -133,7 +133,7 @@ impl StationarySurvey {
 
     fn start_over(&mut self) {
         self.state = StationaryState::Moving;
-        self.rest = Rest::new();
+        self.rest = RestTracker::new();
     }
 
     fn begin_average(&mut self, t_us: u64) {

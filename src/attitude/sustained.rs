@@ -1,4 +1,4 @@
-use crate::attitude::block::Block;
+use super::filter_step::FilterStep;
 use nalgebra::Vector3;
 
 /// Least duration of a sustained rotation, seconds: longer than a drill string swings by itself. A string of
@@ -27,10 +27,10 @@ impl SustainedRotation {
     }
 
     /// Takes a filter step. Returns the square of the rate by which the rotation grew or waned, (rad/s)^2.
-    pub(super) fn observe(&mut self, block: &Block) -> f32 {
-        let weight = block.time_s / (SUSTAINED_S + block.time_s);
-        self.mean_rad_s += (block.angle_rad / block.time_s - self.mean_rad_s) * weight;
-        self.mean_square += (block.squared_rate() - self.mean_square) * weight;
+    pub(super) fn update(&mut self, step: &FilterStep) -> f32 {
+        let weight = step.time_s / (SUSTAINED_S + step.time_s);
+        self.mean_rad_s += (step.angle_rad / step.time_s - self.mean_rad_s) * weight;
+        self.mean_square += (step.squared_rate() - self.mean_square) * weight;
         let square = 2.0 * self.mean_rad_s.norm_squared() - self.mean_square;
         self.square = if square > 0.0 { square } else { 0.0 };
         let before = self.held_square;
@@ -70,12 +70,12 @@ mod tests {
     fn after(rate: impl Fn(f32) -> f32) -> SustainedRotation {
         let mut rotation = SustainedRotation::new();
         for step in 0..800_u16 {
-            let mut block = Block::new();
+            let mut gathered = FilterStep::new();
             for sample in 0..5_u16 {
                 let t_s = f32::from(step * 5 + sample) * 0.01;
-                block.turn(&Matrix3::identity(), &Vector3::new(0.1, 0.0, rate(t_s)), 0.01);
+                gathered.add_rotation(&Matrix3::identity(), &Vector3::new(0.1, 0.0, rate(t_s)), 0.01);
             }
-            rotation.observe(&block);
+            rotation.update(&gathered);
         }
         rotation
     }

@@ -1,4 +1,4 @@
-use super::correction::UNSEEN_FORCE_DENSITY;
+use super::motion::UNSEEN_FORCE_DENSITY;
 use nalgebra::{Vector2, Vector3};
 
 /// Integration time of the force, seconds: a turn at 30 rpm, the slowest rotary drilling. A probe in its hole
@@ -31,7 +31,7 @@ impl Shaking {
     }
 
     /// Takes a step's mean force, NED; a missing one restarts the interval.
-    pub(super) fn observe(&mut self, force_m_s2: Option<&Vector3<f32>>, time_s: f32) {
+    pub(super) fn update(&mut self, force_m_s2: Option<&Vector3<f32>>, time_s: f32) {
         let Some(force) = force_m_s2 else {
             (self.impulse_m_s, self.time_s) = (Vector2::zeros(), 0.0);
             return;
@@ -65,7 +65,7 @@ mod tests {
         let (mut shaking, mut sum) = (Shaking::new(), 0.0);
         for step in 0..60_000_u16 {
             let mut axis = || force(f32::from(step) * 0.05, uniform() * 3.464_1);
-            shaking.observe(Some(&Vector3::new(axis(), axis(), -9.8)), 0.05);
+            shaking.update(Some(&Vector3::new(axis(), axis(), -9.8)), 0.05);
             sum += if step < 2_000 { 0.0 } else { shaking.density() / 58_000.0 };
         }
         sum

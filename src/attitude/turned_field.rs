@@ -26,13 +26,13 @@ pub(super) struct TurnedField {
 
 impl TurnedField {
     /// All zero, for a static.
-    pub(super) const fn new() -> Self {
+    pub(super) const fn zero() -> Self {
         Self { agreed_ut: Vector3::new(0.0, 0.0, 0.0), noise_ut2: 0.0, doubt_ut2: 0.0 }
     }
 
-    /// Starts with no reading in doubt.
-    pub(super) const fn start(&mut self) {
-        self.noise_ut2 = UNKNOWN_UT * UNKNOWN_UT;
+    /// Creates a detector with no reading in doubt.
+    pub(super) const fn new() -> Self {
+        Self { noise_ut2: UNKNOWN_UT * UNKNOWN_UT, ..Self::zero() }
     }
 
     /// Takes a step's mean field, NED, that agreed with the attitude; ignored while the last reading is in
@@ -44,7 +44,7 @@ impl TurnedField {
     }
 
     /// Takes a reading, NED. Returns true if it is in doubt.
-    pub(super) fn observe(&mut self, field_ut: &Vector3<f32>, step_s: f32) -> bool {
+    pub(super) fn update(&mut self, field_ut: &Vector3<f32>, step_s: f32) -> bool {
         let square = (field_ut - self.agreed_ut).norm_squared();
         let beyond = square - GATE * self.noise_ut2;
         self.doubt_ut2 = if beyond > 0.0 { beyond } else { 0.0 };
@@ -86,9 +86,8 @@ mod tests {
     /// A detector that agrees with a noisy field.
     fn settled(random: &mut Xoshiro128PlusPlus, sigma_ut: f32) -> TurnedField {
         let mut turned = TurnedField::new();
-        turned.start();
         for _ in 0..2_000 {
-            turned.observe(&(FIELD_UT + noisy(random, sigma_ut)), STEP_S);
+            turned.update(&(FIELD_UT + noisy(random, sigma_ut)), STEP_S);
             turned.agree(&FIELD_UT);
         }
         turned
@@ -99,8 +98,7 @@ mod tests {
         for sigma_ut in [0.1, 1.0] {
             let random = &mut Xoshiro128PlusPlus::seed_from_u64(5);
             let mut turned = settled(random, sigma_ut);
-            let doubted =
-                (0..100_000).filter(|_| turned.observe(&(FIELD_UT + noisy(random, sigma_ut)), STEP_S)).count();
+            let doubted = (0..100_000).filter(|_| turned.update(&(FIELD_UT + noisy(random, sigma_ut)), STEP_S)).count();
             assert!((20..400).contains(&doubted), "{doubted} of 100,000");
         }
     }
@@ -111,18 +109,17 @@ mod tests {
         let mut turned = settled(random, 0.2);
         let (angle_rad, axis) = (0.1_f32, FIELD_UT.cross(&Vector3::x()).normalize());
         let rotation = nalgebra::UnitQuaternion::new_normalize(exp_quaternion(&(axis * angle_rad)));
-        assert!(turned.observe(&(rotation * FIELD_UT), STEP_S));
+        assert!(turned.update(&(rotation * FIELD_UT), STEP_S));
         assert!((libm::sqrtf(turned.doubt()) / angle_rad - 1.0).abs() < 0.02, "{}", turned.doubt());
         turned.doubt_at_least(0.04);
         assert!((libm::sqrtf(turned.doubt()) - 0.2).abs() < 1e-4);
-        assert!(!turned.observe(&FIELD_UT, STEP_S) && turned.doubt() == 0.0);
+        assert!(!turned.update(&FIELD_UT, STEP_S) && turned.doubt() == 0.0);
     }
 
     #[test]
     fn before_any_field_has_agreed_nothing_is_in_doubt() {
         let mut turned = TurnedField::new();
-        turned.start();
-        turned.observe(&(FIELD_UT * 100.0), STEP_S);
+        turned.update(&(FIELD_UT * 100.0), STEP_S);
         turned.doubt_at_least(1.0);
         assert_eq!(turned.doubt(), 0.0);
     }

@@ -1,11 +1,15 @@
-//! Contradiction: gravity and field agree with each other and not with the attitude, so the attitude is
-//! wrong.
+//! Agreement of gravity, field and attitude. Where the first two agree with each other and not with the
+//! attitude, the attitude is wrong.
 
-use super::{AttitudeFilter, BIAS, HEADING, LOST_RAD, PI};
-use crate::{
-    config::{AttitudeConfig, Earth},
-    rotation::sine_and_cosine,
+use super::{
+    error_state::{BIAS, HEADING},
+    heading::{Heading, LOST_RAD},
+    settings::Settings,
+    state::State,
+    turned_field::TurnedField,
 };
+use crate::rotation::sine_and_cosine;
+use core::f32::consts::PI;
 use nalgebra::Vector3;
 
 /// Smoothing of force and field, seconds: several periods of a vibration of 10 Hz and more.
@@ -50,7 +54,7 @@ impl Agreement {
     }
 
     /// Takes the mean force and field of a filter step, NED; the field may be missing.
-    pub(super) fn observe(&mut self, force: &Vector3<f32>, field: Option<&Vector3<f32>>, time_s: f32) {
+    pub(super) fn update(&mut self, force: &Vector3<f32>, field: Option<&Vector3<f32>>, time_s: f32) {
         let weight = time_s / (SMOOTHING_S + time_s);
         self.force_m_s2 += (force - self.force_m_s2) * weight;
         let Some(field) = field else { return };
@@ -60,7 +64,7 @@ impl Agreement {
     }
 
     /// Process noise of the attitude over a step, rad^2, while the gyro is mistrusted.
-    pub(super) fn spread(&mut self, time_s: f32) -> f32 {
+    pub(super) fn process_noise(&mut self, time_s: f32) -> f32 {
         self.mistrust_rad_s *= MISTRUST_S / (MISTRUST_S + time_s);
         self.mistrust_rad_s * self.mistrust_rad_s * time_s * MISTRUST_S
     }
@@ -71,9 +75,7 @@ impl Agreement {
         let long = (force - gravity_m_s2).abs() < NORM_TOLERANCE * gravity_m_s2;
         (long && (field - norm_ut).abs() < tolerance * norm_ut).then(|| -self.product / (force * field))
     }
-}
 
-impl AttitudeFilter {
     /// Judges the attitude by force and field (NED); the field disagrees with the attitude, or is missing.
     ///
     /// The angle between the two vectors does not depend on the attitude. If it is the reference's and both
@@ -81,10 +83,17 @@ impl AttitudeFilter {
     /// imitate a turn): the attitude is wrong by as much as the vectors say, and the gyro was wrong by the
     /// rate that this took. After a gyro error the force alone suffices. If only the field is in doubt, the
     /// force says by how much the attitude may be off: a hand's acceleration could be the cause.
-    pub(super) fn contradict(&mut self, field: Option<&Vector3<f32>>, config: &AttitudeConfig, earth: &Earth) {
+    pub(super) fn contradict(
+        &mut self,
+        state: &mut State,
+        heading: &Heading,
+        turned_field: &mut TurnedField,
+        field: Option<&Vector3<f32>>,
+        settings: &Settings,
+    ) {
         let gate = |variance: f32| if GATE * GATE * variance < MOST { GATE * GATE * variance } else { MOST };
-        let force = &self.agreement.force_m_s2;
-        let tilt = self.errors.variance(0) + self.errors.variance(1) + FORCE_SIGMA_RAD * FORCE_SIGMA_RAD;
+        let force = &self.force_m_s2;
+        let tilt = state.errors.variance(0) + state.errors.variance(1) + FORCE_SIGMA_RAD * FORCE_SIGMA_RAD;
         // Squares of chords.
         let tilted = 2.0 + 2.0 * force.z / libm::sqrtf(force.norm_squared());
         if tilted < gate(tilt) {
@@ -92,33 +101,35 @@ impl AttitudeFilter {
         }
         let turned = match field {
             Some(field) => {
-                let turn = tilt + self.errors.variance(HEADING) + config.mag_sigma_rad * config.mag_sigma_rad;
+                let mag_sigma_rad = settings.config.mag_sigma_rad;
+                let turn = tilt + state.errors.variance(HEADING) + mag_sigma_rad * mag_sigma_rad;
                 // Without a known heading the field's direction says nothing.
-                let headed = self.errors.variance(HEADING) < LOST_RAD * LOST_RAD;
-                match self.turned(field, config, earth) {
+                let headed = state.errors.variance(HEADING) < LOST_RAD * LOST_RAD;
+                match self.turned(field, heading, settings) {
                     Some(turned) if turned > gate(turn) || !headed => turned,
                     _ => return,
                 }
             }
-            None if self.agreement.mistrust_rad_s > LEAST_MISTRUST_RAD_S => 0.0,
+            None if self.mistrust_rad_s > LEAST_MISTRUST_RAD_S => 0.0,
             None => {
-                self.turned_field.doubt_at_least(tilted);
+                turned_field.doubt_at_least(tilted);
                 return;
             }
         };
         let off = if tilted > turned { tilted } else { turned };
-        for state in 0..BIAS {
-            self.errors.widen(state, off, PI * PI);
+        for axis in 0..BIAS {
+            state.errors.inflate(axis, off, PI * PI);
         }
-        let rate = libm::sqrtf(off) / (SMOOTHING_S + self.unagreed_s);
-        let agreement = &mut self.agreement;
-        agreement.mistrust_rad_s = if rate > agreement.mistrust_rad_s { rate } else { agreement.mistrust_rad_s };
+        let rate = libm::sqrtf(off) / (SMOOTHING_S + heading.disagreed_s());
+        self.mistrust_rad_s = if rate > self.mistrust_rad_s { rate } else { self.mistrust_rad_s };
     }
+
     /// Squared chord between a field's direction and the expected one, if force and field agree with each
     /// other.
-    fn turned(&self, field: &Vector3<f32>, config: &AttitudeConfig, earth: &Earth) -> Option<f32> {
-        let (norm_ut, sine_of_dip, cosine_of_dip) = self.reference.dip();
-        let seen = self.agreement.sine_of_dip(norm_ut, config.mag_norm_tolerance, earth.gravity_m_s2)?;
+    fn turned(&self, field: &Vector3<f32>, heading: &Heading, settings: &Settings) -> Option<f32> {
+        let (config, earth) = (&settings.config, &settings.earth);
+        let (norm_ut, sine_of_dip, cosine_of_dip) = heading.reference().dip();
+        let seen = self.sine_of_dip(norm_ut, config.mag_norm_tolerance, earth.gravity_m_s2)?;
         // A sine's slope is the cosine; the tolerance bounds it from below.
         let slope =
             if cosine_of_dip > config.mag_dip_tolerance_rad { cosine_of_dip } else { config.mag_dip_tolerance_rad };
