@@ -40,6 +40,8 @@ mod algebra;
 pub mod config;
 pub mod equations; // documentation: the paper's equations, each with our reading
 mod rotation;
+mod statistics;
+mod units;
 
 pub use config::Config;
 pub use probe::Probe;

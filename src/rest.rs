@@ -4,6 +4,13 @@ pub use crate::sample::Reading;
 
 use nalgebra::Vector3;
 
+/// Least rate that counts as turning, rad/s: 20 deg/s, VQF's default (Laidig and Seel, Information Fusion 91,
+/// 2023).
+pub(crate) const TURNING_RAD_S: f32 = 0.35;
+/// Rate added to the last one where none was read, rad/s: a probe that turns more slowly than
+/// [`TURNING_RAD_S`] counts as still.
+pub(crate) const UNSEEN_RATE_RAD_S: f32 = 0.3;
+
 /// Detector of seconds of rest: gyro deviation under a limit on every axis, a mean rate that a bias can
 /// explain, and vector sensors that do not turn (a steady turntable is no rest).
 #[derive(Clone, Copy, Debug)]

@@ -9,8 +9,10 @@ mod cholesky;
 mod dot;
 mod packed;
 mod quantile;
+mod whitening;
 
 pub(crate) use dot::dot;
 pub(crate) use packed::Cholesky;
 pub use packed::Packed;
 pub(crate) use quantile::quantile;
+pub(crate) use whitening::Whitening;

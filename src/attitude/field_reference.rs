@@ -1,5 +1,6 @@
 use crate::{
     config::{AttitudeConfig, Earth},
+    rest::TURNING_RAD_S,
     rotation::sine_and_cosine,
 };
 
@@ -21,8 +22,6 @@ const CANDIDATE_TIME_S: f32 = 0.25 * NEW_FIELD_S;
 /// Weight of steadiness while the probe stands still, where it proves little: a magnet may lie there for a
 /// minute, so two minutes are required.
 const STILL_WEIGHT: f32 = NEW_FIELD_S / 120.0;
-/// Least rate that counts as turning, rad/s: 20 deg/s.
-pub(crate) const TURNING_RAD_S: f32 = 0.35;
 
 /// Reference of the undisturbed magnetic field: total field and dip, the two numbers that do not depend on
 /// heading.

@@ -16,6 +16,7 @@ use super::{
 use crate::{
     compensation::GyroModel,
     config::{AttitudeConfig, Earth},
+    rest::UNSEEN_RATE_RAD_S,
     rotation::rotate_back,
 };
 use core::f32::consts::PI;
@@ -24,8 +25,6 @@ use nalgebra::{Matrix3, Vector3};
 /// Duration of one filter step, seconds: half the shortest correlation time among the modelled errors (0.1 s).
 /// Shorter steps add no information, because rotation within a step is removed sample by sample.
 const STEP_S: f32 = 0.05;
-/// Rate added to the last one where none was read, rad/s: VQF counts a probe that turns at 20 deg/s as still.
-const UNSEEN_RATE_RAD_S: f32 = 0.3;
 /// Correlation time of an unread rate, seconds: a radian of a swing at half a hertz.
 const UNREAD_RATE_TIME_S: f32 = 0.3;
 

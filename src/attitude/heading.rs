@@ -2,13 +2,13 @@
 
 use super::{
     error_state::{Gain, HEADING},
-    field_reference::{FieldReference, TURNING_RAD_S},
+    field_reference::FieldReference,
     filter_step::FilterStep,
     settings::Settings,
     state::State,
     sustained::SustainedRotation,
 };
-use crate::config::Earth;
+use crate::{config::Earth, rest::TURNING_RAD_S};
 use core::f32::consts::{PI, TAU};
 use nalgebra::Vector3;
 

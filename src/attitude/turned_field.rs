@@ -1,3 +1,4 @@
+use crate::statistics::chi_square::IN_A_THOUSAND;
 use nalgebra::Vector3;
 
 /// Averaging time of the readings' scatter, seconds. A doubted reading enters the mean only up to the gate: a
@@ -8,7 +9,7 @@ const SMOOTHING_S: f32 = 1.0;
 const UNKNOWN_UT: f32 = 100.0;
 /// Gate over the mean square: exceeded by noise once in a thousand (chi-square with three degrees of
 /// freedom).
-const GATE: f32 = 16.27 / 3.0;
+const GATE: f32 = IN_A_THOUSAND / 3.0;
 
 /// Apparent turn of the earth's field since it last agreed with the attitude, reading by reading.
 ///

@@ -1,4 +1,5 @@
 use super::{ConfigError, all_positive};
+use crate::units::STANDARD_GRAVITY_M_S2;
 
 /// Settings of the drilling dynamics: vibration, shocks and rotation over a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +45,6 @@ impl DynamicsConfig {
 
 impl Default for DynamicsConfig {
     fn default() -> Self {
-        Self { window_s: 30.0, rate_averaging_s: 0.1, shock_m_s2: 10.0 * 9.806_65, shock_pause_s: 0.02 }
+        Self { window_s: 30.0, rate_averaging_s: 0.1, shock_m_s2: 10.0 * STANDARD_GRAVITY_M_S2, shock_pause_s: 0.02 }
     }
 }

@@ -1,3 +1,5 @@
+use crate::units::STANDARD_GRAVITY_M_S2;
+
 /// Earth at the probe. `None` means unknown, and nothing is assumed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
@@ -26,7 +28,7 @@ impl Earth {
 impl Default for Earth {
     fn default() -> Self {
         Self {
-            gravity_m_s2: 9.806_65,
+            gravity_m_s2: STANDARD_GRAVITY_M_S2,
             magnetic_field_ut: None,
             dip_rad: None,
             declination_rad: None,

@@ -1,4 +1,5 @@
 use super::{ConfigError, all_positive};
+use crate::units::STANDARD_GRAVITY_M_S2;
 
 /// Limits of |G|, |B| and dip against their references.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +61,7 @@ impl Default for SurveyLimits {
             propagated: false,
             field_ut: 0.3,
             dip_rad: 0.25_f32.to_radians(),
-            gravity_m_s2: 2.5e-3 * 9.806_65,
+            gravity_m_s2: 2.5e-3 * STANDARD_GRAVITY_M_S2,
             deviations: 2.0,
             bad_over_limit: 1.5,
         }

@@ -7,14 +7,11 @@ use nalgebra::Vector3;
 pub(crate) struct Accumulator {
     end_us: u64,
     rate: Vector3<f32>,
-    gravity: Vector3<f32>,
     field: Vector3<f32>,
     rates: u16,
-    gravities: u16,
     fields: u16,
-    rate_clipped: bool,
-    gravity_clipped: bool,
-    field_clipped: bool,
+    rate_unusable: bool,
+    field_unusable: bool,
     /// Mean rates of the last two intervals; `None` before there are two, and after a bridged one.
     last_rates: Option<[Vector3<f32>; 2]>,
 }
@@ -25,14 +22,11 @@ impl Accumulator {
         Self {
             end_us: 0,
             rate: zero,
-            gravity: zero,
             field: zero,
             rates: 0,
-            gravities: 0,
             fields: 0,
-            rate_clipped: false,
-            gravity_clipped: false,
-            field_clipped: false,
+            rate_unusable: false,
+            field_unusable: false,
             last_rates: None,
         }
     }
@@ -41,7 +35,7 @@ impl Accumulator {
     /// the two before it: of a rate that swings at 0.25 Hz by 180 deg/s the line misses 0.2 deg/s over 20 ms.
     /// A clipped interval is not bridged.
     fn rate(&self) -> Option<Vector3<f32>> {
-        match (self.rate_clipped, self.rates) {
+        match (self.rate_unusable, self.rates) {
             (true, _) => None,
             (false, 0) => self.last_rates.map(|[before, last]| last * 2.0 - before),
             (false, count) => Some(self.rate / f32::from(count)),
@@ -65,8 +59,7 @@ impl Accumulator {
         let mean = |sum: Vector3<f32>, n: u16| if n == 0 { None } else { Some(sum / f32::from(n)) };
         let increment = Increment {
             rate: self.rate(),
-            gravity: if self.gravity_clipped { None } else { mean(self.gravity, self.gravities) },
-            field: if self.field_clipped { None } else { mean(self.field, self.fields) },
+            field: if self.field_unusable { None } else { mean(self.field, self.fields) },
         };
         let read = increment.rate.filter(|_| self.rates > 0);
         let last_rates = read.map(|rate| [self.last_rates.map_or(rate, |[_, last]| last), rate]);
@@ -75,18 +68,17 @@ impl Accumulator {
     }
 
     /// Adds one sample: raw rate and calibrated field.
-    pub fn add(&mut self, rate: Reading, gravity: Reading, field: Reading) {
-        let add = |reading, sum: &mut Vector3<f32>, count: &mut u16, clipped: &mut bool| match reading {
+    pub fn add(&mut self, rate: Reading, field: Reading) {
+        let add = |reading, sum: &mut Vector3<f32>, count: &mut u16, unusable: &mut bool| match reading {
             Reading::Usable(vector) => {
                 *sum += vector;
                 *count += 1;
             }
-            Reading::Unusable => *clipped = true,
+            Reading::Unusable => *unusable = true,
             Reading::Missing => {}
         };
-        add(rate, &mut self.rate, &mut self.rates, &mut self.rate_clipped);
-        add(gravity, &mut self.gravity, &mut self.gravities, &mut self.gravity_clipped);
-        add(field, &mut self.field, &mut self.fields, &mut self.field_clipped);
+        add(rate, &mut self.rate, &mut self.rates, &mut self.rate_unusable);
+        add(field, &mut self.field, &mut self.fields, &mut self.field_unusable);
     }
 }
 
@@ -108,7 +100,7 @@ mod tests {
                 assert_eq!(increment.rate, Some(Vector3::repeat(1.5 + 4.0 * closed as f32)));
                 closed += 1;
             }
-            accumulator.add(Reading::Usable(Vector3::repeat(k as f32)), Reading::Missing, Reading::Missing);
+            accumulator.add(Reading::Usable(Vector3::repeat(k as f32)), Reading::Missing);
         }
         assert_eq!(closed, 2);
         assert!(accumulator.close_before(1_060_000, grid).is_some_and(|i| i.rate.is_some()));
@@ -125,7 +117,7 @@ mod tests {
             let mut accumulator = Accumulator::zero();
             accumulator.start(0, grid, 5_000);
             for reading in [Reading::Usable(Vector3::x()), odd, Reading::Usable(Vector3::x() * 2.0), Reading::Missing] {
-                accumulator.add(reading, Reading::Missing, Reading::Missing);
+                accumulator.add(reading, Reading::Missing);
             }
             accumulator.close_before(20_000, grid).unwrap().rate
         };

@@ -1,10 +1,10 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::{
-    field_node::{FieldNode, GYRO},
-    whitening::Whitening,
+use super::field_node::{FieldNode, GYRO};
+use crate::{
+    algebra::{Packed, Whitening},
+    rotation::{exp_quaternion, rotate_back},
 };
-use crate::{algebra::Packed, rotation::exp_quaternion, rotation::rotate_back};
 use nalgebra::{Matrix3, Vector3};
 
 /// Number of states: the gyro's errors, the magnetometer's lag, the body's iron, the earth's field.
@@ -100,7 +100,7 @@ impl FieldFilter {
         for k in 0..3 {
             self.x[IN_EARTH + k] = field_ut[k];
         }
-        self.open(IN_EARTH, 2.0 * prior.in_body_ut);
+        self.inflate(IN_EARTH, 2.0 * prior.in_body_ut);
     }
 
     pub fn in_body(&self) -> Vector3<f32> {
@@ -121,7 +121,7 @@ impl FieldFilter {
     }
 
     /// Inflates three states: they may have jumped by `sigma`.
-    pub fn open(&mut self, first: usize, sigma: f32) {
+    pub fn inflate(&mut self, first: usize, sigma: f32) {
         for state in first..first + 3 {
             self.covariance.add(state, state, sigma * sigma);
         }

@@ -2,15 +2,13 @@
 
 use crate::{
     magnet::increment::Increment,
+    rest::UNSEEN_RATE_RAD_S,
     rotation::{IDENTITY, exp_quaternion, matrix, middle_to_middle, renormalised},
 };
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
 /// Number of the gyro's errors: P row by row, then c, in w = (P0 + dP) (raw - b0) - c.
 pub(super) const GYRO: usize = 12;
-
-/// Rate added to the last one where none was read, rad/s (as in the attitude filter).
-const UNSEEN_RATE_RAD_S: f32 = 0.3;
 
 /// Means over some increments in the frame that the nominal gyro carries along. An earth-fixed field stands
 /// still there but for the gyro's error; a body-fixed one turns.

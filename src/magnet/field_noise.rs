@@ -1,4 +1,5 @@
-use super::{chi_square::CLIPPED, field_node::FieldNode};
+use super::field_node::FieldNode;
+use crate::{rest::TURNING_RAD_S, statistics::chi_square::IN_TWENTY};
 use nalgebra::Matrix3;
 
 /// Noise of a node's mean at rest, microtesla: that of single readings (LIS3MDL, ultra-high-performance mode:
@@ -22,10 +23,8 @@ const NONLINEARITY: f32 = 0.001;
 /// by a factor of three either way.
 const SCALE_TIME_S: f32 = 10.0;
 const SCALE_LIMITS: [f32; 2] = [0.1, 10.0];
-/// Mean of chi-square with three degrees of freedom, clipped at [`CLIPPED`].
+/// Mean of chi-square with three degrees of freedom, clipped at [`IN_TWENTY`].
 const CLIPPED_MEAN: f32 = 2.89;
-/// Least rate that counts as turning, rad/s (VQF's 20 deg/s).
-pub(super) const TURNING_RAD_S: f32 = 0.35;
 
 /// Noise model of a node: magnetometer noise, calibration error, change of the earth's field, drift of the
 /// gyro's frame.
@@ -93,7 +92,7 @@ impl FieldNoise {
             return;
         }
         let share = 3.0 * noise / (3.0 * noise + predicted.trace());
-        let excess = at_most(squared, CLIPPED) / CLIPPED_MEAN - 1.0;
+        let excess = at_most(squared, IN_TWENTY) / CLIPPED_MEAN - 1.0;
         let [least, most] = SCALE_LIMITS;
         let scale = self.scale * (1.0 + share * excess * time_s / SCALE_TIME_S);
         self.scale = at_most(if scale > least { scale } else { least }, most);

@@ -1,25 +1,25 @@
-mod comparison;
-mod conclusion;
 mod kept_intervals;
+mod offsets;
 mod suspicion;
-mod tracking;
 
 use super::{
     accumulator::Accumulator,
-    field_filter::{FieldFilter, FieldPrior},
+    field_filter::{FieldFilter, FieldPrior, IN_BODY, IN_EARTH},
     field_node::{FieldNode, FieldNodes},
-    field_noise::{FieldNoise, at_most},
+    field_noise::{CORRELATED, FieldNoise, at_most},
     grid::Grid,
     hard_iron_interval::{HardIronCounts, HardIronInterval},
+    hypothesis::{JUMP_UT, follow},
     rest_bias::RestBias,
 };
 use crate::{
     config::Config,
     rest::{RestDetector, RestLimits},
     sample::Reading,
+    statistics::chi_square::{IN_A_HUNDRED, IN_A_MILLION, IN_A_THOUSAND, IN_TWENTY},
 };
-use kept_intervals::KeptIntervals;
 use nalgebra::Vector3;
+use offsets::Offsets;
 use suspicion::{Suspicion, Verdict};
 
 /// Length of a node, seconds. Means over this time preserve turns of 300 deg/s, because they are taken in the
@@ -32,6 +32,8 @@ const NODE_S: f32 = 0.2;
 const STEADY_NODES: u8 = 15;
 /// Least size of a change that matters, in errors of the calibrated field.
 const LEAST_SIZE: f32 = 2.0;
+/// Consecutive nodes beyond one in a hundred that are as unlikely as one beyond one in a million.
+const UNLIKELY_NODES: u8 = 3;
 /// Angle of turning since the start after which an offset present from the start has shown, radians: half a
 /// turn shows twice its size.
 const TOLD_RAD: f32 = core::f32::consts::PI;
@@ -86,17 +88,12 @@ pub(crate) struct HardIronWatch {
     /// Consecutive nodes within one in a thousand, at most [`STEADY_NODES`].
     calm: u8,
     suspicion: Suspicion,
-    /// Offset in the body before the present interval, and its variance on each axis.
-    base_ut: Vector3<f32>,
-    base_variance_ut2: Vector3<f32>,
     freeze_us: u64,
-    frozen: bool,
-    kept: KeptIntervals,
+    offsets: Offsets,
 }
 
 impl HardIronWatch {
     pub const fn zero() -> Self {
-        let zero = Vector3::new(0.0, 0.0, 0.0);
         Self {
             state: State::Waiting,
             prior: FieldPrior::zero(),
@@ -117,11 +114,8 @@ impl HardIronWatch {
             unlikely: 0,
             calm: 0,
             suspicion: Suspicion::new(0, false),
-            base_ut: zero,
-            base_variance_ut2: zero,
             freeze_us: 0,
-            frozen: false,
-            kept: KeptIntervals::zero(),
+            offsets: Offsets::zero(),
         }
     }
 
@@ -188,7 +182,7 @@ impl HardIronWatch {
             self.rest(&bias);
         }
         if t_us >= self.freeze_us {
-            self.frozen = true;
+            self.offsets.freeze();
         }
         while let Some(increment) = self.accumulator.close_before(t_us, self.grid) {
             if let Some(node) = self.nodes.push(&increment, self.grid.interval_s(), NODE_S) {
@@ -196,13 +190,13 @@ impl HardIronWatch {
                 self.take(t_us.saturating_sub((0.5e6 * node.time_s) as u64), &node);
             }
         }
-        self.accumulator.add(rate, Reading::Missing, field);
+        self.accumulator.add(rate, field);
     }
 
     /// Returns the use of the calibrated field now.
     pub fn field_use(&self) -> FieldUse {
         let doubtful = self.state == State::Undecided && self.suspicion.is_doubtful();
-        match (doubtful, self.kept.lasting()) {
+        match (doubtful, self.offsets.kept.lasting()) {
             (true, _) => FieldUse::Withheld,
             (_, None) => FieldUse::Less(Vector3::zeros()),
             (_, Some(interval)) if interval.corrected => FieldUse::Less(interval.offset()),
@@ -211,12 +205,12 @@ impl HardIronWatch {
     }
 
     pub const fn counts(&self) -> HardIronCounts {
-        self.kept.counts
+        self.offsets.kept.counts
     }
 
     /// Latest intervals, oldest first.
     pub fn intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
-        self.kept.iter()
+        self.offsets.kept.iter()
     }
 
     /// Norm of the earth's field, microtesla.
@@ -255,7 +249,99 @@ impl HardIronWatch {
         }
         if !self.tracked.is_sound() {
             self.state = State::Waiting;
-            self.kept.close(t_us);
+            self.offsets.kept.close(t_us);
+        }
+    }
+
+    /// Tests a node against the single filter's prediction.
+    fn track(&mut self, t_us: u64, node: &FieldNode) {
+        let error_ut = self.error_ut();
+        let noise = self.noise.variance_ut2(error_ut, 1.0);
+        let innovation = self.tracked.innovation(node);
+        let Some((squared, _)) = innovation.squared(noise) else { return };
+        let size2 = innovation.innovation_ut.norm_squared();
+        self.unlikely = if squared > IN_A_HUNDRED { self.unlikely.saturating_add(1) } else { 0 };
+        let changed = squared > IN_A_MILLION || self.unlikely >= UNLIKELY_NODES;
+        if changed && size2 > LEAST_SIZE * LEAST_SIZE * error_ut * error_ut {
+            let unknown = self.turned_rad < TOLD_RAD;
+            let turned_ut = JUMP_UT * self.noise.recent_rad();
+            if unknown && turned_ut * turned_ut > size2 {
+                // The offset may have been there all the time, unseen before the first turn.
+                self.tracked.inflate(IN_BODY, JUMP_UT);
+                self.tracked.inflate(IN_EARTH, JUMP_UT);
+                return;
+            }
+            self.suspect(t_us);
+            self.compare(t_us, node);
+            return;
+        }
+        self.calm = if squared > IN_A_THOUSAND {
+            0
+        } else if self.calm < STEADY_NODES {
+            self.calm + 1
+        } else {
+            STEADY_NODES
+        };
+        self.noise.learn(squared, noise, &innovation.predicted, node.time_s);
+        let noise = self.noise.variance_ut2(error_ut, CORRELATED);
+        follow(&mut self.tracked, node, noise, None);
+        if squared < IN_TWENTY {
+            self.offsets.refine(&self.tracked, t_us, 0.5 * LEAST_SIZE * self.error_ut());
+        }
+    }
+
+    /// Starts the two hypotheses of a change.
+    fn suspect(&mut self, t_us: u64) {
+        self.offsets.kept.suspect();
+        self.state = State::Undecided;
+        self.unlikely = 0;
+        self.suspicion = Suspicion::new(t_us, self.calm >= STEADY_NODES);
+        self.calm = 0;
+        (self.iron, self.earth) = (self.tracked, self.tracked);
+        self.iron.inflate(IN_BODY, JUMP_UT);
+        self.earth.inflate(IN_EARTH, JUMP_UT);
+    }
+
+    /// Compares the hypotheses by a node while the change is undecided.
+    fn compare(&mut self, t_us: u64, node: &FieldNode) {
+        let error_ut = self.error_ut();
+        let (noise, quiet_noise) =
+            (self.noise.variance_ut2(error_ut, CORRELATED), self.noise.variance_ut2(error_ut, 1.0));
+        let iron = follow(&mut self.iron, node, noise, Some(IN_BODY));
+        let earth = follow(&mut self.earth, node, noise, Some(IN_EARTH));
+        let unchanged = self.tracked.innovation(node);
+        let lost_ut2 = 9.0 * error_ut * error_ut;
+        let quiet = unchanged.squared(quiet_noise).is_some_and(|(squared, _)| squared < IN_TWENTY)
+            && unchanged.predicted.trace() < 3.0 * lost_ut2;
+        let better = if iron.squared < earth.squared { &iron } else { &earth };
+        self.noise.learn(better.squared, noise, &better.predicted, node.time_s);
+
+        let jump = self.iron.in_body() - self.tracked.in_body();
+        let least_ut = LEAST_SIZE * error_ut;
+        let matters = jump.norm_squared() > least_ut * least_ut;
+        if let Some(verdict) = self.suspicion.weigh((t_us, node), [&iron, &earth], quiet, matters) {
+            self.conclude(verdict);
+        }
+    }
+
+    /// Ends a suspicion by its verdict, which may end an interval or begin one.
+    fn conclude(&mut self, verdict: Verdict) {
+        self.state = State::Tracking;
+        let matters_ut = LEAST_SIZE * self.error_ut();
+        let (before, after) = (self.tracked.in_body(), self.iron.in_body());
+        let matters = (after - before).norm_squared() > matters_ut * matters_ut;
+        // An offset that was there from the start and has gone is no magnet that came.
+        let less = !self.offsets.kept.on && after.norm_squared() < before.norm_squared();
+        if verdict != Verdict::Iron || !matters || less {
+            self.offsets.kept.dismiss();
+        } else {
+            let edge_us = self.suspicion.first_us / 2 + self.suspicion.last_us / 2;
+            self.offsets.change([&self.tracked, &self.iron], edge_us, matters_ut);
+        }
+        match verdict {
+            Verdict::Iron => self.tracked = self.iron,
+            Verdict::Passed => {}
+            Verdict::Earth | Verdict::Untold => self.tracked = self.earth,
         }
     }
 }

@@ -9,8 +9,6 @@ use nalgebra::Vector3;
 pub(crate) struct Increment {
     /// Mean raw rate, rad/s; `None` if a sample of the interval was clipped or the interval is empty.
     pub rate: Option<Vector3<f32>>,
-    /// Mean gravity direction vector G = minus specific force, m/s^2, calibrated.
-    pub gravity: Option<Vector3<f32>>,
     /// Mean calibrated field, microtesla.
     pub field: Option<Vector3<f32>>,
 }

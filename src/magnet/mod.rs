@@ -2,7 +2,6 @@
 //! the earth.
 
 mod accumulator;
-mod chi_square;
 mod field_filter;
 mod field_node;
 mod field_noise;
@@ -12,7 +11,6 @@ mod hard_iron_watch;
 mod hypothesis;
 mod increment;
 mod rest_bias;
-mod whitening;
 
 pub use hard_iron_interval::{HardIronCounts, HardIronInterval};
 pub(crate) use hard_iron_watch::{FieldUse, HardIronWatch};

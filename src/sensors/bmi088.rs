@@ -1,8 +1,9 @@
 use bmi088::{Error, SensorInterface, SpiInterface};
 
 use super::{Part, SpiDevice};
-use crate::sensors::{
-    BURST_FRAMES, Burst, Frame, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData,
+use crate::{
+    sensors::{BURST_FRAMES, Burst, Frame, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData},
+    units::STANDARD_GRAVITY_M_S2,
 };
 
 // Registers of accelerometer and gyro: Bosch BST-BMI088-DS001, section 5. The crate moves the bytes, with the
@@ -92,7 +93,7 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
     type Error = Error<E, E>;
 
     fn data(&self) -> InertialData {
-        const G: f32 = 9.806_65;
+        const G: f32 = STANDARD_GRAVITY_M_S2;
         PartData {
             name: "BMI088",
             source: "Bosch BST-BMI088-DS001, section 1.2; latency derived from the bandwidths of 64 and 80 Hz",

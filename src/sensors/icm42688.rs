@@ -10,8 +10,9 @@ use icm426xx::{
 };
 
 use super::{Part, Registers, SpiDevice, SpiRegisters, bisync};
-use crate::sensors::{
-    BURST_FRAMES, Burst, Frame, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData,
+use crate::{
+    sensors::{BURST_FRAMES, Burst, Frame, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData},
+    units::STANDARD_GRAVITY_M_S2,
 };
 
 // Register names of TDK DS-000347, data sheet of the ICM-42688-P, section 14. The crate has them, and the
@@ -110,7 +111,7 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
         // and of g in the upper bits.
         const CODES_PER_DPS: f32 = 262.144;
         const CODES_PER_G: f32 = 32_768.0;
-        const G: f32 = 9.806_65;
+        const G: f32 = STANDARD_GRAVITY_M_S2;
         // UI_FILT_BW 1, the default: a quarter of 400 Hz, which is the least that this filter runs at.
         const BANDWIDTH_HZ: f32 = 100.0;
         let latency_s = [SensorData::low_pass_latency_s(BANDWIDTH_HZ); 3];

@@ -7,9 +7,12 @@ use super::{
     BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync,
     st_start::{read_one, reset},
 };
-use crate::sensors::{
-    BURST_FRAMES, Burst, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData,
-    st_fifo::{StFifo, WORD},
+use crate::{
+    sensors::{
+        BURST_FRAMES, Burst, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData,
+        st_fifo::{StFifo, WORD},
+    },
+    units::STANDARD_GRAVITY_M_S2,
 };
 
 // Register names of ST DS13012, data sheet of the ISM330DHCX; AN5398 is its application note.
@@ -92,12 +95,12 @@ impl<B: BusOperation> Part<2> for Ism330dhcx<B> {
                     noise_density: Some(0.005_f32.to_radians()),
                 },
                 SensorData {
-                    full_scale: 16.0 * 9.806_65,
-                    per_code: 0.488e-3 * 9.806_65,
+                    full_scale: 16.0 * STANDARD_GRAVITY_M_S2,
+                    per_code: 0.488e-3 * STANDARD_GRAVITY_M_S2,
                     clip_code: 32_767,
                     latency_s: [SensorData::low_pass_latency_s(104.0); 3],
                     // Value at the lowest ranges.
-                    noise_density: Some(60e-6 * 9.806_65),
+                    noise_density: Some(60e-6 * STANDARD_GRAVITY_M_S2),
                 },
             ],
             temperature: Some(TemperatureData { offset_c: 25.0, per_code_c: 1.0 / 256.0 }),

@@ -7,9 +7,13 @@ use super::{
     BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync,
     st_start::{read_one, reset},
 };
-use crate::sensors::{
-    BURST_FRAMES, Burst, InertialData, Lsm6dsv320xRange, PartData, SensorData, StartError, StartStep, TemperatureData,
-    st_fifo::{StFifo, WORD},
+use crate::{
+    sensors::{
+        BURST_FRAMES, Burst, InertialData, Lsm6dsv320xRange, PartData, SensorData, StartError, StartStep,
+        TemperatureData,
+        st_fifo::{StFifo, WORD},
+    },
+    units::STANDARD_GRAVITY_M_S2,
 };
 
 // Register names of ST's data sheet of the LSM6DSV320X.
@@ -88,7 +92,7 @@ impl<B: BusOperation> Part<2> for Lsm6dsv320x<B> {
     type Error = B::Error;
 
     fn data(&self) -> InertialData {
-        const G: f32 = 9.806_65;
+        const G: f32 = STANDARD_GRAVITY_M_S2;
         let (rate_hz, period_us, full_scale_g, per_code_g) = match self.range {
             Lsm6dsv320xRange::G16 => (240.0, 4_167, 16.0, 0.488e-3),
             Lsm6dsv320xRange::G320 => (480.0, 2_083, 320.0, 10.417e-3),

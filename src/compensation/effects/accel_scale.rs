@@ -1,5 +1,5 @@
 use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, component};
-use crate::estimator::columns::ACCEL_MATRIX;
+use crate::{estimator::columns::ACCEL_MATRIX, units::DEGREES};
 use core::ops::Range;
 use nalgebra::Vector3;
 
@@ -14,14 +14,7 @@ const fn scale(name: &'static str) -> Parameter {
 }
 
 const fn turn(name: &'static str) -> Parameter {
-    Parameter {
-        name,
-        in_unit: 180.0 / core::f32::consts::PI,
-        usual: 5e-3,
-        largest: 0.1,
-        signed: true,
-        only_in_estimator: true,
-    }
+    Parameter { name, in_unit: DEGREES, usual: 5e-3, largest: 0.1, signed: true, only_in_estimator: true }
 }
 
 const PARAMETERS: [Parameter; 9] = [

@@ -1,12 +1,10 @@
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis, component};
+use crate::units::DEG_S_PER_G;
 use nalgebra::Vector3;
 
-const STANDARD_GRAVITY_M_S2: f32 = 9.806_65;
-/// Factor from rad/s per m/s^2 to deg/s per g.
-const RAD_S2_PER_M_IN_DEG_S_G: f32 = STANDARD_GRAVITY_M_S2 * 180.0 / core::f32::consts::PI;
 /// Usual and largest value: 0.1 and 2 deg/s per g.
-const USUAL: f32 = 0.1 / RAD_S2_PER_M_IN_DEG_S_G;
-const LARGEST: f32 = 2.0 / RAD_S2_PER_M_IN_DEG_S_G;
+const USUAL: f32 = 0.1 / DEG_S_PER_G;
+const LARGEST: f32 = 2.0 / DEG_S_PER_G;
 
 /// Acceleration sensitivity of the gyro: it reads G a in excess, G row by row. Data sheets state 0.01 to 0.1
 /// deg/s per g.
@@ -15,14 +13,7 @@ const LARGEST: f32 = 2.0 / RAD_S2_PER_M_IN_DEG_S_G;
 pub struct GSensitivity;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter {
-        name,
-        in_unit: RAD_S2_PER_M_IN_DEG_S_G,
-        usual: USUAL,
-        largest: LARGEST,
-        signed: true,
-        only_in_estimator: false,
-    }
+    Parameter { name, in_unit: DEG_S_PER_G, usual: USUAL, largest: LARGEST, signed: true, only_in_estimator: false }
 }
 
 const PARAMETERS: [Parameter; 9] = [

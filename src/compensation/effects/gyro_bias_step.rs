@@ -1,7 +1,6 @@
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
+use crate::units::DEGREES;
 use nalgebra::Vector3;
-
-const DEGREES: f32 = 180.0 / core::f32::consts::PI;
 
 /// Permanent step of the gyro's bias by a shock, d on each axis.
 ///

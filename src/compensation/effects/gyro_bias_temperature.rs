@@ -1,7 +1,6 @@
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
+use crate::units::DEGREES;
 use nalgebra::Vector3;
-
-const DEGREES: f32 = 180.0 / core::f32::consts::PI;
 
 /// Gyro bias proportional to temperature: c (T - 25 degC) on each axis. Data sheets state 0.005 to 0.05 deg/s
 /// per kelvin.

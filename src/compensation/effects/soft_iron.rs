@@ -1,5 +1,5 @@
 use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, negated};
-use crate::estimator::columns::MAG_MATRIX;
+use crate::{estimator::columns::MAG_MATRIX, units::DEGREES};
 use core::ops::Range;
 use nalgebra::Vector3;
 
@@ -16,14 +16,7 @@ const fn iron(name: &'static str) -> Parameter {
 }
 
 const fn turn(name: &'static str) -> Parameter {
-    Parameter {
-        name,
-        in_unit: 180.0 / core::f32::consts::PI,
-        usual: 0.03,
-        largest: 0.2,
-        signed: true,
-        only_in_estimator: true,
-    }
+    Parameter { name, in_unit: DEGREES, usual: 0.03, largest: 0.2, signed: true, only_in_estimator: true }
 }
 
 const PARAMETERS: [Parameter; 8] = [

@@ -1,12 +1,10 @@
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
+use crate::units::{DEG_S_PER_G, STANDARD_GRAVITY_M_S2};
 use nalgebra::Vector3;
 
-const STANDARD_GRAVITY_M_S2: f32 = 9.806_65;
-/// Factor from rad/s per m/s^2 to deg/s per g.
-const RAD_S2_PER_M_IN_DEG_S_G: f32 = STANDARD_GRAVITY_M_S2 * 180.0 / core::f32::consts::PI;
 /// Usual and largest value: 0.5 and 2 deg/s per g^2.
-const USUAL: f32 = 0.5 / (RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2);
-const LARGEST: f32 = 2.0 / (RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2);
+const USUAL: f32 = 0.5 / (DEG_S_PER_G * STANDARD_GRAVITY_M_S2);
+const LARGEST: f32 = 2.0 / (DEG_S_PER_G * STANDARD_GRAVITY_M_S2);
 
 /// Vibration rectification: a bias k |a|^2 on each axis, |a|^2 the mean square of the specific force.
 ///
@@ -17,7 +15,7 @@ pub struct VibrationRectification;
 const fn parameter(name: &'static str) -> Parameter {
     Parameter {
         name,
-        in_unit: RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2,
+        in_unit: DEG_S_PER_G * STANDARD_GRAVITY_M_S2,
         usual: USUAL,
         largest: LARGEST,
         signed: true,

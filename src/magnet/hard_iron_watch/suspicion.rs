@@ -1,11 +1,8 @@
 use super::{
-    super::{
-        field_node::FieldNode,
-        field_noise::{TURNING_RAD_S, at_most},
-        hypothesis::Met,
-    },
+    super::{field_node::FieldNode, field_noise::at_most, hypothesis::Outcome},
     STEADY_NODES,
 };
+use crate::rest::TURNING_RAD_S;
 
 /// Log likelihood ratio that decides between the hypotheses: Wald's bound for one error in a million.
 const DECIDED: f32 = 13.8;
@@ -79,14 +76,14 @@ impl Suspicion {
     pub fn weigh(
         &mut self,
         (t_us, node): (u64, &FieldNode),
-        [iron, earth]: [&Met; 2],
+        [iron, earth]: [&Outcome; 2],
         quiet: bool,
         matters: bool,
     ) -> Option<Verdict> {
         self.matters = matters;
         let ratio = iron.log_likelihood - earth.log_likelihood;
         self.log_ratio += at_most(if ratio > -MOST_OF_A_NODE { ratio } else { -MOST_OF_A_NODE }, MOST_OF_A_NODE);
-        if iron.reopened {
+        if iron.jumped {
             (self.last_us, self.steady_s) = (t_us, 0.0);
             self.jumps = self.jumps.saturating_add(1);
         } else {

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Inverse Cholesky factor L^-1 of a covariance S = L L^T: it whitens vectors to unit covariance. (nalgebra's
 /// solver keeps a panic reachable for the compiler.)
 #[derive(Clone, Copy)]
-pub(super) struct Whitening {
+pub(crate) struct Whitening {
     /// Inverses of L's diagonal.
     inverse: Vector3<f32>,
     /// Elements (1, 0), (2, 0) and (2, 1) of L.
