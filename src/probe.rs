@@ -1,35 +1,35 @@
 //! The probe: the whole pipeline behind [`Probe::push`] for every sample and [`Probe::poll`] for spare time.
 
-mod effects;
+mod corrector;
 mod latency;
 mod output;
 mod queries;
 mod rail;
-mod readings;
+mod reading_checks;
 mod staleness;
 #[cfg(feature = "storage")]
 mod stored_model;
 mod survey;
 
 pub use output::{Counters, Output};
-pub use readings::CLIPPED_SHARE;
+pub use reading_checks::CLIPPED_SHARE;
 #[cfg(feature = "storage")]
 pub use stored_model::NotRestored;
 
 use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
-    compensation::{ActiveEffects, Effect, effect::REFERENCE_TEMPERATURE_C},
+    compensation::{Effect, effect::REFERENCE_TEMPERATURE_C},
     config::{Config, ConfigError},
     diagnosis::DiagnosisReport,
     identification::{Identifier, WindowReport},
-    magnet::HardIronWatch,
+    magnet::{FieldUse, HardIronWatch},
     sample::{Reading, Sample, SampleFlags, Sensor},
 };
+use corrector::Corrector;
+use latency::{at_gyro_time, mag_delay_sigma_s};
 use nalgebra::Vector3;
 use output::count;
-use rail::Rail;
-use readings::BySensor;
-use staleness::Staleness;
+use reading_checks::ReadingChecks;
 use survey::Calibrated;
 
 /// Identification work budgeted per second, in units of some 300 instructions (up to 500 in a diagnosis): 29
@@ -44,7 +44,6 @@ pub const GAP_PERIODS: u32 = 3;
 pub struct Probe {
     configured: bool,
     config: Config,
-    samples_per_second: u32,
     library: Option<&'static [&'static dyn Effect]>,
     /// Library of the next configuration: effects are told by their place in it, so that it must not change
     /// in flight.
@@ -66,16 +65,8 @@ struct Session {
     last_raw_rad_s: [f32; 3],
     /// Time since the last believable rate, seconds.
     unread_s: f32,
-    staleness: BySensor<Staleness>,
-    gyro_rails: [Rail; 3],
-    /// Compensated rate of the previous sample, for the angular acceleration.
-    last_rate_rad_s: Option<Vector3<f32>>,
-    square_force_m2_s4: f32,
-    /// Specific force of the last sample, and its temperature over the effects' reference.
-    last_force_m_s2: Vector3<f32>,
-    last_warming_k: f32,
-    /// Effects taken out of the readings before the attitude filter.
-    attitude_effects: ActiveEffects,
+    checks: ReadingChecks,
+    corrector: Corrector,
     /// Readings of the last sample, for surveys.
     calibrated: Calibrated,
 }
@@ -88,20 +79,19 @@ impl Session {
         last_valid_us: 0,
         last_raw_rad_s: [0.0; 3],
         unread_s: 0.0,
-        staleness: BySensor { gyro: Staleness::zero(), accel: Staleness::zero(), mag: Staleness::zero() },
-        gyro_rails: [Rail::zero(); 3],
-        last_rate_rad_s: None,
-        square_force_m2_s4: 0.0,
-        last_force_m_s2: Vector3::new(0.0, 0.0, 0.0),
-        last_warming_k: 0.0,
-        attitude_effects: ActiveEffects::none(),
+        checks: ReadingChecks::ZERO,
+        corrector: Corrector::ZERO,
         calibrated: Calibrated::NONE,
     };
 
-    /// A gyro that reads nothing is taken to rest at its factory bias, a force that is not read to be gravity.
+    /// Creates a session before its first sample; a gyro that reads nothing is taken to rest at its factory bias.
     fn new(config: &Config) -> Self {
-        let gravity = config.earth.gravity_m_s2;
-        Self { last_raw_rad_s: config.gyro.b_rad_s, square_force_m2_s4: gravity * gravity, ..Self::ZERO }
+        Self {
+            last_raw_rad_s: config.gyro.b_rad_s,
+            checks: ReadingChecks::new(config),
+            corrector: Corrector::new(config),
+            ..Self::ZERO
+        }
     }
 }
 
@@ -112,7 +102,6 @@ impl Probe {
         Self {
             configured: false,
             config: Config::UNSET,
-            samples_per_second: 0,
             library: None,
             next_library: None,
             session: Session::ZERO,
@@ -130,7 +119,6 @@ impl Probe {
     pub fn configure(&mut self, config: &Config) -> Result<(), ConfigError> {
         config.validate()?;
         self.config = *config;
-        self.samples_per_second = 1_000_000_u32.checked_div(config.sample_period_us).unwrap_or(0);
         self.library = self.next_library;
         self.session = Session::new(config);
         self.identifier.configure(config, self.library());
@@ -150,7 +138,7 @@ impl Probe {
             return None;
         }
         let mut sample = sample.sanitised();
-        self.mark_clipped(&mut sample);
+        self.session.checks.mark_clipped(&mut sample, &self.config.full_scale);
         let first = self.session.counters.samples == 0;
         if !first && sample.t_us <= self.session.last_us {
             count(&mut self.session.counters.out_of_order);
@@ -171,28 +159,20 @@ impl Probe {
 
         self.take_effect(sample.t_us);
         let mut flags = self.flags(&sample);
-        let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
-        if !missing {
+        if !sample.flags.contains(SampleFlags::GYRO_MISSING) {
             self.session.last_raw_rad_s = sample.gyro_rad_s;
         }
         let raw = Vector3::from(self.session.last_raw_rad_s) - self.filter.earth_rate_rad_s();
-        let gyro = if missing {
-            Reading::Missing
-        } else if sample.flags.contains(SampleFlags::GYRO_CLIPPED) || self.is_stale(Sensor::Gyro) {
-            Reading::Unusable
-        } else {
-            Reading::Usable(raw)
-        };
-        let accel = self.vector(Sensor::Accelerometer, &self.config.accel, &sample);
-        let mag = self.vector(Sensor::Magnetometer, &self.config.mag, &sample);
-        let [accel, mut mag] = self.at_gyro_time([accel, mag], &raw, step_us as f32 * 1e-6);
-        self.watch(sample.t_us, [gyro, accel], &mut mag);
         let compensated = self.identifier.flown().compensate(raw.into());
-        let before = self.session.last_rate_rad_s.unwrap_or(compensated);
-        let moment = self.corrected(&sample, &compensated, [accel, mag], step_us as f32 * 1e-6);
-        let rate = moment.rate_rad_s;
-
         let step_s = step_us as f32 * 1e-6;
+        let gyro = self.session.checks.rate(raw, &sample);
+        let [accel, mag] = self.vectors(&sample, &compensated, step_s);
+        let mag = self.without_magnets(sample.t_us, [gyro, accel, mag]);
+        let before = self.session.corrector.last_rate_or(compensated);
+        let library = self.library();
+        let corrected = self.session.corrector.correct(library, &sample, &compensated, [accel, mag], step_s);
+        let rate = corrected.rate_rad_s;
+
         if gap {
             self.filter.gap(step_s);
             flags.insert(AttitudeFlags::AFTER_GAP);
@@ -211,9 +191,10 @@ impl Probe {
             self.session.unread_s += step_s;
             self.filter.unread(step_s, self.session.unread_s);
         }
-        let if_good = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Usable(_)).then_some(v);
-        self.filter.observe(if_good(&accel, moment.force_m_s2).as_ref(), if_good(&mag, moment.field_ut).as_ref());
-        self.session.calibrated = Calibrated::of(&sample, [gyro, accel, mag], &moment);
+        let if_usable = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Usable(_)).then_some(v);
+        self.filter
+            .observe(if_usable(&accel, corrected.force_m_s2).as_ref(), if_usable(&mag, corrected.field_ut).as_ref());
+        self.session.calibrated = Calibrated::of(&sample, [gyro, accel, mag], &corrected);
         let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         let warming_k = is_warm.then_some(sample.temperature_c - REFERENCE_TEMPERATURE_C);
         // Uncorrected: the estimator takes out by itself what it has found.
@@ -230,6 +211,77 @@ impl Probe {
         };
         self.session.last_valid_us = t_us;
         Some(Output { t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
+    }
+
+    /// Lets an update that is due take effect before a sample is compensated: the gyro model, and the effects
+    /// with it.
+    fn take_effect(&mut self, t_us: u64) {
+        let before = self.session.corrector.model_here(self.identifier.flown(), self.library());
+        let Some(taken) = self.identifier.take_effect(t_us, &self.config) else { return };
+        if taken.effects {
+            self.session.corrector.effects = self.effects().of_attitude(self.library());
+        }
+        if taken.is_window || self.mag_delay_sigma_s().is_none() {
+            // A heading must not depend yet on a delay found a moment ago.
+            self.filter.mag_delay_known(self.mag_delay_sigma_s());
+        }
+        if taken.of_field {
+            self.filter.field_changed();
+        }
+        let after = self.session.corrector.model_here(self.identifier.flown(), self.library());
+        self.filter.model_changed(&before, &after, &taken.sigma);
+    }
+
+    /// Counts the sample's faults and translates them into the attitude's flags.
+    fn flags(&mut self, sample: &Sample) -> AttitudeFlags {
+        let clipped = SampleFlags::GYRO_CLIPPED | SampleFlags::ACCEL_CLIPPED | SampleFlags::MAG_CLIPPED;
+        let mut flags = AttitudeFlags::empty();
+        if sample.flags.intersects(clipped) {
+            count(&mut self.session.counters.clipped);
+        }
+        if sample.flags.contains(SampleFlags::GYRO_MISSING) {
+            count(&mut self.session.counters.gyro_missing);
+            flags.insert(AttitudeFlags::GYRO_HELD);
+        }
+        flags.set(AttitudeFlags::GYRO_CLIPPED, sample.flags.contains(SampleFlags::GYRO_CLIPPED));
+        flags.set(AttitudeFlags::FAULT, sample.flags.contains(SampleFlags::FAULT));
+        flags.set(AttitudeFlags::FROZEN_SENSOR, self.session.checks.update(sample));
+        flags
+    }
+
+    /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time; `rate` is
+    /// compensated.
+    fn vectors(&self, sample: &Sample, rate: &Vector3<f32>, step_s: f32) -> [Reading; 2] {
+        let Session { checks, corrector, .. } = &self.session;
+        let accel = checks.vector(Sensor::Accelerometer, &self.config.accel, sample);
+        let mag = checks.vector(Sensor::Magnetometer, &self.config.mag, sample);
+        let [accel_s, mag_s] = self.config.latency.behind_gyro_s();
+        if accel_s == 0.0 && mag_s == 0.0 {
+            return [accel, mag];
+        }
+        let acceleration = corrector.acceleration_rad_s2(rate, step_s);
+        let rate = rate - self.filter.residual_bias_rad_s();
+        [(accel, accel_s), (mag, mag_s)]
+            .map(|(reading, behind_s)| at_gyro_time(reading, behind_s, &rate, &acceleration))
+    }
+
+    /// Returns the field less that of a magnet on the probe; the field is missing while the magnet is
+    /// undecided.
+    fn without_magnets(&mut self, t_us: u64, readings: [Reading; 3]) -> Reading {
+        let [.., mag] = readings;
+        if !self.config.effects {
+            return mag;
+        }
+        self.watch.push(t_us, readings);
+        match (mag, self.watch.field_use()) {
+            (Reading::Usable(field), FieldUse::Less(offset)) => Reading::Usable(field - offset),
+            (_, FieldUse::Withheld) => Reading::Missing,
+            _ => mag,
+        }
+    }
+
+    fn mag_delay_sigma_s(&self) -> Option<f32> {
+        mag_delay_sigma_s(self.effects(), self.library(), &self.config.latency)
     }
 
     /// Does about `budget` units of identification work (a unit is some 300 instructions; the last piece may
@@ -262,7 +314,7 @@ impl Probe {
     /// Budget for [`Probe::poll`] after each sample with which every result is ready when it is due.
     #[must_use]
     pub const fn poll_budget(&self) -> u32 {
-        match WORK_UNITS_PER_SECOND.checked_div(self.samples_per_second) {
+        match WORK_UNITS_PER_SECOND.checked_div(self.session.checks.samples_per_second()) {
             Some(units) => units,
             None => 0,
         }

@@ -33,7 +33,7 @@ impl Probe {
         }
         self.may_restore(model)?;
         self.identifier.restore(&model.gyro, &model.sigma, &model.effects);
-        self.session.attitude_effects = self.effects().of_attitude(self.library());
+        self.session.corrector.effects = self.effects().of_attitude(self.library());
         self.filter.mag_delay_known(self.mag_delay_sigma_s());
         if model.gyro.p != self.config.gyro.p {
             // P is known as well as when it was stored, plus its drift. A bias changes at every start: it is

@@ -14,9 +14,9 @@ pub(super) struct Calibrated {
     force_m_s2: [f32; 3],
     /// Field corrected by the effects that were found, microtesla.
     field_ut: [f32; 3],
-    gyro_good: bool,
-    accel_good: bool,
-    mag_good: bool,
+    gyro_usable: bool,
+    accel_usable: bool,
+    mag_usable: bool,
     accel_clipped: bool,
 }
 
@@ -25,20 +25,20 @@ impl Calibrated {
     pub(super) const NONE: Self = Self {
         force_m_s2: [0.0; 3],
         field_ut: [0.0; 3],
-        gyro_good: false,
-        accel_good: false,
-        mag_good: false,
+        gyro_usable: false,
+        accel_usable: false,
+        mag_usable: false,
         accel_clipped: false,
     };
 
-    pub(super) fn of(sample: &Sample, [gyro, accel, mag]: [Reading; 3], moment: &Snapshot) -> Self {
-        let good = |reading| matches!(reading, Reading::Usable(_));
+    pub(super) fn of(sample: &Sample, [gyro, accel, mag]: [Reading; 3], corrected: &Snapshot) -> Self {
+        let usable = |reading| matches!(reading, Reading::Usable(_));
         Self {
-            force_m_s2: moment.force_m_s2.into(),
-            field_ut: moment.field_ut.into(),
-            gyro_good: good(gyro),
-            accel_good: good(accel),
-            mag_good: good(mag),
+            force_m_s2: corrected.force_m_s2.into(),
+            field_ut: corrected.field_ut.into(),
+            gyro_usable: usable(gyro),
+            accel_usable: usable(accel),
+            mag_usable: usable(mag),
             accel_clipped: sample.flags.contains(SampleFlags::ACCEL_CLIPPED),
         }
     }
@@ -55,9 +55,9 @@ impl Probe {
         let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         SurveyInput {
             t_us: sample.t_us,
-            rate_rad_s: kept.gyro_good.then(|| rate.into()),
-            force_m_s2: kept.accel_good.then_some(kept.force_m_s2),
-            field_ut: kept.mag_good.then_some(kept.field_ut),
+            rate_rad_s: kept.gyro_usable.then(|| rate.into()),
+            force_m_s2: kept.accel_usable.then_some(kept.force_m_s2),
+            field_ut: kept.mag_usable.then_some(kept.field_ut),
             raw_accel_m_s2: sample.accel_m_s2,
             raw_mag_ut: sample.mag_ut,
             accel_clipped: kept.accel_clipped,

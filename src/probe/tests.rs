@@ -4,7 +4,7 @@ extern crate std;
 
 use super::*;
 use crate::{
-    compensation::{FoundEffect, effects},
+    compensation::{ActiveEffects, FoundEffect, effects},
     config::{IdentificationConfig, Latency, Motion},
     identification::Decision,
 };

@@ -1,11 +1,12 @@
 //! Checks of a sample's readings: missing, clipped, stale or dead ones are not used.
 
-use super::{Probe, output::count};
+use super::{rail::Rail, staleness::Staleness};
 use crate::{
-    attitude::AttitudeFlags,
     compensation::VectorModel,
+    config::{Config, FullScale},
     sample::{Reading, Sample, SampleFlags, Sensor},
 };
+use nalgebra::Vector3;
 
 /// Share of full scale at which a reading counts as clipped. Data sheets round full scales, and a saturated
 /// 16-bit word can stand for as little as 99.9 % of them (2,000 deg/s at 16.4 LSB per deg/s saturate at
@@ -22,14 +23,14 @@ const STALE_INERTIAL_PART: u32 = 20;
 const STALE_MAG_PART: u32 = 4;
 
 /// A value for each of the three vector sensors.
-pub(super) struct BySensor<T> {
-    pub gyro: T,
-    pub accel: T,
-    pub mag: T,
+struct BySensor<T> {
+    gyro: T,
+    accel: T,
+    mag: T,
 }
 
 impl<T> BySensor<T> {
-    pub const fn of(&self, sensor: Sensor) -> &T {
+    const fn of(&self, sensor: Sensor) -> &T {
         match sensor {
             Sensor::Gyro => &self.gyro,
             Sensor::Accelerometer => &self.accel,
@@ -37,7 +38,7 @@ impl<T> BySensor<T> {
         }
     }
 
-    pub const fn of_mut(&mut self, sensor: Sensor) -> &mut T {
+    const fn of_mut(&mut self, sensor: Sensor) -> &mut T {
         match sensor {
             Sensor::Gyro => &mut self.gyro,
             Sensor::Accelerometer => &mut self.accel,
@@ -46,13 +47,41 @@ impl<T> BySensor<T> {
     }
 }
 
-impl Probe {
+/// Checks of readings against full scales, rails, repeats and dead axes.
+pub(super) struct ReadingChecks {
+    samples_per_second: u32,
+    /// Rate below which a gyro that repeats itself may rest, rad/s.
+    still_rad_s: f32,
+    staleness: BySensor<Staleness>,
+    gyro_rails: [Rail; 3],
+}
+
+impl ReadingChecks {
+    /// All zero, for a static.
+    pub const ZERO: Self = Self {
+        samples_per_second: 0,
+        still_rad_s: 0.0,
+        staleness: BySensor { gyro: Staleness::zero(), accel: Staleness::zero(), mag: Staleness::zero() },
+        gyro_rails: [Rail::zero(); 3],
+    };
+
+    pub fn new(config: &Config) -> Self {
+        Self {
+            samples_per_second: 1_000_000_u32.checked_div(config.sample_period_us).unwrap_or(0),
+            still_rad_s: config.identification.max_bias_rad_s,
+            ..Self::ZERO
+        }
+    }
+
+    pub const fn samples_per_second(&self) -> u32 {
+        self.samples_per_second
+    }
+
     /// Flags the sensors of a sample that are at full scale, and a gyro that is at its rail.
-    pub(super) fn mark_clipped(&mut self, sample: &mut Sample) {
-        let full_scale = &self.config.full_scale;
+    pub fn mark_clipped(&mut self, sample: &mut Sample, full_scale: &FullScale) {
         let limits = BySensor { gyro: full_scale.gyro_rad_s, accel: full_scale.accel_m_s2, mag: full_scale.mag_ut };
         let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
-        let rails = self.session.gyro_rails.iter_mut().zip(sample.gyro_rad_s);
+        let rails = self.gyro_rails.iter_mut().zip(sample.gyro_rad_s);
         if !missing && rails.fold(false, |railed, (rail, x)| rail.observe(x) || railed) {
             sample.flags.insert(SampleFlags::GYRO_CLIPPED);
         }
@@ -65,49 +94,47 @@ impl Probe {
         }
     }
 
-    /// Counts the sample's faults and translates them into the attitude's flags.
-    pub(super) fn flags(&mut self, sample: &Sample) -> AttitudeFlags {
-        let clipped = SampleFlags::GYRO_CLIPPED | SampleFlags::ACCEL_CLIPPED | SampleFlags::MAG_CLIPPED;
-        let mut flags = AttitudeFlags::empty();
-        if sample.flags.intersects(clipped) {
-            count(&mut self.session.counters.clipped);
-        }
-        if sample.flags.contains(SampleFlags::GYRO_MISSING) {
-            count(&mut self.session.counters.gyro_missing);
-            flags.insert(AttitudeFlags::GYRO_HELD);
-        }
-        flags.set(AttitudeFlags::GYRO_CLIPPED, sample.flags.contains(SampleFlags::GYRO_CLIPPED));
-        flags.set(AttitudeFlags::FAULT, sample.flags.contains(SampleFlags::FAULT));
-        let limit = self.config.identification.max_bias_rad_s;
-        let turning = sample.gyro_rad_s.iter().any(|rate| libm::fabsf(*rate) >= limit);
+    /// Takes a sample's readings. Returns true if one of its sensors has repeated itself for a second.
+    pub fn update(&mut self, sample: &Sample) -> bool {
+        let turning = sample.gyro_rad_s.iter().any(|rate| libm::fabsf(*rate) >= self.still_rad_s);
+        let mut frozen = false;
         for sensor in Sensor::ALL {
             if !sample.flags.contains(SampleFlags::missing(sensor)) {
-                let staleness = self.session.staleness.of_mut(sensor);
+                let staleness = self.staleness.of_mut(sensor);
                 staleness.observe(sample.vector(sensor), turning);
-                if staleness.same > self.samples_per_second {
-                    flags.insert(AttitudeFlags::FROZEN_SENSOR);
-                }
+                frozen |= staleness.same > self.samples_per_second;
             }
         }
-        flags
+        frozen
     }
 
     /// Returns true if a sensor has repeated its reading for its part of a second.
-    pub(super) fn is_stale(&self, sensor: Sensor) -> bool {
-        let staleness = self.session.staleness.of(sensor);
+    fn is_stale(&self, sensor: Sensor) -> bool {
+        let staleness = self.staleness.of(sensor);
         let part = match sensor {
-            Sensor::Gyro if staleness.is_still(self.config.identification.max_bias_rad_s) => 1,
+            Sensor::Gyro if staleness.is_still(self.still_rad_s) => 1,
             Sensor::Gyro | Sensor::Accelerometer => STALE_INERTIAL_PART,
             Sensor::Magnetometer => STALE_MAG_PART,
         };
         staleness.same > self.samples_per_second.checked_div(part).unwrap_or(0)
     }
 
-    /// Returns the calibrated reading of a vector sensor. A stale reading, one with a dead axis, or exact
-    /// zeros are not used.
-    pub(super) fn vector(&self, sensor: Sensor, model: &VectorModel, sample: &Sample) -> Reading {
+    /// Returns the gyro's reading with this raw rate, rad/s. A clipped or stale one is unusable.
+    pub fn rate(&self, raw_rad_s: Vector3<f32>, sample: &Sample) -> Reading {
+        if sample.flags.contains(SampleFlags::GYRO_MISSING) {
+            Reading::Missing
+        } else if sample.flags.contains(SampleFlags::GYRO_CLIPPED) || self.is_stale(Sensor::Gyro) {
+            Reading::Unusable
+        } else {
+            Reading::Usable(raw_rad_s)
+        }
+    }
+
+    /// Returns the calibrated reading of a vector sensor. A clipped or stale one, or one with a dead axis, is
+    /// unusable; exact zeros are no reading.
+    pub fn vector(&self, sensor: Sensor, model: &VectorModel, sample: &Sample) -> Reading {
         let raw = sample.vector(sensor);
-        let is_dead = || self.session.staleness.of(sensor).has_dead_axis();
+        let is_dead = || self.staleness.of(sensor).has_dead_axis();
         if sample.flags.contains(SampleFlags::missing(sensor)) || raw == [0.0; 3] {
             Reading::Missing
         } else if sample.flags.contains(SampleFlags::clipped(sensor)) || self.is_stale(sensor) || is_dead() {
