@@ -71,50 +71,50 @@ impl ActiveEffects {
 
     /// Takes the effects out of one instant's readings, the gyro's first, because the other terms depend on
     /// the rate.
-    pub fn correct(&self, library: &[&dyn Effect], moment: &mut Snapshot) {
+    pub fn correct(&self, library: &[&dyn Effect], snapshot: &mut Snapshot) {
         if self.is_empty() {
             return;
         }
-        self.correct_rate(library, moment);
-        self.correct_vectors(library, moment);
+        self.correct_rate(library, snapshot);
+        self.correct_vectors(library, snapshot);
         let delay_s = self.gyro_delay_s(library);
         if delay_s != 0.0 {
-            let turn = moment.rate_rad_s * delay_s;
-            moment.force_m_s2 += turn.cross(&moment.force_m_s2);
-            moment.field_ut += turn.cross(&moment.field_ut);
+            let turn = snapshot.rate_rad_s * delay_s;
+            snapshot.force_m_s2 += turn.cross(&snapshot.force_m_s2);
+            snapshot.field_ut += turn.cross(&snapshot.field_ut);
         }
     }
 
     /// Takes the gyro's effects out of the rate.
-    pub(crate) fn correct_rate(&self, library: &[&dyn Effect], moment: &mut Snapshot) {
-        moment.rate_rad_s -= self.sum(library, Sensor::Gyro, moment);
+    pub(crate) fn correct_rate(&self, library: &[&dyn Effect], snapshot: &mut Snapshot) {
+        snapshot.rate_rad_s -= self.sum(library, Sensor::Gyro, snapshot);
     }
 
     /// Takes the effects of accelerometer and magnetometer out of their vectors. Terms that do not depend on
     /// the vector go first: they do not lag. The other terms are evaluated halfway between the remaining
     /// reading and the truth, which takes a lag out to second order: to 1e-4 at 15 ms and 300 deg/s.
-    pub(crate) fn correct_vectors(&self, library: &[&dyn Effect], moment: &mut Snapshot) {
+    pub(crate) fn correct_vectors(&self, library: &[&dyn Effect], snapshot: &mut Snapshot) {
         if self.is_empty() {
             return;
         }
-        let read = [moment.force_m_s2, moment.field_ut];
+        let read = [snapshot.force_m_s2, snapshot.field_ut];
         let added_to = |[force_m_s2, field_ut]: [Vector3<f32>; 2]| {
-            let moment = Snapshot { force_m_s2, field_ut, ..*moment };
-            [Sensor::Accelerometer, Sensor::Magnetometer].map(|sensor| self.sum(library, sensor, &moment))
+            let snapshot = Snapshot { force_m_s2, field_ut, ..*snapshot };
+            [Sensor::Accelerometer, Sensor::Magnetometer].map(|sensor| self.sum(library, sensor, &snapshot))
         };
         let less = |[a, b]: [Vector3<f32>; 2], [x, y]: [Vector3<f32>; 2], share: f32| [a - x * share, b - y * share];
         let constant = added_to([Vector3::zeros(); 2]);
         let left = less(read, constant, 1.0);
         let halfway = less(left, less(added_to(left), constant, 1.0), 0.5);
-        [moment.force_m_s2, moment.field_ut] = less(read, added_to(halfway), 1.0);
+        [snapshot.force_m_s2, snapshot.field_ut] = less(read, added_to(halfway), 1.0);
     }
 
     /// Sum of what the effects of one sensor add to its reading; a delay of the whole gyro adds nothing.
-    fn sum(&self, library: &[&dyn Effect], sensor: Sensor, moment: &Snapshot) -> Vector3<f32> {
+    fn sum(&self, library: &[&dyn Effect], sensor: Sensor, snapshot: &Snapshot) -> Vector3<f32> {
         self.iter().fold(Vector3::zeros(), |sum, found| {
             let effect = library.get(usize::from(found.index)).filter(|effect| effect.sensor() == sensor);
             match effect.filter(|effect| effect.gyro_delay_s(&found.parameters) == 0.0) {
-                Some(effect) => sum + contribution(*effect, &found.parameters, moment),
+                Some(effect) => sum + contribution(*effect, &found.parameters, snapshot),
                 None => sum,
             }
         })
@@ -151,7 +151,7 @@ impl<'de> serde::Deserialize<'de> for ActiveEffects {
 }
 
 /// Sum of the terms that one effect with these parameters adds to its sensor's reading.
-fn contribution(effect: &dyn Effect, parameters: &[f32; MAX_PARAMETERS], moment: &Snapshot) -> Vector3<f32> {
+fn contribution(effect: &dyn Effect, parameters: &[f32; MAX_PARAMETERS], snapshot: &Snapshot) -> Vector3<f32> {
     let terms = parameters.iter().enumerate().take(effect.parameters().len());
-    terms.fold(Vector3::zeros(), |sum, (k, x)| if *x == 0.0 { sum } else { sum + effect.term(k, moment) * *x })
+    terms.fold(Vector3::zeros(), |sum, (k, x)| if *x == 0.0 { sum } else { sum + effect.term(k, snapshot) * *x })
 }

@@ -65,16 +65,13 @@ enum State {
 /// predicting. The field is withheld until their likelihoods decide. A constant offset present from the start
 /// belongs to the null hypothesis.
 pub(crate) struct HardIronWatch {
+    settings: WatchSettings,
     state: State,
     prior: FieldPrior,
     noise: FieldNoise,
-    period_us: u32,
-    grid: Grid,
     accumulator: Accumulator,
     nodes: FieldNodes,
     rests: RestDetector,
-    rest_limits: RestLimits,
-    bias_walk_rad_s_rts: f32,
     /// Bias from rests, and the time of the latest rest.
     rest_bias: Option<RestBias>,
     rest_us: u64,
@@ -88,23 +85,49 @@ pub(crate) struct HardIronWatch {
     /// Consecutive nodes within one in a thousand, at most [`STEADY_NODES`].
     calm: u8,
     suspicion: Suspicion,
-    freeze_us: u64,
     offsets: Offsets,
+}
+
+/// Configuration of the watch.
+#[derive(Clone, Copy)]
+struct WatchSettings {
+    period_us: u32,
+    grid: Grid,
+    rest_limits: RestLimits,
+    /// Time from which no new offset is learnt.
+    freeze_us: u64,
+}
+
+impl WatchSettings {
+    /// All zero, for a static.
+    const ZERO: Self = Self {
+        period_us: 0,
+        grid: Grid::zero(),
+        rest_limits: RestLimits { deviation_rad_s: 0.0, bias_rad_s: 0.0 },
+        freeze_us: 0,
+    };
+
+    fn new(config: &Config) -> Self {
+        let id = &config.identification;
+        Self {
+            period_us: config.sample_period_us,
+            grid: Grid::new(config.sample_period_us),
+            rest_limits: RestLimits { deviation_rad_s: id.rest_gyro_deviation_rad_s, bias_rad_s: id.max_bias_rad_s },
+            freeze_us: config.freeze_at_us.unwrap_or(u64::MAX),
+        }
+    }
 }
 
 impl HardIronWatch {
     pub const fn zero() -> Self {
         Self {
+            settings: WatchSettings::ZERO,
             state: State::Waiting,
             prior: FieldPrior::zero(),
             noise: FieldNoise::zero(),
-            period_us: 0,
-            grid: Grid::zero(),
             accumulator: Accumulator::zero(),
             nodes: FieldNodes::zero(),
             rests: RestDetector::zero(),
-            rest_limits: RestLimits { deviation_rad_s: 0.0, bias_rad_s: 0.0 },
-            bias_walk_rad_s_rts: 0.0,
             rest_bias: None,
             rest_us: 0,
             tracked: FieldFilter::zero(),
@@ -114,14 +137,15 @@ impl HardIronWatch {
             unlikely: 0,
             calm: 0,
             suspicion: Suspicion::new(0, false),
-            freeze_us: 0,
             offsets: Offsets::zero(),
         }
     }
 
+    /// Starts anew from a configuration.
     pub fn configure(&mut self, config: &Config) {
         let (id, attitude) = (&config.identification, &config.attitude);
         *self = Self::zero();
+        self.settings = WatchSettings::new(config);
         self.prior = FieldPrior {
             diagonal: id.prior_sigma_diagonal,
             off_diagonal: id.prior_sigma_off_diagonal,
@@ -132,24 +156,21 @@ impl HardIronWatch {
             bias_walk_rad_s_rts: attitude.gyro_bias_walk_rad_s_rts,
         };
         self.noise = FieldNoise::new(attitude.mag_sigma_rad, attitude.gyro_noise_rad_s_rthz, id.max_bias_rad_s);
-        self.period_us = config.sample_period_us;
-        self.grid = Grid::new(config.sample_period_us);
-        self.rest_limits = RestLimits { deviation_rad_s: id.rest_gyro_deviation_rad_s, bias_rad_s: id.max_bias_rad_s };
-        self.bias_walk_rad_s_rts = attitude.gyro_bias_walk_rad_s_rts;
-        self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
         self.nodes.start(config.gyro.p_matrix(), Vector3::from(config.gyro.b_rad_s));
     }
 
     /// Starts at the first sample.
     pub fn start(&mut self, t_us: u64) {
-        self.accumulator.start(t_us, self.grid, self.period_us);
-        self.rests.start(self.period_us);
+        let WatchSettings { grid, period_us, .. } = self.settings;
+        self.accumulator.start(t_us, grid, period_us);
+        self.rests.start(period_us);
     }
 
     /// Restarts after a gap: the gyro's frame is lost, the body-fixed offset is not.
     pub fn gap(&mut self, t_us: u64) {
-        self.accumulator.start(t_us, self.grid, self.period_us);
-        self.rests.start(self.period_us);
+        let WatchSettings { grid, period_us, .. } = self.settings;
+        self.accumulator.start(t_us, grid, period_us);
+        self.rests.start(period_us);
         self.nodes.interrupt();
         if self.state == State::Undecided {
             self.conclude(Verdict::Untold);
@@ -174,20 +195,20 @@ impl HardIronWatch {
 
     /// Takes one sample: raw rate, calibrated specific force and field, uncorrected by effects.
     pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3]) {
-        if let Some(Some(rest)) = self.rests.push(rate, force, field, &self.rest_limits) {
+        if let Some(Some(rest)) = self.rests.push(rate, force, field, &self.settings.rest_limits) {
             let since_s = t_us.saturating_sub(self.rest_us) as f32 * 1e-6;
-            let before = self.rest_bias.map(|bias| bias.aged(since_s, self.bias_walk_rad_s_rts));
+            let before = self.rest_bias.map(|bias| bias.predicted(since_s, self.prior.bias_walk_rad_s_rts));
             let bias = before.map_or(RestBias::from_rest(&rest), |bias| bias.updated(&rest));
             (self.rest_bias, self.rest_us) = (Some(bias), t_us);
             self.rest(&bias);
         }
-        if t_us >= self.freeze_us {
+        if t_us >= self.settings.freeze_us {
             self.offsets.freeze();
         }
-        while let Some(increment) = self.accumulator.close_before(t_us, self.grid) {
-            if let Some(node) = self.nodes.push(&increment, self.grid.interval_s(), NODE_S) {
+        while let Some(increment) = self.accumulator.close_before(t_us, self.settings.grid) {
+            if let Some(node) = self.nodes.push(&increment, self.settings.grid.interval_s(), NODE_S) {
                 // A node is valid at its middle.
-                self.take(t_us.saturating_sub((0.5e6 * node.time_s) as u64), &node);
+                self.update(t_us.saturating_sub((0.5e6 * node.time_s) as u64), &node);
             }
         }
         self.accumulator.add(rate, field);
@@ -223,7 +244,7 @@ impl HardIronWatch {
         self.noise.error_ut(self.field_ut())
     }
 
-    fn take(&mut self, t_us: u64, node: &FieldNode) {
+    fn update(&mut self, t_us: u64, node: &FieldNode) {
         self.noise.turn(node);
         self.turned_rad = at_most(self.turned_rad + node.angle_rad, TOLD_RAD);
         if self.state == State::Waiting {

@@ -21,7 +21,7 @@ impl RestBias {
     }
 
     /// Predicts over `seconds` of a bias random walk, rad/s per root second.
-    pub fn aged(mut self, seconds: f32, walk_rad_s_rts: f32) -> Self {
+    pub fn predicted(mut self, seconds: f32, walk_rad_s_rts: f32) -> Self {
         self.variance += walk_rad_s_rts * walk_rad_s_rts * seconds;
         self
     }
@@ -60,6 +60,6 @@ mod tests {
         let both = first.updated(&rest(0.02));
         assert!((both.rate.x - 0.015).abs() < 1e-6);
         assert!((both.variance / first.variance - 0.5).abs() < 1e-3);
-        assert!(both.aged(100.0, 2e-5).variance > both.variance);
+        assert!(both.predicted(100.0, 2e-5).variance > both.variance);
     }
 }

@@ -23,8 +23,8 @@ impl Effect for AccelLag {
         &PARAMETERS
     }
 
-    fn term(&self, _: usize, moment: &Snapshot) -> Vector3<f32> {
-        moment.rate_rad_s.cross(&moment.force_m_s2)
+    fn term(&self, _: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        snapshot.rate_rad_s.cross(&snapshot.force_m_s2)
     }
 
     fn nuisance(&self) -> Option<Range<usize>> {

@@ -42,8 +42,8 @@ impl Effect for AccelScale {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Snapshot) -> Vector3<f32> {
-        let f = &moment.force_m_s2;
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        let f = &snapshot.force_m_s2;
         match k {
             0..3 => axis(k) * component(f, k),
             3 => Vector3::new(f.y, f.x, 0.0),

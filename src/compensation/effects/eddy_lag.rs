@@ -23,8 +23,8 @@ impl Effect for EddyLag {
         &PARAMETERS
     }
 
-    fn term(&self, _: usize, moment: &Snapshot) -> Vector3<f32> {
-        let Snapshot { rate_rad_s: w, field_ut: m, .. } = moment;
+    fn term(&self, _: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        let Snapshot { rate_rad_s: w, field_ut: m, .. } = snapshot;
         Vector3::new(-w.z * m.y, w.z * m.x, 0.0)
     }
 

@@ -41,8 +41,8 @@ impl Effect for GSensitivity {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Snapshot) -> Vector3<f32> {
-        axis(k / 3) * component(&moment.force_m_s2, k % 3)
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k / 3) * component(&snapshot.force_m_s2, k % 3)
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -25,8 +25,8 @@ impl Effect for GyroBiasTemperature {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Snapshot) -> Vector3<f32> {
-        axis(k) * moment.warming_k
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k) * snapshot.warming_k
     }
 
     fn aliases(&self) -> &'static [&'static str] {

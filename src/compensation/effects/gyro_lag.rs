@@ -23,8 +23,8 @@ impl Effect for GyroLag {
         &PARAMETERS
     }
 
-    fn term(&self, _: usize, moment: &Snapshot) -> Vector3<f32> {
-        -moment.acceleration_rad_s2
+    fn term(&self, _: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        -snapshot.acceleration_rad_s2
     }
 
     fn gyro_delay_s(&self, [lag_s, ..]: &[f32; MAX_PARAMETERS]) -> f32 {

@@ -24,8 +24,8 @@ impl Effect for GyroScaleAsymmetry {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Snapshot) -> Vector3<f32> {
-        axis(k) * libm::fabsf(component(&moment.rate_rad_s, k))
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k) * libm::fabsf(component(&snapshot.rate_rad_s, k))
     }
 
     fn aliases(&self) -> &'static [&'static str] {

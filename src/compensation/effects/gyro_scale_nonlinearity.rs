@@ -25,8 +25,8 @@ impl Effect for GyroScaleNonlinearity {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Snapshot) -> Vector3<f32> {
-        let rate = component(&moment.rate_rad_s, k);
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        let rate = component(&snapshot.rate_rad_s, k);
         axis(k) * (rate * rate * rate)
     }
 

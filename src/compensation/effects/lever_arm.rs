@@ -27,10 +27,10 @@ impl Effect for LeverArm {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Snapshot) -> Vector3<f32> {
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
         let arm = axis(k);
-        let w = &moment.rate_rad_s;
-        w.cross(&w.cross(&arm)) + moment.acceleration_rad_s2.cross(&arm)
+        let w = &snapshot.rate_rad_s;
+        w.cross(&w.cross(&arm)) + snapshot.acceleration_rad_s2.cross(&arm)
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -24,8 +24,8 @@ impl Effect for MagLag {
         &PARAMETERS
     }
 
-    fn term(&self, _: usize, moment: &Snapshot) -> Vector3<f32> {
-        moment.rate_rad_s.cross(&moment.field_ut)
+    fn term(&self, _: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        snapshot.rate_rad_s.cross(&snapshot.field_ut)
     }
 
     fn nuisance(&self) -> Option<Range<usize>> {

@@ -46,8 +46,8 @@ impl Effect for SoftIron {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Snapshot) -> Vector3<f32> {
-        let m = &moment.field_ut;
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        let m = &snapshot.field_ut;
         match k {
             0 => Vector3::new(m.x, -m.y, 0.0),
             1 => Vector3::new(m.x, m.y, -2.0 * m.z) * ROOT,

@@ -38,8 +38,8 @@ impl Effect for VibrationRectification {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Snapshot) -> Vector3<f32> {
-        axis(k) * moment.square_force_m2_s4
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k) * snapshot.square_force_m2_s4
     }
 
     fn aliases(&self) -> &'static [&'static str] {
