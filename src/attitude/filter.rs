@@ -262,7 +262,7 @@ impl AttitudeFilter {
                 force_seen: tilt.force_seen_lately(),
                 timing_variance_s2: sensors.mag_timing_variance_s2,
             };
-            heading.update(state, field, &step, &conditions, settings);
+            heading.field_used = heading.update(state, field, &step, &conditions, settings);
             if heading.field_used {
                 turned_field.agree(field);
             }

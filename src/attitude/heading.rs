@@ -145,19 +145,8 @@ impl Heading {
         state.refresh_rotation();
     }
 
-    /// Updates the heading by a step's mean field; `field_used` tells if the field was used.
+    /// Updates the heading by a step's mean field. Returns true if the field was used.
     pub fn update(
-        &mut self,
-        state: &mut State,
-        field: &Vector3<f32>,
-        step: &FilterStep,
-        conditions: &Conditions<'_>,
-        settings: &Settings,
-    ) {
-        self.field_used = self.uses(state, field, step, conditions, settings);
-    }
-
-    fn uses(
         &mut self,
         state: &mut State,
         field: &Vector3<f32>,
