@@ -18,7 +18,7 @@ impl Rail {
     }
 
     /// Takes a reading. Returns true if it is at the rail.
-    pub fn observe(&mut self, x: f32) -> bool {
+    pub fn update(&mut self, x: f32) -> bool {
         let size = libm::fabsf(x);
         if size > self.largest {
             *self = Self { largest: size, repeats: 0 };
@@ -36,12 +36,12 @@ mod tests {
     #[test]
     fn ten_repeats_of_the_largest_reading_are_a_rail_and_no_others() {
         let mut rail = Rail::zero();
-        let seen = (0..15).filter(|_| rail.observe(-4.0)).count();
+        let seen = (0..15).filter(|_| rail.update(-4.0)).count();
         assert_eq!(seen, 5, "the first and nine repeats are not yet one");
-        assert!(!rail.observe(3.9), "below it");
-        assert!(!rail.observe(4.1), "beyond it: it was none");
-        assert!(!rail.observe(4.0));
+        assert!(!rail.update(3.9), "below it");
+        assert!(!rail.update(4.1), "beyond it: it was none");
+        assert!(!rail.update(4.0));
         let mut slow = Rail::zero();
-        assert!((0..100).all(|_| !slow.observe(1.9)), "no gyro's rail is so low");
+        assert!((0..100).all(|_| !slow.update(1.9)), "no gyro's rail is so low");
     }
 }

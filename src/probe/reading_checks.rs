@@ -82,7 +82,7 @@ impl ReadingChecks {
         let limits = BySensor { gyro: full_scale.gyro_rad_s, accel: full_scale.accel_m_s2, mag: full_scale.mag_ut };
         let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
         let rails = self.gyro_rails.iter_mut().zip(sample.gyro_rad_s);
-        if !missing && rails.fold(false, |railed, (rail, x)| rail.observe(x) || railed) {
+        if !missing && rails.fold(false, |railed, (rail, x)| rail.update(x) || railed) {
             sample.flags.insert(SampleFlags::GYRO_CLIPPED);
         }
         for sensor in Sensor::ALL {
@@ -101,7 +101,7 @@ impl ReadingChecks {
         for sensor in Sensor::ALL {
             if !sample.flags.contains(SampleFlags::missing(sensor)) {
                 let staleness = self.staleness.of_mut(sensor);
-                staleness.observe(sample.vector(sensor), turning);
+                staleness.update(sample.vector(sensor), turning);
                 frozen |= staleness.same > self.samples_per_second;
             }
         }

@@ -21,7 +21,7 @@ impl Staleness {
     }
 
     /// Takes a reading; `turning` says that the probe turns.
-    pub fn observe(&mut self, reading: [f32; 3], turning: bool) {
+    pub fn update(&mut self, reading: [f32; 3], turning: bool) {
         let reading = reading.map(f32::to_bits);
         let is_new = reading != self.last;
         for ((repeated, x), last) in self.repeated.iter_mut().zip(reading).zip(self.last) {
@@ -59,7 +59,7 @@ mod tests {
         let mut staleness = Staleness::zero();
         for k in 0..readings {
             let live = f32::from(k / hold) * 0.1 + 1.0;
-            staleness.observe([live, x, -live], turning);
+            staleness.update([live, x, -live], turning);
         }
         staleness.has_dead_axis()
     }
@@ -77,7 +77,7 @@ mod tests {
     fn one_that_changes_is_alive_again() {
         let mut staleness = Staleness::zero();
         let mut is_dead = |reading: [f32; 3], turning| {
-            staleness.observe(reading, turning);
+            staleness.update(reading, turning);
             staleness.has_dead_axis()
         };
         assert!((0..100_u8).any(|k| is_dead([0.3, f32::from(k), 1.0 + f32::from(k)], true)));

@@ -5,13 +5,11 @@ use ism330dhcx_rs::blocking::register::main::{
 
 use super::{
     BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync,
+    st_frames::take_frames,
     st_start::{read_one, reset},
 };
 use crate::{
-    sensors::{
-        BURST_FRAMES, Burst, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData,
-        st_fifo::{StFifo, WORD},
-    },
+    sensors::{Burst, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData, st_fifo::StFifo},
     units::STANDARD_GRAVITY_M_S2,
 };
 
@@ -24,9 +22,6 @@ const RESET_US: u32 = 1_000;
 /// Words in the FIFO's 3 kbytes, without compression.
 #[bisync]
 const FIFO_WORDS: u16 = 512;
-/// Bursts between readings of the thermometer, which puts out 52 a second.
-#[bisync]
-const BURSTS_PER_TEMPERATURE: u8 = 16;
 
 /// Adapter of ST's ISM330DHCX: 208 Hz, 2000 dps, 16 g, through its FIFO, whose watermark is on pin INT1.
 #[derive(Clone, Debug)]
@@ -35,7 +30,6 @@ pub struct Ism330dhcx<B> {
     bus: B,
     watermark_frames: u8,
     fifo: StFifo,
-    bursts: u8,
 }
 
 #[bisync]
@@ -60,7 +54,7 @@ impl<I: I2c> Ism330dhcx<I2cBus<I>> {
 impl<B: BusOperation> Ism330dhcx<B> {
     fn new(bus: B, watermark_frames: u8) -> Self {
         // FIFO_DATA_OUT_TAG: gyro 1, accelerometer 2; bit 0 makes the parity even.
-        Self { bus, watermark_frames: watermark_frames.clamp(1, 127), fifo: StFifo::new(1, 2, true), bursts: 0 }
+        Self { bus, watermark_frames: watermark_frames.clamp(1, 127), fifo: StFifo::new(1, 2, true) }
     }
 
     /// Returns the bus.
@@ -124,7 +118,6 @@ impl<B: BusOperation> Part<2> for Ism330dhcx<B> {
             return Err(StartError::Busy);
         }
         self.fifo.clear();
-        self.bursts = 0;
         self.bus.write_to_register(Reg::Ctrl9Xl as u8, &[Ctrl9Xl::new().with_device_conf(1).into_bits()]).await?;
         self.bus.write_to_register(Reg::Int1Ctrl as u8, &[Int1Ctrl::new().with_int1_fifo_th(1).into_bits()]).await?;
         self.bus.write_to_register(Reg::Ctrl1Xl as u8, &Self::settings()).await?;
@@ -153,22 +146,8 @@ impl<B: BusOperation> Part<2> for Ism330dhcx<B> {
         let high = FifoStatus2::from_bits(high);
         burst.overrun = high.over_run_latched() != 0;
         let level = u16::from_le_bytes([low, high.diff_fifo()]);
-        let mut words = [0; 2 * BURST_FRAMES * WORD];
-        let taken = usize::from(level).min(2 * BURST_FRAMES);
-        if let Some(words) = words.get_mut(..taken * WORD).filter(|words| !words.is_empty()) {
-            if self.bursts == 0 {
-                let mut temperature = [0; 2];
-                self.bus.read_from_register(Reg::OutTempL as u8, &mut temperature).await?;
-                self.fifo.temperature = Some(i16::from_le_bytes(temperature).into());
-            }
-            self.bursts = (self.bursts + 1) % BURSTS_PER_TEMPERATURE;
-            // The address wraps from FIFO_DATA_OUT_Z_H to FIFO_DATA_OUT_TAG: one transaction, however many
-            // words.
-            let read = self.bus.read_from_register(Reg::FifoDataOutTag as u8, words).await;
-            read.inspect_err(|_| self.fifo.interrupted())?;
-            self.fifo.take(words, level - taken as u16, burst);
-        }
-        Ok(())
+        let registers = [Reg::OutTempL as u8, Reg::FifoDataOutTag as u8];
+        take_frames(&mut self.bus, &mut self.fifo, level, registers, burst).await
     }
 
     async fn is_configured(&mut self) -> Result<bool, B::Error> {

@@ -5,13 +5,13 @@ use lsm6dsv320x_rs::blocking::register::main::{
 
 use super::{
     BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync,
+    st_frames::take_frames,
     st_start::{read_one, reset},
 };
 use crate::{
     sensors::{
-        BURST_FRAMES, Burst, InertialData, Lsm6dsv320xRange, PartData, SensorData, StartError, StartStep,
-        TemperatureData,
-        st_fifo::{StFifo, WORD},
+        Burst, InertialData, Lsm6dsv320xRange, PartData, SensorData, StartError, StartStep, TemperatureData,
+        st_fifo::StFifo,
     },
     units::STANDARD_GRAVITY_M_S2,
 };
@@ -24,9 +24,6 @@ const RESET_US: u32 = 1_000;
 /// Words in the FIFO's 1.5 kbytes, without compression.
 #[bisync]
 const FIFO_WORDS: u16 = 256;
-/// Bursts between readings of the thermometer, which puts out 60 a second.
-#[bisync]
-const BURSTS_PER_TEMPERATURE: u8 = 16;
 
 /// Adapter of ST's LSM6DSV320X: 2000 dps and 16 or 320 g, through its FIFO, whose watermark is on pin INT1.
 #[derive(Clone, Debug)]
@@ -36,7 +33,6 @@ pub struct Lsm6dsv320x<B> {
     range: Lsm6dsv320xRange,
     watermark_frames: u8,
     fifo: StFifo,
-    bursts: u8,
 }
 
 #[bisync]
@@ -65,7 +61,7 @@ impl<B: BusOperation> Lsm6dsv320x<B> {
             Lsm6dsv320xRange::G320 => Tag::XlHg,
         };
         let fifo = StFifo::new(Tag::GyNc as u8, accel as u8, false);
-        Self { bus, range, watermark_frames: watermark_frames.clamp(1, 127), fifo, bursts: 0 }
+        Self { bus, range, watermark_frames: watermark_frames.clamp(1, 127), fifo }
     }
 
     /// Returns the bus.
@@ -132,7 +128,6 @@ impl<B: BusOperation> Part<2> for Lsm6dsv320x<B> {
             return Err(StartError::Busy);
         }
         self.fifo.clear();
-        self.bursts = 0;
         let high_g = u8::from(self.range == Lsm6dsv320xRange::G320);
         let high_g_rate = HgXlDataRate::_480hz as u8 * high_g;
         let (accel_batch, gyro_batch) = match self.range {
@@ -175,22 +170,8 @@ impl<B: BusOperation> Part<2> for Lsm6dsv320x<B> {
         let status = FifoStatusReg::from_bits(u16::from_le_bytes(status));
         burst.overrun = status.fifo_ovr_latched() != 0;
         let level = status.diff_fifo();
-        let mut words = [0; 2 * BURST_FRAMES * WORD];
-        let taken = usize::from(level).min(2 * BURST_FRAMES);
-        if let Some(words) = words.get_mut(..taken * WORD).filter(|words| !words.is_empty()) {
-            if self.bursts == 0 {
-                let mut temperature = [0; 2];
-                self.bus.read_from_register(Reg::OutTempL as u8, &mut temperature).await?;
-                self.fifo.temperature = Some(i16::from_le_bytes(temperature).into());
-            }
-            self.bursts = (self.bursts + 1) % BURSTS_PER_TEMPERATURE;
-            // The address wraps from FIFO_DATA_OUT_Z_H to FIFO_DATA_OUT_TAG: one transaction, however many
-            // words.
-            let read = self.bus.read_from_register(Reg::FifoDataOutTag as u8, words).await;
-            read.inspect_err(|_| self.fifo.interrupted())?;
-            self.fifo.take(words, level - taken as u16, burst);
-        }
-        Ok(())
+        let registers = [Reg::OutTempL as u8, Reg::FifoDataOutTag as u8];
+        take_frames(&mut self.bus, &mut self.fifo, level, registers, burst).await
     }
 
     async fn is_configured(&mut self) -> Result<bool, B::Error> {

@@ -76,6 +76,8 @@ pub mod blocking {
     #[cfg(feature = "rm3100")]
     mod rm3100;
     mod source;
+    #[cfg(any(feature = "ism330dhcx", feature = "lsm6dsv320x"))]
+    mod st_frames;
     #[cfg(any(feature = "ism330dhcx", feature = "lsm6dsv320x", feature = "iis2mdc"))]
     mod st_start;
     mod supervised;
@@ -127,6 +129,8 @@ pub mod asynchronous {
     #[cfg(all(feature = "async", feature = "rm3100"))]
     mod rm3100;
     mod source;
+    #[cfg(all(feature = "async", any(feature = "ism330dhcx", feature = "lsm6dsv320x")))]
+    mod st_frames;
     #[cfg(all(feature = "async", any(feature = "ism330dhcx", feature = "lsm6dsv320x", feature = "iis2mdc")))]
     mod st_start;
     mod supervised;

@@ -6,6 +6,9 @@ pub(super) const WORD: usize = 7;
 /// Words of a frame: one of the gyro and one of the accelerometer.
 const WORDS_OF_A_FRAME: u16 = 2;
 
+/// Bursts between readings of the thermometer, which puts out 52 (ISM330DHCX) or 60 (LSM6DSV320X) a second.
+const BURSTS_PER_TEMPERATURE: u8 = 16;
+
 /// FIFO of ST's inertial modules, with gyro and accelerometer batched at one rate: pairs words into frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct StFifo {
@@ -16,7 +19,9 @@ pub(super) struct StFifo {
     /// Frame whose second word is not out yet.
     open: Option<Open>,
     /// Last code of the thermometer, which is slow and read now and then.
-    pub temperature: Option<i32>,
+    temperature: Option<i32>,
+    /// Bursts since the thermometer was read, modulo [`BURSTS_PER_TEMPERATURE`].
+    bursts: u8,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,13 +33,27 @@ struct Open {
 
 impl StFifo {
     pub const fn new(gyro_tag: u8, accel_tag: u8, has_parity: bool) -> Self {
-        Self { gyro_tag, accel_tag, has_parity, open: None, temperature: None }
+        Self { gyro_tag, accel_tag, has_parity, open: None, temperature: None, bursts: 0 }
     }
 
     /// Clears the state after a new start of the part.
     pub fn clear(&mut self) {
-        self.interrupted();
-        self.temperature = None;
+        *self = Self::new(self.gyro_tag, self.accel_tag, self.has_parity);
+    }
+
+    /// Returns true if the thermometer must be read with the next burst.
+    pub const fn temperature_is_due(&self) -> bool {
+        self.bursts == 0
+    }
+
+    /// Takes a code of the thermometer.
+    pub const fn set_temperature(&mut self, code: i32) {
+        self.temperature = Some(code);
+    }
+
+    /// Counts a burst.
+    pub const fn count_burst(&mut self) {
+        self.bursts = (self.bursts + 1) % BURSTS_PER_TEMPERATURE;
     }
 
     /// Drops the open frame after words may have been lost.

@@ -142,7 +142,7 @@ impl Survey {
                 value: from_scribe_line(angles.magnetic_toolface_rad),
                 sigma: sigmas.magnetic_toolface_rad,
             }),
-            toolface_kind: toolface.observe(angles.inclination_rad, config),
+            toolface_kind: toolface.update(angles.inclination_rad, config),
             gravity_m_s2: None,
             field_ut: None,
             dip_rad: None,
@@ -172,7 +172,7 @@ impl ToolfaceSwitch {
         Self { magnetic: false }
     }
 
-    pub(crate) fn observe(&mut self, inclination_rad: f32, config: &SurveyConfig) -> ToolfaceKind {
+    pub(crate) fn update(&mut self, inclination_rad: f32, config: &SurveyConfig) -> ToolfaceKind {
         let (limit, hysteresis) = (config.near_vertical_rad, config.near_vertical_hysteresis_rad);
         self.magnetic = near_vertical(self.magnetic, inclination_rad, limit, hysteresis);
         if self.magnetic { ToolfaceKind::Magnetic } else { ToolfaceKind::Gravity }

@@ -98,7 +98,7 @@ impl Surveyor {
         let step_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
         self.last_us = Some(input.t_us);
         if let Some(attitude) = &input.attitude {
-            self.continuous_toolface.observe(attitude.inclination_rad, config);
+            self.continuous_toolface.update(attitude.inclination_rad, config);
         }
         self.continuous.push(&input, step_us as f32 * 1e-6);
         if let Some(report) = self.stationary.push(&input, &mut self.stationary_toolface, (earth, config)) {
