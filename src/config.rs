@@ -1,6 +1,7 @@
-//! Everything a user can set, with units, defaults and where each default comes from.
+//! Configuration: everything a user can set, with its unit, its default and the default's source.
 //!
-//! Configuration is apart from state: a [`Config`] is checked once by [`Config::validate`] and never changes while drilling.
+//! Configuration is apart from state: [`Config::validate`] checks a [`Config`] once, and it never changes
+//! while drilling.
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
@@ -35,7 +36,7 @@ pub use vector_errors::VectorErrors;
 use crate::compensation::{GyroModel, VectorModel};
 use error::all_positive;
 
-/// What the whole pipeline needs to know about the probe, its sensors and where it is.
+/// Configuration of the whole pipeline: the probe, its sensors and its place on the earth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -43,16 +44,17 @@ use error::all_positive;
 pub struct Config {
     /// Nominal sample period, microseconds. Default 5,000 (200 Hz). A step over 3 periods is a gap.
     pub sample_period_us: u32,
-    /// Seed of the population search. Same samples, configuration and seed: same bytes out.
+    /// Seed of the population search. Equal samples, configuration and seed give equal bytes.
     pub seed: u64,
-    /// From this sample time on no new parameter is taken (hold-out); the last window closes early enough to land before it.
+    /// Sample time from which no new parameter takes effect (hold-out); the last window closes early enough
+    /// to land before it.
     pub freeze_at_us: Option<u64>,
-    /// Whether effects beyond the gyro's twelve parameters are looked for and taken out: all of the library of effects, steps of the bias, and
-    /// magnets that come and go. Default `true`.
+    /// Switches effects beyond the gyro's twelve parameters on: the library of effects, steps of the bias,
+    /// and magnets that come and go. Default `true`.
     pub effects: bool,
-    /// Full scales, for the detection of clipped readings.
+    /// Full scales, to detect clipped readings.
     pub full_scale: FullScale,
-    /// Factory gyro model: flown until another has been learnt, and the centre of the prior.
+    /// Factory gyro model: flown until another has been learnt, and the centre of P's prior.
     pub gyro: GyroModel,
     /// Accelerometer calibration.
     pub accel: VectorModel,
@@ -60,13 +62,13 @@ pub struct Config {
     pub mag: VectorModel,
     /// Known delays of the sensors' readings.
     pub latency: Latency,
-    /// The earth at the probe.
+    /// Earth at the probe.
     pub earth: Earth,
-    /// The attitude filter.
+    /// Attitude filter.
     pub attitude: AttitudeConfig,
-    /// The estimator of the gyro's errors, and the search of a window.
+    /// Estimator of the gyro's errors, and the search of each window.
     pub identification: IdentificationConfig,
-    /// How surveys are taken and judged, for [`Surveyor::configure`](crate::survey::Surveyor::configure).
+    /// Surveys, for [`Surveyor::configure`](crate::survey::Surveyor::configure).
     pub survey: SurveyConfig,
 }
 
@@ -111,7 +113,7 @@ impl Config {
     /// Checks every field.
     ///
     /// # Errors
-    /// The first field that cannot be used.
+    /// Names the first field that cannot be used.
     pub fn validate(&self) -> Result<(), ConfigError> {
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         let positive = |x: f32| x.is_finite() && x > 0.0;
@@ -137,7 +139,7 @@ impl Config {
     }
 }
 
-/// Not inlined: a conversion to 64 bits is a loop's worth of code.
+/// Converts seconds to microseconds. Not inlined: a conversion to 64 bits takes a loop's worth of code.
 #[inline(never)]
 pub(crate) fn micros(seconds: f32) -> u64 {
     (seconds * 1e6) as u64
@@ -159,7 +161,7 @@ mod tests {
         config = Config::default();
         config.latency.mag_s = Some(-0.001);
         assert_eq!(config.validate().map_err(|e| e.field), Err("latency.mag_s"));
-        // Degrees for radians.
+        // Degrees in place of radians.
         config = Config::default();
         config.earth.latitude_rad = Some(45.0);
         assert_eq!(config.validate().map_err(|e| e.field), Err("earth.latitude_rad"));

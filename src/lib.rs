@@ -1,17 +1,17 @@
 //! Self-calibrating attitude for measurement-while-drilling probes. The path of a sample, in order:
 //!
-//! 1. [`sensors`]: drivers and adapters, bursts of readings to samples
-//! 2. [`sample`]: SI units, time, flags; in the body frame
-//! 3. [`compensation`]: gyro model (P, b), accelerometer and magnetometer models
-//! 4. [`attitude`]: propagation, fusion, inclination, azimuth, toolface
-//! 5. [`survey`]: stationary and rotating surveys, their quality, drilling dynamics
-//! 6. [`estimator`]: P, b and their uncertainty from all samples so far
-//! 7. [`optimizer`]: IMOA and others, over any cost
-//! 8. [`identification`]: when what has been learnt flies, and what the search adds to it
-//! 9. [`diagnosis`]: which effects the evidence wants, and what is left
-//! 10. [`magnet`]: a magnet that came or left
-//! 11. [`probe`]: all of it behind `push` and `poll`
-//! 12. `telemetry` (feature `serde`): what leaves the firmware; `storage` (feature `storage`): what outlives the power
+//! 1. [`sensors`]: drivers and adapters; bursts of readings become samples
+//! 2. [`sample`]: SI units, time and flags, in the body frame
+//! 3. [`compensation`]: gyro model (P, b), accelerometer and magnetometer models, effects
+//! 4. [`magnet`]: a magnet that came or left
+//! 5. [`attitude`]: strapdown integration and fusion; inclination, azimuth, toolface
+//! 6. [`survey`]: stationary and rotating surveys, their quality, drilling dynamics
+//! 7. [`estimator`]: P, b and their uncertainty from all samples so far
+//! 8. [`optimizer`]: IMOA and others, over any cost
+//! 9. [`identification`]: the instants at which learnt models fly, and the search of each window
+//! 10. [`diagnosis`]: the effects that the evidence supports, and the remainder
+//! 11. [`probe`]: the whole pipeline behind `push` and `poll`
+//! 12. `telemetry` (feature `serde`): messages of the firmware; `storage` (same name): records in flash
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing)]
@@ -34,18 +34,20 @@ pub mod survey;
 pub mod telemetry;
 
 #[cfg(feature = "sensor-models")]
-pub mod sensor_models; // sensors at register level, for runs without a sensor
+pub mod sensor_models; // register-level models of sensors, for runs without hardware
 
 mod algebra;
 pub mod config;
-pub mod equations; // documentation: the paper's equations and our reading of each
+pub mod equations; // documentation: the paper's equations, each with our reading
 mod rotation;
+mod statistics;
+mod units;
 
 pub use config::Config;
 pub use probe::Probe;
 pub use sample::{Sample, SampleFlags};
 
-/// The code of the README and of the guides is compiled and run.
+/// Code of the README and the guides, compiled and run as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 #[doc = include_str!("../docs/effects.md")]

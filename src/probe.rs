@@ -1,227 +1,293 @@
-//! The whole pipeline behind two calls: [`Probe::push`] for every sample, [`Probe::poll`] whenever there is time.
+//! The probe: the whole pipeline behind [`Probe::push`] for every sample and [`Probe::poll`] for spare time.
 
-mod effects;
+mod corrector;
 mod latency;
 mod output;
 mod queries;
 mod rail;
-mod readings;
+mod reading_checks;
 mod staleness;
 #[cfg(feature = "storage")]
 mod stored_model;
 mod survey;
 
 pub use output::{Counters, Output};
-pub use readings::CLIPPED_SHARE;
+pub use reading_checks::CLIPPED_SHARE;
 #[cfg(feature = "storage")]
 pub use stored_model::NotRestored;
 
 use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
-    compensation::{ActiveEffects, Effect, effect::REFERENCE_TEMPERATURE_C},
+    compensation::{Effect, effect::REFERENCE_TEMPERATURE_C},
     config::{Config, ConfigError},
     diagnosis::DiagnosisReport,
     identification::{Identifier, WindowReport},
-    magnet::HardIronWatch,
-    sample::{Reading, Sample, SampleFlags},
+    magnet::{FieldUse, HardIronWatch},
+    sample::{Reading, Sample, SampleFlags, Sensor},
 };
+use corrector::Corrector;
+use latency::{at_gyro_time, mag_delay_sigma_s};
 use nalgebra::Vector3;
 use output::count;
-use rail::Rail;
-use readings::STALE_INERTIAL_PART;
-use staleness::Staleness;
+use reading_checks::ReadingChecks;
 use survey::Calibrated;
 
-/// Units of work in a second (a unit is some 300 instructions, of a diagnosis up to 500): 29 to 48 % of a Cortex-M4F at 168 MHz while there is
-/// work.
+/// Identification work budgeted per second, in units of some 300 instructions (up to 500 in a diagnosis): 29
+/// to 48 % of a Cortex-M4F at 168 MHz while there is work.
 const WORK_UNITS_PER_SECOND: u32 = 160_000;
 
-/// A step of time over this many nominal periods is a gap.
+/// Step of time that counts as a gap, in nominal sample periods.
 pub const GAP_PERIODS: u32 = 3;
 
-/// The pipeline. All buffers are inside; [`Probe::new`] is all zero bytes, so that a `static` of it costs no flash.
+/// The pipeline, with all its buffers. [`Probe::new`] is all zero bytes, so that a `static` of it takes no
+/// flash.
 pub struct Probe {
     configured: bool,
-    samples_per_second: u32,
     config: Config,
+    library: Option<&'static [&'static dyn Effect]>,
+    /// Library of the next configuration: effects are told by their place in it, so that it must not change
+    /// in flight.
+    next_library: Option<&'static [&'static dyn Effect]>,
+    session: Session,
+    filter: AttitudeFilter,
+    identifier: Identifier,
+    watch: HardIronWatch,
+}
+
+/// State that a probe gathers from samples, apart from the parts that reset themselves. It dies with the
+/// configuration, as one value.
+struct Session {
     counters: Counters,
-    /// Time of the last sample; 0 samples mean none.
+    /// Time of the last sample; meaningless while no sample is counted.
     last_us: u64,
     /// Time of validity of the last output.
     last_valid_us: u64,
     last_raw_rad_s: [f32; 3],
-    /// How long no rate has been read that can be believed, seconds.
+    /// Time since the last believable rate, seconds.
     unread_s: f32,
-    /// Gyro, accelerometer, magnetometer.
-    staleness: [Staleness; 3],
-    gyro_rails: [Rail; 3],
-    filter: AttitudeFilter,
-    identifier: Identifier,
-    library: Option<&'static [&'static dyn Effect]>,
-    /// Compensated rate of the sample before, for the angular acceleration.
-    last_rate_rad_s: Option<Vector3<f32>>,
-    square_force_m2_s4: f32,
-    /// Specific force and temperature over the effects' reference of the last sample.
-    last_force_m_s2: Vector3<f32>,
-    last_warming_k: f32,
-    /// What is taken out of the readings for the attitude.
-    attitude_effects: ActiveEffects,
-    watch: HardIronWatch,
-    /// Of the last sample, for surveys.
+    checks: ReadingChecks,
+    corrector: Corrector,
+    /// Readings of the last sample, for surveys.
     calibrated: Calibrated,
 }
 
+impl Session {
+    /// All zero, for a static.
+    const ZERO: Self = Self {
+        counters: Counters::ZERO,
+        last_us: 0,
+        last_valid_us: 0,
+        last_raw_rad_s: [0.0; 3],
+        unread_s: 0.0,
+        checks: ReadingChecks::ZERO,
+        corrector: Corrector::ZERO,
+        calibrated: Calibrated::NONE,
+    };
+
+    /// Creates a session before its first sample; a gyro that reads nothing is taken to rest at its factory bias.
+    fn new(config: &Config) -> Self {
+        Self {
+            last_raw_rad_s: config.gyro.b_rad_s,
+            checks: ReadingChecks::new(config),
+            corrector: Corrector::new(config),
+            ..Self::ZERO
+        }
+    }
+}
+
 impl Probe {
-    /// An unconfigured probe.
+    /// Returns a probe without a configuration.
     #[must_use]
     pub const fn new() -> Self {
         Self {
             configured: false,
-            samples_per_second: 0,
             config: Config::UNSET,
-            counters: Counters {
-                samples: 0,
-                out_of_order: 0,
-                gaps: 0,
-                clipped: 0,
-                gyro_missing: 0,
-                overruns: 0,
-                reports_lost: 0,
-                diagnoses_lost: 0,
-                increments_lost: 0,
-            },
-            last_us: 0,
-            last_valid_us: 0,
-            last_raw_rad_s: [0.0; 3],
-            unread_s: 0.0,
-            staleness: [Staleness::zero(); 3],
-            gyro_rails: [Rail::zero(); 3],
+            library: None,
+            next_library: None,
+            session: Session::ZERO,
             filter: AttitudeFilter::new(),
             identifier: Identifier::zero(),
-            library: None,
-            last_rate_rad_s: None,
-            square_force_m2_s4: 0.0,
-            last_force_m_s2: Vector3::new(0.0, 0.0, 0.0),
-            last_warming_k: 0.0,
-            attitude_effects: ActiveEffects::none(),
             watch: HardIronWatch::zero(),
-            calibrated: Calibrated::NONE,
         }
     }
 
-    /// Checks the configuration and starts afresh from it.
+    /// Checks a configuration and starts anew from it: everything learnt, found or counted before is
+    /// forgotten, and a library set by [`Probe::set_library`] takes effect.
     ///
     /// # Errors
-    /// The field that cannot be used; the probe then stays as it was.
+    /// Names the field that cannot be used; the probe then stays as it was.
     pub fn configure(&mut self, config: &Config) -> Result<(), ConfigError> {
         config.validate()?;
         self.config = *config;
-        self.samples_per_second = 1_000_000_u32.checked_div(config.sample_period_us).unwrap_or(0);
-        self.counters = Counters::default();
-        self.last_valid_us = 0;
-        self.last_raw_rad_s = config.gyro.b_rad_s;
-        self.unread_s = 0.0;
-        self.staleness = [Staleness::zero(); 3];
-        self.gyro_rails = [Rail::zero(); 3];
+        self.library = self.next_library;
+        self.session = Session::new(config);
+        self.identifier.configure(config, self.library());
+        self.watch.configure(config);
         self.filter.start(&config.attitude, &config.earth);
+        // After the identifier's reset, whose effects say how well the delay is known.
         self.filter.mag_delay_known(self.mag_delay_sigma_s());
         self.filter.gyro_delay_known(config.latency.gyro_s.is_some());
-        self.identifier.configure(config, self.library());
-        self.last_rate_rad_s = None;
-        self.attitude_effects = ActiveEffects::none();
-        (self.last_force_m_s2, self.last_warming_k) = (Vector3::zeros(), 0.0);
-        self.square_force_m2_s4 = config.earth.gravity_m_s2 * config.earth.gravity_m_s2;
-        self.watch.configure(config);
         self.configured = true;
         Ok(())
     }
 
-    /// Takes one sample. `None`: not configured, or a sample whose time does not increase (counted). A time that once was too late refuses all
-    /// until then: where a clock can jump, [`Probe::configure`] begins anew.
+    /// Takes one sample. Returns `None` before a configuration, and for a sample whose time does not increase
+    /// (counted). One timestamp far ahead blocks all samples until that time; [`Probe::configure`] recovers.
     pub fn push(&mut self, sample: &Sample) -> Option<Output> {
         if !self.configured {
             return None;
         }
         let mut sample = sample.sanitised();
-        self.mark_clipped(&mut sample);
-        let first = self.counters.samples == 0;
-        if !first && sample.t_us <= self.last_us {
-            count(&mut self.counters.out_of_order);
+        self.session.checks.mark_clipped(&mut sample, &self.config.full_scale);
+        let first = self.session.counters.samples == 0;
+        if !first && sample.t_us <= self.session.last_us {
+            count(&mut self.session.counters.out_of_order);
             return None;
         }
-        let step_us = sample.t_us - if first { sample.t_us } else { self.last_us };
+        let step_us = sample.t_us - if first { sample.t_us } else { self.session.last_us };
         let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
         if first {
             self.identifier.start(sample.t_us);
             self.watch.start(sample.t_us);
         } else if gap {
-            count(&mut self.counters.gaps);
-            self.identifier.gap(self.last_us, sample.t_us);
+            count(&mut self.session.counters.gaps);
+            self.identifier.gap(self.session.last_us, sample.t_us);
             self.watch.gap(sample.t_us);
         }
-        self.last_us = sample.t_us;
-        self.counters.samples += 1;
+        self.session.last_us = sample.t_us;
+        self.session.counters.samples += 1;
 
         self.take_effect(sample.t_us);
         let mut flags = self.flags(&sample);
-        let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
-        if !missing {
-            self.last_raw_rad_s = sample.gyro_rad_s;
+        if !sample.flags.contains(SampleFlags::GYRO_MISSING) {
+            self.session.last_raw_rad_s = sample.gyro_rad_s;
         }
-        let raw = Vector3::from(self.last_raw_rad_s) - self.filter.earth_rate_rad_s();
-        let gyro = if missing {
-            Reading::Missing
-        } else if sample.flags.contains(SampleFlags::GYRO_CLIPPED) || self.is_stale(0, STALE_INERTIAL_PART) {
-            Reading::Clipped
-        } else {
-            Reading::Good(raw)
-        };
-        let vectors = [self.vector(1, &sample), self.vector(2, &sample)];
-        let [accel, mut mag] = self.at_gyro_time(vectors, &raw, step_us as f32 * 1e-6);
-        self.watch(sample.t_us, [gyro, accel], &mut mag);
+        let raw = Vector3::from(self.session.last_raw_rad_s) - self.filter.earth_rate_rad_s();
         let compensated = self.identifier.flown().compensate(raw.into());
-        let before = self.last_rate_rad_s.unwrap_or(compensated);
-        let moment = self.corrected(&sample, &compensated, [accel, mag], step_us as f32 * 1e-6);
-        let rate = moment.rate_rad_s;
-
         let step_s = step_us as f32 * 1e-6;
+        let gyro = self.session.checks.rate(raw, &sample);
+        let [accel, mag] = self.vectors(&sample, &compensated, step_s);
+        let mag = self.without_magnets(sample.t_us, [gyro, accel, mag]);
+        let before = self.session.corrector.last_rate_or(compensated);
+        let library = self.library();
+        let corrected = self.session.corrector.correct(library, &sample, &compensated, [accel, mag], step_s);
+        let rate = corrected.rate_rad_s;
+
         if gap {
             self.filter.gap(step_s);
             flags.insert(AttitudeFlags::AFTER_GAP);
-            self.unread_s = 0.0;
+            self.session.unread_s = 0.0;
         } else {
-            // Between readings whose time is known the rate changes linearly. Others are taken for means over the interval that
-            // they end: see `Latency::gyro_s`. A delay that was found is the whole of it.
+            // The rate changes linearly between readings of known time. A reading of unknown time counts as
+            // the mean over the interval that it ends (see `Latency::gyro_s`). A delay that was found is all
+            // of the delay.
             let is_found = self.effects().gyro_delay_s(self.library()) != 0.0;
             let held = if is_found || self.config.latency.gyro_s.is_some() { 0.5 } else { 0.0 };
             self.filter.propagate(step_s, &(rate + (before - compensated) * held));
         }
-        if let Reading::Good(_) = gyro {
-            self.unread_s = 0.0;
+        if let Reading::Usable(_) = gyro {
+            self.session.unread_s = 0.0;
         } else if !gap {
-            self.unread_s += step_s;
-            self.filter.unread(step_s, self.unread_s);
+            self.session.unread_s += step_s;
+            self.filter.unread(step_s, self.session.unread_s);
         }
-        let if_good = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Good(_)).then_some(v);
-        self.filter.observe(if_good(&accel, moment.force_m_s2).as_ref(), if_good(&mag, moment.field_ut).as_ref());
-        self.calibrated = Calibrated::of(&sample, [gyro, accel, mag], &moment);
+        let if_usable = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Usable(_)).then_some(v);
+        self.filter
+            .observe(if_usable(&accel, corrected.force_m_s2).as_ref(), if_usable(&mag, corrected.field_ut).as_ref());
+        self.session.calibrated = Calibrated::of(&sample, [gyro, accel, mag], &corrected);
         let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         let warming_k = is_warm.then_some(sample.temperature_c - REFERENCE_TEMPERATURE_C);
-        // As they were read: the estimator takes out by itself what it has found.
+        // Uncorrected: the estimator takes out by itself what it has found.
         self.identifier.push(sample.t_us, [gyro, accel, mag], warming_k);
 
         let delay_s = self.effects().gyro_delay_s(self.library()) + self.config.latency.gyro_s.unwrap_or(0.0);
-        // A gyro before its time is two late vector sensors: no output is valid later than its sample.
+        // No output is valid later than its sample: a gyro ahead of its time means two late vector sensors.
         let t_us = sample.t_us.saturating_sub((delay_s * 1e6) as u64);
-        // A delay that has just been found must not turn time back.
-        let t_us = if first || t_us > self.last_valid_us { t_us } else { self.last_valid_us.saturating_add(1) };
-        self.last_valid_us = t_us;
+        // A delay found just now must not turn time back.
+        let t_us = if first || t_us > self.session.last_valid_us {
+            t_us
+        } else {
+            self.session.last_valid_us.saturating_add(1)
+        };
+        self.session.last_valid_us = t_us;
         Some(Output { t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
     }
 
-    /// Does about `budget` units of identification work (a unit is some 300 instructions; the last piece may overshoot by
-    /// 500) and hands out the report of a window whose result has taken effect, or of one that has none. Results do not depend on how the
-    /// work is sliced, only on whether it is done when the result is due. Else the update is a counted overrun, and what flies stays.
+    /// Lets an update that is due take effect before a sample is compensated: the gyro model, and the effects
+    /// with it.
+    fn take_effect(&mut self, t_us: u64) {
+        let before = self.session.corrector.model_here(self.identifier.flown(), self.library());
+        let Some(taken) = self.identifier.take_effect(t_us, &self.config) else { return };
+        if taken.effects {
+            self.session.corrector.effects = self.effects().of_attitude(self.library());
+        }
+        if taken.is_window || self.mag_delay_sigma_s().is_none() {
+            // A heading must not depend yet on a delay found a moment ago.
+            self.filter.mag_delay_known(self.mag_delay_sigma_s());
+        }
+        if taken.of_field {
+            self.filter.field_changed();
+        }
+        let after = self.session.corrector.model_here(self.identifier.flown(), self.library());
+        self.filter.model_changed(&before, &after, &taken.sigma);
+    }
+
+    /// Counts the sample's faults and translates them into the attitude's flags.
+    fn flags(&mut self, sample: &Sample) -> AttitudeFlags {
+        let clipped = SampleFlags::GYRO_CLIPPED | SampleFlags::ACCEL_CLIPPED | SampleFlags::MAG_CLIPPED;
+        let mut flags = AttitudeFlags::empty();
+        if sample.flags.intersects(clipped) {
+            count(&mut self.session.counters.clipped);
+        }
+        if sample.flags.contains(SampleFlags::GYRO_MISSING) {
+            count(&mut self.session.counters.gyro_missing);
+            flags.insert(AttitudeFlags::GYRO_HELD);
+        }
+        flags.set(AttitudeFlags::GYRO_CLIPPED, sample.flags.contains(SampleFlags::GYRO_CLIPPED));
+        flags.set(AttitudeFlags::FAULT, sample.flags.contains(SampleFlags::FAULT));
+        flags.set(AttitudeFlags::FROZEN_SENSOR, self.session.checks.update(sample));
+        flags
+    }
+
+    /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time; `rate` is
+    /// compensated.
+    fn vectors(&self, sample: &Sample, rate: &Vector3<f32>, step_s: f32) -> [Reading; 2] {
+        let Session { checks, corrector, .. } = &self.session;
+        let accel = checks.vector(Sensor::Accelerometer, &self.config.accel, sample);
+        let mag = checks.vector(Sensor::Magnetometer, &self.config.mag, sample);
+        let [accel_s, mag_s] = self.config.latency.behind_gyro_s();
+        if accel_s == 0.0 && mag_s == 0.0 {
+            return [accel, mag];
+        }
+        let acceleration = corrector.acceleration_rad_s2(rate, step_s);
+        let rate = rate - self.filter.residual_bias_rad_s();
+        [(accel, accel_s), (mag, mag_s)]
+            .map(|(reading, behind_s)| at_gyro_time(reading, behind_s, &rate, &acceleration))
+    }
+
+    /// Returns the field less that of a magnet on the probe; the field is missing while the magnet is
+    /// undecided.
+    fn without_magnets(&mut self, t_us: u64, readings: [Reading; 3]) -> Reading {
+        let [.., mag] = readings;
+        if !self.config.effects {
+            return mag;
+        }
+        self.watch.push(t_us, readings);
+        match (mag, self.watch.field_use()) {
+            (Reading::Usable(field), FieldUse::Less(offset)) => Reading::Usable(field - offset),
+            (_, FieldUse::Withheld) => Reading::Missing,
+            _ => mag,
+        }
+    }
+
+    fn mag_delay_sigma_s(&self) -> Option<f32> {
+        mag_delay_sigma_s(self.effects(), self.library(), &self.config.latency)
+    }
+
+    /// Does about `budget` units of identification work (a unit is some 300 instructions; the last piece may
+    /// overshoot by 500). Returns the report of a window when its result has taken effect, or when it has
+    /// none. Results depend on whether the work is done when they are due, and on nothing else of its
+    /// slicing. An update that is late is counted as an overrun, and the flown model stays.
     pub fn poll(&mut self, budget: u32) -> Option<WindowReport> {
         let mut spent = 0;
         while spent < budget {
@@ -234,20 +300,21 @@ impl Probe {
         self.identifier.take_report()
     }
 
-    /// Sets the effects that are looked for from the next [`Probe::configure`] on; without a call they are those of [`LIBRARY`](crate::compensation::effects::LIBRARY).
+    /// Sets the library of effects that takes effect with the next [`Probe::configure`]. The default is
+    /// [`LIBRARY`](crate::compensation::effects::LIBRARY).
     pub const fn set_library(&mut self, library: &'static [&'static dyn Effect]) {
-        self.library = Some(library);
+        self.next_library = Some(library);
     }
 
-    /// The oldest diagnosis that nobody has taken, since it took effect.
+    /// Takes the oldest diagnosis that has taken effect and was not taken yet.
     pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
         self.identifier.take_diagnosis()
     }
 
-    /// The budget that every host and firmware loop gives [`Probe::poll`] after each sample, so that every result is ready when it is due.
+    /// Budget for [`Probe::poll`] after each sample with which every result is ready when it is due.
     #[must_use]
     pub const fn poll_budget(&self) -> u32 {
-        match WORK_UNITS_PER_SECOND.checked_div(self.samples_per_second) {
+        match WORK_UNITS_PER_SECOND.checked_div(self.session.checks.samples_per_second()) {
             Some(units) => units,
             None => 0,
         }
@@ -259,3 +326,6 @@ impl Default for Probe {
         Self::new()
     }
 }
+
+#[cfg(test)]
+mod tests;

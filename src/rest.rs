@@ -1,18 +1,25 @@
-//! Seconds of rest, of which a raw gyro's mean is its bias.
+//! Detection of rest, second by second: the mean of a raw gyro at rest is its bias.
 
 pub use crate::sample::Reading;
 
 use nalgebra::Vector3;
 
-/// Finds seconds of rest: gyro deviation under a limit on every axis, a mean rate that a bias can explain, and vector sensors
-/// that do not turn (a steady turntable is not a rest).
+/// Least rate that counts as turning, rad/s: 20 deg/s, VQF's default (Laidig and Seel, Information Fusion 91,
+/// 2023).
+pub(crate) const TURNING_RAD_S: f32 = 0.35;
+/// Rate added to the last one where none was read, rad/s: a probe that turns more slowly than
+/// [`TURNING_RAD_S`] counts as still.
+pub(crate) const UNSEEN_RATE_RAD_S: f32 = 0.3;
+
+/// Detector of seconds of rest: gyro deviation under a limit on every axis, a mean rate that a bias can
+/// explain, and vector sensors that do not turn (a steady turntable is no rest).
 #[derive(Clone, Copy, Debug)]
 pub struct RestDetector {
     samples: u16,
-    /// Samples with a raw rate.
+    /// Number of samples with a raw rate.
     rates: u16,
     samples_per_second: u16,
-    /// First raw rate of the second, subtracted from the others so that the sums keep their precision.
+    /// First raw rate of the second, subtracted from the others to preserve the sums' precision.
     origin: Vector3<f32>,
     sum: Vector3<f32>,
     square: Vector3<f32>,
@@ -26,7 +33,7 @@ pub struct RestDetector {
 pub struct RestLimits {
     /// Largest deviation of the gyro on an axis, rad/s.
     pub deviation_rad_s: f32,
-    /// Largest mean rate that is taken for a bias, rad/s.
+    /// Largest mean rate that a bias can explain, rad/s.
     pub bias_rad_s: f32,
 }
 
@@ -37,15 +44,15 @@ pub struct Rest {
     pub rate: Vector3<f32>,
     /// Variance of one sample of the raw rate, mean of the axes, (rad/s)^2.
     pub variance: f32,
-    /// Samples with a raw rate.
+    /// Number of samples with a raw rate.
     pub samples: u16,
     /// Mean specific force, m/s^2; `None` without readings.
     pub force_m_s2: Option<Vector3<f32>>,
-    /// Variance of that mean, of each axis, (m/s^2)^2.
+    /// Variance of the mean force on each axis, (m/s^2)^2.
     pub force_variance: f32,
 }
 
-/// Sums over the first and the second half of the second.
+/// Sums over the first and the second half of a second.
 #[derive(Clone, Copy, Debug)]
 struct Halves {
     sums: [Vector3<f32>; 2],
@@ -61,7 +68,7 @@ impl Halves {
     }
 
     fn add(&mut self, reading: Reading, second_half: bool) {
-        let Reading::Good(vector) = reading else { return };
+        let Reading::Usable(vector) = reading else { return };
         if self.counts == [0, 0] {
             self.origin = vector;
         }
@@ -78,14 +85,15 @@ impl Halves {
         if n == 0 { None } else { Some(self.origin + (self.sums[0] + self.sums[1]) / f32::from(n)) }
     }
 
-    /// Variance of one reading, sum of the axes.
+    /// Variance of one reading, summed over the axes.
     fn variance(&self) -> f32 {
         let n = f32::from(self.counts[0] + self.counts[1]);
         let total = self.sums[0] + self.sums[1];
         (self.square - total.norm_squared() / n) / (n - 1.0)
     }
 
-    /// Whether the direction turned by more than `limit_rad` from one half to the other, beyond 3 standard errors.
+    /// Returns true if the direction turned by more than `limit_rad` between the halves, beyond 3 standard
+    /// errors.
     fn turned(&self, limit_rad: f32) -> bool {
         let [n0, n1] = self.counts.map(f32::from);
         let Some(mean) = self.mean() else { return false };
@@ -99,7 +107,7 @@ impl Halves {
 }
 
 impl RestDetector {
-    /// A detector before its start.
+    /// Returns a detector that has not been started.
     #[must_use]
     pub const fn zero() -> Self {
         let zero = Vector3::new(0.0, 0.0, 0.0);
@@ -117,13 +125,13 @@ impl RestDetector {
         }
     }
 
-    /// Begins a second.
+    /// Starts a second.
     pub fn start(&mut self, sample_period_us: u32) {
         *self = Self::zero();
         self.samples_per_second = 1_000_000_u32.checked_div(sample_period_us).unwrap_or(1) as u16;
     }
 
-    /// Takes one sample; when it completes a second, returns whether that was at rest, and what it read.
+    /// Takes one sample. At the end of a second returns the rest, or `Some(None)` if the second was not one.
     pub fn push(
         &mut self,
         rate: Reading,
@@ -133,7 +141,7 @@ impl RestDetector {
     ) -> Option<Option<Rest>> {
         let second_half = 2 * self.samples >= self.samples_per_second;
         match rate {
-            Reading::Good(rate) => {
+            Reading::Usable(rate) => {
                 if self.rates == 0 {
                     self.origin = rate;
                 }
@@ -142,7 +150,7 @@ impl RestDetector {
                 self.square += centred.component_mul(&centred);
                 self.rates += 1;
             }
-            Reading::Clipped => self.clipped = true,
+            Reading::Unusable => self.clipped = true,
             Reading::Missing => {}
         }
         self.gravity.add(gravity, second_half);
@@ -161,7 +169,7 @@ impl RestDetector {
     }
 
     fn judge(&self, limits: &RestLimits) -> Option<Rest> {
-        // Half of the second has to be read.
+        // At least half of the second must be read.
         if self.clipped || self.rates < 2 || 2 * self.rates < self.samples {
             return None;
         }
@@ -169,10 +177,11 @@ impl RestDetector {
         let mean = self.sum / n;
         let variance = (self.square / n - mean.component_mul(&mean)) * (n / (n - 1.0));
         let rate = self.origin + mean;
-        // A second of half the deviation limit's rate turns a vector by that much between the centres of its halves.
+        // Half the deviation limit, as a rate over one second, turns a vector by this angle between the
+        // centres of the halves.
         let turn = 0.5 * limits.deviation_rad_s;
         let quiet = variance.iter().all(|v| *v < limits.deviation_rad_s * limits.deviation_rad_s);
-        // Exactly no deviation on all axes is a frozen sensor, not a quiet one.
+        // No deviation on any axis is a frozen sensor, not a quiet one.
         let alive = variance.iter().any(|v| *v > 0.0);
         let bias_like = rate.amax() < limits.bias_rad_s;
         if !quiet || !alive || !bias_like || self.gravity.turned(turn) || self.field.turned(turn) {
@@ -194,7 +203,7 @@ mod tests {
 
     const LIMITS: RestLimits = RestLimits { deviation_rad_s: 0.0087, bias_rad_s: 0.087 };
 
-    /// One second at 200 Hz of a bias plus noise, the field turning at `turn_rad_s`.
+    /// One second at 200 Hz of a bias plus noise, with the field turning at `turn_rad_s`.
     fn second(bias: f32, noise: f32, turn_rad_s: f32, seed: u64) -> Option<Rest> {
         let mut detector = RestDetector::zero();
         detector.start(5_000);
@@ -207,7 +216,7 @@ mod tests {
             let field = Vector3::new(20.0, 40.0 * libm::cosf(angle), -40.0 * libm::sinf(angle))
                 + Vector3::from_fn(|_, _| 0.7 * uniform());
             let gravity = Vector3::new(9.81, 0.0, 0.0) + Vector3::from_fn(|_, _| 0.1 * uniform());
-            found = detector.push(Reading::Good(rate), Reading::Good(gravity), Reading::Good(field), &LIMITS);
+            found = detector.push(Reading::Usable(rate), Reading::Usable(gravity), Reading::Usable(field), &LIMITS);
         }
         found.unwrap()
     }
@@ -219,7 +228,7 @@ mod tests {
             detector.start(5_000);
             let readings = (0..200).map(|k| {
                 let wave = if k % 2 == 0 { 0.001 } else { -0.001 };
-                if k % every == 3 { odd } else { Reading::Good(Vector3::repeat(0.03 + wave)) }
+                if k % every == 3 { odd } else { Reading::Usable(Vector3::repeat(0.03 + wave)) }
             });
             readings
                 .fold(None, |_, reading| detector.push(reading, Reading::Missing, Reading::Missing, &LIMITS))
@@ -229,7 +238,7 @@ mod tests {
         assert_eq!(found.samples, 150);
         assert!((found.rate - Vector3::repeat(0.03)).amax() < 1e-3);
         assert!(rest(Reading::Missing, 200).is_some());
-        assert!(rest(Reading::Clipped, 200).is_none());
+        assert!(rest(Reading::Unusable, 200).is_none());
         assert!(RestDetector::zero().judge(&LIMITS).is_none(), "nothing read");
     }
 
@@ -237,7 +246,8 @@ mod tests {
     fn a_still_second_gives_its_mean_and_a_moving_one_nothing() {
         for seed in 0..20 {
             let rest = second(0.03, 0.004, 0.0, seed).unwrap();
-            // Uniform noise of width 0.004: standard deviation 0.0012, of the mean of 200 8e-5; 5 sigma.
+            // Uniform noise of width 0.004 has deviation 0.0012, its mean of 200 has 8e-5; the bound is 5
+            // sigma.
             assert!((rest.rate - Vector3::repeat(0.03)).amax() < 4e-4);
             assert!((rest.force_m_s2.unwrap().norm() - 9.81).abs() < 0.02);
             assert!(second(0.03, 0.05, 0.0, seed).is_none(), "vibrating");

@@ -1,18 +1,20 @@
-//! Rotations by rotation vectors: the exponential as a short series, without sine, cosine or square root; and sine and cosine of an angle.
+//! Rotations by rotation vectors, through a short series without sine, cosine or square root; sine and cosine
+//! of an angle.
 
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
-/// Largest squared half-angle that the series takes, rad^2: a rotation of 1 rad.
+/// Largest squared half-angle of the series, rad^2: a rotation of 1 rad.
 const MAX_SQUARED_HALF_ANGLE: f32 = 0.25;
-/// Most halvings before the series: rotations up to 256 rad.
+/// Largest number of halvings before the series: rotations up to 256 rad.
 const MAX_HALVINGS: u32 = 8;
 
-/// The unit quaternion of a rotation vector, radians.
+/// Unit quaternion of a rotation vector, radians.
 ///
-/// Taylor series of cosine and sine over angle in the squared half-angle, four terms each. Up to 1 rad the truncation is under
-/// 1.0e-7 (the next term of the cosine, 0.5^8 / 8!); a longer vector is halved n times and the result squared n times, which
-/// doubles the error each time. Components are within 3e-7 of the exact ones up to 1 rad and within 3e-6 up to 2 pi. A vector
-/// that is not finite or longer than 256 rad gives the identity: it is no rotation that a sample can hold.
+/// Taylor series of cosine and of sine over angle in the squared half-angle, four terms each. Up to 1 rad the
+/// truncation is under 1.0e-7 (the next term of the cosine, 0.5^8 / 8!). A longer vector is halved n times
+/// and the result squared n times, which doubles the error each time. Components are within 3e-7 of the exact
+/// ones up to 1 rad and within 3e-6 up to 2 pi. A vector that is not finite or longer than 256 rad gives the
+/// identity: no sample can hold such a rotation.
 pub(crate) fn exp_quaternion(rotation_vector: &Vector3<f32>) -> Quaternion<f32> {
     let mut half = rotation_vector * 0.5;
     let mut x = half.norm_squared();
@@ -35,31 +37,34 @@ pub(crate) fn exp_quaternion(rotation_vector: &Vector3<f32>) -> Quaternion<f32> 
     q
 }
 
-/// Rotation vector from the middle of one interval to the middle of the next, radians, `rates` being the means (rad/s) over the interval
-/// before the first, the first and the second, each `dt` long.
+/// Rotation vector from the middle of one interval to the middle of the next, radians. `rates` are the means
+/// (rad/s) over the interval before the first, the first and the second, each `dt` long.
 ///
-/// Half of the first interval and half of the second, each a linear rate's: their sum over many intervals is that of the means,
-/// exactly. (Half the sum of two means alone loses (w dt)^2 / 8 of a rate that swings at w rad/s and none of a steady one: at 0.25 Hz and
-/// 20 ms 1.2e-4, of the size of what is identified.) And the two-sample coning term (phi1 x phi2) / 12 (Bortz's equation to second
-/// order for a rate linear in time).
+/// The vector joins half of the first interval and half of the second, each for a rate linear in time, so that the
+/// sum over many intervals is exactly that of the means. (Half the sum of two means alone loses (w dt)^2 / 8
+/// of a rate that swings at w rad/s, and nothing of a steady one: at 0.25 Hz and 20 ms 1.2e-4, the size of
+/// what is identified.) The two-sample coning term is (phi1 x phi2) / 12 (Bortz's equation to second order
+/// for a rate linear in time).
 pub(crate) fn middle_to_middle(rates: [&Vector3<f32>; 3], dt: f32) -> Vector3<f32> {
     let [earlier, first, second] = rates;
     let sum = (first + second) * 0.5 - (second - first * 2.0 + earlier) * 0.125;
     sum * dt + first.cross(second) * (dt * dt / 12.0)
 }
 
-/// The rotation matrix of a rotation vector, radians; the errors of [`exp_quaternion`], doubled.
+/// Rotation matrix of a rotation vector, radians; its errors are those of [`exp_quaternion`], doubled.
 pub(crate) fn exp_matrix(rotation_vector: &Vector3<f32>) -> Matrix3<f32> {
     matrix(&exp_quaternion(rotation_vector))
 }
 
 /// Sine and cosine of an angle, radians.
 ///
-/// Taylor series within an eighth of a turn of the nearest quarter, five terms each (the next one of the cosine is (pi / 4)^10 / 10!, 2.5e-8).
-/// Within 1.5e-7 of the exact ones up to 100 rad, and within 1e-6 up to 10,000. `libm`'s reduce their angle, and sum their series, in
-/// emulated f64: eleven kilobytes of flash and two thousand instructions, for a last bit that no angle here has.
+/// Taylor series within an eighth of a turn of the nearest quarter, five terms each (the next one of the
+/// cosine is (pi / 4)^10 / 10!, 2.5e-8). Within 1.5e-7 of the exact values up to 100 rad, and within 1e-6 up
+/// to 10,000. `libm` reduces the angle and sums its series in emulated f64: eleven kilobytes of flash and two
+/// thousand instructions, for a last bit that no angle here has.
 pub(crate) fn sine_and_cosine(angle_rad: f32) -> (f32, f32) {
-    // pi / 2 in three parts (Cody and Waite): the first two have so few bits that their products with a count of quarters are exact.
+    // pi / 2 in three parts (Cody and Waite): the first two have so few bits that their products with a count
+    // of quarters are exact.
     const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
     let quarters = libm::roundf(angle_rad * core::f32::consts::FRAC_2_PI);
     let x = QUARTER.iter().fold(angle_rad, |rest, part| rest - quarters * part);
@@ -75,10 +80,10 @@ pub(crate) fn sine_and_cosine(angle_rad: f32) -> (f32, f32) {
     }
 }
 
-/// The quaternion of no rotation.
+/// Quaternion of no rotation.
 pub(crate) const IDENTITY: Quaternion<f32> = Quaternion::from_vector(nalgebra::Vector4::new(0.0, 0.0, 0.0, 1.0));
 
-/// The rotation matrix of a unit quaternion: `matrix(q) v = q v q*`.
+/// Rotation matrix of a unit quaternion: `matrix(q) v = q v q*`.
 pub(crate) fn matrix(q: &Quaternion<f32>) -> Matrix3<f32> {
     let (w, x, y, z) = (q.w, q.i, q.j, q.k);
     let (x2, y2, z2) = (x + x, y + y, z + z);
@@ -98,7 +103,7 @@ pub(crate) fn matrix(q: &Quaternion<f32>) -> Matrix3<f32> {
     )
 }
 
-/// A quaternion whose norm is within 1e-3 of one, brought to within rounding of one by one Newton step.
+/// Normalises a quaternion whose norm is within 1e-3 of one, by one Newton step to within rounding.
 pub(crate) fn renormalised(q: &Quaternion<f32>) -> Quaternion<f32> {
     q * (1.5 - 0.5 * q.norm_squared())
 }
@@ -175,7 +180,7 @@ mod tests {
         assert!((quarter * Vector3::x() - Vector3::y()).norm() < 1e-6);
     }
 
-    /// The same rotation in f64 by sine and cosine.
+    /// Same rotation in f64, by sine and cosine.
     fn turned(phi: &Vector3<f32>, v: &Vector3<f32>) -> Vector3<f64> {
         nalgebra::Rotation3::from_scaled_axis(phi.cast::<f64>()) * v.cast::<f64>()
     }
@@ -194,11 +199,12 @@ mod tests {
 
     #[test]
     fn interval_means_add_up_to_the_angle_turned() {
-        // A rate that swings between nearly 0 and twice its mean at 0.25 Hz, in means over 20 ms; the angle is known in closed form.
+        // A rate that swings between nearly 0 and twice its mean at 0.25 Hz, as means over 20 ms; its angle
+        // is known in closed form.
         let (dt, w) = (0.02_f64, 0.5 * core::f64::consts::PI);
         let angle = |t: f64| 3.2 * t - 3.0 / w * (libm::cos(w * t) - 1.0);
         let mean = |k: i32| ((angle(f64::from(k + 1) * dt) - angle(f64::from(k) * dt)) / dt) as f32 * Vector3::z();
-        // Over half a swing, where losing part of it would show.
+        // Half a swing, over which a lost part would show.
         let turned: f64 =
             (0..100).map(|k| f64::from(middle_to_middle([&mean(k - 1), &mean(k), &mean(k + 1)], dt as f32).z)).sum();
         let exact = angle(100.5 * dt) - angle(0.5 * dt);

@@ -1,9 +1,9 @@
-//! One reading of all sensors, as it leaves a driver or a recorded trace.
+//! Samples: one reading of all sensors, as a driver or a recorded trace gives it.
 
 use nalgebra::Vector3;
 
 bitflags::bitflags! {
-    /// What is known to be wrong with a [`Sample`]. No bit set means that all is well.
+    /// Known faults of a [`Sample`]; no bit set means none.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
     #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
     pub struct SampleFlags: u16 {
@@ -21,36 +21,74 @@ bitflags::bitflags! {
         const ACCEL_CLIPPED = 1 << 5;
         /// A magnetometer axis is at its full scale.
         const MAG_CLIPPED = 1 << 6;
-        /// The driver reported a bus or device fault: none of this sample's readings is used.
+        /// The driver reported a bus or device fault: no reading of this sample is used.
         const FAULT = 1 << 7;
     }
 }
 
-/// A sensor's part of one sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reading {
-    /// No reading: the others of the interval stand for it.
-    Missing,
-    /// At full scale, or not to be believed: the interval's mean would be biased, so the interval has none.
-    Clipped,
-    /// Raw rate, or a vector sensor's calibrated reading.
-    Good(Vector3<f32>),
+impl SampleFlags {
+    /// Flag of a sensor that gave no reading.
+    pub(crate) const fn missing(sensor: Sensor) -> Self {
+        match sensor {
+            Sensor::Gyro => Self::GYRO_MISSING,
+            Sensor::Accelerometer => Self::ACCEL_MISSING,
+            Sensor::Magnetometer => Self::MAG_MISSING,
+        }
+    }
+
+    /// Flag of a sensor at its full scale.
+    pub(crate) const fn clipped(sensor: Sensor) -> Self {
+        match sensor {
+            Sensor::Gyro => Self::GYRO_CLIPPED,
+            Sensor::Accelerometer => Self::ACCEL_CLIPPED,
+            Sensor::Magnetometer => Self::MAG_CLIPPED,
+        }
+    }
 }
 
-/// Beyond what any sensor can read, per axis: 57,000 deg/s, 1,000 g, 10 millitesla (the squares of what is under them stay far
-/// inside an f32). Such a number is a defect of the driver, not a large reading.
+/// A vector sensor of the probe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+pub enum Sensor {
+    /// Gyro: rate, rad/s.
+    Gyro,
+    /// Accelerometer: specific force, m/s^2.
+    Accelerometer,
+    /// Magnetometer: field, microtesla.
+    Magnetometer,
+}
+
+impl Sensor {
+    /// All three, in the order of a [`Sample`]'s fields.
+    pub(crate) const ALL: [Self; 3] = [Self::Gyro, Self::Accelerometer, Self::Magnetometer];
+}
+
+/// One sensor's part of a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reading {
+    /// No reading: the other readings of an interval stand for it.
+    Missing,
+    /// A reading that is clipped, stale or of a dead axis. The mean of an interval with it would be biased,
+    /// so such an interval has none.
+    Unusable,
+    /// Raw rate, or a vector sensor's calibrated reading.
+    Usable(Vector3<f32>),
+}
+
+/// Bounds beyond any sensor, per axis: 57,000 deg/s, 1,000 g, 10 millitesla. A larger number is a defect of
+/// the driver. Squares of numbers below the bounds stay far inside an f32.
 pub(crate) const BEYOND_ANY_GYRO_RAD_S: f32 = 1e3;
 pub(crate) const BEYOND_ANY_ACCEL_M_S2: f32 = 1e4;
 pub(crate) const BEYOND_ANY_MAG_UT: f32 = 1e4;
 
-/// One reading of all sensors in SI units, in the body frame, as the sensors give it (nothing compensated).
+/// One reading of all sensors in SI units, in the body frame, uncompensated.
 ///
-/// The body frame, right-handed: z along the tool axis, down-hole; x across it, to where
-/// toolfaces are counted from the hole's highside. Hanging at rest in a vertical
-/// hole the tool reads a specific force of (0, 0, -9.8) m/s^2. A driver turns its part's axes into these.
+/// The body frame is right-handed: z along the tool axis, down-hole; x across it, at the highside where
+/// toolfaces are counted from. Hanging at rest in a vertical hole the tool reads a specific force of (0, 0,
+/// -9.8) m/s^2. A driver turns its part's axes into these.
 ///
-/// A sensor that did not read has its `*_MISSING` flag set and zeros in its field. The fields of an unflagged sensor are
-/// finite: [`Sample::sanitised`] sees to that at the door of the pipeline.
+/// A sensor that did not read has its `*_MISSING` flag set and zeros in its field. The fields of an unflagged
+/// sensor are finite: [`Sample::sanitised`] ensures it at the door of the pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample {
@@ -64,13 +102,23 @@ pub struct Sample {
     pub mag_ut: [f32; 3],
     /// Temperature of the inertial sensor, degrees Celsius.
     pub temperature_c: f32,
-    /// What is known to be wrong with this reading.
+    /// Known faults of this sample.
     pub flags: SampleFlags,
 }
 
 impl Sample {
-    /// The same sample with every sensor field that is not finite, or beyond what any sensor can read, zeroed and flagged missing,
-    /// so that no NaN enters a state and no infinity arises in one. Nothing that came with a fault is believed either.
+    /// Reading of one sensor, as it is stored.
+    pub(crate) const fn vector(&self, sensor: Sensor) -> [f32; 3] {
+        match sensor {
+            Sensor::Gyro => self.gyro_rad_s,
+            Sensor::Accelerometer => self.accel_m_s2,
+            Sensor::Magnetometer => self.mag_ut,
+        }
+    }
+
+    /// Returns the sample with every sensor field that is not finite, or beyond any sensor, zeroed and
+    /// flagged missing, so that no NaN enters a state and no infinity arises in one. A sample with a fault
+    /// loses all its readings.
     #[must_use]
     pub fn sanitised(mut self) -> Self {
         let fault = self.flags.contains(SampleFlags::FAULT);

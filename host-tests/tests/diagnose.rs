@@ -6,7 +6,7 @@ use std::{path::Path, process::Command, sync::LazyLock};
 
 use meerkat_mwd::{
     Sample, SampleFlags,
-    compensation::{ActiveEffects, Effect, FoundEffect, Moment, Sensor, effects::LIBRARY},
+    compensation::{ActiveEffects, Effect, FoundEffect, Sensor, Snapshot, effects::LIBRARY},
     diagnosis::{DiagnosisReport, Verdict},
 };
 use mwd::{
@@ -22,10 +22,10 @@ use tempfile::TempDir;
 
 const TRACES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/traces");
 
-fn moment(number: usize) -> Moment {
+fn moment(number: usize) -> Snapshot {
     let wave = |k: usize, size: f32| (f64::from(size) * ((number * 7 + k * 13) as f64).sin()) as f32;
     let vector = |k: usize, size: f32| Vector3::new(wave(k, size), wave(k + 1, size), wave(k + 2, size));
-    Moment {
+    Snapshot {
         rate_rad_s: vector(0, 3.0),
         acceleration_rad_s2: vector(3, 20.0),
         force_m_s2: vector(6, 12.0),

@@ -254,7 +254,7 @@ fn library<T: Real>(trace: &Trace, settings: &Settings) -> ([f64; 9], Posterior)
     };
     for sample in &trace.samples {
         let [rate, force, field] =
-            [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut].map(|v| Reading::Good(Vector3::from(v)));
+            [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut].map(|v| Reading::Usable(Vector3::from(v)));
         estimator.push(sample.t_us, [rate, force, field], None);
         work(&mut estimator);
     }

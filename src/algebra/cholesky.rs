@@ -1,8 +1,8 @@
-//! Cholesky factors of symmetric positive-definite matrices N = L L^T, as lower triangles row by row with the diagonal inverted; of any
-//! size, and one copy of the code for all of them.
+//! Cholesky factors of symmetric positive-definite matrices N = L L^T: lower triangles row by row with
+//! inverted diagonals. One copy of the code serves every size.
 
-/// Factorises the matrix of which the elements are the lower triangle, in place. `None` when it is not positive definite to f32's precision,
-/// or not finite.
+/// Factorises a matrix in place, given as the rows of its lower triangle. `None` if it is not finite or not
+/// positive definite to f32's precision.
 #[inline(never)]
 pub(crate) fn factorise(elements: &mut [f32]) -> Option<()> {
     let (mut i, mut start) = (0, 0);
@@ -16,7 +16,8 @@ pub(crate) fn factorise(elements: &mut [f32]) -> Option<()> {
             let element = open.first_mut()?;
             if i == j {
                 let sum = *element - done.iter().fold(0.0, |sum, x| sum + x * x);
-                // Pivots that lose all but the last few bits of their diagonal are rounding noise (f32: 2^-24 each of D terms).
+                // A pivot that loses all but the last few bits of its diagonal is rounding noise (f32: 2^-24
+                // each of D terms).
                 let floor = *element * 1e-6;
                 if !(sum > floor && sum.is_finite()) {
                     return None;
@@ -36,7 +37,7 @@ pub(crate) fn factorise(elements: &mut [f32]) -> Option<()> {
     Some(())
 }
 
-/// L y = rhs, in place, for as many rows as there are.
+/// Solves L y = rhs in place, for as many rows as `y` has.
 #[inline(never)]
 pub(crate) fn solve_lower(mut rows: &[f32], y: &mut [f32]) {
     for i in 0..y.len() {
@@ -49,7 +50,7 @@ pub(crate) fn solve_lower(mut rows: &[f32], y: &mut [f32]) {
     }
 }
 
-/// L^T x = rhs, in place, for as many rows as there are.
+/// Solves L^T x = rhs in place, for as many rows as `x` has.
 #[inline(never)]
 pub(crate) fn solve_upper(elements: &[f32], x: &mut [f32]) {
     let mut size = x.len();
@@ -61,7 +62,7 @@ pub(crate) fn solve_upper(elements: &[f32], x: &mut [f32]) {
             return;
         };
         *value *= inverse;
-        // What is known is taken off the others, along the row.
+        // Subtract the known value's column from the others, along the row.
         for (x, l) in others.iter_mut().zip(factors) {
             *x -= l * *value;
         }

@@ -1,4 +1,4 @@
-/// a . b of two vectors of one length, summed from the first element on.
+/// Dot product of two vectors, summed from the first element on.
 pub(crate) fn dot<const D: usize>(a: &[f32; D], b: &[f32; D]) -> f32 {
     a.iter().zip(b).fold(0.0, |sum, (x, y)| sum + x * y)
 }

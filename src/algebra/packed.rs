@@ -2,11 +2,13 @@
 
 use super::cholesky::{factorise, solve_lower, solve_upper};
 
-/// A symmetric D x D matrix, lower triangle row by row: element (i, j <= i) at i (i + 1) / 2 + j. `T` must be D (D + 1) / 2.
+/// Symmetric D x D matrix, lower triangle row by row: element (i, j <= i) at i (i + 1) / 2 + j. `T` must be D
+/// (D + 1) / 2.
 #[derive(Clone, Copy, Debug)]
 pub struct Packed<const D: usize, const T: usize>(pub(crate) [f32; T]);
 
-/// Lower Cholesky factor L of a positive-definite matrix N = L L^T, packed as [`Packed`], with the diagonal inverted.
+/// Lower Cholesky factor L of a positive-definite matrix N = L L^T, packed as [`Packed`], with inverted
+/// diagonal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cholesky<const D: usize, const T: usize>([f32; T]);
 
@@ -14,8 +16,8 @@ const fn at(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }
 
-/// Element (i, j <= i). The triangle's index is beyond what the compiler can bound, so an index out of range, which the sizes
-/// exclude, reads 0 instead of panicking.
+/// Reads element (i, j <= i). The compiler cannot bound a triangle's index, so an index out of range, which
+/// the sizes exclude, reads 0 instead of panicking.
 fn read(elements: &[f32], i: usize, j: usize) -> f32 {
     elements.get(at(i, j)).copied().unwrap_or(0.0)
 }
@@ -26,12 +28,12 @@ fn write(elements: &mut [f32], i: usize, j: usize, value: f32) {
     }
 }
 
-/// Adds `weight * row row^T` of three rows to a lower triangle, row by row: each sum is read and written once.
+/// Adds `weight * row row^T` of three rows to a lower triangle, reading and writing each sum once.
 #[inline(never)]
 pub(crate) fn add_outers(triangle: &mut [f32], [a, b, c]: [&[f32]; 3], weight: f32) {
     let mut rest = triangle;
     for length in 1..=a.len() {
-        // All of one length, so that the compiler need not look for the shortest.
+        // Slices of equal length, so that the compiler need not look for the shortest.
         let (Some(a), Some(b), Some(c)) = (a.get(..length), b.get(..length), c.get(..length)) else { return };
         let Some((sums, next)) = core::mem::take(&mut rest).split_at_mut_checked(length) else { return };
         let [wa, wb, wc] = [a, b, c].map(|row| weight * row.last().copied().unwrap_or(0.0));
@@ -45,7 +47,7 @@ pub(crate) fn add_outers(triangle: &mut [f32], [a, b, c]: [&[f32]; 3], weight: f
 impl<const D: usize, const T: usize> Packed<D, T> {
     const SIZES_AGREE: () = assert!(T == D * (D + 1) / 2);
 
-    /// The zero matrix. Does not compile when `T` is not D (D + 1) / 2.
+    /// Returns the zero matrix. Does not compile if `T` is not D (D + 1) / 2.
     #[must_use]
     pub const fn zero() -> Self {
         #[allow(clippy::let_unit_value)]
@@ -53,13 +55,13 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         Self([0.0; T])
     }
 
-    /// Element (i, j); 0 out of range.
+    /// Returns element (i, j); 0 out of range.
     #[must_use]
     pub fn get(&self, i: usize, j: usize) -> f32 {
         if j <= i { read(&self.0, i, j) } else { read(&self.0, j, i) }
     }
 
-    /// Adds `value` to element (i, j) and, being symmetric, (j, i).
+    /// Adds `value` to element (i, j) and, by symmetry, to (j, i).
     pub fn add(&mut self, i: usize, j: usize, value: f32) {
         let (i, j) = if j <= i { (i, j) } else { (j, i) };
         let sum = read(&self.0, i, j) + value;
@@ -101,7 +103,8 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         y
     }
 
-    /// The Cholesky factor; `None` when the matrix is not positive definite to f32's precision, or not finite.
+    /// Returns the Cholesky factor; `None` if the matrix is not finite or not positive definite to f32's
+    /// precision.
     pub(crate) fn cholesky(&self) -> Option<Cholesky<D, T>> {
         let mut factor = Cholesky(self.0);
         factorise(&mut factor.0)?;
@@ -110,26 +113,26 @@ impl<const D: usize, const T: usize> Packed<D, T> {
 }
 
 impl<const D: usize, const T: usize> Cholesky<D, T> {
-    /// x with N x = rhs.
+    /// Solves N x = rhs.
     pub fn solve(&self, rhs: &[f32; D]) -> [f32; D] {
         self.solve_upper(&self.solve_lower(rhs))
     }
 
-    /// y with L y = rhs.
+    /// Solves L y = rhs.
     pub fn solve_lower(&self, rhs: &[f32; D]) -> [f32; D] {
         let mut y = *rhs;
         solve_lower(&self.0, &mut y);
         y
     }
 
-    /// x with L^T x = rhs: maps whitened coordinates to parameters.
+    /// Solves L^T x = rhs: maps whitened coordinates to parameters.
     pub fn solve_upper(&self, rhs: &[f32; D]) -> [f32; D] {
         let mut x = *rhs;
         solve_upper(&self.0, &mut x);
         x
     }
 
-    /// L^T x: maps parameters to whitened coordinates.
+    /// Returns L^T x: maps parameters to whitened coordinates.
     pub fn times_upper(&self, x: &[f32; D]) -> [f32; D] {
         let mut y = [0.0; D];
         for i in 0..D {
@@ -170,7 +173,7 @@ mod tests {
             for (back, expected) in l.solve_upper(&whitened).iter().zip(&x) {
                 assert!((back - expected).abs() < 1e-5);
             }
-            // |L^T x|^2 = x^T N x
+            // |L^T x|^2 = x^T N x.
             assert!((dot(&whitened, &whitened) - dot(&x, &n.times(&x))).abs() < 1e-5);
         }
     }

@@ -1,5 +1,5 @@
-/// The value below which `share` (0 to 1) of the values lie; the upper of two, 0 of none. Sorts them, by insertion: they are a hundred or so, and there
-/// is no way to panic.
+/// Value below which `share` (0 to 1) of the values lie: the upper of two, 0 of none. Sorts the values in
+/// place by insertion, because they are about a hundred and this sort cannot panic.
 pub(crate) fn quantile(values: &mut [f32], share: f32) -> f32 {
     for sorted in 1..values.len() {
         let mut place = values.get_mut(..=sorted).unwrap_or_default();

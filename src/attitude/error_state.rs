@@ -2,23 +2,23 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// Attitude error phi (3, NED, radians, `C_true = exp(phi) C`), gyro bias error (3, body, rad/s), horizontal velocity error
-/// (2, north and east, m/s).
+/// Number of states: attitude error phi (3, NED, radians, `C_true = exp(phi) C`), gyro bias error (3, body,
+/// rad/s), horizontal velocity error (2, north and east, m/s).
 pub(crate) const STATES: usize = 8;
-/// First bias state.
+/// Index of the first bias state.
 pub(crate) const BIAS: usize = 3;
-/// First velocity state.
+/// Index of the first velocity state.
 pub(crate) const VELOCITY: usize = 6;
-/// The attitude state about the vertical.
+/// Index of the attitude error about the vertical.
 pub(crate) const HEADING: usize = 2;
 
-/// Which states a measurement may move.
+/// States that an update may correct.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Gain {
-    /// All of them: the optimal gain.
+    /// Every state: the optimal gain.
     Every,
-    /// The heading and these axes of the bias only, so that a disturbed field never tilts the estimate; the covariance stays that of
-    /// the gain used.
+    /// The heading and these axes of the bias only, so that a disturbed field never tilts the estimate. The
+    /// covariance is that of the gain used.
     Heading([bool; 3]),
 }
 
@@ -33,19 +33,19 @@ impl Gain {
     }
 }
 
-/// How much the states spread over a step, in variance.
-pub(crate) struct Spread {
-    /// Attitude, NED, rad^2.
+/// Process noise of one filter step, variances.
+pub(crate) struct ProcessNoise {
+    /// Attitude error, NED, rad^2.
     pub(crate) attitude: Matrix3<f32>,
-    /// Each bias, (rad/s)^2.
+    /// Each axis of the bias, (rad/s)^2.
     pub(crate) bias: f32,
-    /// Each velocity, (m/s)^2.
+    /// Each horizontal velocity, (m/s)^2.
     pub(crate) velocity: f32,
 }
 
-/// Covariance of the filter's errors and the correction collected since it was last taken.
+/// Error-state Kalman filter: the covariance, and the correction collected since it was last taken.
 ///
-/// Only the upper triangle (column at least row) is kept; what lies below it is never read.
+/// Only the upper triangle (column at least row) of the covariance is kept; elements below it are never read.
 pub(crate) struct ErrorState {
     covariance: [[f32; STATES]; STATES],
     correction: [f32; STATES],
@@ -67,10 +67,11 @@ impl ErrorState {
         Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
     }
 
-    /// Gives a state a variance of its own, independent of all others. Out of line: copies of it would be a kilobyte of flash.
+    /// Resets a state to a variance, uncorrelated with all others. Not inlined: its copies would take a
+    /// kilobyte of flash.
     #[inline(never)]
-    pub(crate) fn open(&mut self, state: usize, variance: f32) {
-        // Beyond the states there is nothing to open; said so that no panic can be reached.
+    pub(crate) fn reset(&mut self, state: usize, variance: f32) {
+        // An index beyond the states changes nothing. The check keeps a panic unreachable.
         let Some(row) = self.covariance.get_mut(state) else { return };
         *row = [0.0; STATES];
         for row in &mut self.covariance {
@@ -83,23 +84,23 @@ impl ErrorState {
         }
     }
 
-    /// Adds to the variance of a state, up to a limit.
-    pub(crate) fn widen(&mut self, state: usize, variance: f32, limit: f32) {
+    /// Inflates the variance of a state, up to a limit at which the state is reset.
+    pub(crate) fn inflate(&mut self, state: usize, variance: f32, limit: f32) {
         let sum = self.covariance[state][state] + variance;
         if sum < limit {
             self.covariance[state][state] = sum;
         } else {
-            self.open(state, limit);
+            self.reset(state, limit);
         }
     }
 
-    /// Carries the errors over a step: phi' = -C db, and, while gravity is `gravity_m_s2`, dv' = phi x (0, 0, -g).
-    /// `rotation_time` is the integral of C (body to NED) over the step, seconds; `gravity_time` that of g, m/s, 0 when the
-    /// specific force was not seen.
-    pub(crate) fn propagate(&mut self, rotation_time: &Matrix3<f32>, gravity_time: f32, spread: &Spread) {
+    /// Predicts the errors over a step: phi' = -C db and, while gravity is seen, dv' = phi x (0, 0, -g).
+    /// `rotation_time` is the integral of C (body to NED) over the step, seconds; `gravity_time` that of g,
+    /// m/s, 0 if no specific force was read.
+    pub(crate) fn predict(&mut self, rotation_time: &Matrix3<f32>, gravity_time: f32, noise: &ProcessNoise) {
         let p = &mut self.covariance;
         let turn = |r: usize, k: usize| rotation_time[(r, k)];
-        // attitude against bias, then attitude against velocity, each less what the bias turns it by
+        // Covariances of attitude with bias and with velocity, each less the turn by the bias.
         let mut attitude_bias = [[0.0; 3]; 3];
         let mut attitude = [[0.0; 3]; 3];
         let mut attitude_velocity = [[0.0; 2]; 3];
@@ -118,13 +119,13 @@ impl ErrorState {
             }
         }
         let g = gravity_time;
-        p[VELOCITY][VELOCITY] += g * (g * p[1][1] - 2.0 * p[1][VELOCITY]) + spread.velocity;
+        p[VELOCITY][VELOCITY] += g * (g * p[1][1] - 2.0 * p[1][VELOCITY]) + noise.velocity;
         p[VELOCITY][VELOCITY + 1] += g * (p[0][VELOCITY] - p[1][VELOCITY + 1] - g * p[0][1]);
-        p[VELOCITY + 1][VELOCITY + 1] += g * (g * p[0][0] + 2.0 * p[0][VELOCITY + 1]) + spread.velocity;
+        p[VELOCITY + 1][VELOCITY + 1] += g * (g * p[0][0] + 2.0 * p[0][VELOCITY + 1]) + noise.velocity;
         for k in 0..3 {
             p[BIAS + k][VELOCITY] -= g * p[1][BIAS + k];
             p[BIAS + k][VELOCITY + 1] += g * p[0][BIAS + k];
-            p[BIAS + k][BIAS + k] += spread.bias;
+            p[BIAS + k][BIAS + k] += noise.bias;
         }
         for r in 0..3 {
             p[r][VELOCITY] = attitude_velocity[r][0] - g * attitude[r][1];
@@ -135,20 +136,21 @@ impl ErrorState {
                     let carried = attitude_bias[r][0] * turn(c, 0)
                         + attitude_bias[r][1] * turn(c, 1)
                         + attitude_bias[r][2] * turn(c, 2);
-                    p[r][c] = attitude[r][c] - carried + spread.attitude[(r, c)];
+                    p[r][c] = attitude[r][c] - carried + noise.attitude[(r, c)];
                 }
             }
         }
     }
 
-    /// Takes in a direct reading of one state's error, with its variance.
-    pub(crate) fn observe(&mut self, state: usize, innovation: f32, variance: f32, gain: Gain) {
+    /// Updates by a direct observation of one state's error.
+    pub(crate) fn update(&mut self, state: usize, innovation: f32, variance: f32, gain: Gain) {
         let column = self.column(state);
-        self.take_in(&column, column[state] + variance, innovation - self.correction[state], gain);
+        self.update_scalar(&column, column[state] + variance, innovation - self.correction[state], gain);
     }
 
-    /// Takes in a reading of the heading's error, with its variance, in which a tilt error appears by `slope` about north and about east.
-    pub(crate) fn observe_heading(&mut self, innovation: f32, slope: &Vector2<f32>, variance: f32, gain: Gain) {
+    /// Updates by an observation of the heading's error to which tilt errors about north and east add by
+    /// `slope`.
+    pub(crate) fn update_heading(&mut self, innovation: f32, slope: &Vector2<f32>, variance: f32, gain: Gain) {
         let (north, east) = (self.column(0), self.column(1));
         let mut column = self.column(HEADING);
         for (k, element) in column.iter_mut().enumerate() {
@@ -156,10 +158,10 @@ impl ErrorState {
         }
         let seen = |x: &[f32; STATES]| x[HEADING] + slope.x * x[0] + slope.y * x[1];
         let residual = innovation - seen(&self.correction);
-        self.take_in(&column, seen(&column) + variance, residual, gain);
+        self.update_scalar(&column, seen(&column) + variance, residual, gain);
     }
 
-    /// Variance of the heading as a field shows it, in which a tilt error appears by `slope` about north and about east.
+    /// Variance of the heading that a field observes; tilt errors about north and east add to it by `slope`.
     pub(crate) fn seen_heading_variance(&self, slope: &Vector2<f32>) -> f32 {
         let p = &self.covariance;
         let about_north = slope.x * p[0][0] + 2.0 * (slope.y * p[0][1] + p[0][HEADING]);
@@ -174,12 +176,14 @@ impl ErrorState {
         column
     }
 
-    /// Takes in a reading h of the errors: `column` is P h', `total` the variance of the innovation, `residual` what is left of it.
+    /// Scalar Kalman update for an observation h of the errors: `column` is P h', `total` the innovation's
+    /// variance, `residual` the innovation less the collected correction.
     ///
-    /// With the optimal gain k = P h' / total the covariance loses P h' h P / total. Where the gain of a state is set to zero,
-    /// `(I - K h) P (I - K h)' + R K K'` loses the same, save between two such states: nothing.
+    /// With the optimal gain k = P h' / total the covariance loses P h' h P / total. With some gains set to
+    /// zero, `(I - K h) P (I - K h)' + R K K'` loses the same, but nothing between two states whose gains are
+    /// zero.
     #[inline(never)]
-    fn take_in(&mut self, column: &[f32; STATES], total: f32, residual: f32, gain: Gain) {
+    fn update_scalar(&mut self, column: &[f32; STATES], total: f32, residual: f32, gain: Gain) {
         if total <= 0.0 {
             return;
         }
@@ -200,16 +204,16 @@ impl ErrorState {
         }
     }
 
-    /// The correction collected (attitude, bias, velocity), which is then zero again.
+    /// Takes the collected correction (attitude, bias, velocity) and zeroes it.
     pub(crate) fn take_correction(&mut self) -> (Vector3<f32>, Vector3<f32>, Vector2<f32>) {
         let x = self.correction;
         self.correction = [0.0; STATES];
         (Vector3::new(x[0], x[1], x[2]), Vector3::new(x[3], x[4], x[5]), Vector2::new(x[6], x[7]))
     }
 
-    /// Whether every number is finite and every variance positive.
+    /// Returns true if every number is finite and every variance positive.
     pub(crate) fn is_sound(&self) -> bool {
-        // one number that is not finite makes the sum so
+        // A single number that is not finite makes the sum so.
         let mut sum = 0.0;
         for r in 0..STATES {
             sum += self.correction[r];

@@ -1,37 +1,38 @@
 use crate::{
     config::{AttitudeConfig, Earth},
+    rest::TURNING_RAD_S,
     rotation::sine_and_cosine,
 };
 
-// Times that cite nothing else are VQF's defaults (Laidig and Seel, Information Fusion 91, 2023).
+// Times without a source of their own are VQF's defaults (Laidig and Seel, Information Fusion 91, 2023).
 
-/// The reference is the mean of the undisturbed field over this time, seconds: slower than a passing disturbance.
+/// Averaging time of the reference, seconds: longer than a passing disturbance.
 const REFERENCE_TIME_S: f32 = 20.0;
-/// Smoothing of norm and dip before they are compared, seconds: over the sensor's noise, under the time of a turn.
+/// Smoothing of norm and dip before the comparison, seconds: longer than the sensor's noise, shorter than a
+/// turn.
 const SMOOTHING_S: f32 = 0.05;
-/// The field is used again after it has agreed this long, seconds: a field that turns in a disturbance crosses the
-/// undisturbed values for moments.
+/// Agreement required before the field is used again, seconds: a field that turns inside a disturbance
+/// crosses the undisturbed values for moments.
 const QUIET_S: f32 = 0.5;
-/// A new field becomes the reference after it has been steady this long while the probe turns, seconds. A disturbance that
-/// rides on the probe does not stay steady in norm and dip while it turns.
+/// Steadiness required of a new reference while the probe turns, seconds. A disturbance that rides on the
+/// probe does not keep norm and dip while the probe turns.
 const NEW_FIELD_S: f32 = 20.0;
-/// Time constant of the candidate, seconds: by then its first reading has 2 % of the weight.
+/// Time constant of the candidate, seconds: after [`NEW_FIELD_S`] its first reading has 2 % of the weight.
 const CANDIDATE_TIME_S: f32 = 0.25 * NEW_FIELD_S;
-/// Steadiness counts by this factor while the probe does not turn, where it proves little: a magnet may lie there for a minute, so two
-/// minutes are asked for.
+/// Weight of steadiness while the probe stands still, where it proves little: a magnet may lie there for a
+/// minute, so two minutes are required.
 const STILL_WEIGHT: f32 = NEW_FIELD_S / 120.0;
-/// The probe turns above this rate, rad/s: 20 deg/s.
-pub(crate) const TURNING_RAD_S: f32 = 0.35;
 
-/// The undisturbed magnetic field, by the two numbers that do not depend on heading: total field and dip.
+/// Reference of the undisturbed magnetic field: total field and dip, the two numbers that do not depend on
+/// heading.
 #[derive(Clone, Copy)]
 pub(crate) struct FieldReference {
-    /// Total field (microtesla) and dip (radians) of the reference; the field is 0 while unknown.
+    /// Total field of the reference, microtesla; 0 while unknown. Its dip, radians.
     norm_ut: f32,
     dip_rad: f32,
-    /// How long the reference has been averaged, up to its time constant, seconds.
+    /// Averaging time of the reference so far, at most its time constant, seconds.
     age_s: f32,
-    /// Whether both numbers were given.
+    /// True if the configuration gave both numbers.
     configured: bool,
     smooth_norm_ut: f32,
     smooth_dip_rad: f32,
@@ -57,7 +58,8 @@ impl FieldReference {
         }
     }
 
-    /// Starts from the configured field where both of its numbers are known; else the first field seen is the reference.
+    /// Starts from the configured field if both of its numbers are known; otherwise the first field read
+    /// becomes the reference.
     pub(crate) fn start(earth: &Earth) -> Self {
         let mut reference = Self::new();
         if let (Some(norm_ut), Some(dip_rad)) = (earth.magnetic_field_ut, earth.dip_rad) {
@@ -70,21 +72,21 @@ impl FieldReference {
         reference
     }
 
-    /// Total field of the reference, microtesla, and sine and cosine of its dip.
+    /// Returns the reference's total field, microtesla, and the sine and cosine of its dip.
     pub(crate) fn dip(&self) -> (f32, f32, f32) {
         let (sine, cosine) = sine_and_cosine(self.dip_rad);
         (self.norm_ut, sine, cosine)
     }
 
-    /// Averages the reference anew, from fields that agree with the old one; a configured one stays.
+    /// Restarts the average, from fields that agree with the old reference; a configured reference stays.
     pub(crate) const fn relearn(&mut self) {
         if !self.configured {
             self.age_s = 0.0;
         }
     }
 
-    /// Compares the field of the last `dt_s` with the reference. Some: undisturbed, with the squared deviation in parts of the
-    /// total field; None: disturbed, not to be used.
+    /// Compares the field of the last `dt_s` seconds with the reference. Returns the squared deviation
+    /// relative to the total field if the field is undisturbed, `None` if it must not be used.
     pub(crate) fn compare(
         &mut self,
         norm_ut: f32,

@@ -1,19 +1,31 @@
-//! From compensated rates and calibrated vectors to inclination, azimuth and toolface, each with its uncertainty.
+//! The attitude filter: compensated rates and calibrated vectors in; inclination, azimuth and toolface out,
+//! each with its uncertainty.
 
-mod block;
+mod agreement;
 mod error_state;
 mod field_reference;
-mod fusion;
+mod filter;
+mod filter_step;
+mod heading;
+mod motion;
 mod propagation;
+mod report;
 mod rest;
+mod sensor_errors;
+mod settings;
+mod shaking;
+mod state;
+mod sustained;
+mod tilt;
 mod toolface;
+mod turned_field;
 
-pub use fusion::AttitudeFilter;
-pub(crate) use rest::Rest;
+pub use filter::AttitudeFilter;
+pub(crate) use rest::RestTracker;
 pub(crate) use toolface::{ToolAngleSigmas, ToolAngles, near_vertical, positive_angle};
 
 bitflags::bitflags! {
-    /// What a reader of an [`Attitude`] has to know about it.
+    /// Conditions under which an [`Attitude`] was formed.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
     #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
     pub struct AttitudeFlags: u16 {
@@ -27,7 +39,8 @@ bitflags::bitflags! {
         const MAG_UNUSED = 1 << 3;
         /// Heading has never been observed: azimuth counts from an arbitrary north.
         const NO_HEADING = 1 << 4;
-        /// The hole is near vertical: azimuth and gravity toolface are singular, `magnetic_toolface_rad` is exact.
+        /// The hole is near vertical: azimuth and gravity toolface are singular, `magnetic_toolface_rad` is
+        /// exact.
         const NEAR_VERTICAL = 1 << 5;
         /// A gap in time came before this sample: the rotation across it is unknown.
         const AFTER_GAP = 1 << 6;
@@ -48,9 +61,11 @@ pub struct Attitude {
     pub inclination_rad: f32,
     /// Azimuth of the tool axis, radians, 0 to 2 pi; magnetic, or true when a declination is configured.
     pub azimuth_rad: f32,
-    /// Gravity toolface, radians, 0 to 2 pi: from the highside of the hole to the body's x, clockwise looking down-hole.
+    /// Gravity toolface, radians, 0 to 2 pi: from the highside of the hole to the body's x, clockwise looking
+    /// down-hole.
     pub gravity_toolface_rad: f32,
-    /// Magnetic toolface, radians, 0 to 2 pi: azimuth plus gravity toolface near the vertical, defined for inclinations under pi.
+    /// Magnetic toolface, radians, 0 to 2 pi: azimuth plus gravity toolface near the vertical, defined for
+    /// inclinations under pi.
     pub magnetic_toolface_rad: f32,
     /// 1-sigma of the inclination, radians.
     pub sigma_inclination_rad: f32,
@@ -58,6 +73,6 @@ pub struct Attitude {
     pub sigma_azimuth_rad: f32,
     /// 1-sigma of the toolface that applies (gravity, or magnetic near the vertical), radians.
     pub sigma_toolface_rad: f32,
-    /// What a reader has to know about this attitude.
+    /// Conditions under which this attitude was formed.
     pub flags: AttitudeFlags,
 }

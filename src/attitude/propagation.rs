@@ -1,21 +1,22 @@
 use crate::rotation::{exp_quaternion, renormalised};
 use nalgebra::{Quaternion, Vector3, Vector4};
 
-/// Turns body rates into the body-to-earth quaternion, sample by sample.
+/// Body-to-earth quaternion, integrated from body rates sample by sample.
 ///
-/// Each interval's increment is made a rotation vector with the coning term `a0 x a1 / 12` of the previous increment and this
-/// one (Savage, Strapdown inertial navigation integration algorithm design part 1, J. Guidance 21(1), 1998). For readings that
-/// are means over their interval that leaves under 1 % of the coning drift up to 0.2 rad of phase per step. The quaternion step itself errs by less than 3e-7 (see `rotation`), and its norm is held
-/// within 1e-6 of one.
+/// Each interval's increment becomes a rotation vector by the coning term `a0 x a1 / 12` of the previous
+/// increment and this one (Savage, Strapdown inertial navigation integration algorithm design part 1, J.
+/// Guidance 21(1), 1998). For readings that are means over their interval, less than 1 % of the coning drift
+/// remains up to 0.2 rad of phase per step. The quaternion step errs by less than 3e-7 (see `rotation`); its
+/// norm stays within 1e-6 of one.
 pub(crate) struct Propagation {
-    /// Body to earth.
+    /// Rotation from body to earth.
     pub(crate) q: Quaternion<f32>,
     increment_rad: Vector3<f32>,
     moving: bool,
 }
 
 impl Propagation {
-    /// All zero, for a static; `q` is to be set before the first step.
+    /// All zero, for a static; set `q` before the first step.
     pub(crate) const fn new() -> Self {
         Self {
             q: Quaternion::from_vector(Vector4::new(0.0, 0.0, 0.0, 0.0)),
@@ -24,12 +25,12 @@ impl Propagation {
         }
     }
 
-    /// Forgets the previous sample, so that the next step does not look across a gap.
+    /// Forgets the previous sample, so that the next step adds no coning term across a gap.
     pub(crate) const fn interrupt(&mut self) {
         self.moving = false;
     }
 
-    /// Steps over the `dt_s` seconds that end now, with their mean rate.
+    /// Advances by the `dt_s` seconds that end now, at their mean rate.
     pub(crate) fn step(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
         let increment = rate_rad_s * dt_s;
         let mut rotation = increment;
@@ -41,7 +42,7 @@ impl Propagation {
         self.moving = true;
     }
 
-    /// Turns the estimate by a rotation vector in the earth frame.
+    /// Rotates the estimate by a rotation vector in the earth frame.
     pub(crate) fn correct(&mut self, rotation_vector_rad: &Vector3<f32>) {
         self.q = renormalised(&(exp_quaternion(rotation_vector_rad) * self.q));
     }
@@ -78,7 +79,8 @@ mod tests {
         assert!((matrix(&p.q) - nalgebra::Matrix3::identity()).norm() < 2e-4, "{}", matrix(&p.q));
     }
 
-    /// Classical coning: the body z axis draws a cone and the true attitude is known in closed form.
+    /// Drift of classical coning, rad/s: the body z axis draws a cone, and the true attitude is known in
+    /// closed form.
     fn coning_drift_rad_s() -> f64 {
         let (half_angle, omega, dt) = (0.1_f64, 40.0, f64::from(DT_S));
         let truth = |t: f64| {

@@ -1,36 +1,37 @@
 use nalgebra::Vector3;
 
-/// Smoothing that the readings are compared with, seconds (VQF's default).
+/// Smoothing of the readings' own mean, seconds (VQF's default).
 const SMOOTHING_S: f32 = 0.5;
-/// Most deviation from the smoothed rate at rest, rad/s, and most smoothed rate: 2 deg/s, VQF's default (Laidig and Seel,
-/// Information Fusion 91, 2023), over the noise and the bias of a compensated MEMS gyro.
+/// Largest smoothed rate at rest, and largest deviation from it, rad/s: 2 deg/s, VQF's default (Laidig and
+/// Seel, Information Fusion 91, 2023), above the noise and the bias of a compensated MEMS gyro.
 const RATE_RAD_S: f32 = 0.035;
-/// Most deviation of specific force at rest, m/s^2 (VQF's default).
+/// Largest deviation of the specific force at rest, m/s^2 (VQF's default).
 const FORCE_M_S2: f32 = 0.5;
-/// Slowest swing of a probe at rest that is not seen as a turn, hertz: at 2 deg/s it swings by a third of a degree. Speed is acceleration over
-/// its angular frequency.
+/// Slowest swing that counts as rest, hertz: at 2 deg/s its amplitude is a third of a degree. Divides
+/// acceleration into speed.
 const SWING_HZ: f32 = 1.0;
-/// Least speed of a probe at rest, m/s: a slower swing, by a degree at an arm of a third of a metre in a second.
+/// Least speed assumed at rest, m/s: a slower swing, by a degree in a second at an arm of a third of a metre.
 const LEAST_SPEED_M_S: f32 = 5e-3;
-/// Quiet for this long is rest, seconds (VQF's default).
+/// Quiet time after which the probe is at rest, seconds (VQF's default).
 const QUIET_S: f32 = 1.5;
 
-/// A force that has not been read for this long is no sign of rest, seconds: accelerometers are read at 12.5 Hz and faster.
+/// Longest time without a force in which rest is still believed, seconds: accelerometers are read at 12.5 Hz
+/// and faster.
 const UNSEEN_S: f32 = 0.1;
 
-/// Tells rest from motion by readings that stay the same. A slow and perfectly steady rotation cannot be told from a bias;
-/// who uses the answer bounds what it may claim.
-pub(crate) struct Rest {
+/// Detector of rest by readings that stay the same. It cannot tell a slow, perfectly steady rotation from a
+/// bias; its users bound what they conclude from it.
+pub(crate) struct RestTracker {
     rate_rad_s: Vector3<f32>,
     force_m_s2: Vector3<f32>,
-    /// Of the force from its mean, smoothed, (m/s^2)^2.
+    /// Smoothed square of the force's deviation from its mean, (m/s^2)^2.
     square_deviation: f32,
     quiet_s: f32,
     unseen_s: f32,
     started: bool,
 }
 
-impl Rest {
+impl RestTracker {
     pub(crate) const fn new() -> Self {
         Self {
             rate_rad_s: Vector3::new(0.0, 0.0, 0.0),
@@ -42,8 +43,9 @@ impl Rest {
         }
     }
 
-    /// Takes a reading; a force may be missing for moments, where the accelerometer is read less often than the gyro.
-    pub(crate) fn observe(&mut self, rate_rad_s: &Vector3<f32>, force_m_s2: Option<&Vector3<f32>>, dt_s: f32) {
+    /// Takes one reading; the force may be missing for moments, where the accelerometer is read less often
+    /// than the gyro.
+    pub(crate) fn update(&mut self, rate_rad_s: &Vector3<f32>, force_m_s2: Option<&Vector3<f32>>, dt_s: f32) {
         self.unseen_s = if force_m_s2.is_some() { 0.0 } else { self.unseen_s + dt_s };
         if self.unseen_s > UNSEEN_S || (force_m_s2.is_none() && !self.started) {
             self.quiet_s = 0.0;
@@ -70,18 +72,20 @@ impl Rest {
         };
     }
 
-    /// Mean square of the speed of a probe at rest, (m/s)^2: what makes the force vary, and no less than a slow swing.
+    /// Mean square of the speed at rest, (m/s)^2: what explains the force's variation, and at least that of a
+    /// slow swing.
     pub(crate) fn square_speed(&self) -> f32 {
         self.square_deviation / (core::f32::consts::TAU * SWING_HZ * core::f32::consts::TAU * SWING_HZ)
             + LEAST_SPEED_M_S * LEAST_SPEED_M_S
     }
 
-    /// Spectral density of the specific force at rest, (m/s^2)^2/Hz, where it comes every `dt_s` seconds: what it varies by is noise.
+    /// Spectral density of the force's noise at rest, (m/s^2)^2/Hz, for readings `dt_s` seconds apart: all
+    /// variation counts as noise.
     pub(crate) fn force_density(&self, dt_s: f32) -> f32 {
         self.square_deviation * dt_s
     }
 
-    /// Whether the probe is at rest.
+    /// Returns true while the probe is at rest.
     pub(crate) const fn detected(&self) -> bool {
         self.quiet_s >= QUIET_S
     }
@@ -93,27 +97,27 @@ mod tests {
 
     #[test]
     fn rest_begins_after_quiet_and_ends_at_once() {
-        let mut rest = Rest::new();
+        let mut rest = RestTracker::new();
         let (bias, gravity) = (Vector3::new(0.01, 0.0, -0.01), Vector3::new(0.0, 0.0, -9.8));
         for _ in 0..299 {
-            rest.observe(&bias, Some(&gravity), 0.005);
+            rest.update(&bias, Some(&gravity), 0.005);
         }
         assert!(!rest.detected());
-        (0..3).for_each(|_| rest.observe(&bias, Some(&gravity), 0.005));
+        (0..3).for_each(|_| rest.update(&bias, Some(&gravity), 0.005));
         assert!(rest.detected());
-        rest.observe(&(bias + Vector3::new(0.1, 0.0, 0.0)), Some(&gravity), 0.005);
+        rest.update(&(bias + Vector3::new(0.1, 0.0, 0.0)), Some(&gravity), 0.005);
         assert!(!rest.detected());
     }
 
     #[test]
     fn turning_slowly_but_visibly_is_no_rest_nor_is_silence() {
-        let mut rest = Rest::new();
+        let mut rest = RestTracker::new();
         for _ in 0..2_000 {
-            rest.observe(&Vector3::new(0.0, 0.0, 0.06), Some(&Vector3::new(0.0, 0.0, -9.8)), 0.005);
+            rest.update(&Vector3::new(0.0, 0.0, 0.06), Some(&Vector3::new(0.0, 0.0, -9.8)), 0.005);
             assert!(!rest.detected());
         }
-        let mut rest = Rest::new();
-        (0..2_000).for_each(|_| rest.observe(&Vector3::zeros(), None, 0.005));
+        let mut rest = RestTracker::new();
+        (0..2_000).for_each(|_| rest.update(&Vector3::zeros(), None, 0.005));
         assert!(!rest.detected());
     }
 }

@@ -1,32 +1,33 @@
 use core::f32::consts::{PI, TAU};
 use nalgebra::Matrix3;
 
-/// Squared sine of the inclination from which the sum of azimuth and toolface is as good as their joint formula: to 2e-6 rad at 6 deg.
+/// Squared sine of the inclination above which azimuth plus toolface replaces their joint formula: it agrees
+/// to 2e-6 rad at 6 deg.
 const ADDED_SQUARED_SINE: f32 = 0.01;
 
-/// The angles by which a driller steers, of one attitude; conventions of `C = Rz(azimuth) Ry(inclination) Rz(toolface)`, earth
-/// NED, tool z down-hole and x at highside when the toolface is 0.
+/// Steering angles of one attitude: `C = Rz(azimuth) Ry(inclination) Rz(toolface)`, earth NED, tool z
+/// down-hole and x at the highside when the toolface is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ToolAngles {
-    /// 0 to pi.
+    /// Angle of the tool axis from the vertical, 0 to pi.
     pub(crate) inclination_rad: f32,
-    /// 0 to 2 pi; 0 exactly along the vertical.
+    /// Direction of the tool axis from north, 0 to 2 pi; 0 exactly along the vertical.
     pub(crate) azimuth_rad: f32,
-    /// 0 to 2 pi, clockwise looking down-hole; 0 exactly along the vertical.
+    /// Angle from the highside to x, clockwise looking down-hole, 0 to 2 pi; 0 exactly along the vertical.
     pub(crate) gravity_toolface_rad: f32,
     /// Azimuth plus gravity toolface, 0 to 2 pi: exact down to the vertical, undefined (0) straight up.
     pub(crate) magnetic_toolface_rad: f32,
 }
 
 impl ToolAngles {
-    /// The angles of a tool-to-NED matrix. Its last row is gravity's direction G in tool axes, its last column the tool axis in NED,
-    /// so inclination is atan2(hypot(Gx, Gy), Gz), gravity toolface atan2(Gy, -Gx), azimuth atan2(C12, C02), magnetic toolface
-    /// atan2(C10 - C01, C00 + C11).
+    /// Computes the angles of a tool-to-NED matrix. Its last row is gravity's direction G in tool axes, its
+    /// last column the tool axis in NED: inclination = atan2(hypot(Gx, Gy), Gz), gravity toolface = atan2(Gy,
+    /// -Gx), azimuth = atan2(C12, C02), magnetic toolface = atan2(C10 - C01, C00 + C11).
     pub(crate) fn of(c: &Matrix3<f32>) -> Self {
         let (gx, gy, gz) = (c.m31, c.m32, c.m33);
         let squared_sine = gx * gx + gy * gy;
         let azimuth_rad = positive_angle(libm::atan2f(c.m23, c.m13));
-        // `0.0 - gx`: a zero stays positive, so that straight down reads 0
+        // `0.0 - gx` keeps a zero positive, so that straight down reads 0.
         let gravity_toolface_rad = positive_angle(libm::atan2f(gy, 0.0 - gx));
         let magnetic_toolface_rad = if squared_sine > ADDED_SQUARED_SINE {
             positive_angle(azimuth_rad + gravity_toolface_rad - TAU)
@@ -42,7 +43,7 @@ impl ToolAngles {
     }
 }
 
-/// 1-sigma of the angles, radians, each at most pi (an angle about which nothing is known).
+/// Standard deviations of the angles, radians; pi stands for an unknown angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ToolAngleSigmas {
     pub(crate) inclination_rad: f32,
@@ -56,18 +57,19 @@ impl ToolAngleSigmas {
     pub(crate) const UNSET: Self =
         Self { inclination_rad: 0.0, azimuth_rad: 0.0, gravity_toolface_rad: 0.0, magnetic_toolface_rad: 0.0 };
 
-    /// From the covariance (rad^2) of the attitude error phi in NED, `C_true = exp(phi) C`.
+    /// Propagates the covariance (rad^2) of the attitude error phi in NED, `C_true = exp(phi) C`.
     ///
-    /// With h = (cos A, sin A, 0) along the azimuth and n = (-sin A, cos A, 0) across it, phi = dA z + dI n + dT t for the tool
-    /// axis t, so dI = phi.n, dT = phi.h / sin I, dA = phi_z - dT cos I, and d(A + T) = phi_z + tan(I/2) phi.h.
+    /// With h = (cos A, sin A, 0) along the azimuth, n = (-sin A, cos A, 0) across it and the tool axis t,
+    /// phi = dA z + dI n + dT t. So dI = phi.n, dT = phi.h / sin I, dA = phi_z - dT cos I, and d(A + T) =
+    /// phi_z + tan(I/2) phi.h.
     pub(crate) fn of(c: &Matrix3<f32>, covariance: &Matrix3<f32>) -> Self {
         let (t, p) = (c.column(2), covariance);
         let sine = libm::sqrtf(t.x * t.x + t.y * t.y);
-        // along the vertical any direction is the azimuth's
+        // Along the vertical every direction can be the azimuth's; take north.
         let (hx, hy) = if sine > 1e-6 { (t.x / sine, t.y / sine) } else { (1.0, 0.0) };
         let safe_sine = if sine > 1e-6 { sine } else { 1e-6 };
         let cosine_plus_one = if t.z > -1.0 + 1e-6 { 1.0 + t.z } else { 1e-6 };
-        // of phi.n, phi.h and phi_z, and what the last two have in common
+        // Variances of phi.n and phi.h, and the covariance of phi.h with phi_z.
         let (xx, xy, yy) = (hx * hx, 2.0 * hx * hy, hy * hy);
         let across = xx * p.m22 - xy * p.m12 + yy * p.m11;
         let along = xx * p.m11 + xy * p.m12 + yy * p.m22;
@@ -85,15 +87,16 @@ impl ToolAngleSigmas {
     }
 }
 
-/// Whether the hole is near vertical, with hysteresis so that noise at the limit does not toggle what is reported.
+/// Returns true if the hole counts as near vertical. Hysteresis keeps noise at the limit from toggling the
+/// report.
 pub(crate) fn near_vertical(before: bool, inclination_rad: f32, limit_rad: f32, hysteresis_rad: f32) -> bool {
     inclination_rad < if before { limit_rad + hysteresis_rad } else { limit_rad }
 }
 
-/// An angle of -2 pi to 2 pi brought to 0 (included) to 2 pi (excluded).
+/// Wraps an angle of -2 pi to 2 pi into 0 (included) to 2 pi (excluded).
 pub(crate) fn positive_angle(angle_rad: f32) -> f32 {
     let turned = if angle_rad < 0.0 { angle_rad + TAU } else { angle_rad };
-    // a tiny negative angle rounds to a whole turn
+    // A tiny negative angle rounds to a whole turn.
     if turned < TAU { turned } else { 0.0 }
 }
 
@@ -136,7 +139,7 @@ mod tests {
                 for toolface_deg in (0..360).step_by(15) {
                     let [i, a, t] = [inclination_deg, azimuth_deg, toolface_deg].map(|d| f64::from(d).to_radians());
                     let c = tool_to_ned(a, i, t);
-                    // what ideal sensors would read: gravity and field in tool axes
+                    // Ideal readings: gravity and field in tool axes.
                     let g = [c[2][0], c[2][1], c[2][2]];
                     let b: [f64; 3] = core::array::from_fn(|k| (0..3).map(|r| c[r][k] * field[r]).sum());
                     let inclination = libm::atan2(libm::hypot(g[0], g[1]), g[2]);
@@ -146,7 +149,7 @@ mod tests {
                         b[2] * (g[0] * g[0] + g[1] * g[1]) - g[2] * (g[0] * b[0] + g[1] * b[1]),
                     );
                     let angles = ToolAngles::of(&to_f32(c));
-                    // an angle about the vertical is as good as the horizontal part is long
+                    // The error of an angle about the vertical grows as the horizontal part shrinks.
                     let bound = 2e-7 / libm::sin(i) + 1e-6;
                     assert!(apart(angles.inclination_rad.into(), inclination) < 1e-6);
                     assert!(apart(angles.azimuth_rad.into(), azimuth) < bound && apart(azimuth, a) < 1e-9);

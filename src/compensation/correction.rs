@@ -1,23 +1,23 @@
-use super::effect::{Effect, MAX_PARAMETERS, Moment, Sensor};
+use super::effect::{Effect, MAX_PARAMETERS, Sensor, Snapshot};
 use nalgebra::Vector3;
 
-/// Most effects that are taken out at a time.
+/// Largest number of effects taken out at a time.
 pub const MAX_ACTIVE: usize = 8;
 
-/// An effect of the library with its parameters.
+/// A found effect of the library, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FoundEffect {
-    /// Its place in the library.
+    /// Index in the library.
     pub index: u8,
-    /// Its parameters, SI (field: microtesla); zero beyond its dimension.
+    /// Parameters, SI (field: microtesla); zero beyond the effect's dimension.
     pub parameters: [f32; MAX_PARAMETERS],
-    /// Their 1-sigma.
+    /// Standard deviations of the parameters.
     pub sigma: [f32; MAX_PARAMETERS],
 }
 
-/// The effects that are taken out of the readings.
+/// Effects that are taken out of the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct ActiveEffects {
@@ -26,7 +26,7 @@ pub struct ActiveEffects {
 }
 
 impl ActiveEffects {
-    /// No effect.
+    /// Returns an empty set.
     #[must_use]
     pub const fn none() -> Self {
         const NONE: FoundEffect =
@@ -34,7 +34,7 @@ impl ActiveEffects {
         Self { found: [NONE; MAX_ACTIVE], count: 0 }
     }
 
-    /// Adds one; `false` when there is no room.
+    /// Adds an effect. Returns `false` if there is no room.
     pub fn add(&mut self, effect: FoundEffect) -> bool {
         let slot = self.found.get_mut(usize::from(self.count));
         let Some(slot) = slot else { return false };
@@ -43,7 +43,7 @@ impl ActiveEffects {
         true
     }
 
-    /// The same without what only turns a sensor's axes: what attitude is corrected by.
+    /// Returns the effects that correct attitude: without the terms that only turn a sensor's axes.
     #[must_use]
     pub fn of_attitude(&self, library: &[&dyn Effect]) -> Self {
         let mut rest = *self;
@@ -58,68 +58,69 @@ impl ActiveEffects {
         rest
     }
 
-    /// Those that there are.
+    /// Effects in the set.
     pub fn iter(&self) -> impl Iterator<Item = &FoundEffect> {
         self.found.iter().take(usize::from(self.count))
     }
 
-    /// Whether there is none.
+    /// Returns true if the set is empty.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// Takes the effects out of one instant's readings, the gyro's first, since the other terms depend on the rate.
-    pub fn correct(&self, library: &[&dyn Effect], moment: &mut Moment) {
+    /// Takes the effects out of one instant's readings, the gyro's first, because the other terms depend on
+    /// the rate.
+    pub fn correct(&self, library: &[&dyn Effect], snapshot: &mut Snapshot) {
         if self.is_empty() {
             return;
         }
-        self.correct_rate(library, moment);
-        self.correct_vectors(library, moment);
+        self.correct_rate(library, snapshot);
+        self.correct_vectors(library, snapshot);
         let delay_s = self.gyro_delay_s(library);
         if delay_s != 0.0 {
-            let turn = moment.rate_rad_s * delay_s;
-            moment.force_m_s2 += turn.cross(&moment.force_m_s2);
-            moment.field_ut += turn.cross(&moment.field_ut);
+            let turn = snapshot.rate_rad_s * delay_s;
+            snapshot.force_m_s2 += turn.cross(&snapshot.force_m_s2);
+            snapshot.field_ut += turn.cross(&snapshot.field_ut);
         }
     }
 
-    /// Takes those of the gyro out of the rate.
-    pub(crate) fn correct_rate(&self, library: &[&dyn Effect], moment: &mut Moment) {
-        moment.rate_rad_s -= self.sum(library, Sensor::Gyro, moment);
+    /// Takes the gyro's effects out of the rate.
+    pub(crate) fn correct_rate(&self, library: &[&dyn Effect], snapshot: &mut Snapshot) {
+        snapshot.rate_rad_s -= self.sum(library, Sensor::Gyro, snapshot);
     }
 
-    /// Takes those of accelerometer and magnetometer out. What a sensor reads more whatever its vector is goes first: it does not lag. The other
-    /// terms are those halfway between what is left and the truth, so that a lag is taken out to second order: exactly to 1e-4 at 15 ms and
-    /// 300 deg/s.
-    pub(crate) fn correct_vectors(&self, library: &[&dyn Effect], moment: &mut Moment) {
+    /// Takes the effects of accelerometer and magnetometer out of their vectors. Terms that do not depend on
+    /// the vector go first: they do not lag. The other terms are evaluated halfway between the remaining
+    /// reading and the truth, which takes a lag out to second order: to 1e-4 at 15 ms and 300 deg/s.
+    pub(crate) fn correct_vectors(&self, library: &[&dyn Effect], snapshot: &mut Snapshot) {
         if self.is_empty() {
             return;
         }
-        let read = [moment.force_m_s2, moment.field_ut];
+        let read = [snapshot.force_m_s2, snapshot.field_ut];
         let added_to = |[force_m_s2, field_ut]: [Vector3<f32>; 2]| {
-            let moment = Moment { force_m_s2, field_ut, ..*moment };
-            [Sensor::Accelerometer, Sensor::Magnetometer].map(|sensor| self.sum(library, sensor, &moment))
+            let snapshot = Snapshot { force_m_s2, field_ut, ..*snapshot };
+            [Sensor::Accelerometer, Sensor::Magnetometer].map(|sensor| self.sum(library, sensor, &snapshot))
         };
         let less = |[a, b]: [Vector3<f32>; 2], [x, y]: [Vector3<f32>; 2], share: f32| [a - x * share, b - y * share];
         let constant = added_to([Vector3::zeros(); 2]);
         let left = less(read, constant, 1.0);
         let halfway = less(left, less(added_to(left), constant, 1.0), 0.5);
-        [moment.force_m_s2, moment.field_ut] = less(read, added_to(halfway), 1.0);
+        [snapshot.force_m_s2, snapshot.field_ut] = less(read, added_to(halfway), 1.0);
     }
 
-    /// What the effects of one sensor add to its reading; a delay of the whole gyro adds nothing.
-    fn sum(&self, library: &[&dyn Effect], sensor: Sensor, moment: &Moment) -> Vector3<f32> {
+    /// Sum of what the effects of one sensor add to its reading; a delay of the whole gyro adds nothing.
+    fn sum(&self, library: &[&dyn Effect], sensor: Sensor, snapshot: &Snapshot) -> Vector3<f32> {
         self.iter().fold(Vector3::zeros(), |sum, found| {
             let effect = library.get(usize::from(found.index)).filter(|effect| effect.sensor() == sensor);
             match effect.filter(|effect| effect.gyro_delay_s(&found.parameters) == 0.0) {
-                Some(effect) => sum + contribution(*effect, &found.parameters, moment),
+                Some(effect) => sum + contribution(*effect, &found.parameters, snapshot),
                 None => sum,
             }
         })
     }
 
-    /// How late the gyro's reading is, and with it all that is valid when the rate is, seconds.
+    /// Delay of the gyro's reading, and so of everything valid at the rate's time, seconds.
     #[must_use]
     pub fn gyro_delay_s(&self, library: &[&dyn Effect]) -> f32 {
         self.iter().fold(0.0, |sum, found| {
@@ -128,7 +129,7 @@ impl ActiveEffects {
     }
 }
 
-/// As a sequence of those that there are.
+/// Serialises as a sequence of the effects in the set.
 #[cfg(feature = "serde")]
 impl serde::Serialize for ActiveEffects {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -149,8 +150,8 @@ impl<'de> serde::Deserialize<'de> for ActiveEffects {
     }
 }
 
-/// What an effect with these parameters adds to its sensor's reading.
-fn contribution(effect: &dyn Effect, parameters: &[f32; MAX_PARAMETERS], moment: &Moment) -> Vector3<f32> {
+/// Sum of the terms that one effect with these parameters adds to its sensor's reading.
+fn contribution(effect: &dyn Effect, parameters: &[f32; MAX_PARAMETERS], snapshot: &Snapshot) -> Vector3<f32> {
     let terms = parameters.iter().enumerate().take(effect.parameters().len());
-    terms.fold(Vector3::zeros(), |sum, (k, x)| if *x == 0.0 { sum } else { sum + effect.term(k, moment) * *x })
+    terms.fold(Vector3::zeros(), |sum, (k, x)| if *x == 0.0 { sum } else { sum + effect.term(k, snapshot) * *x })
 }

@@ -1,24 +1,25 @@
 use nalgebra::{Matrix3, Vector3};
 
-/// The gyro's 12 error parameters: `w = P (w_raw - b)` (paper, eq 1 to 4; P = (I + S)^-1).
+/// Gyro model, 12 error parameters: `w = P (w_raw - b)` (paper, eq 1 to 4; P = (I + S)^-1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GyroModel {
-    /// P, row-major, dimensionless: inverse of scale factors and cross-couplings; the identity for a perfect gyro.
+    /// Matrix P, row-major, dimensionless: inverse of scale factors and cross-couplings; the identity for a
+    /// perfect gyro.
     pub p: [[f32; 3]; 3],
-    /// b, rad/s: the zero-rate output, in the raw frame (subtracted before P).
+    /// Bias b, rad/s: the zero-rate output in the raw frame, subtracted before P.
     pub b_rad_s: [f32; 3],
 }
 
 impl GyroModel {
-    /// P = I, b = 0: the raw reading passes through.
+    /// Identity model: the raw reading passes through.
     pub const IDENTITY: Self = Self { p: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], b_rad_s: [0.0; 3] };
 
     /// All zero, for a static before its configuration.
     pub(crate) const UNSET: Self = Self { p: [[0.0; 3]; 3], b_rad_s: [0.0; 3] };
 
-    /// The compensated body rate in rad/s of a raw reading in rad/s.
+    /// Compensates a raw reading, rad/s, to the body rate, rad/s.
     #[must_use]
     pub fn compensate(&self, raw_rad_s: [f32; 3]) -> Vector3<f32> {
         self.p_matrix() * (Vector3::from(raw_rad_s) - Vector3::from(self.b_rad_s))
@@ -31,7 +32,7 @@ impl GyroModel {
         Matrix3::new(r0[0], r0[1], r0[2], r1[0], r1[1], r1[2], r2[0], r2[1], r2[2])
     }
 
-    /// Whether every parameter is finite and P can be inverted.
+    /// Returns true if every parameter is finite and P has a positive determinant.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let finite = self.p.iter().flatten().chain(&self.b_rad_s).all(|x| x.is_finite());

@@ -1,5 +1,5 @@
-//! What turns raw readings into compensated ones: the gyro's 12 parameters, the factory models of the vector sensors, and the physical
-//! effects that have been found.
+//! Compensation of raw readings: the gyro's 12 parameters, the factory models of the vector sensors, and the
+//! physical effects that were found.
 
 pub mod effect;
 pub mod effects;
@@ -8,6 +8,6 @@ mod gyro_model;
 mod vector_model;
 
 pub use correction::{ActiveEffects, FoundEffect, MAX_ACTIVE};
-pub use effect::{Effect, Moment, Parameter, Sensor};
+pub use effect::{Effect, Parameter, Sensor, Snapshot};
 pub use gyro_model::GyroModel;
 pub use vector_model::VectorModel;

@@ -2,28 +2,29 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Calibration of a vector sensor (accelerometer or magnetometer): `v = M (v_raw - offset)`.
 ///
-/// M holds scale factors, cross-couplings (soft iron for a magnetometer) and the mounting rotation into the gyro's frame.
+/// Matrix M holds scale factors, cross-couplings (soft iron for a magnetometer) and the mounting rotation
+/// into the gyro's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VectorModel {
-    /// M, row-major, dimensionless.
+    /// Matrix M, row-major, dimensionless.
     pub matrix: [[f32; 3]; 3],
     /// Offset in the sensor's unit (m/s^2, or microtesla: hard iron), subtracted before M.
     pub offset: [f32; 3],
 }
 
 impl VectorModel {
-    /// M = I, no offset: the raw reading passes through.
+    /// Identity model: the raw reading passes through.
     pub const IDENTITY: Self = Self { matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], offset: [0.0; 3] };
 
-    /// The calibrated vector, in the unit of the raw reading.
+    /// Calibrates a raw reading; the result has its unit.
     #[must_use]
     pub fn calibrate(&self, raw: [f32; 3]) -> Vector3<f32> {
         self.matrix() * (Vector3::from(raw) - Vector3::from(self.offset))
     }
 
-    /// Whether every parameter is finite and M can be inverted.
+    /// Returns true if every parameter is finite and M has a positive determinant.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let finite = self.matrix.iter().flatten().chain(&self.offset).all(|x| x.is_finite());

@@ -1,47 +1,53 @@
 use super::{ConfigError, all_positive};
 
-/// The attitude filter. Standard deviations are those of what is left after compensation and calibration.
+/// Settings of the attitude filter. Standard deviations are those of errors left after compensation and
+/// calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct AttitudeConfig {
-    /// Angle random walk of the gyro, rad/s per root hertz. Default 1.75e-4 (0.01 deg/s/rtHz, a common MEMS data-sheet
-    /// value: MPU-9250 PS section 3.1).
+    /// Angle random walk of the gyro, rad/s per root hertz. Default 1.75e-4 (0.01 deg/s/rtHz, a common MEMS
+    /// data-sheet value: MPU-9250 PS section 3.1).
     pub gyro_noise_rad_s_rthz: f32,
-    /// Scale factor and coupling error of the compensated gyro, dimensionless. Larger: vectors weigh more while the probe turns.
-    /// Default 0.015: sensitivity within 3 % and cross-axis within 2 % (MPU-9250 PS section 3.1), each uniform, are 0.014 rms over the
-    /// nine elements. An accepted P's own deviations take its place where they are smaller.
+    /// Scale factor and coupling error of the compensated gyro, dimensionless. A larger value gives the
+    /// vectors more weight while the probe turns. Default 0.015: sensitivity within 3 % and cross-axis within
+    /// 2 % (MPU-9250 PS section 3.1), each uniform, are 0.014 rms over the nine elements. The deviations of
+    /// an accepted P replace it where they are smaller.
     pub gyro_scale_sigma: f32,
-    /// Bias random walk, rad/s per root second. Default 2e-5: at this rate a bias wanders 0.02 deg/s in 5 minutes, as one of 0.02 deg/s/K
-    /// does that warms by a kelvin (LSM6DSO: 0.010, ICM-42688-P: 0.005 typical).
+    /// Bias random walk, rad/s per root second. Default 2e-5: the bias then wanders by 0.02 deg/s in 5
+    /// minutes, like one of 0.02 deg/s/K that warms by a kelvin (LSM6DSO: 0.010, ICM-42688-P: 0.005 typical).
     pub gyro_bias_walk_rad_s_rts: f32,
-    /// Standard deviation of the residual gyro bias at the start, rad/s; after a change of P the largest. Default 0.02 (1.2
-    /// deg/s): the zero-rate output of data sheets, 1 deg/s typical for an LSM6DSO, with its change over temperature.
+    /// Deviation of the residual gyro bias at the start, rad/s, and its largest after a change of P. Default
+    /// 0.02 (1.2 deg/s): the zero-rate output of data sheets, 1 deg/s typical for an LSM6DSO, with its change
+    /// over temperature.
     pub gyro_bias_sigma_rad_s: f32,
-    /// Horizontal speed of the probe, m/s, the only thing assumed about its accelerations: they integrate to no more than
-    /// this. Smaller: gravity is found faster, and long accelerations tilt it more. Default 0.5: a hand that swings by a quarter of a metre to
-    /// both sides every two seconds has 0.55 rms, and pipe is tripped at some 0.5.
+    /// Deviation of the probe's horizontal speed, m/s: the only assumption about its accelerations, whose
+    /// integral it bounds. A smaller value finds gravity faster, but long accelerations tilt it more. Default
+    /// 0.5: a hand that swings by a quarter of a metre to both sides every two seconds has 0.55 rms, and pipe
+    /// is tripped at some 0.5.
     pub velocity_sigma_m_s: f32,
-    /// Constant error of the calibrated accelerometer, m/s^2; it cannot be observed and goes into the reported sigmas. Default
-    /// 0.03 (3 mg).
+    /// Constant error of the calibrated accelerometer, m/s^2. It cannot be observed and adds to the reported
+    /// sigmas. Default 0.03 (3 mg).
     pub accel_sigma_m_s2: f32,
-    /// Error of the calibrated field's direction, radians, correlated over some seconds of motion. Default 0.03: a heading within 2.5 deg
-    /// where the horizontal field is 30 microtesla (BMM150 data sheet, table 1), of a total of some 45.
+    /// Direction error of the calibrated field, radians, correlated over some seconds of motion. Default
+    /// 0.03: a heading within 2.5 deg where the horizontal field is 30 microtesla (BMM150 data sheet, table
+    /// 1), of a total of some 45.
     pub mag_sigma_rad: f32,
-    /// Uncertainty of the magnetometer's delay against the gyro while it is not known, seconds. Default 0.015 (a 100 Hz magnetometer's
-    /// conversion and hold). A delay that is configured or found leaves a millisecond. Beside it each reading is held for up to a
-    /// hundredth of a second.
+    /// Deviation of the magnetometer's delay against the gyro while it is unknown, seconds. Default 0.015
+    /// (conversion and hold of a 100 Hz magnetometer). A configured or found delay is known to a millisecond.
+    /// The hold of single readings, up to a hundredth of a second, is separate.
     pub mag_timing_sigma_s: f32,
-    /// A total field that differs from the reference by more than this part is disturbed and not used. Default 0.1 (VQF's: Laidig and Seel,
-    /// Information Fusion 91, 2023).
+    /// Relative difference of the total field from the reference above which the field is disturbed and not
+    /// used. Default 0.1 (VQF's: Laidig and Seel, Information Fusion 91, 2023).
     pub mag_norm_tolerance: f32,
-    /// A dip that differs from the reference by more than this is disturbed and not used, radians. Default 0.1: a disturbance as large across
-    /// the field as the tolerance of the total field lets be along it. A field that is the same through 20 s of turning becomes the reference, in the
-    /// place of a configured one too: that the dip is the configured one is for a survey to say.
+    /// Difference of the dip from the reference above which the field is disturbed and not used, radians.
+    /// Default 0.1: as large across the field as the total's tolerance is along it. A field that stays
+    /// through 20 s of turning becomes the reference, in place of a configured one too: surveys check whether
+    /// the dip is the configured one.
     pub mag_dip_tolerance_rad: f32,
-    /// Below this inclination azimuth and gravity toolface are singular and the near-vertical toolface is reported, radians.
-    /// Default 5 deg.
+    /// Inclination below which azimuth and gravity toolface are singular and the magnetic toolface is
+    /// reported, radians. Default 5 deg.
     pub near_vertical_rad: f32,
     /// Hysteresis of that limit, radians. Default 0.5 deg.
     pub near_vertical_hysteresis_rad: f32,

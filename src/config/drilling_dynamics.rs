@@ -1,21 +1,23 @@
 use super::{ConfigError, all_positive};
+use crate::units::STANDARD_GRAVITY_M_S2;
 
-/// What is said of shaking and rotation over a window.
+/// Settings of the drilling dynamics: vibration, shocks and rotation over a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct DynamicsConfig {
-    /// Length of a window, seconds. Default 30: three periods of the slowest stick-slip, 0.1 Hz (of 0.1 to 2 Hz).
+    /// Length of a window, seconds. Default 30: three periods of the slowest stick-slip, 0.1 Hz (of 0.1 to 2
+    /// Hz).
     pub window_s: f32,
-    /// Rates are averaged over this long before the least and the largest are taken, seconds. Default 0.1: a fifth of the fastest
-    /// stick-slip's period, over the periods of lateral vibration.
+    /// Averaging time of the rate before its least and largest are taken, seconds. Default 0.1: a fifth of
+    /// the fastest stick-slip's period, longer than the periods of lateral vibration.
     pub rate_averaging_s: f32,
-    /// Vibration above this is a shock, m/s^2. Default 10 g: a choice, which a 16 g accelerometer can
-    /// see with gravity on top.
+    /// Vibration that counts as a shock, m/s^2. Default 10 g: a choice, visible to a 16 g accelerometer with
+    /// gravity on top.
     pub shock_m_s2: f32,
-    /// A shock is over when vibration has been below half of `shock_m_s2` for this long, seconds. Default 0.02: a choice, so
-    /// that the ringing after one blow, above 50 Hz, is not counted again.
+    /// Time for which vibration must stay below half of `shock_m_s2` to end a shock, seconds. Default 0.02: a
+    /// choice, so that the ringing of one blow, above 50 Hz, is not counted again.
     pub shock_pause_s: f32,
 }
 
@@ -43,6 +45,6 @@ impl DynamicsConfig {
 
 impl Default for DynamicsConfig {
     fn default() -> Self {
-        Self { window_s: 30.0, rate_averaging_s: 0.1, shock_m_s2: 10.0 * 9.806_65, shock_pause_s: 0.02 }
+        Self { window_s: 30.0, rate_averaging_s: 0.1, shock_m_s2: 10.0 * STANDARD_GRAVITY_M_S2, shock_pause_s: 0.02 }
     }
 }

@@ -1,4 +1,6 @@
-/// The earth at the probe. Fields that are `None` are unknown and nothing is assumed about them.
+use crate::units::STANDARD_GRAVITY_M_S2;
+
+/// Earth at the probe. `None` means unknown, and nothing is assumed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -10,9 +12,10 @@ pub struct Earth {
     pub magnetic_field_ut: Option<f32>,
     /// Magnetic dip below the horizontal, radians.
     pub dip_rad: Option<f32>,
-    /// Magnetic declination, radians east of true north. Given: azimuth is true; `None`: azimuth is magnetic.
+    /// Magnetic declination, radians east of true north. If given, azimuths are true; otherwise magnetic.
     pub declination_rad: Option<f32>,
-    /// Geodetic latitude, radians north. Given: the earth's rotation (15.04 deg/h) is removed from the gyro.
+    /// Geodetic latitude, radians north. If given, the earth's rotation (15.04 deg/h) is removed from the
+    /// gyro.
     pub latitude_rad: Option<f32>,
 }
 
@@ -25,7 +28,7 @@ impl Earth {
 impl Default for Earth {
     fn default() -> Self {
         Self {
-            gravity_m_s2: 9.806_65,
+            gravity_m_s2: STANDARD_GRAVITY_M_S2,
             magnetic_field_ut: None,
             dip_rad: None,
             declination_rad: None,

@@ -1,11 +1,11 @@
-/// Why a [`Config`](super::Config) cannot be used: the field, and what it must be.
+/// Reason to refuse a [`Config`](super::Config): the field, and what it must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub struct ConfigError {
-    /// The field's path, for instance `identification.window_s`.
+    /// Path of the field, for instance `identification.window_s`.
     pub field: &'static str,
-    /// What the field must be.
+    /// Values that the field may have.
     pub must_be: &'static str,
 }
 
@@ -17,7 +17,8 @@ impl core::fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// Names the first of some fields that is not finite and positive. Names apart from values, so that they are a constant.
+/// Names the first field that is not finite and positive. Names are apart from values, so that they are a
+/// constant.
 pub(super) fn all_positive<const N: usize>(values: [f32; N], names: &[&'static str; N]) -> Result<(), ConfigError> {
     each_positive(&values, names)
 }

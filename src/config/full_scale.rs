@@ -1,4 +1,4 @@
-/// Full scales of the sensors; `None`: unknown, so clipping of that sensor cannot be known.
+/// Full scales of the sensors; `None` if unknown, in which case that sensor's clipping goes unseen.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

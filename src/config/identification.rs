@@ -1,22 +1,24 @@
 use super::{ConfigError, Motion, OptimizerKind, VectorErrors, all_positive};
 
-/// The estimator of the gyro's errors, when what it has learnt flies, and the search of a window.
+/// Settings of the estimator of the gyro's errors, of the instants at which it takes effect, and of the
+/// search of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct IdentificationConfig {
-    /// What moves the probe. Default `drill_string`.
+    /// Kind of motion. Default `drill_string`.
     pub motion: Motion,
-    /// What the calibrations of accelerometer and magnetometer leave. Default: data sheets.
+    /// Errors left by the calibrations of accelerometer and magnetometer. Default: data sheets.
     pub vector_errors: VectorErrors,
-    /// From one update of what flies to the next, seconds. Default 5.
+    /// Interval between updates of the flown model, seconds. Default 5.
     pub update_s: f32,
     /// Length of a window, which is reported and searched, seconds. Default 50.
     pub window_s: f32,
-    /// From the close of one window to the next, seconds; a window closes with the first update at which it is due. Default 25.
+    /// Interval between the ends of windows, seconds; a window ends with the first update at which it is due.
+    /// Default 25.
     pub step_s: f32,
-    /// The result of an update, and so of a window, takes effect this long after it was asked for, seconds. Default 1.
+    /// Time from the request of an update, or of a window, to its effect, seconds. Default 1.
     pub latency_s: f32,
     /// Prior standard deviation of P's diagonal about the factory's. Default 0.06.
     pub prior_sigma_diagonal: f32,
@@ -24,20 +26,21 @@ pub struct IdentificationConfig {
     pub prior_sigma_off_diagonal: f32,
     /// Prior standard deviation of the bias, rad/s. Default 0.021 (1.2 deg/s).
     pub prior_sigma_bias_rad_s: f32,
-    /// Time in which the watch for magnets forgets what it has learnt of the gyro: each error's variance grows by the prior's in so many
-    /// seconds. Default 3,600.
+    /// Time in which the watch for magnets forgets what it has learnt of the gyro, seconds: each error's
+    /// variance grows by its prior's in this time. Default 3,600.
     pub forgetting_s: f32,
-    /// A second whose gyro deviates less than this on every axis is a candidate for rest, rad/s. Default 0.5 deg/s.
+    /// Largest gyro deviation on any axis in a second of rest, rad/s. Default 0.5 deg/s.
     pub rest_gyro_deviation_rad_s: f32,
-    /// A mean rate above this is rotation, not bias, however steady, rad/s. Default 0.17 (10 deg/s: the zero-rate level of an LSM6DS33,
-    /// data sheet table 3, the widest of the parts in use).
+    /// Largest mean rate that can be a bias, rad/s; a larger one is rotation, however steady. Default 0.17
+    /// (10 deg/s: the zero-rate level of an LSM6DS33, data sheet table 3, the widest of the parts in use).
     pub max_bias_rad_s: f32,
-    /// What searches.
+    /// Search method.
     pub optimizer: OptimizerKind,
-    /// Most cost evaluations of a search. Default 75, half as many again as IMOA needs from the least-squares point of a window.
+    /// Largest number of cost evaluations of a search. Default 75, half as many again as IMOA needs from the
+    /// least-squares point of a window.
     pub max_evaluations: u32,
-    /// Gravity and field come from a reference attitude, not from sensors (bench mode). Default false. Then there are no errors of vector
-    /// sensors that P could be taken for: effects are found beside a P that is free.
+    /// True if gravity and field come from a reference attitude and not from sensors (bench mode). Default
+    /// false. Then no error of a vector sensor can be mistaken for P, and effects are found beside a free P.
     pub vectors_from_reference: bool,
 }
 

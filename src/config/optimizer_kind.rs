@@ -1,5 +1,4 @@
-/// How the population search, or what takes its place, is chosen. All but `Imoa`, `Lm` and `Ls` are there with the feature
-/// `baseline-searches` only.
+/// Search method of a window. All but `Imoa`, `Lm` and `Ls` need the feature `baseline-searches`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -9,7 +8,7 @@ pub enum OptimizerKind {
     /// Improved meerkat optimisation algorithm (the paper's, in our reading, whitened).
     #[default]
     Imoa,
-    /// The same equations as printed; a baseline.
+    /// IMOA with the equations as printed; a baseline.
     ImoaLiteral,
     /// Meerkat optimisation algorithm; a baseline.
     Moa,
@@ -21,12 +20,12 @@ pub enum OptimizerKind {
     Random,
     /// Levenberg-Marquardt.
     Lm,
-    /// The estimator's mean itself; no search.
+    /// The estimator's mean itself, without a search.
     Ls,
 }
 
 impl OptimizerKind {
-    /// Whether this build can search that way.
+    /// Returns true if this build has the method.
     #[must_use]
     pub const fn is_built_in(self) -> bool {
         cfg!(feature = "baseline-searches") || matches!(self, Self::Imoa | Self::Lm | Self::Ls)

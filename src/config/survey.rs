@@ -1,39 +1,41 @@
 use super::{ConfigError, DynamicsConfig, SurveyErrors, SurveyLimits, all_positive};
 use core::f32::consts::TAU;
 
-/// How surveys are taken and judged.
+/// Settings of surveys and of their quality checks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct SurveyConfig {
-    /// At rest for this long before averaging begins, seconds: the drill string untwists. Default 5.
+    /// Time at rest before averaging begins, seconds, in which the drill string untwists. Default 5.
     pub settle_s: f32,
-    /// Length of the average, seconds. Default 10: of an accelerometer with 0.15 mg per root hertz 0.03 mg is left, under a tenth of
-    /// its bias (ABXY, 0.4 mg).
+    /// Length of the average, seconds. Default 10: of an accelerometer's 0.15 mg per root hertz 0.03 mg
+    /// remain, under a tenth of its bias (ABXY, 0.4 mg).
     pub average_s: f32,
-    /// A survey starts over when gravity or field has turned by more than this since the average began, radians. Default 0.5 deg: the
+    /// Turn of gravity or field since the average began that restarts a survey, radians. Default 0.5 deg: the
     /// average of a steady turn is then within a quarter of a degree of both its ends.
     pub max_turn_rad: f32,
-    /// Rotating from this axial rate on, rad/s; no longer below half of it. Default 5 rpm: a choice, well below the
-    /// speeds of rotary drilling.
+    /// Axial rate at which the tool counts as rotating, rad/s; it stops counting below half of it. Default 5
+    /// rpm: a choice, well below the speeds of rotary drilling.
     pub rotating_rad_s: f32,
     /// Whole turns in one rotating survey. Default 10.
     pub rotating_turns: u16,
-    /// Below this inclination the magnetic toolface is the one that applies, radians. Default 5 deg.
+    /// Inclination below which the magnetic toolface applies, radians. Default 5 deg.
     pub near_vertical_rad: f32,
-    /// Above that limit by this the gravity toolface applies again, radians. Default 0.5 deg.
+    /// Hysteresis of that limit: the gravity toolface applies again above their sum, radians. Default 0.5
+    /// deg.
     pub near_vertical_hysteresis_rad: f32,
-    /// From the probe's highside (x axis) to the one that is steered by, the motor's scribe line, radians clockwise looking down-hole.
-    /// It is added to both toolfaces. Default 0.
+    /// Angle from the probe's highside (x axis) to the motor's scribe line, by which one steers, radians
+    /// clockwise looking down-hole. It is added to both toolfaces. Default 0.
     pub toolface_offset_rad: f32,
-    /// Grid convergence, radians, grid north east of true north: grid azimuth is true azimuth less this. Default `None`: no grid azimuth.
+    /// Grid convergence, radians, grid north east of true north: grid azimuth is true azimuth less this.
+    /// Default `None`: no grid azimuth.
     pub grid_convergence_rad: Option<f32>,
-    /// What is left in sensors and reference.
+    /// Errors left in sensors and reference.
     pub errors: SurveyErrors,
-    /// When a survey is good.
+    /// Limits of a good survey.
     pub limits: SurveyLimits,
-    /// Vibration, shocks, stick-slip.
+    /// Vibration, shocks and stick-slip.
     pub dynamics: DynamicsConfig,
 }
 
@@ -57,7 +59,7 @@ impl SurveyConfig {
     /// Checks every field.
     ///
     /// # Errors
-    /// The first field that cannot be used.
+    /// Names the first field that cannot be used.
     pub fn validate(&self) -> Result<(), ConfigError> {
         all_positive(
             [

@@ -1,11 +1,13 @@
 use super::{ConfigError, all_positive};
 
-/// One standard deviation of what is left in the calibrated sensors and in the reference field, by the terms of the ISCWSA MWD error
-/// model. Sensor terms are those of its revisions 4 and 5, AMIL too; DEC and DBH those of revision 4 without its random parts DECR and
-/// DBHR (revision 5 splits them by source). MFI and MDI belong to the model's axial-correction variants; their values here are those
-/// usually quoted from H. Williamson, SPE 67616 (2000). They go into every sigma that a survey states.
+/// Errors left in the calibrated sensors and in the reference field, one standard deviation each, by the
+/// terms of the ISCWSA MWD error model. Sensor terms are those of its revisions 4 and 5, AMIL too; DEC and
+/// DBH are those of revision 4 without its random parts DECR and DBHR (revision 5 splits them by source). MFI
+/// and MDI belong to the model's axial-correction variants; their values here are those usually quoted from
+/// H. Williamson, SPE 67616 (2000). They enter every sigma that a survey states.
 ///
-/// What a survey cannot see is not among them: how the tool lies in the hole (XYM1 to XYM4, SAG) and depth.
+/// A survey cannot see the tool's misalignment in the hole (XYM1 to XYM4, SAG) or the depth; those terms are
+/// absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -19,18 +21,20 @@ pub struct SurveyErrors {
     pub mag_bias_ut: f32,
     /// Scale factor of each magnetometer axis, dimensionless. Default 0.0016 (MSXY, MSZ).
     pub mag_scale: f32,
-    /// Field of the drill string along the tool axis, microtesla; 0: none. Default 0.22 (AMIL of revision 4: 220 nT).
+    /// Field of the drill string along the tool axis, microtesla; 0: none. Default 0.22 (AMIL of revision 4:
+    /// 220 nT).
     pub axial_interference_ut: f32,
     /// Declination of the reference, radians: the part that is the same everywhere. Default 0.36 deg (DEC).
     pub declination_rad: f32,
-    /// Declination of the reference, radian microtesla, to be divided by the horizontal field. Default 5,000 deg nT (DBH).
+    /// Declination of the reference, radian microtesla, to be divided by the horizontal field. Default 5,000
+    /// deg nT (DBH).
     pub declination_rad_ut: f32,
     /// Total field of the reference, microtesla. Default 0.13 (MFI: 130 nT).
     pub total_field_ut: f32,
     /// Dip of the reference, radians. Default 0.20 deg (MDI).
     pub dip_rad: f32,
-    /// Time between the accelerometer's and the magnetometer's reading that is left, seconds; it turns the azimuth that is measured while
-    /// rotating. Default 0.001: a tenth of what a 100 Hz magnetometer's hold leaves when nothing is known of it.
+    /// Time left between the accelerometer's and the magnetometer's reading, seconds; it turns the azimuth
+    /// measured while rotating. Default 0.001: a tenth of an unknown 100 Hz magnetometer's hold.
     pub mag_timing_s: f32,
 }
 

@@ -1,25 +1,27 @@
 use super::{ConfigError, all_positive};
+use crate::units::STANDARD_GRAVITY_M_S2;
 
-/// How far |G|, |B| and dip may be from their references.
+/// Limits of |G|, |B| and dip against their references.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct SurveyLimits {
-    /// Whether the limits are taken from the error model: `deviations` standard deviations of measured less reference at that
-    /// attitude. `false`, the default: the three limits below.
+    /// True if the limits follow from the error model: `deviations` standard deviations of measured less
+    /// reference at that attitude. `false`, the default: the three limits below.
     pub propagated: bool,
-    /// Total field, microtesla. Default 0.3 (300 nT: the ISCWSA's Introduction to wellbore positioning, 22.1 Checking raw data).
+    /// Total field, microtesla. Default 0.3 (300 nT: the ISCWSA's Introduction to wellbore positioning, 22.1
+    /// Checking raw data).
     pub field_ut: f32,
     /// Dip, radians. Default 0.25 deg (same source).
     pub dip_rad: f32,
-    /// Total gravity, m/s^2. Default 2.5 mg, a common rule without a source here. Standard gravity, the default reference, is up to 2.7 mg off where the well is: configure
-    /// the local one.
+    /// Total gravity, m/s^2. Default 2.5 mg, a common rule without a source here. Standard gravity, the
+    /// default reference, is off by up to 2.7 mg at a well: configure the local value.
     pub gravity_m_s2: f32,
-    /// Standard deviations within which a survey is good, where limits are propagated. Default 2 (95 %).
+    /// Standard deviations within which a survey is good if limits are propagated. Default 2 (95 %).
     pub deviations: f32,
-    /// A survey is bad beyond this many limits, doubtful between one and this. Default 1.5: with a limit at two deviations, bad is
-    /// beyond three.
+    /// Ratio to a limit beyond which a survey is bad; between one and this it is doubtful. Default 1.5: with
+    /// a limit of two deviations, bad begins at three.
     pub bad_over_limit: f32,
 }
 
@@ -59,7 +61,7 @@ impl Default for SurveyLimits {
             propagated: false,
             field_ut: 0.3,
             dip_rad: 0.25_f32.to_radians(),
-            gravity_m_s2: 2.5e-3 * 9.806_65,
+            gravity_m_s2: 2.5e-3 * STANDARD_GRAVITY_M_S2,
             deviations: 2.0,
             bad_over_limit: 1.5,
         }

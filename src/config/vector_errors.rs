@@ -1,23 +1,26 @@
 use super::ConfigError;
 
-/// What the calibrations of accelerometer and magnetometer leave: 1-sigma, which the estimator takes for the errors that it identifies beside
-/// the gyro's. The defaults are those of data sheets, for sensors without a calibration; `cargo mwd calibrate` writes what it left.
+/// Errors left by the calibrations of accelerometer and magnetometer, one standard deviation each: the prior
+/// of the errors that the estimator identifies beside the gyro's. The defaults are data-sheet values of
+/// uncalibrated sensors; `cargo mwd calibrate` writes its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct VectorErrors {
-    /// Elements of the magnetometer's matrix, but for its scale. Default 0.03: sensitivity and cross-axis of BMM150 and IIS2MDC are 1 to 3 %.
+    /// Elements of the magnetometer's matrix, except its scale. Default 0.03: sensitivity and cross-axis of
+    /// BMM150 and IIS2MDC are 1 to 3 %.
     pub mag_matrix: f32,
-    /// Hard iron, of the earth field's norm. Default 0.1: zero-field offset 5 uT (IIS2MDC), and the probe's own magnetism.
+    /// Hard iron, relative to the earth field's norm. Default 0.1: zero-field offset 5 uT (IIS2MDC), and the
+    /// probe's own magnetism.
     pub hard_iron: f32,
-    /// Magnetometer behind the gyro, seconds. Default 0.015: conversion and hold at 100 Hz.
+    /// Delay of the magnetometer behind the gyro, seconds. Default 0.015: conversion and hold at 100 Hz.
     pub mag_lag_s: f32,
     /// Elements of the accelerometer's matrix. Default 0.005: sensitivity of LSM6DSO and ICM-42688-P.
     pub accel_matrix: f32,
-    /// Accelerometer bias, m/s^2. Default 0.2: zero-g level 20 mg of the same.
+    /// Bias of the accelerometer, m/s^2. Default 0.2: zero-g level 20 mg of the same parts.
     pub accel_bias_m_s2: f32,
-    /// Accelerometer behind the gyro, seconds. Default 0.005: the difference of two low-passes.
+    /// Delay of the accelerometer behind the gyro, seconds. Default 0.005: the difference of two low-passes.
     pub accel_lag_s: f32,
 }
 
@@ -33,7 +36,7 @@ impl VectorErrors {
     };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        // Above 0.3 a matrix element, a hard iron or a second are no error of a sensor that is read at all.
+        // A matrix element, a hard iron or a delay above 0.3 is no error of a sensor that works at all.
         let bounded = [
             (self.mag_matrix, 0.3, "identification.vector_errors.mag_matrix"),
             (self.hard_iron, 0.3, "identification.vector_errors.hard_iron"),

@@ -167,7 +167,7 @@ impl<T: Real> Builder<T> {
         with: &Composition<T>,
         [rate, force, field]: [Reading; 3],
     ) -> Option<Item<T>> {
-        let good = |reading| if let Reading::Good(v) = reading { Some(widened::<T>(&v)) } else { None };
+        let good = |reading| if let Reading::Usable(v) = reading { Some(widened::<T>(&v)) } else { None };
         let (force, field) = (good(force), good(field));
         let step_s = T::of(step_s);
         let longest = self.period_s * T::of(3.0);

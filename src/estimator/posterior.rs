@@ -136,7 +136,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     /// Whether the innovations say that the filter is wrong.
     pub(super) fn has_diverged(&self) -> bool {
-        self.innovations >= super::work::INNOVATIONS && self.innovation > T::of(DIVERGED)
+        self.innovations >= super::remainder::INNOVATIONS && self.innovation > T::of(DIVERGED)
     }
 
     /// The bias of a deviation in units of the prior's width, rad/s.

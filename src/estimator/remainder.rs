@@ -7,13 +7,15 @@ mod whiteness;
 #[cfg(test)]
 mod tests;
 
-use super::work::INNOVATIONS;
-use crate::compensation::Moment;
+use crate::compensation::Snapshot;
 use conditions::Conditions;
 pub use correlate::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
 use correlation::{COUNT, Moments};
 use nalgebra::{Matrix3, Vector3};
 use whiteness::Whiteness;
+
+/// Nodes over which innovations are averaged: a minute.
+pub(super) const INNOVATIONS: u16 = 120;
 
 /// Rate at which anything is said of a white remainder. Half of it is for its memory, half is shared out among the quantities (Bonferroni).
 const FALSE_ALARMS: f32 = 0.01;
@@ -59,7 +61,7 @@ impl Remainder {
     }
 
     /// Takes the conditions of an increment, turned by `rotation` into the frame of the earth.
-    pub fn watch(&mut self, moment: &Moment, rotation: &Matrix3<f32>) {
+    pub fn watch(&mut self, moment: &Snapshot, rotation: &Matrix3<f32>) {
         self.conditions.take(moment, rotation);
     }
 

@@ -6,6 +6,7 @@ use super::{
     columns::{GLOBALS, NUISANCES},
     increment::Increment,
     real::{Real, V3, norm, widened, zero3},
+    remainder::INNOVATIONS,
     walk,
     window_cost::{Information, gather},
 };
@@ -16,8 +17,6 @@ use nalgebra::Vector3;
 const NODE_S: f32 = 0.5;
 /// Degrees of freedom of a node: its rows less its states.
 pub(super) const FREEDOM: f32 = 9.0;
-/// Nodes over which the innovations are averaged: a minute.
-pub(super) const INNOVATIONS: u16 = 120;
 
 /// Work units (some 300 instructions) of the pieces.
 const INCREMENT_UNITS: u32 = 40;

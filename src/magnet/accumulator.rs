@@ -2,20 +2,17 @@ use super::{grid::Grid, increment::Increment};
 use crate::sample::Reading;
 use nalgebra::Vector3;
 
-/// Sums samples into the increment of their grid interval.
+/// Accumulator of the samples of one grid interval.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Accumulator {
     end_us: u64,
     rate: Vector3<f32>,
-    gravity: Vector3<f32>,
     field: Vector3<f32>,
     rates: u16,
-    gravities: u16,
     fields: u16,
-    rate_clipped: bool,
-    gravity_clipped: bool,
-    field_clipped: bool,
-    /// Mean rates of the last two intervals; `None` until there are, and after one that had to be bridged.
+    rate_unusable: bool,
+    field_unusable: bool,
+    /// Mean rates of the last two intervals; `None` before there are two, and after a bridged one.
     last_rates: Option<[Vector3<f32>; 2]>,
 }
 
@@ -25,45 +22,44 @@ impl Accumulator {
         Self {
             end_us: 0,
             rate: zero,
-            gravity: zero,
             field: zero,
             rates: 0,
-            gravities: 0,
             fields: 0,
-            rate_clipped: false,
-            gravity_clipped: false,
-            field_clipped: false,
+            rate_unusable: false,
+            field_unusable: false,
             last_rates: None,
         }
     }
 
-    /// The mean rate of the interval. One interval without any reading is bridged by a straight line through the two before it: of a
-    /// rate that swings at 0.25 Hz by 180 deg/s a line misses 0.2 deg/s over 20 ms. One that was clipped is not.
+    /// Mean rate of the interval. A single interval without readings is bridged by the straight line through
+    /// the two before it: of a rate that swings at 0.25 Hz by 180 deg/s the line misses 0.2 deg/s over 20 ms.
+    /// A clipped interval is not bridged.
     fn rate(&self) -> Option<Vector3<f32>> {
-        match (self.rate_clipped, self.rates) {
+        match (self.rate_unusable, self.rates) {
             (true, _) => None,
             (false, 0) => self.last_rates.map(|[before, last]| last * 2.0 - before),
             (false, count) => Some(self.rate / f32::from(count)),
         }
     }
 
-    /// Begins a new grid whose first interval holds the sample at `t_us`, half a sample period after its beginning.
+    /// Starts a grid whose first interval holds the sample at `t_us`, half a sample period after its
+    /// beginning.
     pub fn start(&mut self, t_us: u64, grid: Grid, sample_period_us: u32) {
         *self = Self::zero();
         self.end_us = t_us.wrapping_add(u64::from(grid.interval_us) - u64::from(sample_period_us / 2));
     }
 
-    /// The increment that ends before `t_us`, if one does. Call until `None` before adding the sample of `t_us`.
+    /// Returns the increment that ends before `t_us`, if any. Call it until `None` before adding the sample
+    /// of `t_us`.
     pub fn close_before(&mut self, t_us: u64, grid: Grid) -> Option<Increment> {
-        // The end is never farther off than a gap, so a wrapped difference tells before from after at every 64-bit time.
+        // The end is at most a gap away, so a wrapped difference orders the two at every 64-bit time.
         if t_us.wrapping_sub(self.end_us).cast_signed() < 0 {
             return None;
         }
         let mean = |sum: Vector3<f32>, n: u16| if n == 0 { None } else { Some(sum / f32::from(n)) };
         let increment = Increment {
             rate: self.rate(),
-            gravity: if self.gravity_clipped { None } else { mean(self.gravity, self.gravities) },
-            field: if self.field_clipped { None } else { mean(self.field, self.fields) },
+            field: if self.field_unusable { None } else { mean(self.field, self.fields) },
         };
         let read = increment.rate.filter(|_| self.rates > 0);
         let last_rates = read.map(|rate| [self.last_rates.map_or(rate, |[_, last]| last), rate]);
@@ -71,19 +67,18 @@ impl Accumulator {
         Some(increment)
     }
 
-    /// Adds one sample: raw rate, calibrated gravity and field.
-    pub fn add(&mut self, rate: Reading, gravity: Reading, field: Reading) {
-        let add = |reading, sum: &mut Vector3<f32>, count: &mut u16, clipped: &mut bool| match reading {
-            Reading::Good(vector) => {
+    /// Adds one sample: raw rate and calibrated field.
+    pub fn add(&mut self, rate: Reading, field: Reading) {
+        let add = |reading, sum: &mut Vector3<f32>, count: &mut u16, unusable: &mut bool| match reading {
+            Reading::Usable(vector) => {
                 *sum += vector;
                 *count += 1;
             }
-            Reading::Clipped => *clipped = true,
+            Reading::Unusable => *unusable = true,
             Reading::Missing => {}
         };
-        add(rate, &mut self.rate, &mut self.rates, &mut self.rate_clipped);
-        add(gravity, &mut self.gravity, &mut self.gravities, &mut self.gravity_clipped);
-        add(field, &mut self.field, &mut self.fields, &mut self.field_clipped);
+        add(rate, &mut self.rate, &mut self.rates, &mut self.rate_unusable);
+        add(field, &mut self.field, &mut self.fields, &mut self.field_unusable);
     }
 }
 
@@ -101,15 +96,15 @@ mod tests {
         for k in 0..12_u64 {
             let t = 1_000_000 + 5_000 * k;
             while let Some(increment) = accumulator.close_before(t, grid) {
-                // Samples 0..4, 4..8: the mean of k is 1.5, 5.5.
+                // Samples 0..4 and 4..8: the means of k are 1.5 and 5.5.
                 assert_eq!(increment.rate, Some(Vector3::repeat(1.5 + 4.0 * closed as f32)));
                 closed += 1;
             }
-            accumulator.add(Reading::Good(Vector3::repeat(k as f32)), Reading::Missing, Reading::Missing);
+            accumulator.add(Reading::Usable(Vector3::repeat(k as f32)), Reading::Missing);
         }
         assert_eq!(closed, 2);
         assert!(accumulator.close_before(1_060_000, grid).is_some_and(|i| i.rate.is_some()));
-        // 1.5, 5.5, 9.5: a straight line bridges one empty interval, and none after it.
+        // 1.5, 5.5, 9.5: a straight line bridges one empty interval and no second one.
         let empty = accumulator.close_before(1_080_000, grid).unwrap();
         assert_eq!(empty.rate, Some(Vector3::repeat(13.5)));
         assert_eq!(accumulator.close_before(1_100_000, grid).unwrap().rate, None);
@@ -121,13 +116,13 @@ mod tests {
         let rate_of = |odd: Reading| {
             let mut accumulator = Accumulator::zero();
             accumulator.start(0, grid, 5_000);
-            for reading in [Reading::Good(Vector3::x()), odd, Reading::Good(Vector3::x() * 2.0), Reading::Missing] {
-                accumulator.add(reading, Reading::Missing, Reading::Missing);
+            for reading in [Reading::Usable(Vector3::x()), odd, Reading::Usable(Vector3::x() * 2.0), Reading::Missing] {
+                accumulator.add(reading, Reading::Missing);
             }
             accumulator.close_before(20_000, grid).unwrap().rate
         };
         assert_eq!(rate_of(Reading::Missing), Some(Vector3::x() * 1.5));
-        assert_eq!(rate_of(Reading::Clipped), None);
+        assert_eq!(rate_of(Reading::Unusable), None);
     }
 
     #[test]

@@ -1,36 +1,37 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::{
-    field_node::{FieldNode, GYRO},
-    whitening::Whitening,
+use super::field_node::{FieldNode, GYRO};
+use crate::{
+    algebra::{Packed, Whitening},
+    rotation::{exp_quaternion, rotate_back},
 };
-use crate::{algebra::Packed, rotation::exp_quaternion, rotation::rotate_back};
 use nalgebra::{Matrix3, Vector3};
 
-/// The gyro's errors, the lag of the magnetometer, the iron of the body, the field of the earth.
+/// Number of states: the gyro's errors, the magnetometer's lag, the body's iron, the earth's field.
 pub(super) const STATES: usize = IN_EARTH + 3;
 const PACKED: usize = STATES * (STATES + 1) / 2;
-/// First states after the gyro's: the magnetometer's lag behind the gyro, seconds.
+/// Index of the magnetometer's lag behind the gyro, seconds; it follows the gyro's errors.
 pub(super) const LAG: usize = GYRO;
-/// Body-fixed offset, microtesla.
+/// Index of the body-fixed offset, microtesla.
 pub(super) const IN_BODY: usize = LAG + 1;
-/// Earth-fixed field in the frame that the nominal gyro carries along, microtesla.
+/// Index of the earth's field in the frame that the nominal gyro carries along, microtesla.
 pub(super) const IN_EARTH: usize = IN_BODY + 3;
 
-/// Standard deviations of the states at the start, in their units, apart from the field.
+/// Initial deviations of the states in their units, and their process noise. The field's follows from the
+/// iron's.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Prior {
+pub(super) struct FieldPrior {
     pub diagonal: f32,
     pub off_diagonal: f32,
     pub bias_rad_s: f32,
     pub lag_s: f32,
     pub in_body_ut: f32,
-    /// Time in which what is known of P, lag and iron is forgotten, seconds.
+    /// Time in which the variance of P, lag and iron grows by its initial value, seconds.
     pub forgetting_s: f32,
     pub bias_walk_rad_s_rts: f32,
 }
 
-impl Prior {
+impl FieldPrior {
     pub const fn zero() -> Self {
         Self {
             diagonal: 0.0,
@@ -54,27 +55,28 @@ impl Prior {
     }
 }
 
-/// Kalman filter of the magnetic field in the frame that the nominal gyro carries along, R0 m = B + R0 h + tau R0 (w x (m - h)): with the
-/// error dw of the nominal rate, B turns as B' = B x (R0 dw), and dw is linear in the errors of P and bias, which are states. So a P that
-/// is wrong by percents and has not been identified yet explains what it does to B, and only that.
+/// Kalman filter of the magnetic field in the frame that the nominal gyro carries along: R0 m = B + R0 h +
+/// tau R0 (w x (m - h)). An error dw of the nominal rate turns B by B' = B x (R0 dw), and dw is linear in the
+/// errors of P and bias, which are states. So a P that is wrong by percents and not yet identified explains
+/// its own effect on B, and nothing else.
 #[derive(Clone, Copy)]
 pub(super) struct FieldFilter {
     x: [f32; STATES],
     covariance: Packed<STATES, PACKED>,
 }
 
-/// What a node says against a filter's prediction.
+/// Innovation of a node against a filter's prediction.
 pub(super) struct Innovation {
     pub innovation_ut: Vector3<f32>,
-    /// Covariance times each row of the measurement's matrix.
+    /// Covariance times each row of the observation matrix.
     projected: [[f32; STATES]; 3],
-    /// Covariance of the prediction, without the node's own noise, microtesla squared.
+    /// Covariance of the prediction without the node's own noise, microtesla squared.
     pub predicted: Matrix3<f32>,
 }
 
 impl Innovation {
-    /// Normalised innovation squared and log determinant of its covariance over the noise's, with a noise of variance `noise` on
-    /// each axis; `None` where the covariance is not sound.
+    /// Returns the normalised innovation squared, and the log determinant of its covariance over the noise's,
+    /// for a noise of variance `noise` on each axis; `None` if the covariance is not positive definite.
     pub fn squared(&self, noise: f32) -> Option<(f32, f32)> {
         let covariance = self.predicted + Matrix3::from_diagonal_element(noise);
         let whitening = Whitening::new(&covariance)?;
@@ -88,8 +90,8 @@ impl FieldFilter {
         Self { x: [0.0; STATES], covariance: Packed::zero() }
     }
 
-    /// Starts with what is known before any motion; the field is `field_ut` within the iron.
-    pub fn start(&mut self, field_ut: &Vector3<f32>, prior: &Prior) {
+    /// Resets the filter to its prior; the field is `field_ut`, uncertain by the iron.
+    pub fn start(&mut self, field_ut: &Vector3<f32>, prior: &FieldPrior) {
         *self = Self::zero();
         for state in 0..IN_EARTH {
             let sigma = prior.sigma(state);
@@ -98,7 +100,7 @@ impl FieldFilter {
         for k in 0..3 {
             self.x[IN_EARTH + k] = field_ut[k];
         }
-        self.open(IN_EARTH, 2.0 * prior.in_body_ut);
+        self.inflate(IN_EARTH, 2.0 * prior.in_body_ut);
     }
 
     pub fn in_body(&self) -> Vector3<f32> {
@@ -118,14 +120,14 @@ impl FieldFilter {
         self.x[LAG]
     }
 
-    /// Adds a variance to three states: they may have jumped by `sigma`.
-    pub fn open(&mut self, first: usize, sigma: f32) {
+    /// Inflates three states: they may have jumped by `sigma`.
+    pub fn inflate(&mut self, first: usize, sigma: f32) {
         for state in first..first + 3 {
             self.covariance.add(state, state, sigma * sigma);
         }
     }
 
-    /// Rests have told the bias: c is nothing but for `sigma_rad_s`.
+    /// Resets the bias error to zero within `sigma_rad_s`, after rests gave the bias.
     pub fn set_bias(&mut self, sigma_rad_s: f32) {
         for state in 9..LAG {
             self.x[state] = 0.0;
@@ -137,7 +139,7 @@ impl FieldFilter {
         }
     }
 
-    /// The bias subtracted before the filter has changed, and c with it.
+    /// Shifts the bias error by a change of the bias that is subtracted before the filter.
     pub fn shift_bias(&mut self, change: &Vector3<f32>) {
         for k in 0..3 {
             self.x[9 + k] -= change[k];
@@ -148,11 +150,12 @@ impl FieldFilter {
         (9..LAG).map(|state| self.covariance.get(state, state)).fold(0.0, |sum, x| sum + x) / 3.0
     }
 
-    /// Over the time of a node: B turns by the frame's error. `walk_ut2` is the variance by which the earth's field changes.
-    pub fn predict(&mut self, node: &FieldNode, prior: &Prior, walk_ut2: f32) {
+    /// Predicts over a node's time: B turns by the frame's error. `walk_ut2` is the process noise of the
+    /// earth's field.
+    pub fn predict(&mut self, node: &FieldNode, prior: &FieldPrior, walk_ut2: f32) {
         let field = self.in_earth();
         let mut wrong_turn = Vector3::zeros();
-        // Rows of d(B after)/d(errors of the gyro): B x (turn).
+        // Rows of d(B after) / d(errors of the gyro): B x (turn).
         let mut gain = [[0.0; STATES]; 3];
         for error in 0..GYRO {
             let turn = Vector3::new(node.turn[0][error], node.turn[1][error], node.turn[2][error]);
@@ -214,12 +217,12 @@ impl FieldFilter {
         Innovation { innovation_ut: node.field_ut - predicted_ut, projected, predicted }
     }
 
-    /// Takes a node into the states, with a noise of variance `noise` on each axis.
+    /// Updates by a node's innovation, with a noise of variance `noise` on each axis.
     pub fn update(&mut self, innovation: &Innovation, noise: f32) {
         let covariance = innovation.predicted + Matrix3::from_diagonal_element(noise);
         let Some(whitening) = Whitening::new(&covariance) else { return };
         let whitened = whitening.apply(&innovation.innovation_ut);
-        // Rows of L^-1 H Sigma: what they take off the covariance is the sum of their squares.
+        // Rows of L^-1 H Sigma: the covariance loses the sum of their squares.
         let mut gains = innovation.projected;
         for state in 0..STATES {
             let column = Vector3::from_fn(|i, _| innovation.projected[i][state]);
@@ -232,7 +235,7 @@ impl FieldFilter {
         self.covariance.add_outers(&gains, -1.0);
     }
 
-    /// Whether the numbers still are ones.
+    /// Returns true if the states are finite and their variances positive.
     pub fn is_sound(&self) -> bool {
         self.x.iter().all(|x| x.is_finite())
             && (0..STATES).all(|state| {

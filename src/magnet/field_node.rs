@@ -2,37 +2,36 @@
 
 use crate::{
     magnet::increment::Increment,
+    rest::UNSEEN_RATE_RAD_S,
     rotation::{IDENTITY, exp_quaternion, matrix, middle_to_middle, renormalised},
 };
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
-/// Errors of the gyro: P row by row, then c, in w = (P0 + dP) (raw - b0) - c.
+/// Number of the gyro's errors: P row by row, then c, in w = (P0 + dP) (raw - b0) - c.
 pub(super) const GYRO: usize = 12;
 
-/// A rate that is assumed where none was read, added to the last one, rad/s (as in the attitude filter).
-const UNSEEN_RATE_RAD_S: f32 = 0.3;
-
-/// Means over some increments in the frame that the nominal gyro carries along: what of the field stands in the earth stands there
-/// but for the gyro's error, what is fixed in the body turns.
+/// Means over some increments in the frame that the nominal gyro carries along. An earth-fixed field stands
+/// still there but for the gyro's error; a body-fixed one turns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FieldNode {
     /// Mean of R0 m, microtesla.
     pub field_ut: Vector3<f32>,
     /// Mean of R0, body to frame.
     pub rotation: Matrix3<f32>,
-    /// Mean of R0 (w x m), microtesla per second: in a second of lag the field turns by so much less what the lag does not turn,
+    /// Mean of R0 (w x m), microtesla per second: the change of the field by one second of lag.
     pub lag_ut_s: Vector3<f32>,
-    /// the part fixed in the body: mean of R0 [w]x, radians per second.
+    /// Mean of R0 [w]x, radians per second: the body-fixed offset's part of that change, which does not lag.
     pub spin_rad_s: Matrix3<f32>,
-    /// The integral of R0 times the derivative of the body rate to the gyro's errors: angle that the frame turned wrongly by, per error.
+    /// Integral of R0 times the rate's derivative by each of the gyro's errors: wrong angle of the frame per
+    /// error.
     pub turn: [[f32; GYRO]; 3],
-    /// Angle turned, radians.
+    /// Angle of the turn, radians.
     pub angle_rad: f32,
     /// Angle that may have been turned while no rate was read, radians.
     pub unseen_rad: f32,
-    /// Length, seconds.
+    /// Length of the node, seconds.
     pub time_s: f32,
-    /// Increments with a field.
+    /// Number of increments with a field.
     pub fields: u16,
 }
 
@@ -53,9 +52,9 @@ impl FieldNode {
     }
 }
 
-/// Makes nodes out of increments.
+/// Builder of nodes from increments.
 pub(super) struct FieldNodes {
-    /// Nominal P, and the bias that is subtracted before it, rad/s.
+    /// Nominal P, and the bias subtracted before it, rad/s.
     p: Matrix3<f32>,
     bias_rad_s: Vector3<f32>,
     attitude: Quaternion<f32>,
@@ -80,19 +79,20 @@ impl FieldNodes {
         *self = Self { p, bias_rad_s, attitude: IDENTITY, ..Self::zero() };
     }
 
-    /// From now on this bias is subtracted; returns by how much c changes with it.
+    /// Sets the bias to subtract from now on. Returns the resulting change of c.
     pub fn set_bias(&mut self, bias_rad_s: Vector3<f32>) -> Vector3<f32> {
         let change = self.p * (bias_rad_s - self.bias_rad_s);
         self.bias_rad_s = bias_rad_s;
         change
     }
 
-    /// `seconds` were not seen at all: nothing is known of the frame after them.
+    /// Marks the frame as lost, after a gap in time.
     pub fn interrupt(&mut self) {
         self.sum.unseen_rad = core::f32::consts::PI;
     }
 
-    /// Takes one increment of `interval_s`; the node that it completes has at least `node_s`.
+    /// Takes one increment of `interval_s` seconds. Returns the node that it completes, at least `node_s`
+    /// long.
     pub fn push(&mut self, increment: &Increment, interval_s: f32, node_s: f32) -> Option<FieldNode> {
         let [earlier, before] = self.rates;
         let centred = increment.rate.map(|raw| raw - self.bias_rad_s);

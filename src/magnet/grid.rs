@@ -1,8 +1,8 @@
-/// Interval of one increment: summing to 50 Hz loses nothing of the identification, to 10 Hz most of it.
+/// Nominal interval of one increment: sums at 50 Hz lose nothing of the identification, at 10 Hz most of it.
 const NOMINAL_INTERVAL_US: u32 = 20_000;
 
-/// The time grid of the increments: the fewest whole nominal sample periods that make 20 ms, less a thousandth for periods that
-/// are rounded to microseconds. Never shorter: the ring is sized for the longest window in increments of 20 ms.
+/// Time grid of the increments: the fewest whole nominal sample periods that make 20 ms, less a thousandth
+/// for periods rounded to microseconds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
     pub interval_us: u32,

@@ -1,24 +1,25 @@
 use nalgebra::Vector3;
 
-/// A body-fixed magnetic offset (hard iron) that came while the probe ran: something magnetic was brought to it, and perhaps taken away.
+/// A body-fixed magnetic offset (hard iron) that came while the probe ran: a magnet was brought to it, and
+/// perhaps taken away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HardIronInterval {
-    /// When it came, microseconds.
+    /// Time at which it came, microseconds.
     pub from_us: u64,
-    /// When it left or changed; `None` while it lasts.
+    /// Time at which it left or changed; `None` while it lasts.
     pub to_us: Option<u64>,
-    /// What it adds to the calibrated field, body frame, microtesla.
+    /// Offset that it adds to the calibrated field, body frame, microtesla.
     pub offset_ut: [f32; 3],
-    /// Standard deviation of each axis of it, microtesla.
+    /// Standard deviation of each axis of the offset, microtesla.
     pub sigma_ut: [f32; 3],
-    /// Whether the field is corrected by it. Otherwise it came after the freeze and is none of those known before it: the field is
-    /// not used while it lasts.
+    /// True if the field is corrected by it. False if it came after the freeze and matches none known before:
+    /// the field is then withheld while it lasts.
     pub corrected: bool,
 }
 
 impl HardIronInterval {
-    /// All zero.
+    /// Empty slot, all zero.
     pub(super) const NONE: Self =
         Self { from_us: 0, to_us: None, offset_ut: [0.0; 3], sigma_ut: [0.0; 3], corrected: false };
 
@@ -29,14 +30,14 @@ impl HardIronInterval {
     }
 }
 
-/// What the watch for magnets has counted since the start.
+/// Counters of the watch for magnets since its configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HardIronCounts {
-    /// Body-fixed offsets that came, those no longer in the report included.
+    /// Body-fixed offsets that came, including those no longer reported.
     pub intervals: u32,
-    /// Changes of the field that were looked into.
+    /// Changes of the field that were examined.
     pub suspicions: u32,
-    /// Those of them that stayed in the earth, passed, or could not be told.
+    /// Examined changes that stayed in the earth, passed, or could not be decided.
     pub dismissed: u32,
 }

@@ -1,109 +1,133 @@
-mod comparison;
-mod conclusion;
 mod kept_intervals;
+mod offsets;
 mod suspicion;
-mod tracking;
 
 use super::{
     accumulator::Accumulator,
-    field_filter::{FieldFilter, Prior},
+    field_filter::{FieldFilter, FieldPrior, IN_BODY, IN_EARTH},
     field_node::{FieldNode, FieldNodes},
-    field_noise::{FieldNoise, at_most},
+    field_noise::{CORRELATED, FieldNoise, at_most},
     grid::Grid,
     hard_iron_interval::{HardIronCounts, HardIronInterval},
+    hypothesis::{JUMP_UT, follow},
     rest_bias::RestBias,
 };
 use crate::{
     config::Config,
     rest::{RestDetector, RestLimits},
     sample::Reading,
+    statistics::chi_square::{IN_A_HUNDRED, IN_A_MILLION, IN_A_THOUSAND, IN_TWENTY},
 };
-use kept_intervals::KeptIntervals;
 use nalgebra::Vector3;
+use offsets::Offsets;
 use suspicion::{Suspicion, Verdict};
 
-/// Length of a node, seconds: means over so long keep what turns at 300 deg/s, since they are taken in the gyro's frame.
+/// Length of a node, seconds. Means over this time preserve turns of 300 deg/s, because they are taken in the
+/// gyro's frame.
 const NODE_S: f32 = 0.2;
 
-/// An offset must have been steady for 3 s, in nodes. The field is withheld for a change only if it was as predicted for so long before, and
-/// what takes longer to come is no magnet that is brought: then the gyro's frame itself is wrong, and there is no telling.
+/// Time for which the field must have been as predicted before a change withholds it, in nodes: 3 s. A magnet
+/// that is brought comes faster; a slower change means that the gyro's own frame is wrong, and nothing can be
+/// decided.
 const STEADY_NODES: u8 = 15;
-/// A change matters from so many of the calibrated field's errors on.
+/// Least size of a change that matters, in errors of the calibrated field.
 const LEAST_SIZE: f32 = 2.0;
-/// After so much turning since the start an offset that was there from the start has shown, radians: half a turn shows twice its size.
+/// Consecutive nodes beyond one in a hundred that are as unlikely as one beyond one in a million.
+const UNLIKELY_NODES: u8 = 3;
+/// Angle of turning since the start after which an offset present from the start has shown, radians: half a
+/// turn shows twice its size.
 const TOLD_RAD: f32 = core::f32::consts::PI;
 
-/// What is to be made of the calibrated field now.
+/// Use of the calibrated field now.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FieldUse {
-    /// Not to be used: it has changed, and it is not known yet how; or the offset is one that must not be learned any more.
+    /// Withheld: the field changed in an undecided way, or its offset came after the freeze.
     Withheld,
-    /// To be used after this offset, microtesla, has been subtracted.
+    /// Used after subtracting this offset, microtesla.
     Less(Vector3<f32>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
-    /// No field yet.
+    /// No field has been read yet.
     Waiting,
     /// One filter tracks the field.
     Tracking,
-    /// The field has changed: a filter in which the iron did, one in which the earth's field did, and one in which nothing has.
+    /// The field changed: one filter assumes new iron, one a new earth field, one no change.
     Undecided,
 }
 
-/// Watches for body-fixed magnetic offsets that come and go.
+/// Watch for body-fixed magnetic offsets that come and go.
 ///
-/// A filter ([`FieldFilter`]) predicts the field in the frame that the gyro carries along. A change that it does not explain is followed
-/// by two more filters: in one the offset fixed in the body has jumped, in the other the field fixed in the earth. While the probe
-/// stands still both say the same; as it turns, one of them goes on predicting and the other does not. Until their likelihoods
-/// decide, the field is withheld. A constant offset from the start is part of the null hypothesis.
+/// A filter ([`FieldFilter`]) predicts the field in the frame that the gyro carries along. After a change
+/// that it does not explain, two more filters start: one in which the body-fixed offset jumped, and one in
+/// which the earth's field did. They agree while the probe stands still; once it turns, only one keeps
+/// predicting. The field is withheld until their likelihoods decide. A constant offset present from the start
+/// belongs to the null hypothesis.
 pub(crate) struct HardIronWatch {
+    settings: WatchSettings,
     state: State,
-    prior: Prior,
+    prior: FieldPrior,
     noise: FieldNoise,
-    period_us: u32,
-    grid: Grid,
     accumulator: Accumulator,
     nodes: FieldNodes,
     rests: RestDetector,
-    rest_limits: RestLimits,
-    bias_walk_rad_s_rts: f32,
-    /// The bias from rests, and when the latest was.
+    /// Bias from rests, and the time of the latest rest.
     rest_bias: Option<RestBias>,
     rest_us: u64,
     tracked: FieldFilter,
     iron: FieldFilter,
     earth: FieldFilter,
-    /// Angle turned since the start, up to [`TOLD_RAD`], radians.
+    /// Angle turned since the start, at most [`TOLD_RAD`], radians.
     turned_rad: f32,
-    /// Nodes in a row beyond one in a hundred.
+    /// Consecutive nodes beyond one in a hundred.
     unlikely: u8,
-    /// Nodes in a row within one in a thousand, up to [`STEADY_NODES`].
+    /// Consecutive nodes within one in a thousand, at most [`STEADY_NODES`].
     calm: u8,
     suspicion: Suspicion,
-    /// Offset in the body and its variance on each axis before the present interval.
-    base_ut: Vector3<f32>,
-    base_variance_ut2: Vector3<f32>,
+    offsets: Offsets,
+}
+
+/// Configuration of the watch.
+#[derive(Clone, Copy)]
+struct WatchSettings {
+    period_us: u32,
+    grid: Grid,
+    rest_limits: RestLimits,
+    /// Time from which no new offset is learnt.
     freeze_us: u64,
-    frozen: bool,
-    kept: KeptIntervals,
+}
+
+impl WatchSettings {
+    /// All zero, for a static.
+    const ZERO: Self = Self {
+        period_us: 0,
+        grid: Grid::zero(),
+        rest_limits: RestLimits { deviation_rad_s: 0.0, bias_rad_s: 0.0 },
+        freeze_us: 0,
+    };
+
+    fn new(config: &Config) -> Self {
+        let id = &config.identification;
+        Self {
+            period_us: config.sample_period_us,
+            grid: Grid::new(config.sample_period_us),
+            rest_limits: RestLimits { deviation_rad_s: id.rest_gyro_deviation_rad_s, bias_rad_s: id.max_bias_rad_s },
+            freeze_us: config.freeze_at_us.unwrap_or(u64::MAX),
+        }
+    }
 }
 
 impl HardIronWatch {
     pub const fn zero() -> Self {
-        let zero = Vector3::new(0.0, 0.0, 0.0);
         Self {
+            settings: WatchSettings::ZERO,
             state: State::Waiting,
-            prior: Prior::zero(),
+            prior: FieldPrior::zero(),
             noise: FieldNoise::zero(),
-            period_us: 0,
-            grid: Grid::zero(),
             accumulator: Accumulator::zero(),
             nodes: FieldNodes::zero(),
             rests: RestDetector::zero(),
-            rest_limits: RestLimits { deviation_rad_s: 0.0, bias_rad_s: 0.0 },
-            bias_walk_rad_s_rts: 0.0,
             rest_bias: None,
             rest_us: 0,
             tracked: FieldFilter::zero(),
@@ -113,18 +137,16 @@ impl HardIronWatch {
             unlikely: 0,
             calm: 0,
             suspicion: Suspicion::new(0, false),
-            base_ut: zero,
-            base_variance_ut2: zero,
-            freeze_us: 0,
-            frozen: false,
-            kept: KeptIntervals::zero(),
+            offsets: Offsets::zero(),
         }
     }
 
+    /// Starts anew from a configuration.
     pub fn configure(&mut self, config: &Config) {
         let (id, attitude) = (&config.identification, &config.attitude);
         *self = Self::zero();
-        self.prior = Prior {
+        self.settings = WatchSettings::new(config);
+        self.prior = FieldPrior {
             diagonal: id.prior_sigma_diagonal,
             off_diagonal: id.prior_sigma_off_diagonal,
             bias_rad_s: id.prior_sigma_bias_rad_s,
@@ -134,31 +156,28 @@ impl HardIronWatch {
             bias_walk_rad_s_rts: attitude.gyro_bias_walk_rad_s_rts,
         };
         self.noise = FieldNoise::new(attitude.mag_sigma_rad, attitude.gyro_noise_rad_s_rthz, id.max_bias_rad_s);
-        self.period_us = config.sample_period_us;
-        self.grid = Grid::new(config.sample_period_us);
-        self.rest_limits = RestLimits { deviation_rad_s: id.rest_gyro_deviation_rad_s, bias_rad_s: id.max_bias_rad_s };
-        self.bias_walk_rad_s_rts = attitude.gyro_bias_walk_rad_s_rts;
-        self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
         self.nodes.start(config.gyro.p_matrix(), Vector3::from(config.gyro.b_rad_s));
     }
 
-    /// Begins at the first sample of all.
+    /// Starts at the first sample.
     pub fn start(&mut self, t_us: u64) {
-        self.accumulator.start(t_us, self.grid, self.period_us);
-        self.rests.start(self.period_us);
+        let WatchSettings { grid, period_us, .. } = self.settings;
+        self.accumulator.start(t_us, grid, period_us);
+        self.rests.start(period_us);
     }
 
-    /// Begins again after a gap: the frame is lost, what is fixed in the body is not.
+    /// Restarts after a gap: the gyro's frame is lost, the body-fixed offset is not.
     pub fn gap(&mut self, t_us: u64) {
-        self.accumulator.start(t_us, self.grid, self.period_us);
-        self.rests.start(self.period_us);
+        let WatchSettings { grid, period_us, .. } = self.settings;
+        self.accumulator.start(t_us, grid, period_us);
+        self.rests.start(period_us);
         self.nodes.interrupt();
         if self.state == State::Undecided {
             self.conclude(Verdict::Untold);
         }
     }
 
-    /// A rest has told the bias of the raw gyro.
+    /// Applies a bias of the raw gyro found at rest.
     fn rest(&mut self, bias: &RestBias) {
         let sigma = bias.sigma_rad_s();
         let change = self.nodes.set_bias(bias.rate);
@@ -174,31 +193,31 @@ impl HardIronWatch {
         }
     }
 
-    /// Takes one sample: raw rate, calibrated specific force and field, as they were read.
+    /// Takes one sample: raw rate, calibrated specific force and field, uncorrected by effects.
     pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3]) {
-        if let Some(Some(rest)) = self.rests.push(rate, force, field, &self.rest_limits) {
+        if let Some(Some(rest)) = self.rests.push(rate, force, field, &self.settings.rest_limits) {
             let since_s = t_us.saturating_sub(self.rest_us) as f32 * 1e-6;
-            let before = self.rest_bias.map(|bias| bias.aged(since_s, self.bias_walk_rad_s_rts));
+            let before = self.rest_bias.map(|bias| bias.predicted(since_s, self.prior.bias_walk_rad_s_rts));
             let bias = before.map_or(RestBias::from_rest(&rest), |bias| bias.updated(&rest));
             (self.rest_bias, self.rest_us) = (Some(bias), t_us);
             self.rest(&bias);
         }
-        if t_us >= self.freeze_us {
-            self.frozen = true;
+        if t_us >= self.settings.freeze_us {
+            self.offsets.freeze();
         }
-        while let Some(increment) = self.accumulator.close_before(t_us, self.grid) {
-            if let Some(node) = self.nodes.push(&increment, self.grid.interval_s(), NODE_S) {
-                // Valid at its middle.
-                self.take(t_us.saturating_sub((0.5e6 * node.time_s) as u64), &node);
+        while let Some(increment) = self.accumulator.close_before(t_us, self.settings.grid) {
+            if let Some(node) = self.nodes.push(&increment, self.settings.grid.interval_s(), NODE_S) {
+                // A node is valid at its middle.
+                self.update(t_us.saturating_sub((0.5e6 * node.time_s) as u64), &node);
             }
         }
-        self.accumulator.add(rate, Reading::Missing, field);
+        self.accumulator.add(rate, field);
     }
 
-    /// What is to be made of the calibrated field now.
+    /// Returns the use of the calibrated field now.
     pub fn field_use(&self) -> FieldUse {
         let doubtful = self.state == State::Undecided && self.suspicion.is_doubtful();
-        match (doubtful, self.kept.lasting()) {
+        match (doubtful, self.offsets.kept.lasting()) {
             (true, _) => FieldUse::Withheld,
             (_, None) => FieldUse::Less(Vector3::zeros()),
             (_, Some(interval)) if interval.corrected => FieldUse::Less(interval.offset()),
@@ -207,15 +226,15 @@ impl HardIronWatch {
     }
 
     pub const fn counts(&self) -> HardIronCounts {
-        self.kept.counts
+        self.offsets.kept.counts
     }
 
-    /// The latest intervals, the oldest first.
+    /// Latest intervals, oldest first.
     pub fn intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
-        self.kept.iter()
+        self.offsets.kept.iter()
     }
 
-    /// The earth's field, microtesla.
+    /// Norm of the earth's field, microtesla.
     fn field_ut(&self) -> f32 {
         libm::sqrtf(self.tracked.in_earth().norm_squared())
     }
@@ -225,7 +244,7 @@ impl HardIronWatch {
         self.noise.error_ut(self.field_ut())
     }
 
-    fn take(&mut self, t_us: u64, node: &FieldNode) {
+    fn update(&mut self, t_us: u64, node: &FieldNode) {
         self.noise.turn(node);
         self.turned_rad = at_most(self.turned_rad + node.angle_rad, TOLD_RAD);
         if self.state == State::Waiting {
@@ -251,7 +270,99 @@ impl HardIronWatch {
         }
         if !self.tracked.is_sound() {
             self.state = State::Waiting;
-            self.kept.close(t_us);
+            self.offsets.kept.close(t_us);
+        }
+    }
+
+    /// Tests a node against the single filter's prediction.
+    fn track(&mut self, t_us: u64, node: &FieldNode) {
+        let error_ut = self.error_ut();
+        let noise = self.noise.variance_ut2(error_ut, 1.0);
+        let innovation = self.tracked.innovation(node);
+        let Some((squared, _)) = innovation.squared(noise) else { return };
+        let size2 = innovation.innovation_ut.norm_squared();
+        self.unlikely = if squared > IN_A_HUNDRED { self.unlikely.saturating_add(1) } else { 0 };
+        let changed = squared > IN_A_MILLION || self.unlikely >= UNLIKELY_NODES;
+        if changed && size2 > LEAST_SIZE * LEAST_SIZE * error_ut * error_ut {
+            let unknown = self.turned_rad < TOLD_RAD;
+            let turned_ut = JUMP_UT * self.noise.recent_rad();
+            if unknown && turned_ut * turned_ut > size2 {
+                // The offset may have been there all the time, unseen before the first turn.
+                self.tracked.inflate(IN_BODY, JUMP_UT);
+                self.tracked.inflate(IN_EARTH, JUMP_UT);
+                return;
+            }
+            self.suspect(t_us);
+            self.compare(t_us, node);
+            return;
+        }
+        self.calm = if squared > IN_A_THOUSAND {
+            0
+        } else if self.calm < STEADY_NODES {
+            self.calm + 1
+        } else {
+            STEADY_NODES
+        };
+        self.noise.learn(squared, noise, &innovation.predicted, node.time_s);
+        let noise = self.noise.variance_ut2(error_ut, CORRELATED);
+        follow(&mut self.tracked, node, noise, None);
+        if squared < IN_TWENTY {
+            self.offsets.refine(&self.tracked, t_us, 0.5 * LEAST_SIZE * self.error_ut());
+        }
+    }
+
+    /// Starts the two hypotheses of a change.
+    fn suspect(&mut self, t_us: u64) {
+        self.offsets.kept.suspect();
+        self.state = State::Undecided;
+        self.unlikely = 0;
+        self.suspicion = Suspicion::new(t_us, self.calm >= STEADY_NODES);
+        self.calm = 0;
+        (self.iron, self.earth) = (self.tracked, self.tracked);
+        self.iron.inflate(IN_BODY, JUMP_UT);
+        self.earth.inflate(IN_EARTH, JUMP_UT);
+    }
+
+    /// Compares the hypotheses by a node while the change is undecided.
+    fn compare(&mut self, t_us: u64, node: &FieldNode) {
+        let error_ut = self.error_ut();
+        let (noise, quiet_noise) =
+            (self.noise.variance_ut2(error_ut, CORRELATED), self.noise.variance_ut2(error_ut, 1.0));
+        let iron = follow(&mut self.iron, node, noise, Some(IN_BODY));
+        let earth = follow(&mut self.earth, node, noise, Some(IN_EARTH));
+        let unchanged = self.tracked.innovation(node);
+        let lost_ut2 = 9.0 * error_ut * error_ut;
+        let quiet = unchanged.squared(quiet_noise).is_some_and(|(squared, _)| squared < IN_TWENTY)
+            && unchanged.predicted.trace() < 3.0 * lost_ut2;
+        let better = if iron.squared < earth.squared { &iron } else { &earth };
+        self.noise.learn(better.squared, noise, &better.predicted, node.time_s);
+
+        let jump = self.iron.in_body() - self.tracked.in_body();
+        let least_ut = LEAST_SIZE * error_ut;
+        let matters = jump.norm_squared() > least_ut * least_ut;
+        if let Some(verdict) = self.suspicion.weigh((t_us, node), [&iron, &earth], quiet, matters) {
+            self.conclude(verdict);
+        }
+    }
+
+    /// Ends a suspicion by its verdict, which may end an interval or begin one.
+    fn conclude(&mut self, verdict: Verdict) {
+        self.state = State::Tracking;
+        let matters_ut = LEAST_SIZE * self.error_ut();
+        let (before, after) = (self.tracked.in_body(), self.iron.in_body());
+        let matters = (after - before).norm_squared() > matters_ut * matters_ut;
+        // An offset that was there from the start and has gone is no magnet that came.
+        let less = !self.offsets.kept.on && after.norm_squared() < before.norm_squared();
+        if verdict != Verdict::Iron || !matters || less {
+            self.offsets.kept.dismiss();
+        } else {
+            let edge_us = self.suspicion.first_us / 2 + self.suspicion.last_us / 2;
+            self.offsets.change([&self.tracked, &self.iron], edge_us, matters_ut);
+        }
+        match verdict {
+            Verdict::Iron => self.tracked = self.iron,
+            Verdict::Passed => {}
+            Verdict::Earth | Verdict::Untold => self.tracked = self.earth,
         }
     }
 }

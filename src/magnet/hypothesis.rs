@@ -1,41 +1,38 @@
-use super::{
-    chi_square::{CLIPPED, IN_A_MILLION, IN_A_THOUSAND},
-    field_filter::FieldFilter,
-    field_node::FieldNode,
-};
+use super::{field_filter::FieldFilter, field_node::FieldNode};
+use crate::statistics::chi_square::{IN_A_MILLION, IN_A_THOUSAND, IN_TWENTY};
 use nalgebra::Matrix3;
 
-/// By how much a field may jump, each axis, microtesla: of the order of the earth's own.
+/// Deviation of a jump on each axis, microtesla: of the order of the earth's own field.
 pub(super) const JUMP_UT: f32 = 30.0;
 
-/// How a filter met a node.
-pub(super) struct Met {
+/// Outcome of a node's update under one hypothesis.
+pub(super) struct Outcome {
     /// Normalised innovation squared.
     pub squared: f32,
     pub log_likelihood: f32,
     /// Covariance of the prediction, microtesla squared.
     pub predicted: Matrix3<f32>,
-    /// Whether the states that may jump had to jump again.
-    pub reopened: bool,
+    /// True if the states that may jump had to jump again.
+    pub jumped: bool,
 }
 
-/// Takes a node into a filter, robustly. Where `jumping` states are named and the node is not predicted (beyond one in a thousand), they
-/// jump again: that costs likelihood, about the logarithm of how far they may jump over how well they were known, so the
-/// hypothesis that has to jump less often wins.
-pub(super) fn follow(filter: &mut FieldFilter, node: &FieldNode, noise: f32, jumping: Option<usize>) -> Met {
+/// Updates a filter by a node, robustly. If `jumping` states are named and the node is beyond one in a
+/// thousand, they are inflated again. That costs likelihood, about the logarithm of the inflation over the
+/// former deviation, so that the hypothesis with fewer jumps wins.
+pub(super) fn follow(filter: &mut FieldFilter, node: &FieldNode, noise: f32, jumping: Option<usize>) -> Outcome {
     let mut innovation = filter.innovation(node);
     let mut squared = innovation.squared(noise);
-    let mut reopened = false;
+    let mut jumped = false;
     if let Some(first) = jumping
         && squared.is_none_or(|(squared, _)| squared > IN_A_THOUSAND)
     {
-        filter.open(first, JUMP_UT);
+        filter.inflate(first, JUMP_UT);
         innovation = filter.innovation(node);
         squared = innovation.squared(noise);
-        reopened = true;
+        jumped = true;
     }
     let (squared, log_determinant) = squared.unwrap_or((IN_A_MILLION, 0.0));
-    let clipped = if squared > CLIPPED { squared / CLIPPED } else { 1.0 };
+    let clipped = if squared > IN_TWENTY { squared / IN_TWENTY } else { 1.0 };
     filter.update(&innovation, noise * clipped);
-    Met { squared, log_likelihood: -0.5 * (log_determinant + squared), predicted: innovation.predicted, reopened }
+    Outcome { squared, log_likelihood: -0.5 * (log_determinant + squared), predicted: innovation.predicted, jumped }
 }

@@ -1,7 +1,7 @@
-//! Watches for magnets that come and go: body-fixed offsets of the field, told from disturbances fixed in the earth.
+//! Watch for magnets that come and go: body-fixed offsets of the field, told apart from disturbances fixed in
+//! the earth.
 
 mod accumulator;
-mod chi_square;
 mod field_filter;
 mod field_node;
 mod field_noise;
@@ -11,7 +11,6 @@ mod hard_iron_watch;
 mod hypothesis;
 mod increment;
 mod rest_bias;
-mod whitening;
 
 pub use hard_iron_interval::{HardIronCounts, HardIronInterval};
 pub(crate) use hard_iron_watch::{FieldUse, HardIronWatch};

@@ -1,26 +1,27 @@
 use crate::rest::Rest;
 use nalgebra::Vector3;
 
-/// Bias of the raw gyro from seconds of rest: a scalar-variance Kalman filter with a random walk between them.
+/// Bias of the raw gyro from seconds of rest: a scalar-variance Kalman filter with a random walk between
+/// rests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RestBias {
-    /// rad/s, raw frame.
+    /// Bias in the raw frame, rad/s.
     pub rate: Vector3<f32>,
     /// Variance on each axis, (rad/s)^2.
     pub variance: f32,
 }
 
 impl RestBias {
-    /// In-run bias instability below which no rest is believed, rad/s: 0.01 deg/s, the upper end of what data sheets of
-    /// consumer MEMS gyros show in their Allan plots.
+    /// In-run bias instability, rad/s, below which no rest is believed: 0.01 deg/s, the upper end of consumer
+    /// MEMS gyros' Allan plots in data sheets.
     const INSTABILITY_RAD_S: f32 = 1.75e-4;
 
     pub fn from_rest(rest: &Rest) -> Self {
         Self { rate: rest.rate, variance: measurement_variance(rest) }
     }
 
-    /// The variance after `seconds` more of a bias random walk, rad/s per root second.
-    pub fn aged(mut self, seconds: f32, walk_rad_s_rts: f32) -> Self {
+    /// Predicts over `seconds` of a bias random walk, rad/s per root second.
+    pub fn predicted(mut self, seconds: f32, walk_rad_s_rts: f32) -> Self {
         self.variance += walk_rad_s_rts * walk_rad_s_rts * seconds;
         self
     }
@@ -31,7 +32,7 @@ impl RestBias {
         Self { rate: self.rate + (rest.rate - self.rate) * gain, variance: self.variance * (1.0 - gain) }
     }
 
-    /// Standard deviation with the instability in it, rad/s.
+    /// Standard deviation including the instability, rad/s.
     pub fn sigma_rad_s(&self) -> f32 {
         libm::sqrtf(self.variance + Self::INSTABILITY_RAD_S * Self::INSTABILITY_RAD_S)
     }
@@ -59,6 +60,6 @@ mod tests {
         let both = first.updated(&rest(0.02));
         assert!((both.rate.x - 0.015).abs() < 1e-6);
         assert!((both.variance / first.variance - 0.5).abs() < 1e-3);
-        assert!(both.aged(100.0, 2e-5).variance > both.variance);
+        assert!(both.predicted(100.0, 2e-5).variance > both.variance);
     }
 }

@@ -7,24 +7,25 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 /// Settings of [`DifferentialEvolution`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DifferentialEvolutionSettings {
-    /// Most cost evaluations, the first population included.
+    /// Largest number of cost evaluations, the first population included.
     pub max_evaluations: u32,
-    /// F, the weight of the difference. Default 0.5 (Storn and Price 1997, section 5).
+    /// Weight F of the difference. Default 0.5 (Storn and Price 1997, section 5).
     pub weight: f32,
-    /// CR, the probability that a variable comes from the mutant. Default 0.9 (the same).
+    /// Probability CR that a variable comes from the mutant. Default 0.9 (same source).
     pub crossover: f32,
 }
 
 impl DifferentialEvolutionSettings {
-    /// The published constants.
+    /// Creates settings with the published constants.
     #[must_use]
     pub const fn new(max_evaluations: u32) -> Self {
         Self { max_evaluations, weight: 0.5, crossover: 0.9 }
     }
 }
 
-/// Differential evolution DE/rand/1/bin, `N` members (Storn and Price, J. Global Optimization 11 (1997) 341). The published
-/// advice is 5 to 10 members a variable. A member's successor replaces it at once, not at the end of the generation.
+/// Differential evolution DE/rand/1/bin with `N` members (Storn and Price, J. Global Optimization 11 (1997)
+/// 341). The published advice is 5 to 10 members a variable. A successor replaces its member at once, not at
+/// the end of the generation.
 #[derive(Clone, Debug)]
 pub struct DifferentialEvolution<const D: usize, const N: usize> {
     space: SearchSpace<D>,
@@ -35,10 +36,10 @@ pub struct DifferentialEvolution<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> DifferentialEvolution<D, N> {
-    /// A population about the space's start.
+    /// Creates a population about the space's start.
     ///
     /// # Errors
-    /// Fewer than 4 members, no dimensions, or settings out of their range.
+    /// Rejects fewer than 4 members, no dimensions, and settings out of their range.
     pub fn new(
         space: &SearchSpace<D>,
         settings: DifferentialEvolutionSettings,
@@ -52,10 +53,10 @@ impl<const D: usize, const N: usize> DifferentialEvolution<D, N> {
         Ok(Self { space: *space, settings, population, evaluations: 0, generator })
     }
 
-    /// x_a + F (x_b - x_c), crossed with the member (eq 3 and 4 of the source).
+    /// Trial x_a + F (x_b - x_c), crossed with the member (eq 3 and 4 of the source).
     fn trial(&mut self, turn: usize) -> [f32; D] {
         let generator = &mut self.generator;
-        // Three others, all different: draws without replacement from the N - 1 that follow.
+        // Three different others: draws without replacement from the N - 1 that follow.
         let count = if N > 3 { N - 1 } else { 3 };
         let a = generator.next_u32() as usize % count;
         let mut b = generator.next_u32() as usize % (count - 1);
@@ -78,7 +79,7 @@ impl<const D: usize, const N: usize> DifferentialEvolution<D, N> {
         for (k, (x, (((a, b), c), (l, u)))) in trial.iter_mut().zip(sources).enumerate() {
             if uniform(generator) < self.settings.crossover || k == forced {
                 let mutant = a + self.settings.weight * (b - c);
-                // What leaves the box ends half-way from the member to the wall.
+                // A variable that leaves the box ends half-way from the member to the wall.
                 *x = if mutant > u {
                     0.5 * *x + 0.5 * u
                 } else if mutant >= l {
@@ -103,7 +104,7 @@ impl<const D: usize, const N: usize> Found<D> for DifferentialEvolution<D, N> {
 }
 
 impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for DifferentialEvolution<D, N> {
-    /// One member's trial, members in turn.
+    /// Evaluates one member's trial, members in turn.
     fn step(&mut self, cost: &C) -> Progress {
         if self.evaluations >= self.settings.max_evaluations {
             return Progress::Done;

@@ -17,30 +17,32 @@ use reward::{Exchange, freely_exchanged};
 pub use settings::{ImoaSettings, Reward};
 use step_length::{held, step_length};
 
-/// What comes next.
+/// Next piece of the search.
 #[derive(Clone, Copy, Debug)]
 enum Stage<const D: usize> {
-    /// A candidate of the member whose turn it is.
+    /// Candidate of the member whose turn it is.
     Move,
-    /// The same member, one variable refracted.
+    /// Refraction of one variable of the same member.
     Refract,
-    /// Rewards being evaluated, or the candidate that they make.
+    /// Evaluation of rewards, or of the candidate that they make.
     Exchange(Exchange<D>),
 }
 
-/// Improved meerkat optimisation algorithm, in our reading of the paper's equations, `N` members.
+/// Improved meerkat optimisation algorithm with `N` members, in our reading of the paper's equations.
 ///
-/// Members move in turn, each by the global or the local phase, equally likely: guided spiral (eq 19) or migration (eq 24 and
-/// 25), and with it on, refraction (eq 26 to 29). After the first population and then after every `N` moves one member exchanges
-/// by evaluated rewards (eq 20 to 23), which takes 2 D + 1 evaluations, or one more, one a step. Everything is greedy: a member
-/// moves only to a better place. The guiding factor is a ratio of costs, so the cost should be positive.
+/// Members move in turn, each by the global or the local phase with equal probability: guided spiral (eq 19)
+/// or migration (eq 24 and 25), followed by refraction (eq 26 to 29) if switched on. After the first
+/// population and then after every `N` moves one member exchanges by evaluated rewards (eq 20 to 23), which
+/// takes 2 D + 1 evaluations, or one more, one a step. Every move is greedy: a member moves only to a better
+/// place. The guiding factor is a ratio of costs, so the cost should be positive.
 ///
-/// [`Reward::Values`] reads from its evaluations a parabola in each variable, so the coordinates should be whitened
-/// ([`SearchSpace::UNIT`] about the least-squares point); it alone makes the search quick there. On simulated windows (settings chosen on
-/// seeds 0 to 19, checked on 100 to 119, three inclinations; `cargo mwd bench`, section evaluations) 180 of 180 searches from
-/// the least-squares point are within 1 % of the optimum's cost after 50 evaluations, and within 0.1 posterior deviations of
-/// it after 100; one member does as well as twelve, and twelve without the exchange reach 171 of 180 at 150. The population is for
-/// costs with more than one minimum, where one member stays in the nearest.
+/// [`Reward::Values`] reads a parabola in each variable from its evaluations, so the coordinates should be
+/// whitened ([`SearchSpace::UNIT`] about the least-squares point); it alone makes the search quick there. On
+/// simulated windows (settings chosen on seeds 0 to 19, checked on 100 to 119, three inclinations; `cargo mwd
+/// bench`, section evaluations) 180 of 180 searches from the least-squares point are within 1 % of the
+/// optimum's cost after 50 evaluations, and within 0.1 posterior deviations of it after 100. One member does
+/// as well as twelve, and twelve without the exchange reach 171 of 180 at 150. The population is for costs
+/// with more than one minimum, where one member stays in the nearest.
 #[derive(Clone, Debug)]
 pub struct Imoa<const D: usize, const N: usize> {
     space: SearchSpace<D>,
@@ -55,10 +57,10 @@ pub struct Imoa<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Imoa<D, N> {
-    /// A population about the space's start (eq 9, centred).
+    /// Creates a population about the space's start (eq 9, centred).
     ///
     /// # Errors
-    /// No members or dimensions, or settings out of their range.
+    /// Rejects no members or dimensions, and settings out of their range.
     pub fn new(space: &SearchSpace<D>, settings: ImoaSettings, seed: u64) -> Result<Self, OptimizerError> {
         settings.check()?;
         let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
@@ -76,7 +78,7 @@ impl<const D: usize, const N: usize> Imoa<D, N> {
         })
     }
 
-    /// t / T.
+    /// Share of the evaluations used, t / T.
     fn progress(&self) -> f32 {
         self.evaluations as f32 / self.settings.max_evaluations as f32
     }
@@ -84,7 +86,7 @@ impl<const D: usize, const N: usize> Imoa<D, N> {
     fn candidate(&mut self) -> [f32; D] {
         let progress = self.progress();
         let Self { space, settings, population, turn, generator, .. } = self;
-        // The global and the local phase are equally likely (MOA: P = 0.5).
+        // Global and local phase are equally likely (MOA: P = 0.5).
         let global = uniform(generator) < 0.5;
         if !settings.migration || (settings.spiral && global) {
             let moved = guided_spiral(population, *turn, generator);
@@ -98,7 +100,7 @@ impl<const D: usize, const N: usize> Imoa<D, N> {
         }
     }
 
-    /// The exchange that is due, if the evaluations suffice to end it.
+    /// Returns the exchange that is due, if the evaluations suffice to finish it.
     fn exchange(&mut self) -> Option<Exchange<D>> {
         let left = self.settings.max_evaluations.saturating_sub(self.evaluations) as usize;
         if self.moves < N || left <= 2 * D {
@@ -146,7 +148,7 @@ impl<const D: usize, const N: usize> Found<D> for Imoa<D, N> {
 }
 
 impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for Imoa<D, N> {
-    /// A member of the first population, then one trial or candidate a call.
+    /// Evaluates a member of the first population, then one trial or candidate a call.
     fn step(&mut self, cost: &C) -> Progress {
         if self.evaluations >= self.settings.max_evaluations {
             return Progress::Done;
@@ -200,7 +202,8 @@ mod tests {
     use super::*;
     use crate::optimizer::random::normal;
 
-    /// A bowl whose lowest point is off the start; in whitened coordinates every window looks like this near its optimum.
+    /// Bowl whose lowest point is off the start; in whitened coordinates every window looks like this near
+    /// its optimum.
     struct Bowl {
         lowest: [f32; 12],
         nan: bool,
@@ -222,7 +225,8 @@ mod tests {
         imoa.best().1
     }
 
-    /// Every parabola of a round bowl has its bottom in the same point: the first population, one exchange, and it is found.
+    /// All parabolas of a round bowl have their bottom in one point: the first population and one exchange
+    /// find it.
     #[test]
     fn one_exchange_finds_the_bottom_of_a_round_bowl() {
         for seed in 0..60 {
@@ -231,7 +235,8 @@ mod tests {
         }
     }
 
-    /// A bowl that is five times as steep along the diagonal: the bottoms of its parabolas together lie 3.75 times too far.
+    /// Bowl five times as steep along the diagonal: the bottoms of its parabolas together lie 3.75 times too
+    /// far.
     struct Coupled([f32; 12]);
 
     impl Cost<12> for Coupled {
@@ -245,7 +250,7 @@ mod tests {
         }
     }
 
-    /// Where one exchange overshoots, the step along it and further exchanges still find the bottom.
+    /// One exchange overshoots here; the step along it and further exchanges still find the bottom.
     #[test]
     fn variables_that_are_coupled_are_found_too() {
         for seed in 0..60 {

@@ -6,48 +6,49 @@ use super::{
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Settings of [`ImoaLiteral`]. The two that the paper takes from the sensors are constants here: a rotation does not change
-/// a norm, so neither says anything of the candidate.
+/// Settings of [`ImoaLiteral`]. The two that the paper takes from the sensors are constants here: a rotation
+/// does not change a norm, so neither depends on the candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImoaLiteralSettings {
-    /// Most cost evaluations, the first population included.
+    /// Largest number of cost evaluations, the first population included.
     pub max_evaluations: u32,
-    /// a_h of eq 15 and 16, the relative error of the norm of `(1 - [w]x dt) a`. Default 0.0055: sqrt(1 + (w dt)^2) - 1 at 180 deg/s
-    /// and 30 Hz, a perpendicular to w. The sign of eq 15 does not matter to it.
+    /// Relative error a_h of the norm of `(1 - [w]x dt) a` in eq 15 and 16. Default 0.0055: sqrt(1 + (w
+    /// dt)^2) - 1 at 180 deg/s and 30 Hz, a perpendicular to w. The sign of eq 15 does not matter to it.
     pub modulus_error: f32,
-    /// beta of eq 19, |g| / |g_hat| in [0, 1]. Default 1.
+    /// Guide beta of eq 19, |g| / |g_hat| in [0, 1]. Default 1.
     pub guide: f32,
 }
 
 impl ImoaLiteralSettings {
-    /// The paper's turntable.
+    /// Creates settings for the paper's turntable.
     #[must_use]
     pub const fn new(max_evaluations: u32) -> Self {
         Self { max_evaluations, modulus_error: 0.0055, guide: 1.0 }
     }
 }
 
-/// What the member whose turn it is does next.
+/// Next piece of the search, for the member whose turn it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
-    /// Eq 19, or eq 12.
+    /// Move by eq 19, or eq 12.
     Move,
-    /// Eq 22 and 23, variable by variable: the member's value in the least-squares estimate, then the partner's.
+    /// Rewards of eq 22 and 23, variable by variable: the member's value in the least-squares estimate, then
+    /// the partner's.
     Reward { variable: usize, own: Option<f32> },
-    /// Eq 20.
+    /// Exchange of eq 20.
     Exchange,
-    /// Eq 24 and 25.
+    /// Migration of eq 24 and 25.
     Migrate,
-    /// Eq 26 to 29, from this variable on.
+    /// Refraction of eq 26 to 29, from this variable on.
     Refract(usize),
 }
 
-/// The improved meerkat optimisation as printed (eq 15 to 29, as literally as they can be executed), `N` members; a named
-/// baseline, never the default. [`super::Imoa`] is the reading that works.
+/// Improved meerkat optimisation as printed (eq 15 to 29, as literally as they can be executed), with `N`
+/// members: a named baseline, never the default. [`super::Imoa`] is the reading that works.
 ///
-/// The least-squares estimate of eq 21 is the space's start. A reward (eq 20 to 23) takes 2 D evaluations, a refraction one a
-/// variable. The global and the local phase are equally likely. Eq 28 only restates eq 27, so the ratio is drawn from (1, 10).
-/// Variables that leave the box are drawn anew.
+/// The least-squares estimate of eq 21 is the space's start. A reward (eq 20 to 23) takes 2 D evaluations, a
+/// refraction one a variable. The global and the local phase are equally likely. Eq 28 only restates eq 27,
+/// so the ratio is drawn from (1, 10). Variables that leave the box are drawn anew.
 #[derive(Clone, Debug)]
 pub struct ImoaLiteral<const D: usize, const N: usize> {
     space: SearchSpace<D>,
@@ -55,21 +56,21 @@ pub struct ImoaLiteral<const D: usize, const N: usize> {
     population: Population<D, N>,
     best: Incumbent<D>,
     turn: usize,
-    /// t of eq 26: rounds over the population.
+    /// Rounds over the population, t of eq 26.
     round: u32,
     stage: Stage,
     partner: usize,
-    /// T_m of the member and of its partner (eq 22).
+    /// Rewards T_m of the member and of its partner (eq 22).
     rewards: [u32; 2],
     evaluations: u32,
     generator: Xoshiro128PlusPlus,
 }
 
 impl<const D: usize, const N: usize> ImoaLiteral<D, N> {
-    /// A population about the space's start.
+    /// Creates a population about the space's start.
     ///
     /// # Errors
-    /// No members or dimensions, or settings out of their range.
+    /// Rejects no members or dimensions, and settings out of their range.
     pub fn new(space: &SearchSpace<D>, settings: ImoaLiteralSettings, seed: u64) -> Result<Self, OptimizerError> {
         if !(settings.modulus_error.is_finite() && (0.0..=1.0).contains(&settings.guide)) {
             return Err(OptimizerError::Setting("modulus_error or guide"));
@@ -91,14 +92,14 @@ impl<const D: usize, const N: usize> ImoaLiteral<D, N> {
         })
     }
 
-    /// Eq 17 and 18: a_h times the distance of the worst from the best member.
+    /// Step of eq 17 and 18: a_h times the distance of the worst from the best member.
     fn step_length(&self) -> f32 {
         let (worst, best) =
             (self.population.member(self.population.worst()), self.population.member(self.population.best()));
         self.settings.modulus_error * distance(worst, best)
     }
 
-    /// Eq 19: X_i + step [(1 - beta)^2 e^beta cos(2 pi alpha) + beta X_gb].
+    /// Guided spiral of eq 19: X_i + step [(1 - beta)^2 e^beta cos(2 pi alpha) + beta X_gb].
     fn guided_spiral(&mut self) -> [f32; D] {
         let (step, guide) = (self.step_length(), self.settings.guide);
         let spiral = (1.0 - guide) * (1.0 - guide) * libm::expf(guide) * cosine_of_turn(uniform(&mut self.generator));
@@ -109,7 +110,7 @@ impl<const D: usize, const N: usize> ImoaLiteral<D, N> {
         x
     }
 
-    /// Eq 20: X_i + step (T_j / D_m X_j - T_i / D_m X_i).
+    /// Exchange of eq 20: X_i + step (T_j / D_m X_j - T_i / D_m X_i).
     fn exchange(&self) -> [f32; D] {
         let step = self.step_length();
         let [own, other] = self.rewards.map(|reward| reward as f32);
@@ -121,7 +122,7 @@ impl<const D: usize, const N: usize> ImoaLiteral<D, N> {
         x
     }
 
-    /// The least-squares estimate with one variable taken from a member (eq 23).
+    /// Least-squares estimate with one variable taken from a member (eq 23).
     fn estimate_with(&self, variable: usize, member: usize) -> [f32; D] {
         let mut x = *self.space.start();
         if let (Some(x), Some(value)) = (x.get_mut(variable), self.population.member(member).get(variable)) {
@@ -130,13 +131,13 @@ impl<const D: usize, const N: usize> ImoaLiteral<D, N> {
         x
     }
 
-    /// Eq 12.
+    /// Move of eq 12.
     fn towards_best(&mut self) -> [f32; D] {
         let scale = 2.0 * uniform(&mut self.generator);
         self.best.x.map(|best| scale * best)
     }
 
-    /// Eq 24 and 25: [1 - sin(2 t / T)] div X_i - (2 rand X_gb - X_i), div = |X_i - X_gb|.
+    /// Migration of eq 24 and 25: [1 - sin(2 t / T)] div X_i - (2 rand X_gb - X_i), div = |X_i - X_gb|.
     fn migrate(&mut self) -> [f32; D] {
         let time = self.evaluations as f32 / self.settings.max_evaluations as f32;
         let scale = 2.0 * uniform(&mut self.generator);
@@ -148,9 +149,10 @@ impl<const D: usize, const N: usize> ImoaLiteral<D, N> {
         x
     }
 
-    /// The next variable from `from` on that eq 26 refracts, and the member with it refracted.
+    /// Finds the next variable from `from` on that eq 26 refracts. Returns it, and the member with it
+    /// refracted.
     fn refraction(&mut self, from: usize) -> Option<(usize, [f32; D])> {
-        // Eq 29: over all variables, whatever their units.
+        // Bounds of eq 29: over all variables, whatever their units.
         let (mut upper, mut lower) = (f32::NEG_INFINITY, f32::INFINITY);
         for x in self.space.start() {
             upper = if *x > upper { *x } else { upper };
@@ -182,7 +184,7 @@ impl<const D: usize, const N: usize> ImoaLiteral<D, N> {
         }
     }
 
-    /// Evaluates a candidate; what has left the box is drawn anew first.
+    /// Evaluates a candidate, with variables outside the box drawn anew.
     fn evaluate<C: Cost<D> + ?Sized>(&mut self, cost: &C, x: &mut [f32; D]) -> f32 {
         self.space.redraw(x, &mut self.generator);
         let found = finite_cost(cost, x);
@@ -234,7 +236,7 @@ impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for Im
                 self.stage = match own {
                     None => Stage::Reward { variable, own: Some(found) },
                     Some(own) => {
-                        // Eq 23: a point each when they are equal.
+                        // Eq 23 gives each a point if they are equal.
                         let [mine, others] = &mut self.rewards;
                         *mine += u32::from(own <= found);
                         *others += u32::from(found <= own);

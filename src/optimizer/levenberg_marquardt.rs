@@ -1,17 +1,20 @@
 use super::{Cost, Found, Optimizer, Progress, finite_cost};
 use crate::algebra::Packed;
 
-/// A cost that is a sum of (robust) squares, so that it has normal equations.
+/// Cost that is a sum of (robust) squares, so that it has normal equations.
 ///
 /// `T` is D (D + 1) / 2, the size of the packed matrix.
 pub trait LeastSquaresCost<const D: usize, const T: usize>: Cost<D> {
-    /// Writes the (re-weighted) Gauss-Newton matrix at `x` and the direction of descent, so that `normal step = descent`.
+    /// Writes the (re-weighted) Gauss-Newton matrix at `x` and the direction of descent, so that `normal step
+    /// = descent`.
     fn normal_equations(&self, x: &[f32; D], normal: &mut Packed<D, T>, descent: &mut [f32; D]);
 }
 
-/// Levenberg-Marquardt (Marquardt, J. SIAM 11 (1963) 431) with Marquardt's scaling: damping times the diagonal, tenfold down on success, up on failure. It knows no bounds.
+/// Levenberg-Marquardt search (Marquardt, J. SIAM 11 (1963) 431) with Marquardt's scaling: damping times the
+/// diagonal, a tenth on success, tenfold on failure. It has no bounds.
 ///
-/// Done when a step gains under 1e-6 of the cost, when no damping helps, or when the start has no finite cost.
+/// The search ends when a step gains under 1e-6 of the cost, when no damping helps, or when the start has no finite
+/// cost.
 #[derive(Clone, Copy, Debug)]
 pub struct LevenbergMarquardt<const D: usize, const T: usize> {
     x: [f32; D],
@@ -23,8 +26,8 @@ pub struct LevenbergMarquardt<const D: usize, const T: usize> {
 }
 
 impl<const D: usize, const T: usize> LevenbergMarquardt<D, T> {
-    /// A search from `start`. `max_evaluations`: most evaluations of the cost, the start's included; each but the first takes one
-    /// set of normal equations beside.
+    /// Creates a search from `start` with at most `max_evaluations` of the cost, the start's included; each
+    /// but the first also takes one set of normal equations.
     #[must_use]
     pub const fn new(start: [f32; D], max_evaluations: u32) -> Self {
         Self { x: start, cost: f32::INFINITY, damping: 1e-3, max_evaluations, evaluations: 0, done: false }
@@ -42,7 +45,8 @@ impl<const D: usize, const T: usize> Found<D> for LevenbergMarquardt<D, T> {
 }
 
 impl<C: LeastSquaresCost<D, T> + ?Sized, const D: usize, const T: usize> Optimizer<C, D> for LevenbergMarquardt<D, T> {
-    /// The start, then one trial step a call: one set of normal equations, one solve, one evaluation.
+    /// Evaluates the start, then one trial step a call: one set of normal equations, one solve, one
+    /// evaluation.
     fn step(&mut self, cost: &C) -> Progress {
         if self.done || self.evaluations >= self.max_evaluations || self.damping > 1e6 {
             self.done = true;
@@ -73,7 +77,7 @@ impl<C: LeastSquaresCost<D, T> + ?Sized, const D: usize, const T: usize> Optimiz
         let found = finite_cost(cost, &candidate);
         self.evaluations += 1;
         if found < self.cost {
-            // A gain under 1e-6 of the cost is f32's noise of a sum over a window.
+            // A gain under 1e-6 of the cost is f32's noise in a sum over a window.
             self.done = self.cost - found < 1e-6 * libm::fabsf(self.cost);
             self.x = candidate;
             self.cost = found;

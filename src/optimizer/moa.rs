@@ -9,44 +9,46 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 /// Settings of [`Moa`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MoaSettings {
-    /// Most cost evaluations, the first population included.
+    /// Largest number of cost evaluations, the first population included.
     pub max_evaluations: u32,
     /// Probability of the global phase (eq 10 and 11) over the local one (eq 12 and 13). Default 0.5.
     pub hunting: f32,
-    /// Probability that a member explores at random (eq 14) after its move. Default 0.3, the published sentry's.
+    /// Probability of a random exploration (eq 14) after a member's move. Default 0.3, the published
+    /// sentry's.
     pub sentry: f32,
 }
 
 impl MoaSettings {
-    /// The published constants.
+    /// Creates settings with the published constants.
     #[must_use]
     pub const fn new(max_evaluations: u32) -> Self {
         Self { max_evaluations, hunting: 0.5, sentry: 0.3 }
     }
 }
 
-/// What the member whose turn it is does next.
+/// Next piece of the search, for the member whose turn it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
     Move,
-    /// Eq 12 found nothing better: eq 13.
+    /// Eq 13, after eq 12 found nothing better.
     Flee,
-    /// Eq 14.
+    /// Exploration of eq 14.
     Explore,
 }
 
-/// Meerkat optimisation as the paper prints it (eq 9 to 14, after Xian and Feng, Expert Systems with Applications 231 (2023)
-/// 120482), `N` members; a named baseline.
+/// Meerkat optimisation as the paper prints it (eq 9 to 14, after Xian and Feng, Expert Systems with
+/// Applications 231 (2023) 120482), with `N` members: a named baseline.
 ///
-/// X_i cancels in eq 12 and the operators are drawn to the origin, so the result depends on where the origin of the coordinates
-/// lies. Only eq 12 is greedy; the best place is remembered apart. Variables that leave the box are drawn anew. What the print
-/// leaves open: r and rand are uniform from [0, 1), one for all variables; X_i^0 in eq 10 is the member's first place.
+/// X_i cancels in eq 12 and the operators are drawn to the origin, so the result depends on the origin of the
+/// coordinates. Only eq 12 is greedy; the best place is remembered apart. Variables that leave the box are
+/// drawn anew. Where the print is open: r and rand are uniform from [0, 1), one for all variables; X_i^0 in
+/// eq 10 is the member's first place.
 #[derive(Clone, Debug)]
 pub struct Moa<const D: usize, const N: usize> {
     space: SearchSpace<D>,
     settings: MoaSettings,
     population: Population<D, N>,
-    /// The first population, the directions of eq 10.
+    /// First population, the directions of eq 10.
     first: Population<D, N>,
     best: Incumbent<D>,
     turn: usize,
@@ -56,10 +58,10 @@ pub struct Moa<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Moa<D, N> {
-    /// A population about the space's start.
+    /// Creates a population about the space's start.
     ///
     /// # Errors
-    /// No members or dimensions, or settings out of their range.
+    /// Rejects no members or dimensions, and settings out of their range.
     pub fn new(space: &SearchSpace<D>, settings: MoaSettings, seed: u64) -> Result<Self, OptimizerError> {
         if !((0.0..=1.0).contains(&settings.hunting) && (0.0..=1.0).contains(&settings.sentry)) {
             return Err(OptimizerError::Setting("hunting or sentry"));
@@ -79,13 +81,13 @@ impl<const D: usize, const N: usize> Moa<D, N> {
         })
     }
 
-    /// Eq 10: step = (1 - t / T) r.
+    /// Step of eq 10: (1 - t / T) r.
     fn step_length(&mut self) -> f32 {
         let time = self.evaluations as f32 / self.settings.max_evaluations as f32;
         (1.0 - time) * uniform(&mut self.generator)
     }
 
-    /// Eq 10 or 11, equally likely.
+    /// Move of eq 10 or 11, equally likely.
     fn hunt(&mut self) -> [f32; D] {
         let step = self.step_length();
         let mut x = *self.population.member(self.turn);
@@ -105,13 +107,13 @@ impl<const D: usize, const N: usize> Moa<D, N> {
         x
     }
 
-    /// Eq 12: X_i + (2 rand X_gb - X_i), in which X_i cancels.
+    /// Move of eq 12: X_i + (2 rand X_gb - X_i), in which X_i cancels.
     fn fight(&mut self) -> [f32; D] {
         let scale = 2.0 * uniform(&mut self.generator);
         self.best.x.map(|best| scale * best)
     }
 
-    /// Eq 13: div X_i - (2 rand X_gb - X_i), div = rand + 0.1.
+    /// Move of eq 13: div X_i - (2 rand X_gb - X_i), div = rand + 0.1.
     fn flee(&mut self) -> [f32; D] {
         let deviation = uniform(&mut self.generator) + 0.1;
         let scale = 2.0 * uniform(&mut self.generator);
@@ -122,7 +124,7 @@ impl<const D: usize, const N: usize> Moa<D, N> {
         x
     }
 
-    /// Eq 14: X_i + (2 rand - 1) (X_i + rand s) step, s a Levy flight.
+    /// Move of eq 14: X_i + (2 rand - 1) (X_i + rand s) step, s a Levy flight.
     fn explore(&mut self) -> [f32; D] {
         let step = self.step_length();
         let sign = 2.0 * uniform(&mut self.generator) - 1.0;

@@ -1,8 +1,9 @@
-//! Optimisers over any cost of fixed dimension `D`: no allocation, seeded, resumable in slices, never taking a NaN. They know
-//! nothing of gyroscopes.
+//! Optimisers over any cost of fixed dimension `D`: no allocation, seeded, resumable in slices, never
+//! accepting a NaN. They know nothing of gyroscopes.
 //!
-//! A cost implements [`Cost`] (and [`LeastSquaresCost`] where it is a sum of squares); a [`SearchSpace`] says where the search may
-//! go and where it begins; one of the optimisers is made over it, and [`Optimizer::run`] is called as often as there is time:
+//! A cost implements [`Cost`] (and [`LeastSquaresCost`] if it is a sum of squares). A [`SearchSpace`] bounds
+//! the search and starts it. One of the optimisers is made over it, and [`Optimizer::run`] is called as often
+//! as there is time:
 //!
 //! | optimiser | method | source |
 //! |---|---|---|
@@ -14,8 +15,8 @@
 //! | [`RandomSearch`] | uniform draws; the floor of every comparison | |
 //! | [`LevenbergMarquardt`] | damped Gauss-Newton, for costs with normal equations | Marquardt, J. SIAM 11 (1963) 431 |
 //!
-//! Same cost, space, settings and seed: same result to the last bit, however the work is sliced. A cost that is not finite
-//! counts as infinitely bad.
+//! Equal cost, space, settings and seed give the same result to the last bit, however the work is sliced. A
+//! cost that is not finite counts as infinite.
 //!
 //! ```
 //! use meerkat_mwd::optimizer::{Cost, Found, Imoa, ImoaSettings, Optimizer, OptimizerError, Progress, SearchSpace};
@@ -56,13 +57,14 @@ pub use pso::{Pso, PsoSettings};
 pub use random_search::RandomSearch;
 pub use search_space::{OptimizerError, SearchSpace};
 
-/// A function of `D` variables to be minimised.
+/// Function of `D` variables to be minimised.
 pub trait Cost<const D: usize> {
-    /// The cost at `x`, in the caller's units; NaN and infinities count as infinitely bad. Must give the same for the same `x`.
+    /// Returns the cost at `x`, in the caller's units; NaN and infinities count as infinite. Must be the same
+    /// for the same `x`.
     fn evaluate(&self, x: &[f32; D]) -> f32;
 }
 
-/// Whether a resumable search has more to do.
+/// State of a resumable search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Progress {
@@ -72,21 +74,23 @@ pub enum Progress {
     Done,
 }
 
-/// What a search has found, whatever its cost is.
+/// Result of a search, whatever its cost is.
 pub trait Found<const D: usize> {
-    /// The lowest point evaluated so far and its cost; the start and infinity while no cost was finite. The cost never rises.
+    /// Returns the lowest point evaluated so far and its cost; the start and infinity while no cost was
+    /// finite. The cost never rises.
     fn best(&self) -> (&[f32; D], f32);
 
-    /// Evaluations spent so far.
+    /// Number of evaluations spent so far.
     fn evaluations(&self) -> u32;
 }
 
-/// A search for the lowest point of a cost `C` of `D` variables, done in pieces.
+/// Search for the lowest point of a cost `C` of `D` variables, done in pieces.
 pub trait Optimizer<C: ?Sized, const D: usize>: Found<D> {
-    /// The smallest piece of work: at most one evaluation of the cost (which has to be the same function at every step).
+    /// Does the smallest piece of work: at most one evaluation of the cost, which must be the same function
+    /// at every step.
     fn step(&mut self, cost: &C) -> Progress;
 
-    /// At most `budget` steps.
+    /// Does at most `budget` steps.
     fn run(&mut self, cost: &C, budget: u32) -> Progress {
         for _ in 0..budget {
             if self.step(cost) == Progress::Done {
@@ -97,7 +101,7 @@ pub trait Optimizer<C: ?Sized, const D: usize>: Found<D> {
     }
 }
 
-/// The cost at `x`, infinite wherever it is not finite.
+/// Cost at `x`; infinite wherever it is not finite.
 fn finite_cost<const D: usize>(cost: &(impl Cost<D> + ?Sized), x: &[f32; D]) -> f32 {
     let found = cost.evaluate(x);
     if found.is_finite() { found } else { f32::INFINITY }

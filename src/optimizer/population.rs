@@ -4,7 +4,7 @@ use super::{OptimizerError, SearchSpace, random::normal};
 use rand_core::Rng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Points with their costs, and which is the lowest.
+/// Population of points with their costs, and the index of the lowest.
 #[derive(Clone, Debug)]
 pub(super) struct Population<const D: usize, const N: usize> {
     members: [[f32; D]; N],
@@ -13,7 +13,8 @@ pub(super) struct Population<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Population<D, N> {
-    /// The first population (eq 9, about the start): the start itself and normal deviates, none evaluated yet.
+    /// Creates the first population (eq 9, about the start): the start itself and normal deviates, none
+    /// evaluated yet.
     pub fn new(
         space: &SearchSpace<D>,
         needed: usize,
@@ -33,7 +34,7 @@ impl<const D: usize, const N: usize> Population<D, N> {
         Ok(Self { members, costs: [f32::INFINITY; N], best: 0 })
     }
 
-    /// A member; the remainder lets the compiler see that the index is in range.
+    /// Returns a member; the remainder shows the compiler that the index is in range.
     pub fn member(&self, index: usize) -> &[f32; D] {
         &self.members[index % N]
     }
@@ -46,7 +47,7 @@ impl<const D: usize, const N: usize> Population<D, N> {
         self.best
     }
 
-    /// The best member and its cost.
+    /// Returns the best member and its cost.
     pub fn lowest(&self) -> (&[f32; D], f32) {
         (self.member(self.best), self.cost(self.best))
     }
@@ -62,7 +63,7 @@ impl<const D: usize, const N: usize> Population<D, N> {
         self.best = (0..N).fold(0, |best, index| if self.cost(index) < self.cost(best) { index } else { best });
     }
 
-    /// Greedy: a member moves only to a better place. Returns whether it moved.
+    /// Moves a member only to a better place. Returns true if it moved.
     pub fn offer(&mut self, index: usize, x: [f32; D], cost: f32) -> bool {
         let better = cost < self.cost(index);
         if better {
@@ -75,7 +76,7 @@ impl<const D: usize, const N: usize> Population<D, N> {
         better
     }
 
-    /// Another member than `index`, uniformly.
+    /// Draws another member than `index`, uniformly.
     pub fn other(&self, index: usize, generator: &mut Xoshiro128PlusPlus) -> usize {
         if N < 2 {
             return index;
@@ -85,7 +86,7 @@ impl<const D: usize, const N: usize> Population<D, N> {
     }
 }
 
-/// The lowest point ever, for searches whose members may move to worse places.
+/// Lowest point ever, for searches whose members may move to worse places.
 #[derive(Clone, Debug)]
 pub(super) struct Incumbent<const D: usize> {
     pub x: [f32; D],

@@ -9,31 +9,31 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 /// Settings of [`Pso`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PsoSettings {
-    /// Most cost evaluations, the first positions included.
+    /// Largest number of cost evaluations, the first positions included.
     pub max_evaluations: u32,
-    /// Constriction, the factor of the whole velocity. Default 0.72984 (Clerc and Kennedy 2002, eq 4.15 for a sum of attractions of
-    /// 4.1).
+    /// Constriction, the factor of the whole velocity. Default 0.72984 (Clerc and Kennedy 2002, eq 4.15 for a
+    /// sum of attractions of 4.1).
     pub constriction: f32,
-    /// Attraction to the particle's own and to the swarm's best place. Default 2.05 each.
+    /// Attraction to the particle's own best place and to the swarm's. Default 2.05 each.
     pub attraction: f32,
 }
 
 impl PsoSettings {
-    /// The published constants.
+    /// Creates settings with the published constants.
     #[must_use]
     pub const fn new(max_evaluations: u32) -> Self {
         Self { max_evaluations, constriction: 0.729_84, attraction: 2.05 }
     }
 }
 
-/// Particle swarm with constriction and a global best, `N` particles (Clerc and Kennedy, IEEE Trans. Evol. Comput. 6 (2002)
-/// 58; Bratton and Kennedy, IEEE Swarm Intelligence Symposium 2007). Velocities begin at zero; a particle that meets a wall
-/// stays there and loses its velocity across it.
+/// Particle swarm with constriction and a global best, `N` particles (Clerc and Kennedy, IEEE Trans. Evol.
+/// Comput. 6 (2002) 58; Bratton and Kennedy, IEEE Swarm Intelligence Symposium 2007). Velocities begin at
+/// zero; a particle that meets a wall stays there and loses its velocity across it.
 #[derive(Clone, Debug)]
 pub struct Pso<const D: usize, const N: usize> {
     space: SearchSpace<D>,
     settings: PsoSettings,
-    /// The particles' best places.
+    /// Best places of the particles.
     population: Population<D, N>,
     positions: [[f32; D]; N],
     velocities: [[f32; D]; N],
@@ -42,10 +42,10 @@ pub struct Pso<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Pso<D, N> {
-    /// A swarm about the space's start.
+    /// Creates a swarm about the space's start.
     ///
     /// # Errors
-    /// No particles or dimensions, or settings that are not finite.
+    /// Rejects no particles or dimensions, and settings that are not finite.
     pub fn new(space: &SearchSpace<D>, settings: PsoSettings, seed: u64) -> Result<Self, OptimizerError> {
         if !(settings.constriction.is_finite() && settings.attraction.is_finite()) {
             return Err(OptimizerError::Setting("constriction or attraction"));
@@ -57,7 +57,8 @@ impl<const D: usize, const N: usize> Pso<D, N> {
         Ok(Self { space: *space, settings, population, positions, velocities, evaluations: 0, generator })
     }
 
-    /// v = chi (v + c u1 (own best - x) + c u2 (swarm's best - x)), x = x + v, with deviates per dimension.
+    /// Moves a particle: v = chi (v + c u1 (own best - x) + c u2 (swarm's best - x)), x = x + v, with
+    /// deviates per dimension.
     fn fly(&mut self, turn: usize) {
         let PsoSettings { constriction, attraction, .. } = self.settings;
         let (own, swarm) = (self.population.member(turn), self.population.member(self.population.best()));
@@ -89,7 +90,7 @@ impl<const D: usize, const N: usize> Found<D> for Pso<D, N> {
 }
 
 impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for Pso<D, N> {
-    /// One particle's flight and evaluation, particles in turn.
+    /// Moves and evaluates one particle, particles in turn.
     fn step(&mut self, cost: &C) -> Progress {
         if self.evaluations >= self.settings.max_evaluations {
             return Progress::Done;

@@ -1,15 +1,16 @@
 use rand_core::Rng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Uniform in [0, 1), 24 bits.
-// Not inlined, as `normal`.
+/// Uniform deviate in [0, 1), 24 bits.
+// Not inlined, like `normal`.
 #[inline(never)]
 pub(crate) fn uniform(generator: &mut Xoshiro128PlusPlus) -> f32 {
     (generator.next_u32() >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// Near standard normal: the sum of eight uniforms of 16 bits (Irwin-Hall), standardised. Tails end at 4.9 sigma and the
-/// excess kurtosis is -0.15; a logarithm and a cosine would cost ten times as much on the chip.
+/// Nearly standard normal deviate: the sum of eight uniforms of 16 bits (Irwin-Hall), standardised. Tails end
+/// at 4.9 sigma and the excess kurtosis is -0.15; a logarithm and a cosine would cost ten times as much on
+/// the chip.
 // Not inlined: loops over the variables are unrolled, and the chip's flash is small.
 #[inline(never)]
 pub(crate) fn normal(generator: &mut Xoshiro128PlusPlus) -> f32 {
@@ -22,9 +23,9 @@ pub(crate) fn normal(generator: &mut Xoshiro128PlusPlus) -> f32 {
     (sum as f32 * (1.0 / 65_536.0) - (4.0 - 4.0 / 65_536.0)) * 1.224_744_9
 }
 
-/// Levy flight of exponent 1.5 by Mantegna's method (Phys. Rev. E 49 (1994) 4677): u / |v|^(2/3), u and v normal, the deviation of
-/// u 0.6966. May be infinite.
-// Not inlined, as `normal`.
+/// Levy flight of exponent 1.5 by Mantegna's method (Phys. Rev. E 49 (1994) 4677): u / |v|^(2/3), u and v
+/// normal, the deviation of u 0.6966. May be infinite.
+// Not inlined, like `normal`.
 #[inline(never)]
 pub(crate) fn levy(generator: &mut Xoshiro128PlusPlus) -> f32 {
     let u = 0.696_574_5 * normal(generator);
@@ -32,7 +33,8 @@ pub(crate) fn levy(generator: &mut Xoshiro128PlusPlus) -> f32 {
     u / libm::expf(2.0 / 3.0 * libm::logf(v))
 }
 
-/// cos(2 pi a) for a in [0, 1): Bhaskara's rational form on half-turns, error under 0.0017; the spiral's phase is random.
+/// Cosine of 2 pi a for a in [0, 1): Bhaskara's rational form on half-turns, error under 0.0017, enough for
+/// the spiral's random phase.
 pub(crate) fn cosine_of_turn(a: f32) -> f32 {
     // Distance from the nearest whole turn, 0 to 0.5; the cosine is even about it.
     let b = if a < 0.5 { a } else { 1.0 - a };

@@ -4,7 +4,7 @@ use super::{
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Random search: the start, then uniform draws from the box. What a method has to beat to be one.
+/// Random search: the start, then uniform draws from the box. Every method has to beat it.
 #[derive(Clone, Debug)]
 pub struct RandomSearch<const D: usize> {
     space: SearchSpace<D>,
@@ -15,10 +15,10 @@ pub struct RandomSearch<const D: usize> {
 }
 
 impl<const D: usize> RandomSearch<D> {
-    /// A search of `max_evaluations`, the start included.
+    /// Creates a search of `max_evaluations`, the start included.
     ///
     /// # Errors
-    /// A space of no dimensions.
+    /// Rejects a space of no dimensions.
     pub fn new(space: &SearchSpace<D>, max_evaluations: u32, seed: u64) -> Result<Self, OptimizerError> {
         space.check()?;
         Ok(Self {

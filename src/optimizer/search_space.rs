@@ -1,7 +1,7 @@
 use super::random::uniform;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Where a search may go and where it begins: a box, a start in it and the width of the first population.
+/// Search space: a box, a start in it and the width of the first population.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchSpace<const D: usize> {
     lower: [f32; D],
@@ -11,24 +11,24 @@ pub struct SearchSpace<const D: usize> {
     deviation: f32,
 }
 
-/// Why a search cannot be made.
+/// Reason to refuse a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum OptimizerError {
-    /// A cost of no variables.
+    /// The cost has no variables.
     NoDimensions,
-    /// A bound or the start is not finite, or the width between the bounds is not.
+    /// A bound, the start or the width between the bounds is not finite.
     NotFinite {
         /// The variable.
         dimension: usize,
     },
-    /// The lower bound is not below the upper: reversed, or no room between them.
+    /// The lower bound is not below the upper.
     BoundsReversed {
         /// The variable.
         dimension: usize,
     },
-    /// The start lies outside its bounds.
+    /// The start is outside its bounds.
     StartOutside {
         /// The variable.
         dimension: usize,
@@ -37,7 +37,7 @@ pub enum OptimizerError {
     Deviation,
     /// The method needs more members.
     PopulationTooSmall {
-        /// The fewest it works with.
+        /// Least number of members.
         needed: usize,
     },
     /// A setting of the method is not finite or out of its range.
@@ -63,14 +63,14 @@ impl core::fmt::Display for OptimizerError {
 impl core::error::Error for OptimizerError {}
 
 impl<const D: usize> SearchSpace<D> {
-    /// The box [-1, 1]^D about a start at 0: whitened coordinates. Deviation 0.1.
+    /// Unit box [-1, 1]^D about a start at 0: whitened coordinates. Deviation 0.1.
     pub const UNIT: Self = Self { lower: [-1.0; D], upper: [1.0; D], start: [0.0; D], deviation: 0.1 };
 
-    /// A box without a known start: its centre, with a deviation of 0.6 half widths (eq 9: mean 0.5 and deviation 0.3 of the
-    /// whole width).
+    /// Creates a box without a known start: its centre, with a deviation of 0.6 half widths (eq 9: mean 0.5
+    /// and deviation 0.3 of the whole width).
     ///
     /// # Errors
-    /// Bounds that are reversed, equal or not finite.
+    /// Rejects bounds that are reversed, equal or not finite.
     pub fn within(lower: [f32; D], upper: [f32; D]) -> Result<Self, OptimizerError> {
         let mut start = lower;
         for (x, u) in start.iter_mut().zip(&upper) {
@@ -80,10 +80,11 @@ impl<const D: usize> SearchSpace<D> {
         Self::about(start, 0.6, lower, upper)
     }
 
-    /// A box about a known start. `deviation` in half widths of the box.
+    /// Creates a box about a known start; `deviation` is in half widths of the box.
     ///
     /// # Errors
-    /// Bounds that are reversed, equal or not finite; a start outside them; a deviation that is not positive.
+    /// Rejects bounds that are reversed, equal or not finite, a start outside them, and a deviation that is
+    /// not positive.
     pub fn about(start: [f32; D], deviation: f32, lower: [f32; D], upper: [f32; D]) -> Result<Self, OptimizerError> {
         let space = Self { lower, upper, start, deviation };
         space.check()?;
@@ -109,7 +110,7 @@ impl<const D: usize> SearchSpace<D> {
         if positive { Ok(()) } else { Err(OptimizerError::Deviation) }
     }
 
-    /// Where the search begins: the first point that is evaluated.
+    /// Start of the search: the first point that is evaluated.
     #[must_use]
     pub const fn start(&self) -> &[f32; D] {
         &self.start
@@ -130,8 +131,8 @@ impl<const D: usize> SearchSpace<D> {
         self.bounds().map(|(l, u)| 0.5 * (u - l))
     }
 
-    /// Puts what leaves the box on its wall.
-    // One copy on the chip.
+    /// Moves variables outside the box to its wall.
+    // Not inlined: one copy on the chip.
     #[inline(never)]
     pub(super) fn confine(&self, x: &mut [f32; D]) {
         for (x, (l, u)) in x.iter_mut().zip(self.bounds()) {
@@ -146,8 +147,8 @@ impl<const D: usize> SearchSpace<D> {
         }
     }
 
-    /// Draws anew, uniformly, what leaves the box.
-    // One copy on the chip.
+    /// Draws variables outside the box anew, uniformly.
+    // Not inlined: one copy on the chip.
     #[inline(never)]
     pub(super) fn redraw(&self, x: &mut [f32; D], generator: &mut Xoshiro128PlusPlus) {
         for (x, (l, u)) in x.iter_mut().zip(self.bounds()) {

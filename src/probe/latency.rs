@@ -1,48 +1,40 @@
-//! Delays of the vector sensors behind the gyro that are configured.
+//! Delays: the vector sensors' configured ones behind the gyro, and the uncertainty of the magnetometer's.
 
-use super::Probe;
-use crate::{compensation::effect::Sensor, sample::Reading};
+use crate::{
+    compensation::{ActiveEffects, Effect, effect::Sensor},
+    config::Latency,
+    sample::Reading,
+};
 use nalgebra::Vector3;
 
-impl Probe {
-    /// Calibrated specific force and field as they were when the gyro's reading (raw, rad/s) was true.
-    pub(super) fn at_gyro_time(&self, vectors: [Reading; 2], raw_rad_s: &Vector3<f32>, step_s: f32) -> [Reading; 2] {
-        let [force_s, field_s] = self.config.latency.behind_gyro_s();
-        if force_s == 0.0 && field_s == 0.0 {
-            return vectors;
-        }
-        let rate = self.identifier.flown().compensate((*raw_rad_s).into());
-        let acceleration = match self.last_rate_rad_s {
-            Some(last) if step_s > 0.0 => (rate - last) / step_s,
-            _ => Vector3::zeros(),
-        };
-        let rate = rate - self.filter.residual_bias_rad_s();
-        let [force, field] = vectors;
-        [(force, force_s), (field, field_s)].map(|(reading, behind_s)| match reading {
-            Reading::Good(v) => {
-                // at the middle of the delay
-                let turn = (rate - acceleration * (0.5 * behind_s)) * behind_s;
-                Reading::Good(later(&v, &turn))
-            }
-            other => other,
-        })
-    }
-
-    /// How well the magnetometer's delay is known, seconds; `None`: it is not.
-    pub(super) fn mag_delay_sigma_s(&self) -> Option<f32> {
-        let configured = self.config.latency.mag_s.map(|_| 0.0);
-        let found = self.effects().iter().find_map(|found| {
-            let effect = self.library().get(usize::from(found.index))?;
-            let of_field = effect.sensor() == Sensor::Magnetometer && effect.name() == "mag_lag";
-            let of_gyro = effect.gyro_delay_s(&found.parameters) != 0.0;
-            found.sigma.first().copied().filter(|_| of_field || of_gyro)
-        });
-        found.or(configured)
-    }
+/// Turns a vector sensor's reading to the time at which the gyro's was true, `behind_s` seconds later. Rate and
+/// acceleration are those of the gyro's time, rad/s and rad/s^2.
+pub(super) fn at_gyro_time(
+    reading: Reading,
+    behind_s: f32,
+    rate_rad_s: &Vector3<f32>,
+    acceleration_rad_s2: &Vector3<f32>,
+) -> Reading {
+    let Reading::Usable(v) = reading else { return reading };
+    // Rate at the middle of the delay.
+    let turn = (rate_rad_s - acceleration_rad_s2 * (0.5 * behind_s)) * behind_s;
+    Reading::Usable(later(&v, &turn))
 }
 
-/// What a vector fixed in the earth reads after the body has turned by a rotation vector, to second order: within 6e-4 of its length at
-/// 0.15 rad (10 ms at 860 deg/s).
+/// Deviation of the magnetometer's known delay, seconds, beside the filter's own floor: that of a delay found
+/// among the effects, or 0 of a configured one. `None`: the delay is unknown.
+pub(super) fn mag_delay_sigma_s(effects: &ActiveEffects, library: &[&dyn Effect], configured: &Latency) -> Option<f32> {
+    let found = effects.iter().find_map(|found| {
+        let effect = library.get(usize::from(found.index))?;
+        let of_field = effect.is_delay() && effect.sensor() == Sensor::Magnetometer;
+        let of_gyro = effect.gyro_delay_s(&found.parameters) != 0.0;
+        found.sigma.first().copied().filter(|_| of_field || of_gyro)
+    });
+    found.or(configured.mag_s.map(|_| 0.0))
+}
+
+/// Reading of an earth-fixed vector after the body has turned by a rotation vector, to second order: within
+/// 6e-4 of its length at 0.15 rad (10 ms at 860 deg/s).
 #[inline(never)]
 fn later(v: &Vector3<f32>, turn_rad: &Vector3<f32>) -> Vector3<f32> {
     let halfway = v - turn_rad.cross(v) * 0.5;

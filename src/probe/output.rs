@@ -1,18 +1,18 @@
 use crate::attitude::Attitude;
 
-/// What one sample gives.
+/// Output of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Output {
     /// Time of validity, microseconds.
     pub t_us: u64,
-    /// Compensated body rate relative to the earth, rad/s; the last one, where the gyro gave no reading.
+    /// Compensated body rate relative to the earth, rad/s; the last one if the gyro gave no reading.
     pub rate_rad_s: [f32; 3],
-    /// Attitude; `None` until the first gravity reading has aligned it.
+    /// Attitude; `None` before the first gravity reading has aligned the filter.
     pub attitude: Option<Attitude>,
 }
 
-/// Events counted since the start; nothing is lost without being counted.
+/// Counters since the configuration; every loss is counted in one of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Counters {
@@ -20,23 +20,38 @@ pub struct Counters {
     pub samples: u64,
     /// Samples refused because their time did not increase.
     pub out_of_order: u32,
-    /// Steps in time over 3 nominal periods.
+    /// Steps of time over three nominal periods.
     pub gaps: u32,
     /// Samples with a clipped sensor.
     pub clipped: u32,
     /// Samples without a gyro reading (the last rate was held).
     pub gyro_missing: u32,
-    /// Updates of what flies whose result was not ready in time.
+    /// Updates whose result was not ready in time.
     pub overruns: u32,
-    /// Window reports dropped because nobody polled them.
+    /// Window reports dropped because none was polled.
     pub reports_lost: u32,
-    /// Diagnoses' reports dropped because nobody took them.
+    /// Diagnoses dropped because none was taken.
     pub diagnoses_lost: u32,
-    /// Increments that the estimator lost because nobody polled.
+    /// Increments that the estimator dropped because it was not polled.
     pub increments_lost: u32,
 }
 
-/// Counts one more; a full counter stays.
+impl Counters {
+    /// Counters of a probe without a configuration.
+    pub(super) const ZERO: Self = Self {
+        samples: 0,
+        out_of_order: 0,
+        gaps: 0,
+        clipped: 0,
+        gyro_missing: 0,
+        overruns: 0,
+        reports_lost: 0,
+        diagnoses_lost: 0,
+        increments_lost: 0,
+    };
+}
+
+/// Increments a counter, which stops at its largest value.
 pub(super) const fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }

@@ -1,4 +1,4 @@
-//! What a probe can be asked.
+//! Queries of a probe's state.
 
 use super::{Counters, Probe};
 #[cfg(feature = "explanation")]
@@ -11,25 +11,25 @@ use crate::{
 };
 
 impl Probe {
-    /// The effects that are looked for.
+    /// Library of effects in use since the last [`Probe::configure`].
     #[must_use]
     pub fn library(&self) -> &'static [&'static dyn Effect] {
         self.library.unwrap_or(&LIBRARY)
     }
 
-    /// The effects that are taken out.
+    /// Effects that are taken out of the readings.
     #[must_use]
     pub const fn effects(&self) -> &ActiveEffects {
         self.identifier.effects()
     }
 
-    /// What it was configured with.
+    /// Configuration in use.
     #[must_use]
     pub const fn config(&self) -> &Config {
         &self.config
     }
 
-    /// What has been counted since the start.
+    /// Counters since the configuration.
     #[must_use]
     pub const fn counters(&self) -> Counters {
         Counters {
@@ -37,37 +37,37 @@ impl Probe {
             reports_lost: self.identifier.reports_lost,
             diagnoses_lost: self.identifier.diagnoses_lost(),
             increments_lost: self.identifier.increments_lost(),
-            ..self.counters
+            ..self.session.counters
         }
     }
 
-    /// The gyro model in use.
+    /// Gyro model in use.
     #[must_use]
     pub const fn gyro_model(&self) -> &GyroModel {
         self.identifier.flown()
     }
 
-    /// What the search minimises, for other optimisers to be tried on; `None` before there is a posterior. It changes with every sample: ask
-    /// right after the report of a window.
+    /// Cost that the search minimises, for trying other optimisers; `None` before there is a posterior. It
+    /// changes with every sample: query it right after a window's report.
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_>> {
         self.identifier.window_cost()
     }
 
-    /// The estimator at its present step: a budget of 1 for [`Probe::poll`] makes it go on by one.
+    /// Estimator at its present step; [`Probe::poll`] with a budget of 1 advances it by one step.
     #[cfg(feature = "explanation")]
     #[must_use]
     pub const fn estimator(&self) -> &Estimator {
         self.identifier.estimator()
     }
 
-    /// Body-fixed magnetic offsets that came while the probe ran, the oldest first: the last eight of
+    /// Magnets that came while the probe ran, as body-fixed offsets, oldest first: the last eight of
     /// [`Probe::hard_iron_counts`]. Empty when effects are switched off.
     pub fn hard_iron_intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
         self.watch.intervals()
     }
 
-    /// What the watch for them has counted since the start.
+    /// Counters of the watch for magnets since the configuration.
     #[must_use]
     pub const fn hard_iron_counts(&self) -> HardIronCounts {
         self.watch.counts()

@@ -1,10 +1,11 @@
-/// A gyro that reads its largest value so many times more, to the bit, is at its rail, declared or not: a live one has noise.
+/// Bit-exact repeats of a gyro's largest reading that make it a rail, declared or not: a live gyro has noise.
 const RAIL_REPEATS: u32 = 10;
 
-/// No gyro's rail is lower than this, rad/s: 115 deg/s, under the lowest full scale of data sheets (LSM6DSO: 125 deg/s).
+/// Lowest rail of any gyro, rad/s: 115 deg/s, under the lowest full scale of data sheets (LSM6DSO: 125
+/// deg/s).
 const LOWEST_RAIL_RAD_S: f32 = 2.0;
 
-/// Finds the rail of one axis by its repeats.
+/// Detector of one axis's rail by repeats of its largest reading.
 #[derive(Clone, Copy)]
 pub(super) struct Rail {
     largest: f32,
@@ -16,8 +17,8 @@ impl Rail {
         Self { largest: 0.0, repeats: 0 }
     }
 
-    /// Takes a reading; whether it is at the rail.
-    pub fn observe(&mut self, x: f32) -> bool {
+    /// Takes a reading. Returns true if it is at the rail.
+    pub fn update(&mut self, x: f32) -> bool {
         let size = libm::fabsf(x);
         if size > self.largest {
             *self = Self { largest: size, repeats: 0 };
@@ -35,12 +36,12 @@ mod tests {
     #[test]
     fn ten_repeats_of_the_largest_reading_are_a_rail_and_no_others() {
         let mut rail = Rail::zero();
-        let seen = (0..15).filter(|_| rail.observe(-4.0)).count();
+        let seen = (0..15).filter(|_| rail.update(-4.0)).count();
         assert_eq!(seen, 5, "the first and nine repeats are not yet one");
-        assert!(!rail.observe(3.9), "below it");
-        assert!(!rail.observe(4.1), "beyond it: it was none");
-        assert!(!rail.observe(4.0));
+        assert!(!rail.update(3.9), "below it");
+        assert!(!rail.update(4.1), "beyond it: it was none");
+        assert!(!rail.update(4.0));
         let mut slow = Rail::zero();
-        assert!((0..100).all(|_| !slow.observe(1.9)), "no gyro's rail is so low");
+        assert!((0..100).all(|_| !slow.update(1.9)), "no gyro's rail is so low");
     }
 }

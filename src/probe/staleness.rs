@@ -1,16 +1,17 @@
-/// An axis that repeats itself so many times while the other two do not, and the probe turns, is dead: a live one turns with it, and has
-/// noise. At rest that of a good sensor may be below its resolution; but exactly zero is what a dead one reads.
+/// Repeats after which an axis is dead, while the other two axes change and the probe turns: a live axis
+/// turns too and has noise. At rest a good sensor's noise may be below its resolution, but an exact zero is
+/// what a dead axis reads.
 const DEAD_READINGS: u16 = 50;
 
-/// Counts how long a sensor has given the same reading, missing ones left out.
+/// Detector of a sensor that repeats its reading; missing readings do not count.
 #[derive(Clone, Copy)]
 pub(super) struct Staleness {
-    /// Bit by bit, which is compared faster.
+    /// Last reading, as bits: they compare faster.
     last: [u32; 3],
-    /// The reading before the first one that was as the last.
+    /// Reading before the first repeat of the last one.
     before: [u32; 3],
     pub same: u32,
-    /// Zeros, and repetitions while the probe turned, in a row, by axis.
+    /// Consecutive zeros, and repeats while the probe turned, of each axis.
     repeated: [u16; 3],
 }
 
@@ -19,12 +20,12 @@ impl Staleness {
         Self { last: [0; 3], before: [0; 3], same: 0, repeated: [0; 3] }
     }
 
-    /// Takes a reading; `turning`: whether the probe turns.
-    pub fn observe(&mut self, reading: [f32; 3], turning: bool) {
+    /// Takes a reading; `turning` says that the probe turns.
+    pub fn update(&mut self, reading: [f32; 3], turning: bool) {
         let reading = reading.map(f32::to_bits);
         let is_new = reading != self.last;
         for ((repeated, x), last) in self.repeated.iter_mut().zip(reading).zip(self.last) {
-            // Zero of either sign.
+            // A zero of either sign.
             if x << 1 == 0 || x == last && is_new && turning {
                 *repeated = repeated.saturating_add(1);
             } else if x != last {
@@ -37,12 +38,12 @@ impl Staleness {
         }
     }
 
-    /// Whether an axis is dead.
+    /// Returns true if an axis is dead.
     pub fn has_dead_axis(&self) -> bool {
         self.repeated.iter().any(|repeated| *repeated >= DEAD_READINGS)
     }
 
-    /// Whether the reading and the one before it were below `limit` on all axes.
+    /// Returns true if the last two different readings were below `limit` on all axes.
     pub fn is_still(&self, limit: f32) -> bool {
         self.last.iter().chain(&self.before).all(|x| libm::fabsf(f32::from_bits(*x)) < limit)
     }
@@ -52,12 +53,13 @@ impl Staleness {
 mod tests {
     use super::*;
 
-    /// Whether an axis of a sensor is dead after readings in which it stands at `x` and the others change every `hold` readings.
+    /// Returns true if an axis dies of readings in which it stays at `x` and the others change every `hold`
+    /// readings.
     fn is_dead(x: f32, readings: u16, hold: u16, turning: bool) -> bool {
         let mut staleness = Staleness::zero();
         for k in 0..readings {
             let live = f32::from(k / hold) * 0.1 + 1.0;
-            staleness.observe([live, x, -live], turning);
+            staleness.update([live, x, -live], turning);
         }
         staleness.has_dead_axis()
     }
@@ -67,7 +69,7 @@ mod tests {
         assert!(is_dead(0.3, DEAD_READINGS + 1, 1, true) && !is_dead(0.3, DEAD_READINGS, 1, true));
         assert!(!is_dead(0.3, 1000, 1, false), "the noise of a good sensor at rest is below its resolution");
         assert!(is_dead(0.0, DEAD_READINGS, 1, false) && is_dead(-0.0, DEAD_READINGS, 1, false));
-        // Of a sensor that is read more often than it converts only the new readings count.
+        // A sensor that is read more often than it converts is judged by its new readings only.
         assert!(!is_dead(0.3, DEAD_READINGS, 5, true) && is_dead(0.3, 5 * DEAD_READINGS + 5, 5, true));
     }
 
@@ -75,7 +77,7 @@ mod tests {
     fn one_that_changes_is_alive_again() {
         let mut staleness = Staleness::zero();
         let mut is_dead = |reading: [f32; 3], turning| {
-            staleness.observe(reading, turning);
+            staleness.update(reading, turning);
             staleness.has_dead_axis()
         };
         assert!((0..100_u8).any(|k| is_dead([0.3, f32::from(k), 1.0 + f32::from(k)], true)));

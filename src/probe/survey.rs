@@ -1,63 +1,63 @@
-//! What a sample leaves for a [`Surveyor`](crate::survey::Surveyor).
+//! Inputs for a [`Surveyor`](crate::survey::Surveyor).
 
 use super::{Output, Probe};
 use crate::{
-    compensation::Moment,
+    compensation::Snapshot,
     sample::{Reading, Sample, SampleFlags},
     survey::SurveyInput,
 };
 use nalgebra::Vector3;
 
-/// The vectors of the last sample, as far as its output does not have them; small, for it stands in static RAM.
+/// Vectors of the last sample that its output does not carry. Small, because it stands in static RAM.
 pub(super) struct Calibrated {
-    /// Without the effects that have been found, m/s^2.
+    /// Specific force corrected by the effects that were found, m/s^2.
     force_m_s2: [f32; 3],
-    /// Without the effects that have been found, microtesla.
+    /// Field corrected by the effects that were found, microtesla.
     field_ut: [f32; 3],
-    gyro_good: bool,
-    accel_good: bool,
-    mag_good: bool,
+    gyro_usable: bool,
+    accel_usable: bool,
+    mag_usable: bool,
     accel_clipped: bool,
 }
 
 impl Calibrated {
-    /// Nothing, before the first sample.
+    /// Value before the first sample.
     pub(super) const NONE: Self = Self {
         force_m_s2: [0.0; 3],
         field_ut: [0.0; 3],
-        gyro_good: false,
-        accel_good: false,
-        mag_good: false,
+        gyro_usable: false,
+        accel_usable: false,
+        mag_usable: false,
         accel_clipped: false,
     };
 
-    pub(super) fn of(sample: &Sample, [gyro, accel, mag]: [Reading; 3], moment: &Moment) -> Self {
-        let good = |reading| matches!(reading, Reading::Good(_));
+    pub(super) fn of(sample: &Sample, [gyro, accel, mag]: [Reading; 3], corrected: &Snapshot) -> Self {
+        let usable = |reading| matches!(reading, Reading::Usable(_));
         Self {
-            force_m_s2: moment.force_m_s2.into(),
-            field_ut: moment.field_ut.into(),
-            gyro_good: good(gyro),
-            accel_good: good(accel),
-            mag_good: good(mag),
+            force_m_s2: corrected.force_m_s2.into(),
+            field_ut: corrected.field_ut.into(),
+            gyro_usable: usable(gyro),
+            accel_usable: usable(accel),
+            mag_usable: usable(mag),
             accel_clipped: sample.flags.contains(SampleFlags::ACCEL_CLIPPED),
         }
     }
 }
 
 impl Probe {
-    /// What a sample gives to surveys, right after it was pushed and gave `output`: compensated rate without the filter's residual bias,
-    /// calibrated vectors without the effects that have been found, the raw vectors and the attitude. It is for
-    /// [`Surveyor::push`](crate::survey::Surveyor::push).
+    /// Returns the survey's input of a sample that was just pushed and gave `output`: compensated rate less
+    /// the filter's residual bias, calibrated vectors corrected by the found effects, the raw vectors and the
+    /// attitude. It is for [`Surveyor::push`](crate::survey::Surveyor::push).
     #[must_use]
     pub fn survey_input(&self, sample: &Sample, output: &Output) -> SurveyInput {
-        let kept = &self.calibrated;
+        let kept = &self.session.calibrated;
         let rate = Vector3::from(output.rate_rad_s) - self.filter.residual_bias_rad_s();
         let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         SurveyInput {
             t_us: sample.t_us,
-            rate_rad_s: kept.gyro_good.then(|| rate.into()),
-            force_m_s2: kept.accel_good.then_some(kept.force_m_s2),
-            field_ut: kept.mag_good.then_some(kept.field_ut),
+            rate_rad_s: kept.gyro_usable.then(|| rate.into()),
+            force_m_s2: kept.accel_usable.then_some(kept.force_m_s2),
+            field_ut: kept.mag_usable.then_some(kept.field_ut),
             raw_accel_m_s2: sample.accel_m_s2,
             raw_mag_ut: sample.mag_ut,
             accel_clipped: kept.accel_clipped,

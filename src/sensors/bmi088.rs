@@ -1,12 +1,14 @@
 use bmi088::{Error, SensorInterface, SpiInterface};
 
 use super::{Part, SpiDevice};
-use crate::sensors::{
-    BURST_FRAMES, Burst, Frame, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData,
+use crate::{
+    sensors::{BURST_FRAMES, Burst, Frame, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData},
+    units::STANDARD_GRAVITY_M_S2,
 };
 
-// Bosch BST-BMI088-DS001, section 5: registers of the accelerometer and of the gyro. The crate moves the bytes, with the byte between
-// that the accelerometer needs (6.1.2); its own set-up waits, and leaves range and rate as they are.
+// Registers of accelerometer and gyro: Bosch BST-BMI088-DS001, section 5. The crate moves the bytes, with the
+// byte between that the accelerometer needs (6.1.2); its own set-up waits, and leaves range and rate
+// unchanged.
 mod accel {
     pub const CHIP_ID: u8 = 0x00;
     pub const STATUS: u8 = 0x03;
@@ -38,7 +40,8 @@ mod gyro {
     pub const FIFO_CONFIG_1: u8 = 0x3E;
     pub const FIFO_DATA: u8 = 0x3F;
     pub const IDENTITY: u8 = 0x0F;
-    /// 2000 dps; 200 Hz behind a filter of 64 Hz; FIFO interrupt on INT3, push-pull, active high, at one frame.
+    /// Range 2000 dps; 200 Hz behind a filter of 64 Hz; FIFO interrupt on INT3, push-pull, active high, at
+    /// one frame.
     pub const SETTINGS: [(u8, u8); 8] = [
         (RANGE, 0x00),
         (BANDWIDTH, 0x06),
@@ -49,21 +52,23 @@ mod gyro {
         (INT_CTRL, 0x40),
         (FIFO_CONFIG_1, STREAM),
     ];
-    /// Older frames give way; 0 after a reset.
+    /// Stream mode, in which older frames give way; 0 after a reset.
     pub const STREAM: u8 = 0x80;
     pub const OVERRUN: u8 = 1 << 7;
 }
-/// To reset either.
+/// Reset command of either.
 const RESET: u8 = 0xB6;
-/// The gyro takes this long, the accelerometer 1 ms.
+/// Reset time of the gyro; the accelerometer takes 1 ms.
 const RESET_US: u32 = 30_000;
 const POWERED_US: u32 = 5_000;
-/// Bursts from one reading of the thermometer to the next: it puts out one in 1.28 s.
+/// Bursts between readings of the thermometer, which puts out one in 1.28 s.
 const BURSTS_PER_TEMPERATURE: u8 = 64;
 
 /// Adapter of Bosch's BMI088: 200 Hz, 2000 dps, 24 g; blocking, on SPI, mode 0 or 3, at most 10 MHz.
 ///
-/// The gyro's FIFO paces the frames. The accelerometer has an oscillator of its own: its newest reading goes to the newest frame if it has not
+/// The gyro's FIFO paces the frames. The accelerometer has its own oscillator: its newest reading goes to the
+/// newest frame if it has not been read before. So now and then a frame has no accelerometer, and a reading
+/// has no frame.
 /// been read before. So now and then a frame has no accelerometer, and a reading none of the frames.
 pub struct Bmi088<A, G> {
     accel: SpiInterface<A>,
@@ -73,7 +78,7 @@ pub struct Bmi088<A, G> {
 }
 
 impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Bmi088<A, G> {
-    /// Its accelerometer's and its gyro's device on the bus. Touches no bus.
+    /// Creates an adapter from its accelerometer's and its gyro's device on the bus. Touches no bus.
     pub fn new(accel: A, gyro: G) -> Self {
         Self {
             accel: SpiInterface::new(accel, true),
@@ -88,7 +93,7 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
     type Error = Error<E, E>;
 
     fn data(&self) -> InertialData {
-        const G: f32 = 9.806_65;
+        const G: f32 = STANDARD_GRAVITY_M_S2;
         PartData {
             name: "BMI088",
             source: "Bosch BST-BMI088-DS001, section 1.2; latency derived from the bandwidths of 64 and 80 Hz",
@@ -121,7 +126,7 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
     fn start(&mut self, step: u8) -> Result<StartStep, StartError<Self::Error>> {
         match step {
             0 => {
-                // The first reading only brings the accelerometer to SPI (3).
+                // The first reading only switches the accelerometer to SPI (3).
                 self.accel.register_read(accel::CHIP_ID)?;
                 identify(&mut self.accel, accel::CHIP_ID, accel::IDENTITY)?;
                 identify(&mut self.gyro, gyro::CHIP_ID, gyro::IDENTITY)?;

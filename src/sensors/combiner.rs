@@ -1,19 +1,21 @@
 use heapless::Deque;
 
 use crate::{
+    config::{FullScale, Latency},
     sample::{Sample, SampleFlags},
-    sensors::{InertialReading, MagneticReading},
+    sensors::{InertialData, InertialReading, MagneticData, MagneticReading},
 };
 
-/// Magnetic readings that wait for the inertial reading of their time.
+/// Largest number of magnetic readings that wait for an inertial reading.
 const WAITING: usize = 8;
 
-/// Makes samples of the readings of an inertial and a magnetic source.
+/// Combiner of an inertial and a magnetic source's readings into samples.
 ///
-/// Each inertial reading makes one sample, at once. A magnetic reading goes to the next inertial one, at its time or after it; the samples between
-/// have [`SampleFlags::MAG_MISSING`]. So the field of a sample is half a sample period older in the mean, which belongs into the
-/// configured latency of the magnetometer ([`mean_delay_s`](Self::mean_delay_s)). One that is more than one and a half periods old comes too
-/// late. Read the magnetic source first, then the inertial one.
+/// Each inertial reading makes one sample, at once. A magnetic reading goes to the next inertial one, at its
+/// time or after it; the samples between have [`SampleFlags::MAG_MISSING`]. So a sample's field is half a
+/// sample period older in the mean, which is part of the magnetometer's configured latency
+/// ([`Latency::of_parts`]). A magnetic reading more than one and a half periods old is lost. Read the
+/// magnetic source first, then the inertial one.
 #[derive(Clone, Debug)]
 pub struct Combiner {
     period_us: u64,
@@ -24,7 +26,7 @@ pub struct Combiner {
 }
 
 impl Combiner {
-    /// For an inertial source with this output period, microseconds.
+    /// Creates a combiner for an inertial source with this output period, microseconds.
     #[must_use]
     pub const fn new(sample_period_us: u32) -> Self {
         Self {
@@ -45,7 +47,7 @@ impl Combiner {
         let _ = self.waiting.push_back(reading);
     }
 
-    /// Takes an inertial reading and gives its sample; none if its time is not after the last one's.
+    /// Takes an inertial reading. Returns its sample, or `None` if its time is not after the last one's.
     pub fn inertial(&mut self, reading: &InertialReading) -> Option<Sample> {
         if self.last_t_us.is_some_and(|last| reading.t_us <= last) {
             self.lost_inertial = self.lost_inertial.saturating_add(1);
@@ -61,7 +63,7 @@ impl Combiner {
             flags: reading.flags | SampleFlags::MAG_MISSING,
         };
         if let Some(magnetic) = self.newest(reading.t_us) {
-            // A fault of the magnetometer's is not the inertial sensors'.
+            // A fault of the magnetometer leaves the inertial sensors.
             if !magnetic.flags.intersects(SampleFlags::MAG_MISSING | SampleFlags::FAULT) {
                 sample.mag_ut = magnetic.mag_ut;
                 sample.flags.remove(SampleFlags::MAG_MISSING);
@@ -71,7 +73,8 @@ impl Combiner {
         Some(sample)
     }
 
-    /// The newest waiting reading of this time or before; older ones are lost, and itself when it is too old.
+    /// Takes the newest waiting reading of this time or before. Older ones are lost, and so is one that is
+    /// too old.
     fn newest(&mut self, t_us: u64) -> Option<MagneticReading> {
         let mut newest: Option<MagneticReading> = None;
         while self.waiting.front().is_some_and(|magnetic| magnetic.t_us <= t_us) {
@@ -86,21 +89,54 @@ impl Combiner {
         in_time
     }
 
-    /// How much older than its sample a magnetic reading is in the mean, seconds.
+    /// Mean time from a magnetic reading to its sample, seconds.
     #[must_use]
     pub fn mean_delay_s(&self) -> f32 {
-        0.5e-6 * self.period_us as f32
+        mean_wait_s(self.period_us as u32)
     }
 
-    /// Magnetic readings that no sample has: they came too late, or two in one sample period, or the inertial source stood still.
+    /// Number of magnetic readings in no sample: they came too late, or two in one sample period, or the
+    /// inertial source stood still.
     #[must_use]
     pub fn lost_magnetic(&self) -> u32 {
         self.lost_magnetic
     }
 
-    /// Inertial readings that made no sample, for their time was not after the last one's.
+    /// Number of inertial readings without a sample: their time was not after the last one's.
     #[must_use]
     pub fn lost_inertial(&self) -> u32 {
         self.lost_inertial
     }
 }
+
+/// Mean wait of a magnetic reading for the next inertial one, seconds: half a period, since the two parts'
+/// oscillators are independent.
+fn mean_wait_s(inertial_period_us: u32) -> f32 {
+    0.5e-6 * inertial_period_us as f32
+}
+
+impl Latency {
+    /// Delays of the samples that a [`Combiner`] makes of two parts' readings: the parts' own, from their
+    /// data sheets, and the mean wait of a magnetic reading for its sample.
+    #[must_use]
+    pub fn of_parts(inertial: &InertialData, magnetic: &MagneticData) -> Self {
+        let ([gyro, accel], [mag]) = (&inertial.sensors, &magnetic.sensors);
+        Self {
+            gyro_s: Some(gyro.mean_latency_s()),
+            accel_s: Some(accel.mean_latency_s()),
+            mag_s: Some(mag.mean_latency_s() + mean_wait_s(inertial.period_us)),
+        }
+    }
+}
+
+impl FullScale {
+    /// Full scales of two parts, from their data sheets.
+    #[must_use]
+    pub const fn of_parts(inertial: &InertialData, magnetic: &MagneticData) -> Self {
+        let ([gyro, accel], [mag]) = (&inertial.sensors, &magnetic.sensors);
+        Self { gyro_rad_s: Some(gyro.full_scale), accel_m_s2: Some(accel.full_scale), mag_ut: Some(mag.full_scale) }
+    }
+}
+
+#[cfg(all(test, feature = "ism330dhcx", feature = "rm3100"))]
+mod tests;

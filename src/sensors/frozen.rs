@@ -1,9 +1,10 @@
-/// One axis counts as frozen after this many times the frames of a whole sensor: one axis may read the same by chance more easily than three.
+/// Factor of the frames after which a single axis counts as frozen: by chance one axis repeats itself more
+/// easily than three.
 const AXIS: u16 = 3;
-/// Counted frames end here: it takes some changes to be believed again.
+/// Limit of the counted frames, in thresholds of a whole sensor: a few changes make an axis believable again.
 const MOST: u16 = 4 * AXIS;
 
-/// Watches a vector sensor's codes for an output that does not change any more.
+/// Detector of a vector sensor whose codes do not change any more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(super) struct Frozen {
     last: [i32; 3],
@@ -11,12 +12,13 @@ pub(super) struct Frozen {
 }
 
 impl Frozen {
-    /// Whether these are the codes of the last frame.
+    /// Returns true if these are the codes of the last frame.
     pub fn saw(&self, codes: [i32; 3]) -> bool {
         self.last == codes
     }
 
-    /// Whether the sensor is frozen, with these codes. At the end of its range (`clip_code`) an axis may stand still.
+    /// Takes codes. Returns true if the sensor is frozen. An axis may stand still at the end of its range
+    /// (`clip_code`).
     pub fn sees(&mut self, codes: [i32; 3], clip_code: i32, frames: u16) -> bool {
         let axes = self.same.iter_mut().zip(self.last).zip(codes);
         for ((same, last), code) in axes {

@@ -10,41 +10,43 @@ use icm426xx::{
 };
 
 use super::{Part, Registers, SpiDevice, SpiRegisters, bisync};
-use crate::sensors::{
-    BURST_FRAMES, Burst, Frame, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData,
+use crate::{
+    sensors::{BURST_FRAMES, Burst, Frame, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData},
+    units::STANDARD_GRAVITY_M_S2,
 };
 
-// TDK DS-000347, data sheet of the ICM-42688-P, by the names of its registers, section 14. The crate has them, and the FIFO's packet; its
-// own start keeps the bus when it fails, waits, and is either blocking or asynchronous.
+// Register names of TDK DS-000347, data sheet of the ICM-42688-P, section 14. The crate has them, and the
+// FIFO's packet; its own start keeps the bus when it fails, waits, and is either blocking or asynchronous.
 #[bisync]
 const IDENTITY: u8 = 0x47;
 #[bisync]
 const SOFT_RESET: u8 = 1;
 #[bisync]
 const RESET_US: u32 = 1_000;
-/// Both in low-noise mode; no register may be written for 200 us after that.
+/// Low-noise mode of both; no register may be written for 200 us after it.
 #[bisync]
 const LOW_NOISE: u8 = 0b1111;
 #[bisync]
 const POWERED_US: u32 = 200;
-/// 2000 dps or 16 g (0 in bits 7 to 5), 200 Hz (7 in bits 3 to 0).
+/// Range 2000 dps or 16 g (0 in bits 7 to 5), 200 Hz (7 in bits 3 to 0).
 #[bisync]
 const WIDEST_200_HZ: u8 = 0b0000_0111;
 #[bisync]
 const STREAM: u8 = 0b0100_0000;
-/// FIFO_RESUME_PARTIAL_RD, FIFO_WM_GT_TH, FIFO_HIRES_EN, and temperature, gyro and accelerometer in each packet.
+/// Bits FIFO_RESUME_PARTIAL_RD, FIFO_WM_GT_TH, FIFO_HIRES_EN, and temperature, gyro and accelerometer in each
+/// packet.
 #[bisync]
 const PACKETS_OF_20_BITS: u8 = 0b0111_0111;
-/// FIFO_COUNT in packets, its high byte and the data's first, SPI only.
+/// Count in packets (FIFO_COUNT), high byte first as in the data, SPI only.
 #[bisync]
 const COUNT_PACKETS: u8 = 0b0111_0011;
 /// Clock from the PLL, adaptive full scale off.
 #[bisync]
 const CLOCK_PLL: u8 = 0b0101_0001;
-/// INT1: pulsed, push-pull, active high.
+/// Interrupt INT1: pulsed, push-pull, active high.
 #[bisync]
 const INT1_PULSED_HIGH: u8 = 0b0000_0011;
-/// INT_CONFIG1 with INT_ASYNC_RESET clear, as it has to be, and INT_SOURCE0: FIFO_THS_INT1_EN.
+/// Registers INT_CONFIG1 with INT_ASYNC_RESET clear, as required, and INT_SOURCE0 with FIFO_THS_INT1_EN.
 #[bisync]
 const INT1_WATERMARK: [u8; 2] = [0, 0b0000_0100];
 #[bisync]
@@ -53,33 +55,34 @@ const FLUSH_FIFO: u8 = 0b0000_0010;
 const FIFO_FULL: u8 = 0b0000_0010;
 #[bisync]
 const PACKET: usize = size_of::<FifoPacket4>();
-/// INT_STATUS, FIFO_COUNTH and FIFO_COUNTL come before the data, at one address after the other.
+/// Bytes before the data: INT_STATUS, FIFO_COUNTH and FIFO_COUNTL, at successive addresses.
 #[bisync]
 const HEAD: usize = 3;
-/// 2 kbytes.
+/// Packets in the FIFO's 2 kbytes.
 #[bisync]
 const FIFO_PACKETS: u16 = 2_048 / PACKET as u16;
-/// What an axis without a valid reading holds: -32768 of 16 bits, and the low four bits.
+/// Value of an axis without a valid reading: -32768 of 16 bits, and the low four bits.
 #[bisync]
 const INVALID: i32 = -524_288;
 
-/// Adapter of TDK's ICM-42688-P: 200 Hz, 2000 dps, 16 g, 20 bits, through its FIFO, on SPI, mode 0 or 3, at most 24 MHz.
+/// Adapter of TDK's ICM-42688-P: 200 Hz, 2000 dps, 16 g, 20 bits, through its FIFO, on SPI, mode 0 or 3, at
+/// most 24 MHz.
 #[derive(Clone, Debug)]
 #[bisync]
 pub struct Icm42688<S> {
     registers: SpiRegisters<S>,
-    /// Packets expected in the next burst: how many are there is known only after they have been read.
+    /// Packets expected in the next burst: their true number is known only after they have been read.
     expected: usize,
 }
 
 #[bisync]
 impl<S: SpiDevice> Icm42688<S> {
-    /// Touches no bus.
+    /// Creates an adapter. Touches no bus.
     pub fn new(spi: S) -> Self {
         Self { registers: SpiRegisters(spi), expected: 1 }
     }
 
-    /// The bus.
+    /// Returns the bus.
     pub fn release(self) -> S {
         self.registers.0
     }
@@ -104,10 +107,11 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
     type Error = S::Error;
 
     fn data(&self) -> InertialData {
-        // 19 bits of the gyro and 18 of the accelerometer, in 20: 131 and 8192 codes of a degree per second and of g in the upper bits.
+        // 19 bits of the gyro and 18 of the accelerometer, in 20: 131 and 8192 codes of a degree per second
+        // and of g in the upper bits.
         const CODES_PER_DPS: f32 = 262.144;
         const CODES_PER_G: f32 = 32_768.0;
-        const G: f32 = 9.806_65;
+        const G: f32 = STANDARD_GRAVITY_M_S2;
         // UI_FILT_BW 1, the default: a quarter of 400 Hz, which is the least that this filter runs at.
         const BANDWIDTH_HZ: f32 = 100.0;
         let latency_s = [SensorData::low_pass_latency_s(BANDWIDTH_HZ); 3];
@@ -163,7 +167,7 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
                     (INTF_CONFIG1::ID, &[CLOCK_PLL]),
                     (GYRO_CONFIG0::ID, &[WIDEST_200_HZ]),
                     (ACCEL_CONFIG0::ID, &[WIDEST_200_HZ]),
-                    // And its watermark: one packet.
+                    // With its watermark: one packet.
                     (FIFO_CONFIG1::ID, &[PACKETS_OF_20_BITS, 1, 0]),
                 ];
                 for (register, values) in writes {
@@ -204,7 +208,7 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
         }
         let left = count.saturating_sub(expected);
         burst.left = left.min(FIFO_PACKETS.into()) as u16;
-        // As many as now, for they come at a steady rate.
+        // As many as now, because they come at a steady rate.
         self.expected = (if left > 0 { left } else { count }).clamp(1, BURST_FRAMES);
         Ok(())
     }

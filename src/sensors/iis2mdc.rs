@@ -3,25 +3,27 @@ use iis2mdc_rs::blocking::register::main::{CfgRegA, CfgRegB, CfgRegC, Md, Odr, R
 use super::{BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync, st_start::reset};
 use crate::sensors::{Burst, Frame, MagneticData, PartData, SensorData, StartError, StartStep, TemperatureData};
 
-// ST DS12305, data sheet of the IIS2MDC, by the names of its registers.
+// Register names of ST DS12305, data sheet of the IIS2MDC.
 #[bisync]
 const IDENTITY: u8 = 0x40; // WHO_AM_I
-/// SOFT_RST takes 5 us, the part's turn-on 9.4 ms.
+/// Reset time: SOFT_RST takes 5 us, the part's turn-on 9.4 ms.
 #[bisync]
 const RESET_US: u32 = 10_000;
 
-/// Adapter of ST's magnetometer IIS2MDC: 100 Hz, 4.9 mT, high resolution, offset cancelled from reading to reading, data-ready on its pin.
+/// Adapter of ST's magnetometer IIS2MDC: 100 Hz, 4.9 mT, high resolution, offset cancelled from reading to
+/// reading, data-ready on its pin.
 #[derive(Clone, Debug)]
 #[bisync]
 pub struct Iis2mdc<B> {
     bus: B,
-    /// On SPI its I2C side is switched off.
+    /// True on SPI, where the part's I2C side is switched off.
     spi: bool,
 }
 
 #[bisync]
 impl<S: SpiDevice> Iis2mdc<SpiBus<S>> {
-    /// On SPI of three wires, which is how it starts up, mode 3, at most 10 MHz. Touches no bus.
+    /// Creates an adapter on SPI of three wires, the part's start-up mode: mode 3, at most 10 MHz. Touches no
+    /// bus.
     pub fn new_spi(spi: S) -> Self {
         Self { bus: SpiBus::new(spi), spi: true }
     }
@@ -29,7 +31,7 @@ impl<S: SpiDevice> Iis2mdc<SpiBus<S>> {
 
 #[bisync]
 impl<I: I2c> Iis2mdc<I2cBus<I>> {
-    /// On I2C, at most 3.4 MHz, at its address 0x1E. Touches no bus.
+    /// Creates an adapter on I2C, at most 3.4 MHz, at address 0x1E. Touches no bus.
     pub fn new_i2c(i2c: I) -> Self {
         Self { bus: I2cBus::new(i2c, 0x1E), spi: false }
     }
@@ -37,12 +39,12 @@ impl<I: I2c> Iis2mdc<I2cBus<I>> {
 
 #[bisync]
 impl<B: BusOperation> Iis2mdc<B> {
-    /// The bus.
+    /// Returns the bus.
     pub fn release(self) -> B {
         self.bus
     }
 
-    /// CFG_REG_A, B and C.
+    /// Values of CFG_REG_A, B and C.
     const fn settings(&self) -> [u8; 3] {
         [
             CfgRegA::new()
@@ -99,7 +101,8 @@ impl<B: BusOperation> Part<1> for Iis2mdc<B> {
     }
 
     async fn read(&mut self, burst: &mut Burst<1>) -> Result<(), B::Error> {
-        // STATUS_REG, the three axes and the temperature in one go; block data update keeps an axis's two bytes together.
+        // STATUS_REG, the three axes and the temperature in one go; block data update keeps the two bytes of
+        // an axis together.
         let mut values = [0; 9];
         self.bus.read_from_register(Reg::StatusReg as u8, &mut values).await?;
         let [status, x0, x1, y0, y1, z0, z1, t0, t1] = values;

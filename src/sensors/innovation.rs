@@ -1,50 +1,52 @@
-/// An innovation within so many times the usual one is believed.
+/// Largest believable innovation, in usual ones.
 const SIGMAS: f32 = 6.0;
-/// The usual one is the root mean square over about so many frames.
+/// Averaging length of the usual innovation, frames.
 const MEMORY: f32 = 16.0;
-/// So many frames after a start only teach: before them nothing is usual.
+/// Frames after a start that only teach: nothing is usual before them.
 const FIRST_FRAMES: f32 = 4.0;
-/// A reading of a sensor that has jumped is believed from the second on, unless it stands still there: it was no glitch.
+/// Readings after a jump from which the new level is believed, unless the sensor stands still there: then it
+/// was no glitch.
 const JUMPED: u8 = 2;
-/// After so many lost frames the next may be anywhere.
+/// Lost frames after which the next reading may be anywhere.
 const MOST_LOST: u8 = 8;
-/// An axis that has changed its code so often since the start lives.
+/// Code changes after which an axis counts as alive.
 const MOVES: u8 = 1;
-/// Natural logarithm of the odds against chance from which an axis that repeats itself is not believed: a wrong alarm in some hundreds of
-/// millions of readings.
+/// Natural logarithm of the odds against chance at which a repeating axis is not believed: a false alarm in
+/// some hundreds of millions of readings.
 const DOUBTFUL: f32 = 20.0;
-/// The same for zeros of an axis that moves by so many codes, of which a wrong alarm in thousands does no harm.
+/// Odds for zeros of an axis that moves by so many codes, where a false alarm in thousands does no harm.
 const DOUBTFUL_AT_ZERO: f32 = 8.0;
 const MOVING_CODES: f32 = 8.0;
-/// The same for one exact zero, which is also what a dead axis reads: ln 25. An axis that passes zero loses no more than one reading in
-/// twenty-five there by it.
+/// Odds for a single exact zero, which is also what a dead axis reads: ln 25. An axis that passes zero loses
+/// at most one reading in twenty-five there.
 const ZERO: f32 = 3.2;
-/// An axis hovers about zero while its mean square is no more than so many times that of its usual steps, which are twice the noise's: zeros
-/// are common there.
+/// Ratio of an axis's mean square to that of its usual steps below which it hovers about zero and zeros are
+/// common; steps have twice the noise's mean square.
 const HOVERING: f32 = 1.5;
-/// Less than so many codes of noise and motion make zeros common.
+/// Codes of noise and motion below which zeros are common.
 const LIVELY_CODES: f32 = 4.0;
 /// Mean square that rounding adds to a step from code to code.
 const ROUNDING: f32 = 1.0 / 6.0;
 
-/// Watches the codes of a vector sensor for what no motion makes.
+/// Detector of codes of a vector sensor that no motion produces.
 ///
-/// A part without a checksum cannot say that a bit was flipped on the wire; a reading that jumps and comes back says it. A reading is expected
-/// on the straight line through the last two; the limit of its innovation, the difference from there, is six times the usual one, and
-/// never less than `sure`: what is so small is always believed. An axis that repeats itself, or reads exactly zero where something else is
-/// expected, while it usually moves by many codes, is frozen or dead; the more codes it moves by, the sooner that shows. After a start
-/// nothing is believed until every axis has moved and it is known what is usual.
+/// A part without a checksum cannot report a bit flipped on the wire; a reading that jumps and comes back
+/// reveals it. A reading is expected on the straight line through the last two. Its innovation, the
+/// difference from there, is limited to six times the usual one, and never to less than `sure`, which is
+/// always believed. An axis that repeats itself, or reads exactly zero where another value is expected, while
+/// it usually moves by many codes, is frozen or dead; the more codes it moves by, the sooner that shows.
+/// After a start nothing is believed until every axis has moved and the usual is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Innovation {
     axes: [Axis; 3],
-    /// There is a last reading that was believed.
+    /// True if there is a last reading that was believed.
     begun: bool,
     /// Odds against chance that all axes repeat themselves.
     repeated: f32,
     jumps: u8,
-    /// Frames that were lost, or not believed, before the next.
+    /// Frames lost or not believed before the next.
     skipped: u8,
-    /// Frames that the means are of, to [`MEMORY`].
+    /// Number of frames in the means, at most [`MEMORY`].
     frames: f32,
 }
 
@@ -52,10 +54,10 @@ pub(super) struct Innovation {
 struct Axis {
     last: i32,
     believed: i32,
-    /// From frame to frame, of what was believed.
+    /// Change of the believed code from frame to frame.
     slope: i32,
     moves: u8,
-    /// The last innovation was a usual one: others say nothing about the slope.
+    /// True if the last innovation was a usual one; others say nothing about the slope.
     is_usual: bool,
     mean_square_code: f32,
     mean_square_step: f32,
@@ -84,20 +86,21 @@ impl Innovation {
         frames: 0.0,
     };
 
-    /// Natural logarithm of the odds against chance that it repeats itself on all axes, as it does since its last change.
+    /// Natural logarithm of the odds against chance that all axes repeat themselves since the last change.
     pub const fn repeated(&self) -> f32 {
         self.repeated
     }
 
-    /// So many frames were lost before the next one.
+    /// Accounts for frames lost before the next one.
     pub fn skip(&mut self, lost: u32) {
         let lost = u8::try_from(lost).unwrap_or(u8::MAX);
         self.skipped = self.skipped.saturating_add(lost);
         self.begun &= self.skipped < MOST_LOST;
     }
 
-    /// Whether these codes are to be believed. `sure`: an innovation of so many codes a frame always is. A code of `clip_code` or more, either
-    /// sign, is at the end of the range, where it may stand still. `repeats`: [odds](Self::repeated) from which a repeat is not.
+    /// Returns true if these codes are to be believed. An innovation of `sure` codes a frame always is. A
+    /// code of `clip_code` or more, either sign, is at the end of the range, where it may stand still.
+    /// `repeats` are the [odds](Self::repeated) at which a repeat is not believed.
     pub fn believes(&mut self, codes: [i32; 3], sure: f32, clip_code: i32, repeats: f32) -> bool {
         let frames = i32::from(self.skipped) + 1;
         let first = self.frames == 0.0;
@@ -106,7 +109,7 @@ impl Innovation {
         let (mut jumped, mut stuck, mut doubtful, mut stand, mut odds) = (false, false, false, true, 0.0);
         for (axis, code) in self.axes.iter_mut().zip(codes) {
             if first {
-                // There is none before it to be compared with.
+                // The first frame has none to be compared with.
                 axis.last = code;
                 continue;
             }
@@ -141,17 +144,18 @@ impl Innovation {
 }
 
 impl Axis {
-    /// Whether a code is beyond the limit, and the odds against chance of a zero that is read there. Learns what is usual.
+    /// Returns true if a code is beyond the limit, and the odds against chance if it is a zero. Learns what
+    /// is usual.
     fn innovation(&mut self, code: i32, frames: i32, sure: f32, learning: bool, memory: f32) -> (bool, f32) {
         let size =
             libm::fabsf(code.saturating_sub(self.believed).saturating_sub(self.slope.saturating_mul(frames)) as f32)
                 / frames as f32;
         let usual = libm::sqrtf(if self.mean_square > 1.0 { self.mean_square } else { 1.0 });
         let limit = SIGMAS * usual;
-        // What follows a reading that was only just believed may be as far from it as that was from the truth.
+        // A reading after a barely believed one may be as far from it as that one was from the truth.
         let sure = if self.is_usual { sure } else { 2.0 * sure };
         self.is_usual = size <= limit;
-        // The first ones teach, however large they are.
+        // The first frames teach, however large they are.
         let within = if size > limit && !learning { limit } else { size };
         self.mean_square += (within * within - self.mean_square) / memory;
         self.mean_square_code += (code as f32 * code as f32 - self.mean_square_code) / memory;
@@ -163,17 +167,18 @@ impl Axis {
         )
     }
 
-    /// Counts how unlikely its standing still is, or a zero whose odds by its innovation are `zero`; gives those of one frame.
+    /// Counts the odds of standing still, or of a zero with odds `zero` by its innovation. Returns those of
+    /// one frame.
     fn repeats(&mut self, code: i32, stands: bool, zero: f32, clip_code: i32) -> f32 {
         let odds = odds_of_zero(0.0, self.mean_square_step - ROUNDING);
         self.repeated = if stands { self.repeated + odds } else { 0.0 };
         let zeros = || self.mean_square_step >= MOVING_CODES * MOVING_CODES && self.repeated + odds > DOUBTFUL_AT_ZERO;
         let lively = self.mean_square_step >= LIVELY_CODES * LIVELY_CODES;
-        // About zero it is no further from the truth than its noise is.
+        // An axis that hovers about zero is no further from the truth than its noise.
         let hovers = self.mean_square_code <= HOVERING * self.mean_square_step;
         let from_last = || !stands && odds_of_zero(self.last as f32, self.mean_square_step) > ZERO;
         if code == 0 && ((lively && !hovers && (zero > ZERO || from_last())) || zeros()) {
-            // Until it is no zero any more.
+            // Doubted until it is no zero any more.
             self.repeated += 2.0 * DOUBTFUL;
         }
         if code != self.last || code.abs() >= clip_code {
@@ -183,9 +188,9 @@ impl Axis {
     }
 }
 
-/// Natural logarithm of the odds against a normally distributed number being rounded to zero: its mean in codes, and the variance. About the
-/// mean its chance is 1 / sqrt(2 pi variance) where that is large, and goes to one where it is small: this is within 6 % of the chance of a rounded
-/// difference of two, and never too small.
+/// Natural logarithm of the odds against a normal deviate rounding to zero, by its mean and variance in
+/// codes. About the mean the chance is 1 / sqrt(2 pi variance) for a large variance, and goes to one for a
+/// small: this is within 6 % of the chance of a rounded difference of two, and never too small.
 fn odds_of_zero(mean: f32, variance: f32) -> f32 {
     if variance <= 0.0 {
         return 0.0;
@@ -197,7 +202,7 @@ fn odds_of_zero(mean: f32, variance: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// One in 50.
+    /// Odds of one in 50.
     const REPEATS: f32 = 3.9;
 
     /// Codes of a sensor that swings by thousands, with some noise.
@@ -247,7 +252,7 @@ mod tests {
         );
     }
 
-    /// Normal noise of so many codes, about so many.
+    /// Normal noise with this deviation about this mean, codes.
     fn noisy(state: &mut u32, mean: f32, deviation: f32) -> i32 {
         let twelve = (0..12).fold(0.0, |sum, _| {
             *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -256,8 +261,8 @@ mod tests {
         libm::roundf(mean + deviation * (twelve - 6.0)) as i32
     }
 
-    /// Noise of the data sheets at rest in codes: 0.6 and 1.3 of the ISM330DHCX's gyro and accelerometer, 1.1 of the RM3100, 7 of the
-    /// ICM-42688-P's gyro with its 20 bits, and more.
+    /// Noise of data sheets at rest in codes: 0.6 and 1.3 of the ISM330DHCX's gyro and accelerometer, 1.1 of
+    /// the RM3100, 7 of the ICM-42688-P's gyro with its 20 bits, and more.
     #[test]
     fn a_sound_sensor_at_rest_loses_few_readings() {
         for (deviation, most) in

@@ -5,25 +5,23 @@ use ism330dhcx_rs::blocking::register::main::{
 
 use super::{
     BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync,
+    st_frames::take_frames,
     st_start::{read_one, reset},
 };
-use crate::sensors::{
-    BURST_FRAMES, Burst, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData,
-    st_fifo::{StFifo, WORD},
+use crate::{
+    sensors::{Burst, InertialData, PartData, SensorData, StartError, StartStep, TemperatureData, st_fifo::StFifo},
+    units::STANDARD_GRAVITY_M_S2,
 };
 
-// ST DS13012, data sheet of the ISM330DHCX, by the names of its registers; AN5398, its application note.
+// Register names of ST DS13012, data sheet of the ISM330DHCX; AN5398 is its application note.
 #[bisync]
 const IDENTITY: u8 = 0x6B; // WHO_AM_I
-/// SW_RESET clears itself within 50 us.
+/// Wait after a reset; SW_RESET clears itself within 50 us.
 #[bisync]
 const RESET_US: u32 = 1_000;
-/// 3 kbytes without compression.
+/// Words in the FIFO's 3 kbytes, without compression.
 #[bisync]
 const FIFO_WORDS: u16 = 512;
-/// Bursts from one reading of the thermometer to the next; it puts out 52 a second.
-#[bisync]
-const BURSTS_PER_TEMPERATURE: u8 = 16;
 
 /// Adapter of ST's ISM330DHCX: 208 Hz, 2000 dps, 16 g, through its FIFO, whose watermark is on pin INT1.
 #[derive(Clone, Debug)]
@@ -32,12 +30,12 @@ pub struct Ism330dhcx<B> {
     bus: B,
     watermark_frames: u8,
     fifo: StFifo,
-    bursts: u8,
 }
 
 #[bisync]
 impl<S: SpiDevice> Ism330dhcx<SpiBus<S>> {
-    /// On SPI, mode 0 or 3, at most 10 MHz. Touches no bus. The interrupt comes when the FIFO holds `watermark_frames`, 1 to 127.
+    /// Creates an adapter on SPI, mode 0 or 3, at most 10 MHz. Touches no bus. The interrupt comes when the
+    /// FIFO holds `watermark_frames`, 1 to 127.
     pub fn new_spi(spi: S, watermark_frames: u8) -> Self {
         Self::new(SpiBus::new(spi), watermark_frames)
     }
@@ -45,7 +43,8 @@ impl<S: SpiDevice> Ism330dhcx<SpiBus<S>> {
 
 #[bisync]
 impl<I: I2c> Ism330dhcx<I2cBus<I>> {
-    /// On I2C at most 400 kHz (1 MHz in fast mode plus), at address 0x6A or 0x6B as its pin SA0 says; else as [`new_spi`](Ism330dhcx::new_spi).
+    /// Creates an adapter on I2C at most 400 kHz (1 MHz in fast mode plus), at address 0x6A or 0x6B by its
+    /// pin SA0; else as [`new_spi`](Ism330dhcx::new_spi).
     pub fn new_i2c(i2c: I, address: u8, watermark_frames: u8) -> Self {
         Self::new(I2cBus::new(i2c, address), watermark_frames)
     }
@@ -55,15 +54,15 @@ impl<I: I2c> Ism330dhcx<I2cBus<I>> {
 impl<B: BusOperation> Ism330dhcx<B> {
     fn new(bus: B, watermark_frames: u8) -> Self {
         // FIFO_DATA_OUT_TAG: gyro 1, accelerometer 2; bit 0 makes the parity even.
-        Self { bus, watermark_frames: watermark_frames.clamp(1, 127), fifo: StFifo::new(1, 2, true), bursts: 0 }
+        Self { bus, watermark_frames: watermark_frames.clamp(1, 127), fifo: StFifo::new(1, 2, true) }
     }
 
-    /// The bus.
+    /// Returns the bus.
     pub fn release(self) -> B {
         self.bus
     }
 
-    /// CTRL1_XL, CTRL2_G and CTRL3_C.
+    /// Values of CTRL1_XL, CTRL2_G and CTRL3_C.
     const fn settings() -> [u8; 3] {
         [
             Ctrl1Xl::new().with_odr_xl(OdrXl::_208hz as u8).with_fs_xl(FsXl::_16g as u8).into_bits(),
@@ -90,12 +89,12 @@ impl<B: BusOperation> Part<2> for Ism330dhcx<B> {
                     noise_density: Some(0.005_f32.to_radians()),
                 },
                 SensorData {
-                    full_scale: 16.0 * 9.806_65,
-                    per_code: 0.488e-3 * 9.806_65,
+                    full_scale: 16.0 * STANDARD_GRAVITY_M_S2,
+                    per_code: 0.488e-3 * STANDARD_GRAVITY_M_S2,
                     clip_code: 32_767,
                     latency_s: [SensorData::low_pass_latency_s(104.0); 3],
-                    // At its lowest ranges.
-                    noise_density: Some(60e-6 * 9.806_65),
+                    // Value at the lowest ranges.
+                    noise_density: Some(60e-6 * STANDARD_GRAVITY_M_S2),
                 },
             ],
             temperature: Some(TemperatureData { offset_c: 25.0, per_code_c: 1.0 / 256.0 }),
@@ -119,7 +118,6 @@ impl<B: BusOperation> Part<2> for Ism330dhcx<B> {
             return Err(StartError::Busy);
         }
         self.fifo.clear();
-        self.bursts = 0;
         self.bus.write_to_register(Reg::Ctrl9Xl as u8, &[Ctrl9Xl::new().with_device_conf(1).into_bits()]).await?;
         self.bus.write_to_register(Reg::Int1Ctrl as u8, &[Int1Ctrl::new().with_int1_fifo_th(1).into_bits()]).await?;
         self.bus.write_to_register(Reg::Ctrl1Xl as u8, &Self::settings()).await?;
@@ -148,21 +146,8 @@ impl<B: BusOperation> Part<2> for Ism330dhcx<B> {
         let high = FifoStatus2::from_bits(high);
         burst.overrun = high.over_run_latched() != 0;
         let level = u16::from_le_bytes([low, high.diff_fifo()]);
-        let mut words = [0; 2 * BURST_FRAMES * WORD];
-        let taken = usize::from(level).min(2 * BURST_FRAMES);
-        if let Some(words) = words.get_mut(..taken * WORD).filter(|words| !words.is_empty()) {
-            if self.bursts == 0 {
-                let mut temperature = [0; 2];
-                self.bus.read_from_register(Reg::OutTempL as u8, &mut temperature).await?;
-                self.fifo.temperature = Some(i16::from_le_bytes(temperature).into());
-            }
-            self.bursts = (self.bursts + 1) % BURSTS_PER_TEMPERATURE;
-            // The address goes round from FIFO_DATA_OUT_Z_H to FIFO_DATA_OUT_TAG: one transaction, however many words.
-            let read = self.bus.read_from_register(Reg::FifoDataOutTag as u8, words).await;
-            read.inspect_err(|_| self.fifo.interrupted())?;
-            self.fifo.take(words, level - taken as u16, burst);
-        }
-        Ok(())
+        let registers = [Reg::OutTempL as u8, Reg::FifoDataOutTag as u8];
+        take_frames(&mut self.bus, &mut self.fifo, level, registers, burst).await
     }
 
     async fn is_configured(&mut self) -> Result<bool, B::Error> {

@@ -5,24 +5,25 @@ use lsm6dsv320x_rs::blocking::register::main::{
 
 use super::{
     BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync,
+    st_frames::take_frames,
     st_start::{read_one, reset},
 };
-use crate::sensors::{
-    BURST_FRAMES, Burst, InertialData, Lsm6dsv320xRange, PartData, SensorData, StartError, StartStep, TemperatureData,
-    st_fifo::{StFifo, WORD},
+use crate::{
+    sensors::{
+        Burst, InertialData, Lsm6dsv320xRange, PartData, SensorData, StartError, StartStep, TemperatureData,
+        st_fifo::StFifo,
+    },
+    units::STANDARD_GRAVITY_M_S2,
 };
 
-// ST data sheet of the LSM6DSV320X, by the names of its registers.
+// Register names of ST's data sheet of the LSM6DSV320X.
 #[bisync]
 const IDENTITY: u8 = 0x73; // WHO_AM_I
 #[bisync]
 const RESET_US: u32 = 1_000;
-/// 1.5 kbytes without compression.
+/// Words in the FIFO's 1.5 kbytes, without compression.
 #[bisync]
 const FIFO_WORDS: u16 = 256;
-/// Bursts from one reading of the thermometer to the next; it puts out 60 a second.
-#[bisync]
-const BURSTS_PER_TEMPERATURE: u8 = 16;
 
 /// Adapter of ST's LSM6DSV320X: 2000 dps and 16 or 320 g, through its FIFO, whose watermark is on pin INT1.
 #[derive(Clone, Debug)]
@@ -32,12 +33,12 @@ pub struct Lsm6dsv320x<B> {
     range: Lsm6dsv320xRange,
     watermark_frames: u8,
     fifo: StFifo,
-    bursts: u8,
 }
 
 #[bisync]
 impl<S: SpiDevice> Lsm6dsv320x<SpiBus<S>> {
-    /// On SPI, mode 0 or 3, at most 10 MHz. Touches no bus. The interrupt comes when the FIFO holds `watermark_frames`, 1 to 127.
+    /// Creates an adapter on SPI, mode 0 or 3, at most 10 MHz. Touches no bus. The interrupt comes when the
+    /// FIFO holds `watermark_frames`, 1 to 127.
     pub fn new_spi(spi: S, range: Lsm6dsv320xRange, watermark_frames: u8) -> Self {
         Self::new(SpiBus::new(spi), range, watermark_frames)
     }
@@ -45,7 +46,8 @@ impl<S: SpiDevice> Lsm6dsv320x<SpiBus<S>> {
 
 #[bisync]
 impl<I: I2c> Lsm6dsv320x<I2cBus<I>> {
-    /// On I2C at most 1 MHz, at address 0x6A or 0x6B as its pin SA0 says; else as [`new_spi`](Lsm6dsv320x::new_spi).
+    /// Creates an adapter on I2C at most 1 MHz, at address 0x6A or 0x6B by its pin SA0; else as
+    /// [`new_spi`](Lsm6dsv320x::new_spi).
     pub fn new_i2c(i2c: I, address: u8, range: Lsm6dsv320xRange, watermark_frames: u8) -> Self {
         Self::new(I2cBus::new(i2c, address), range, watermark_frames)
     }
@@ -59,15 +61,15 @@ impl<B: BusOperation> Lsm6dsv320x<B> {
             Lsm6dsv320xRange::G320 => Tag::XlHg,
         };
         let fifo = StFifo::new(Tag::GyNc as u8, accel as u8, false);
-        Self { bus, range, watermark_frames: watermark_frames.clamp(1, 127), fifo, bursts: 0 }
+        Self { bus, range, watermark_frames: watermark_frames.clamp(1, 127), fifo }
     }
 
-    /// The bus.
+    /// Returns the bus.
     pub fn release(self) -> B {
         self.bus
     }
 
-    /// CTRL1, CTRL2 and CTRL3.
+    /// Values of CTRL1, CTRL2 and CTRL3.
     const fn settings(&self) -> [u8; 3] {
         let (accel, gyro) = match self.range {
             Lsm6dsv320xRange::G16 => (DataRate::_240hz, DataRate::_240hz),
@@ -86,7 +88,7 @@ impl<B: BusOperation> Part<2> for Lsm6dsv320x<B> {
     type Error = B::Error;
 
     fn data(&self) -> InertialData {
-        const G: f32 = 9.806_65;
+        const G: f32 = STANDARD_GRAVITY_M_S2;
         let (rate_hz, period_us, full_scale_g, per_code_g) = match self.range {
             Lsm6dsv320xRange::G16 => (240.0, 4_167, 16.0, 0.488e-3),
             Lsm6dsv320xRange::G320 => (480.0, 2_083, 320.0, 10.417e-3),
@@ -126,7 +128,6 @@ impl<B: BusOperation> Part<2> for Lsm6dsv320x<B> {
             return Err(StartError::Busy);
         }
         self.fifo.clear();
-        self.bursts = 0;
         let high_g = u8::from(self.range == Lsm6dsv320xRange::G320);
         let high_g_rate = HgXlDataRate::_480hz as u8 * high_g;
         let (accel_batch, gyro_batch) = match self.range {
@@ -169,21 +170,8 @@ impl<B: BusOperation> Part<2> for Lsm6dsv320x<B> {
         let status = FifoStatusReg::from_bits(u16::from_le_bytes(status));
         burst.overrun = status.fifo_ovr_latched() != 0;
         let level = status.diff_fifo();
-        let mut words = [0; 2 * BURST_FRAMES * WORD];
-        let taken = usize::from(level).min(2 * BURST_FRAMES);
-        if let Some(words) = words.get_mut(..taken * WORD).filter(|words| !words.is_empty()) {
-            if self.bursts == 0 {
-                let mut temperature = [0; 2];
-                self.bus.read_from_register(Reg::OutTempL as u8, &mut temperature).await?;
-                self.fifo.temperature = Some(i16::from_le_bytes(temperature).into());
-            }
-            self.bursts = (self.bursts + 1) % BURSTS_PER_TEMPERATURE;
-            // The address goes round from FIFO_DATA_OUT_Z_H to FIFO_DATA_OUT_TAG: one transaction, however many words.
-            let read = self.bus.read_from_register(Reg::FifoDataOutTag as u8, words).await;
-            read.inspect_err(|_| self.fifo.interrupted())?;
-            self.fifo.take(words, level - taken as u16, burst);
-        }
-        Ok(())
+        let registers = [Reg::OutTempL as u8, Reg::FifoDataOutTag as u8];
+        take_frames(&mut self.bus, &mut self.fifo, level, registers, burst).await
     }
 
     async fn is_configured(&mut self) -> Result<bool, B::Error> {

@@ -1,10 +1,10 @@
-/// Which of the two accelerometers of an LSM6DSV320X is read.
+/// Accelerometer of an LSM6DSV320X that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Lsm6dsv320xRange {
-    /// The one to 16 g, at 240 Hz.
+    /// Range to 16 g, at 240 Hz.
     #[default]
     G16,
-    /// The one for shocks, to 320 g in steps of 10 mg, at its slowest rate, 480 Hz.
+    /// Range to 320 g for shocks, in steps of 10 mg, at its slowest rate, 480 Hz.
     G320,
 }

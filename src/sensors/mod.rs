@@ -1,4 +1,5 @@
-//! Sensors on the bus: burst sources, drivers and vendor adapters, and what turns a pair of sources into samples.
+//! Sensors on the bus: drivers, vendor adapters, burst sources, and the combiner of a pair of sources into
+//! samples.
 //!
 //! ```text
 //! Part         one file per driver or adapter: registers -> codes
@@ -9,7 +10,8 @@
 //!   v
 //! Combiner     -> Sample, for `Probe::push`
 //! ```
-//! Each exists [`blocking`] and [`asynchronous`], from one source text. How to write another adapter: `docs/sensors.md`.
+//! Each exists [`blocking`] and [`asynchronous`], from one source text. `docs/sensors.md` shows how to write
+//! another adapter.
 
 mod combiner;
 mod counters;
@@ -74,6 +76,8 @@ pub mod blocking {
     #[cfg(feature = "rm3100")]
     mod rm3100;
     mod source;
+    #[cfg(any(feature = "ism330dhcx", feature = "lsm6dsv320x"))]
+    mod st_frames;
     #[cfg(any(feature = "ism330dhcx", feature = "lsm6dsv320x", feature = "iis2mdc"))]
     mod st_start;
     mod supervised;
@@ -125,6 +129,8 @@ pub mod asynchronous {
     #[cfg(all(feature = "async", feature = "rm3100"))]
     mod rm3100;
     mod source;
+    #[cfg(all(feature = "async", any(feature = "ism330dhcx", feature = "lsm6dsv320x")))]
+    mod st_frames;
     #[cfg(all(feature = "async", any(feature = "ism330dhcx", feature = "lsm6dsv320x", feature = "iis2mdc")))]
     mod st_start;
     mod supervised;

@@ -1,10 +1,10 @@
-/// How a part's axes lie in the body's: `body = C part`, a rotation.
+/// Mounting: the rotation of a part's axes into the body's, `body = C part`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mounting {
     part_to_body: [[f32; 3]; 3],
 }
 
-/// An axis of a part, and its direction.
+/// Axis of a part, with its direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[allow(missing_docs)] // They say it.
@@ -17,14 +17,15 @@ pub enum Axis {
     MinusZ,
 }
 
-/// Why a mounting cannot be.
+/// Reason to refuse a mounting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MountingError {
-    /// A row is not of length one, or two are not at right angles, by more than 0.001; or a number is not finite.
+    /// A row is not of length one, or two are not at right angles, by more than 0.001; or a number is not
+    /// finite.
     NotOrthonormal,
-    /// It would make a right-handed part left-handed: an axis has the wrong sign, or two are exchanged.
+    /// The matrix makes a right-handed part left-handed: an axis has the wrong sign, or two are exchanged.
     LeftHanded,
 }
 
@@ -39,17 +40,17 @@ impl core::fmt::Display for MountingError {
 
 impl core::error::Error for MountingError {}
 
-/// How far a product of two rows may be from 0 or 1: readings are then wrong by less than 0.1 %.
+/// Tolerance of a product of two rows against 0 or 1: readings are then wrong by less than 0.1 %.
 const ORTHONORMAL: f32 = 1e-3;
 
 impl Mounting {
-    /// The part's axes are the body's.
+    /// Mounting of a part whose axes are the body's.
     pub const ALIGNED: Self = Self { part_to_body: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] };
 
-    /// Which axis of the part points along the body's x, y and z.
+    /// Creates a mounting from the part's axes that point along the body's x, y and z.
     ///
     /// # Errors
-    /// An axis is named twice, or the three are left-handed.
+    /// Rejects an axis that is named twice, and left-handed axes.
     pub fn from_axes(along: [Axis; 3]) -> Result<Self, MountingError> {
         Self::from_matrix(along.map(|axis| match axis {
             Axis::PlusX => [1.0, 0.0, 0.0],
@@ -61,10 +62,10 @@ impl Mounting {
         }))
     }
 
-    /// A proper rotation, row by row: `body = C part`.
+    /// Creates a mounting from a proper rotation, row by row: `body = C part`.
     ///
     /// # Errors
-    /// It is no rotation, or one with a reflection.
+    /// Rejects a matrix that is no rotation, or one with a reflection.
     pub fn from_matrix(part_to_body: [[f32; 3]; 3]) -> Result<Self, MountingError> {
         let [x, y, z] = part_to_body;
         let near = |product: f32, wanted: f32| libm::fabsf(product - wanted) <= ORTHONORMAL;
@@ -78,7 +79,7 @@ impl Mounting {
         Ok(Self { part_to_body })
     }
 
-    /// A vector of the part, in the body's axes.
+    /// Rotates a vector of the part into the body's axes.
     #[must_use]
     pub fn body(&self, part: [f32; 3]) -> [f32; 3] {
         self.part_to_body.map(|row| dot(row, part))

@@ -1,29 +1,29 @@
-/// One vector sensor of a part as its data sheet describes it, at the settings that its driver makes.
-/// SI: rad/s of a gyro, m/s^2 of an accelerometer, microtesla of a magnetometer.
+/// Vector sensor of a part, by its data sheet, at the settings that its driver makes. SI: rad/s of a gyro,
+/// m/s^2 of an accelerometer, microtesla of a magnetometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorData {
     /// Full scale, either side, SI.
     pub full_scale: f32,
-    /// SI units of one code.
+    /// Value of one code, SI.
     pub per_code: f32,
-    /// A code of at least this size, either sign, is at the end of the range.
+    /// Code, either sign, from which an axis is at the end of its range.
     pub clip_code: i32,
-    /// How long the truth precedes the output, per axis of the part, seconds: its low-pass filter and its conversion, which some parts do
-    /// one axis after the other.
+    /// Latency: time by which the truth precedes the output, per axis of the part, seconds. It is the
+    /// low-pass filter and the conversion, which some parts do one axis after the other.
     pub latency_s: [f32; 3],
-    /// White noise, SI per square root of a hertz; `None`: not known to us.
+    /// White noise, SI per square root of a hertz; `None` if unknown.
     pub noise_density: Option<f32>,
 }
 
 impl SensorData {
-    /// Group delay of a second-order Butterworth low-pass at low frequencies, seconds: sqrt(2) / (2 pi f). Data sheets state the bandwidth
-    /// and not the delay.
+    /// Group delay of a second-order Butterworth low-pass at low frequencies, seconds: sqrt(2) / (2 pi f).
+    /// Data sheets state the bandwidth and not the delay.
     #[cfg(any(feature = "ism330dhcx", feature = "lsm6dsv320x", feature = "icm42688", feature = "bmi088"))]
     pub(super) const fn low_pass_latency_s(bandwidth_hz: f32) -> f32 {
         0.225_079 / bandwidth_hz
     }
 
-    /// The mean of the axes' latencies, seconds: for [`Latency`](crate::config::Config::latency).
+    /// Mean of the axes' latencies, seconds.
     #[must_use]
     pub fn mean_latency_s(&self) -> f32 {
         let [x, y, z] = self.latency_s;
@@ -31,39 +31,39 @@ impl SensorData {
     }
 }
 
-/// Temperature of a part: `offset_c + per_code_c code`, degrees Celsius.
+/// Thermometer of a part: `offset_c + per_code_c code`, degrees Celsius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TemperatureData {
-    /// What code zero means, degrees Celsius.
+    /// Temperature of code zero, degrees Celsius.
     pub offset_c: f32,
-    /// Degrees Celsius of one code.
+    /// Value of one code, degrees Celsius.
     pub per_code_c: f32,
 }
 
-/// A part of `V` vector sensors as its data sheet describes it, at the settings that its driver makes: two are a gyro and an
-/// accelerometer, in this order; one is a magnetometer.
+/// Part with `V` vector sensors, by its data sheet, at the settings that its driver makes. Two are a gyro and
+/// an accelerometer, in this order; one is a magnetometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartData<const V: usize> {
-    /// The part's name, as its maker writes it.
+    /// Name of the part, as its maker writes it.
     pub name: &'static str,
-    /// Where the figures are from: the data sheet and its sections.
+    /// Source of the figures: the data sheet and its sections.
     pub source: &'static str,
-    /// Its vector sensors.
+    /// Vector sensors.
     pub sensors: [SensorData; V],
-    /// Its thermometer, if it has one.
+    /// Thermometer, if the part has one.
     pub temperature: Option<TemperatureData>,
-    /// Nominal time from frame to frame, microseconds.
+    /// Nominal time between frames, microseconds.
     pub period_us: u32,
-    /// How far the part's own oscillator may be off, as a share of the period.
+    /// Tolerance of the part's own oscillator, as a share of the period.
     pub period_tolerance: f32,
-    /// Frames that its FIFO holds; 1: it has none, and keeps only the newest.
+    /// Frames in its FIFO; 1 means none: the part keeps only the newest.
     pub fifo_frames: u16,
     /// Frames after which its FIFO raises the interrupt.
     pub watermark_frames: u16,
-    /// Frames after a start that are not yet settled, and are not handed on.
+    /// Unsettled frames after a start, which are dropped.
     pub settling_frames: u16,
-    /// A sensor's output that is the same, code by code on all axes, for more frames than this is frozen; on one axis, for three times as many.
-    /// The noise of a sound sensor makes that impossible within its life.
+    /// Frames of equal codes on all axes after which a sensor is frozen; three times as many on one axis. The
+    /// noise of a sound sensor makes that impossible within its life.
     pub frozen_frames: u16,
 }
 

@@ -1,13 +1,14 @@
-/// The pause before the second start; each further one is twice as long.
+/// Pause before the second start, microseconds; each further one is twice as long.
 const FIRST_PAUSE_US: u32 = 10_000;
-/// The longest pause.
+/// Longest pause, microseconds.
 const LONGEST_PAUSE_US: u32 = 5_120_000;
-/// A part that measured for so long without an incident is well again: the next pause is the first.
+/// Time without an incident after which a part is well again, microseconds: the next pause is the first.
 const WELL_AFTER_US: u64 = 2_000_000;
-/// A bus that failed so often in a row gets a pause, and the part a new start.
+/// Bus errors in a row after which the part pauses and starts anew.
 const ERRORS_IN_A_ROW: u8 = 5;
 
-/// When a part is started, read and left alone. It knows no bus: it is told what happened, and asked what is next.
+/// Schedule of a part's starts, readings and pauses. It knows no bus: it is told what happened, and asked
+/// what is next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Recovery {
     state: State,
@@ -21,16 +22,16 @@ enum State {
     Measuring { since_us: u64, restart_at_us: Option<u64> },
 }
 
-/// What to do now.
+/// Next action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
-    /// This step of the start.
+    /// Do this step of the start.
     Step(u8),
-    /// Read.
+    /// Read the part.
     Read,
-    /// The start goes on later.
+    /// Wait: the start continues later.
     Wait,
-    /// The part is left alone.
+    /// Leave the part alone.
     Pause,
 }
 
@@ -51,19 +52,19 @@ impl Recovery {
         }
     }
 
-    /// A step of the start is done; the next one comes after so many microseconds.
+    /// Records a step of the start; the next one comes after so many microseconds.
     pub fn stepped(&mut self, now_us: u64, step: u8, after_us: u32) {
         let not_before_us = now_us.saturating_add(after_us.into());
         self.state = State::Starting { step: step.saturating_add(1), not_before_us };
     }
 
-    /// The part measures.
+    /// Records that the part measures.
     pub fn started(&mut self, now_us: u64) {
         self.state = State::Measuring { since_us: now_us, restart_at_us: None };
         self.errors = 0;
     }
 
-    /// A burst was read. `well`: nothing is wrong with it.
+    /// Records a burst; `well` means that nothing is wrong with it.
     pub fn was_read(&mut self, now_us: u64, well: bool) {
         self.errors = 0;
         let State::Measuring { since_us, restart_at_us } = &mut self.state else { return };
@@ -77,7 +78,7 @@ impl Recovery {
         }
     }
 
-    /// The bus failed while the part was read. Says whether that was once too often.
+    /// Records a bus failure while reading. Returns true if it was one too many.
     pub fn bus_failed(&mut self, now_us: u64) -> bool {
         self.errors = self.errors.saturating_add(1);
         if self.errors < ERRORS_IN_A_ROW {
@@ -87,19 +88,19 @@ impl Recovery {
         true
     }
 
-    /// Starts the part anew, at once.
+    /// Restarts the part at once.
     pub fn restart(&mut self) {
         self.state = State::Starting { step: 0, not_before_us: 0 };
     }
 
-    /// Leaves the part alone for a while, then starts it anew.
+    /// Pauses, then restarts the part.
     pub fn pause(&mut self, now_us: u64) {
         let not_before_us = now_us.saturating_add(self.longer_pause_us());
         self.state = State::Starting { step: 0, not_before_us };
         self.errors = 0;
     }
 
-    /// Starts the part anew after a while, and reads it until then.
+    /// Restarts the part after a pause, and reads it until then.
     pub fn restart_later(&mut self, now_us: u64) {
         if let State::Measuring { restart_at_us: None, since_us } = self.state {
             let at_us = now_us.saturating_add(self.longer_pause_us());

@@ -1,10 +1,10 @@
 use super::{I2c, I2cOperation, SpiDevice, SpiOperation, bisync};
 
-/// A part's registers: eight-bit addresses that count up within a transaction.
+/// Registers of a part: eight-bit addresses that count up within a transaction.
 #[bisync]
 #[allow(async_fn_in_trait)] // As in embedded-hal-async: whether a future is `Send` is its bus's matter.
 pub trait Registers {
-    /// The bus's error.
+    /// Error of the bus.
     type Error;
 
     /// Reads the registers from `first` on.
@@ -20,7 +20,7 @@ pub trait Registers {
     async fn write(&mut self, first: u8, values: &[u8]) -> Result<(), Self::Error>;
 }
 
-/// Registers over SPI: the address's highest bit says that they are read.
+/// Registers over SPI: the address's highest bit marks a read.
 #[derive(Clone, Debug)]
 #[bisync]
 pub struct SpiRegisters<S>(pub S);
@@ -43,9 +43,9 @@ impl<S: SpiDevice> Registers for SpiRegisters<S> {
 #[derive(Clone, Debug)]
 #[bisync]
 pub struct I2cRegisters<I> {
-    /// The bus.
+    /// Bus.
     pub bus: I,
-    /// The part's address, seven bits.
+    /// Address of the part, seven bits.
     pub address: u8,
 }
 
@@ -58,7 +58,7 @@ impl<I: I2c> Registers for I2cRegisters<I> {
     }
 
     async fn write(&mut self, first: u8, values: &[u8]) -> Result<(), I::Error> {
-        // Operations of one kind are one message: there is no second start between them.
+        // Operations of one kind are one message, without a second start between them.
         self.bus.transaction(self.address, &mut [I2cOperation::Write(&[first]), I2cOperation::Write(values)]).await
     }
 }

@@ -1,7 +1,7 @@
 use super::{I2c, I2cRegisters, Part, Registers, SpiDevice, SpiRegisters, bisync};
 use crate::sensors::{Burst, Frame, MagneticData, Rm3100Settings, StartError, StartStep};
 
-// PNI RM3100 & RM2100 sensor suite user manual, 1017252, section 5: register map.
+// Register map: PNI RM3100 & RM2100 sensor suite user manual, 1017252, section 5.
 #[bisync]
 mod register {
     /// Continuous measurement mode. Reading it ends that mode (5.2), so it is never read back.
@@ -12,20 +12,21 @@ mod register {
     pub const TMRC: u8 = 0x0B;
     /// Results of x, y and z, three bytes each, high byte first.
     pub const MX: u8 = 0x24;
-    /// Bit 7: a result waits to be read; reading the results clears it.
+    /// Status. Bit 7: a result is ready; reading the results clears it.
     pub const STATUS: u8 = 0x34;
-    /// 0x22.
+    /// Revision, 0x22.
     pub const REVID: u8 = 0x36;
 }
 #[bisync]
 const REVISION: u8 = 0x22;
 #[bisync]
 const DATA_READY: u8 = 1 << 7;
-/// All three axes, data-ready after the third (table 5-3: DRDM1 set, DRDM0 clear), started. Later manuals have one such bit, bit 2, clear for the same.
+/// Command that starts all three axes, data-ready after the third (table 5-3: DRDM1 set, DRDM0 clear). Later
+/// manuals have one such bit, bit 2, clear for the same.
 #[bisync]
 const MEASURE_ALL_AXES: u8 = 0b0111_1001;
 
-/// The magnetometer RM3100 of PNI: three magneto-inductive axes, 24 bits.
+/// Driver of PNI's magnetometer RM3100: three magneto-inductive axes, 24 bits.
 #[derive(Clone, Debug)]
 #[bisync]
 pub struct Rm3100<R> {
@@ -35,7 +36,7 @@ pub struct Rm3100<R> {
 
 #[bisync]
 impl<S: SpiDevice> Rm3100<SpiRegisters<S>> {
-    /// On SPI, mode 0 or 3, at most 1 MHz (4.4). Touches no bus.
+    /// Creates a driver on SPI, mode 0 or 3, at most 1 MHz (4.4). Touches no bus.
     pub fn new_spi(spi: S, settings: Rm3100Settings) -> Self {
         Self { registers: SpiRegisters(spi), settings }
     }
@@ -43,7 +44,8 @@ impl<S: SpiDevice> Rm3100<SpiRegisters<S>> {
 
 #[bisync]
 impl<I: I2c> Rm3100<I2cRegisters<I>> {
-    /// On I2C at most 400 kHz, at address 0x20 to 0x23 as its pins SA0 and SA1 say (4.5). Touches no bus.
+    /// Creates a driver on I2C at most 400 kHz, at address 0x20 to 0x23 by its pins SA0 and SA1 (4.5).
+    /// Touches no bus.
     pub fn new_i2c(i2c: I, address: u8, settings: Rm3100Settings) -> Self {
         Self { registers: I2cRegisters { bus: i2c, address }, settings }
     }
@@ -51,7 +53,7 @@ impl<I: I2c> Rm3100<I2cRegisters<I>> {
 
 #[bisync]
 impl<R> Rm3100<R> {
-    /// The registers, and with them the bus.
+    /// Returns the registers, and with them the bus.
     pub fn release(self) -> R {
         self.registers
     }

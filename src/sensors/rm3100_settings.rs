@@ -1,7 +1,8 @@
 use super::{MagneticData, PartData, SensorData};
 
-/// How often the RM3100 measures in continuous mode: its TMRC register (user manual 5.2.1, table 5-4). The rates of its own oscillator have
-/// a standard deviation of 7 %. Slower ones are left out: 37 Hz is the setting after a reset, which then could not be noticed.
+/// Rate of the RM3100 in continuous mode: its TMRC register (user manual 5.2.1, table 5-4). The rates of its
+/// own oscillator have a standard deviation of 7 %. Slower ones are left out: a reset to 37 Hz, the default,
+/// could not be noticed among them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[repr(u8)]
@@ -17,18 +18,19 @@ pub enum Rm3100Rate {
     Hz75 = 0x95,
 }
 
-/// How an RM3100 measures.
+/// Settings of an RM3100.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rm3100Settings {
     cycle_count: u16,
     rate: Rm3100Rate,
 }
 
-/// A cycle count outside of what the user manual advises (5.1): under 30 the steps are coarser than the noise, over 400 nothing is gained.
+/// Cycle count outside the user manual's advice (5.1): under 30 the steps are coarser than the noise, over
+/// 400 nothing is gained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct CycleCountError {
-    /// What was asked for.
+    /// Cycle count that was requested.
     pub cycle_count: u16,
 }
 
@@ -41,11 +43,12 @@ impl core::fmt::Display for CycleCountError {
 impl core::error::Error for CycleCountError {}
 
 impl Rm3100Settings {
-    /// The same number of oscillations of each axis's circuit, 30 to 400, at a rate. More make a finer reading that takes longer: where three axes
-    /// take longer than the rate has time for, they set the rate.
+    /// Creates settings with one number of oscillations for each axis's circuit, 30 to 400, and a rate. More
+    /// oscillations give a finer reading that takes longer: if three axes take longer than the rate allows,
+    /// they set the rate.
     ///
     /// # Errors
-    /// The cycle count is out of range.
+    /// Rejects a cycle count out of range.
     pub const fn new(cycle_count: u16, rate: Rm3100Rate) -> Result<Self, CycleCountError> {
         if cycle_count < 30 || cycle_count > 400 {
             return Err(CycleCountError { cycle_count });
@@ -53,21 +56,22 @@ impl Rm3100Settings {
         Ok(Self { cycle_count, rate })
     }
 
-    /// Codes of one microtesla: 0.3671 of a cycle count and 1.5, a straight line within 0.5 % of the user manual's 20, 38 and 75 at 50, 100 and 200
-    /// (table 3-1).
+    /// Codes of one microtesla: 0.3671 of a cycle count plus 1.5, a straight line within 0.5 % of the user
+    /// manual's 20, 38 and 75 at 50, 100 and 200 (table 3-1).
     #[must_use]
     pub fn codes_per_ut(&self) -> f32 {
         0.3671 * f32::from(self.cycle_count) + 1.5
     }
 
-    /// How long one axis takes, microseconds: a straight line through the greatest single-axis rates of table 3-1: 1600, 850 and 440 Hz at
-    /// 50, 100 and 200.
+    /// Conversion time of one axis, microseconds: a straight line through the greatest single-axis rates of
+    /// table 3-1: 1600, 850 and 440 Hz at 50, 100 and 200.
     #[must_use]
     pub fn axis_us(&self) -> u32 {
         77 + 11 * u32::from(self.cycle_count)
     }
 
-    /// Noise of a reading, microtesla rms: 0.03, 0.02 and 0.015 at 50, 100 and 200 (table 3-1), falling with the square root between.
+    /// Noise of a reading, microtesla rms: 0.03, 0.02 and 0.015 at 50, 100 and 200 (table 3-1), falling with
+    /// the square root between.
     #[must_use]
     pub fn noise_ut(&self) -> f32 {
         0.015 * libm::sqrtf(200.0 / f32::from(self.cycle_count))
@@ -116,7 +120,7 @@ impl Rm3100Settings {
 }
 
 impl Default for Rm3100Settings {
-    /// The default cycle count of the part, 200, as often as three axes allow: 146 Hz.
+    /// Settings with the part's default cycle count, 200, as often as three axes allow: 146 Hz.
     fn default() -> Self {
         Self { cycle_count: 200, rate: Rm3100Rate::Hz150 }
     }

@@ -1,67 +1,69 @@
-/// How the time that a source is read at belongs to the part's output.
+/// Meaning of the time at which a source is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Trigger {
-    /// It is the time of the part's interrupt: the newest frame was put out then.
+    /// Time of the part's interrupt: the newest frame was put out then.
     Interrupt,
-    /// It is any time: the newest frame was put out at most one period before.
+    /// Any time: the newest frame was put out at most one period before.
     #[default]
     Polled,
 }
 
-/// A 256th of a microsecond.
+/// Bits of the clock's fraction: its unit is a 256th of a microsecond.
 const FRACTION: u32 = 8;
-/// The phase follows the interrupt by this power of two per burst.
+/// Shift of the phase's correction by an interrupt, per burst.
 const PHASE_GAIN: u32 = 3;
-/// An interrupt is served within this part of the period.
+/// Part of the period within which a prompt interrupt is served.
 const PROMPT: i64 = 4;
 /// Frames over which the period is measured, again and again.
 const COUNTED: i64 = 1_024;
 
-/// Times of frames that a part's own oscillator paces, from their number and from the times at which they were taken.
+/// Clock of frames that a part's own oscillator paces, from their number and the times at which they were
+/// taken.
 ///
-/// Polled, each burst bounds the newest frame's time to one period or to the time since the last poll, and the bounds are carried on: a stamp is the middle of where they overlap,
-/// within a period of the truth and usually much closer. With an interrupt it follows that, smoothed over eight bursts.
+/// Polled, each burst bounds the newest frame's time to one period or to the time since the last poll, and
+/// the bounds are carried on: a stamp is the middle of their overlap, within a period of the truth and
+/// usually much closer. With an interrupt the clock follows it, smoothed over eight bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SampleClock {
     nominal: i64,
     tolerance: i64,
     trigger: Trigger,
     period: i64,
-    /// How far the period may be off.
+    /// Largest error of the period.
     doubt: i64,
-    /// Where the measurement of the period began, and the frames since.
+    /// Start of the period's measurement, and the frames since.
     anchor: Option<i64>,
     counted: i64,
     newest: Option<Newest>,
     /// Frames known and not yet taken out.
     pending: i64,
-    /// Frames may have been lost since the last burst.
+    /// True if frames may have been lost since the last burst.
     lossy: bool,
-    /// When the part was last asked: a new frame came after that.
+    /// Time at which the part was last asked; a new frame came after it.
     asked: Option<i64>,
 }
 
-/// The last frame that is known.
+/// Last known frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Newest {
     t: i64,
-    /// How far that may be off.
+    /// Largest error of that time.
     doubt: i64,
-    /// When it became known; `None`: frames may be missing since.
+    /// Time at which it became known; `None` if frames may be missing since.
     seen: Option<i64>,
 }
 
 /// Times of a burst's frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamps {
-    /// How many frames there are up to the newest in the part, and how many of them are new.
+    /// Number of frames up to the newest in the part, and of those that are new.
     known: i64,
     new: i64,
     newest: i64,
-    /// From new frame to new frame.
+    /// Interval between new frames.
     step: i64,
-    /// The newest frame of the burst before.
+    /// Newest frame of the burst before.
     before: i64,
     period: i64,
     /// Frames that the part must have put out and that never came.
@@ -69,7 +71,7 @@ pub(super) struct Stamps {
 }
 
 impl Stamps {
-    /// When frame `k` of the burst was put out, microseconds; `None`: before time zero.
+    /// Time of output of frame `k` of the burst, microseconds; `None` before time zero.
     pub fn t_us(&self, k: usize) -> Option<u64> {
         let back = self.known - 1 - k as i64;
         let t = if back < self.new {
@@ -100,14 +102,14 @@ impl SampleClock {
         }
     }
 
-    /// Frames may be missing: those that are not are still in step with those before.
+    /// Notes that frames may be missing; those that are not remain in step with those before.
     pub fn interrupt(&mut self) {
         self.pending = 0;
         self.anchor = None;
         self.lossy = true;
     }
 
-    /// The part was started anew: the next burst's newest frame is of the time at which it is taken.
+    /// Notes a new start of the part: the next burst's newest frame is of the time at which it is taken.
     pub fn resynchronise(&mut self) {
         self.interrupt();
         if let Some(newest) = &mut self.newest {
@@ -115,17 +117,18 @@ impl SampleClock {
         }
     }
 
-    /// The part was asked, and had no new frame.
+    /// Notes that the part was asked and had no new frame.
     pub fn had_none(&mut self, now_us: u64) {
         self.asked = Some(fixed(now_us));
     }
 
-    /// How long ago the last frame was, in whole periods.
+    /// Whole periods since the last frame.
     pub fn periods_since(&self, now_us: u64) -> u32 {
         self.newest.map_or(0, |newest| u32::try_from((fixed(now_us) - newest.t) / self.period.max(1)).unwrap_or(0))
     }
 
-    /// Whether a part without a FIFO cannot have measured again by now. `repeated`: it shows the codes of the frame before.
+    /// Returns true if a part without a FIFO cannot have measured again by now; `repeated` means that it
+    /// shows the codes of the frame before.
     pub fn is_early(&self, now_us: u64, repeated: bool) -> bool {
         let Some(Newest { t, doubt, seen: Some(seen) }) = self.newest else { return false };
         let (now, least) = (fixed(now_us), self.period - self.doubt);
@@ -134,19 +137,19 @@ impl SampleClock {
         again || t - doubt + least > now + self.slack()
     }
 
-    /// Times for a burst of `taken` frames after which `left` are still in the part, taken at `now_us`.
+    /// Stamps a burst of `taken` frames, after which `left` are still in the part, taken at `now_us`.
     pub fn stamp(&mut self, now_us: u64, taken: usize, left: u16) -> Stamps {
         let now = fixed(now_us);
         let (known, left) = (taken as i64 + i64::from(left), i64::from(left));
         let new = known - self.pending;
         let (mut lost, newest) = match self.newest {
-            // The rest of what was left before.
+            // These are the rest of what was left before.
             Some(newest) if new <= 0 && newest.seen.is_some() => (0, newest),
             Some(Newest { t, doubt, seen: Some(_) }) => {
                 self.follow_period(now, new);
                 let (lost, newest) = self.carried_on(now, t + new * self.period, doubt + new * self.doubt);
                 if lost > 0 {
-                    // Some may have been lost unseen before, and the period then is not what it seemed.
+                    // Frames may have been lost unseen before, so that the period is not what it seemed.
                     (self.period, self.doubt) = (self.nominal, self.tolerance);
                 }
                 (lost, newest)
@@ -162,7 +165,7 @@ impl SampleClock {
             (self.anchor, self.counted) = (Some(now), 0);
         }
         let before = self.newest.map_or(newest.t - new * self.period, |newest| newest.t);
-        // Between two bursts with no loss the frames are evenly spread, however the phase was put right.
+        // Between two bursts without loss the frames are evenly spread, however the phase was corrected.
         let step = match new {
             1 if lost == 0 => newest.t - before,
             2.. if lost == 0 => (newest.t - before) / new,
@@ -183,7 +186,7 @@ impl SampleClock {
         }
     }
 
-    /// The newest frame, of which nothing is known but that it was there now.
+    /// Newest frame, known only to be there now.
     fn taken_now(&self, now: i64) -> Newest {
         let doubt = match self.trigger {
             Trigger::Interrupt => 0,
@@ -192,33 +195,33 @@ impl SampleClock {
         Newest { t: now - doubt, doubt, seen: Some(now) }
     }
 
-    /// The newest frame, which should have come at `t`, give or take a doubt, and how many are missing before it.
+    /// Newest frame, expected at `t` within a doubt, and the number missing before it.
     fn carried_on(&self, now: i64, t: i64, doubt: i64) -> (i64, Newest) {
         let (period, slack) = (self.period.max(1), self.slack());
         if self.lossy && doubt > period / PROMPT {
-            // It has been so long that the phase is not known any more.
+            // After so long a time the phase is not known any more.
             let newest = self.taken_now(now);
             return (rounded(newest.t - t, period), newest);
         }
         let late = now - t - doubt;
         let lost = rounded(late, period).max(0);
-        // An interrupt that is served later than this says only what a poll does: the newest frame is of the last period.
+        // A later interrupt says only what a poll does: the newest frame is of the last period.
         let prompt = (late - lost * period).abs() <= period / PROMPT;
         if self.trigger == Trigger::Interrupt && prompt {
             let t = t + lost * period;
-            // While the period is not known well the interrupt knows better.
+            // While the period is uncertain the interrupt is better.
             let t = if doubt > slack { now } else { t + ((now - t) >> PHASE_GAIN) };
             return (lost, Newest { t, doubt: 0, seen: Some(now) });
         }
         let (earliest, latest) = (self.earliest(now) - slack, now + slack);
         let lost = if self.lossy {
-            // The one of the times that it can be of that lies within the last period; fewer frames than there seemed to be where
-            // what was read were none.
+            // The expected time that lies within the last period; fewer frames than there seemed to be where
+            // some that were read were none.
             (latest - t).div_euclid(period)
         } else {
             let missing = earliest - (t + doubt);
             let lost = if missing > 0 { 1 + missing / period } else { 0 };
-            // Where there was no time for one frame more, the bounds are a little too narrow.
+            // If there was no time for one frame more, the bounds are a little too narrow.
             if lost > 0 && t + lost * period - doubt > latest { lost - 1 } else { lost }
         };
         let t = t + lost * period;
@@ -229,18 +232,18 @@ impl SampleClock {
         (lost, Newest { t: (least + most) / 2, doubt: (most - least) / 2, seen: Some(now) })
     }
 
-    /// The newest of the frames that are there now, and were not when the part was asked before, is not older than this.
+    /// Earliest time of the newest of the frames that came since the part was last asked.
     fn earliest(&self, now: i64) -> i64 {
         let a_period_ago = now - self.period;
         self.asked.map_or(a_period_ago, |asked| asked.max(a_period_ago))
     }
 
-    /// How much earlier or later than it is said a frame may have been taken: what the bus takes.
+    /// Tolerance of a frame's time, for the time that the bus takes.
     fn slack(&self) -> i64 {
         self.period >> 4
     }
 
-    /// Measures the period: `n` of them are the time between two bursts, to a period.
+    /// Measures the period: `n` of them span the time between two bursts, to a period.
     fn follow_period(&mut self, now: i64, new: i64) {
         let Some(anchor) = self.anchor else { return };
         self.counted += new;
@@ -260,7 +263,7 @@ impl SampleClock {
         }
         if self.counted >= COUNTED {
             (self.anchor, self.counted) = (Some(now), 0);
-            // So that it is measured once more within as many.
+            // So that it is measured again within as many frames.
             self.doubt = ends / (COUNTED / 2);
         }
     }

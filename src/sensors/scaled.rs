@@ -3,11 +3,11 @@ use crate::{
     sensors::{InertialReading, MagneticReading},
 };
 
-/// A frame with its time, in SI units and the body's axes.
+/// Frame with its time, in SI units and the body's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaled<const V: usize> {
     pub(super) t_us: u64,
-    /// `None`: the sensor did not read, or is frozen.
+    /// Vectors; `None` if the sensor did not read or is frozen.
     pub(super) vectors: [Option<[f32; 3]>; V],
     pub(super) clipped: [bool; V],
     pub(super) temperature_c: Option<f32>,

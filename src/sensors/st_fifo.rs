@@ -1,42 +1,62 @@
 use super::{Burst, Frame};
 
-/// Bytes of one word in the FIFO of ST's inertial modules: a tag, and three axes of two bytes, low byte first.
+/// Bytes of one word in the FIFO of ST's inertial modules: a tag, and three axes of two bytes, low byte
+/// first.
 pub(super) const WORD: usize = 7;
-/// A word of the gyro and one of the accelerometer make a frame.
+/// Words of a frame: one of the gyro and one of the accelerometer.
 const WORDS_OF_A_FRAME: u16 = 2;
 
-/// The FIFO of ST's inertial modules, with a gyro and an accelerometer batched at one rate: pairs words into frames.
+/// Bursts between readings of the thermometer, which puts out 52 (ISM330DHCX) or 60 (LSM6DSV320X) a second.
+const BURSTS_PER_TEMPERATURE: u8 = 16;
+
+/// FIFO of ST's inertial modules, with gyro and accelerometer batched at one rate: pairs words into frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct StFifo {
     gyro_tag: u8,
     accel_tag: u8,
-    /// Whether bit 0 of a tag makes its parity even.
+    /// True if bit 0 of a tag makes its parity even.
     has_parity: bool,
-    /// A frame whose second word is not out yet.
+    /// Frame whose second word is not out yet.
     open: Option<Open>,
-    /// The thermometer's last code: it is slow, and read now and then.
-    pub temperature: Option<i32>,
+    /// Last code of the thermometer, which is slow and read now and then.
+    temperature: Option<i32>,
+    /// Bursts since the thermometer was read, modulo [`BURSTS_PER_TEMPERATURE`].
+    bursts: u8,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Open {
     frame: Frame<2>,
-    /// Which of four time slots in turn; `None`: its word was spoilt.
+    /// Time slot of four in turn; `None` if its word was corrupt.
     slot: Option<u8>,
 }
 
 impl StFifo {
     pub const fn new(gyro_tag: u8, accel_tag: u8, has_parity: bool) -> Self {
-        Self { gyro_tag, accel_tag, has_parity, open: None, temperature: None }
+        Self { gyro_tag, accel_tag, has_parity, open: None, temperature: None, bursts: 0 }
     }
 
-    /// The part was started anew.
+    /// Clears the state after a new start of the part.
     pub fn clear(&mut self) {
-        self.interrupted();
-        self.temperature = None;
+        *self = Self::new(self.gyro_tag, self.accel_tag, self.has_parity);
     }
 
-    /// Words may have been lost.
+    /// Returns true if the thermometer must be read with the next burst.
+    pub const fn temperature_is_due(&self) -> bool {
+        self.bursts == 0
+    }
+
+    /// Takes a code of the thermometer.
+    pub const fn set_temperature(&mut self, code: i32) {
+        self.temperature = Some(code);
+    }
+
+    /// Counts a burst.
+    pub const fn count_burst(&mut self) {
+        self.bursts = (self.bursts + 1) % BURSTS_PER_TEMPERATURE;
+    }
+
+    /// Drops the open frame after words may have been lost.
     pub fn interrupted(&mut self) {
         self.open = None;
     }

@@ -1,7 +1,8 @@
 use super::{BusOperation, bisync};
 use crate::sensors::StartError;
 
-/// First step of a start of ST's parts: who it is (register and value), then its reset (register and bit).
+/// Does the first step of a start of ST's parts: checks the identity (register and value), then resets
+/// (register and bit).
 #[bisync]
 pub(super) async fn reset<B: BusOperation>(
     bus: &mut B,
@@ -16,7 +17,7 @@ pub(super) async fn reset<B: BusOperation>(
     Ok(())
 }
 
-/// One register.
+/// Reads one register.
 #[bisync]
 pub(super) async fn read_one<B: BusOperation>(bus: &mut B, register: u8) -> Result<u8, B::Error> {
     let mut value = [0];

@@ -8,7 +8,8 @@ use crate::sensors::{
     supervision::{Supervision, add},
 };
 
-/// A part as a source: its frames get times, units, mounting and flags, and it is started anew when it fails.
+/// Supervised part, a source: frames get times, units, mounting and flags, and the part is restarted when it
+/// fails.
 ///
 /// | fault | what happens |
 /// |---|---|
@@ -28,13 +29,14 @@ pub struct Supervised<P, const V: usize> {
 
 #[bisync]
 impl<P: Part<V>, const V: usize> Supervised<P, V> {
-    /// Wraps a part; touches no bus. `mounting`: how its axes lie in the body's. `trigger`: what the time that it is read at stands for.
+    /// Wraps a part; touches no bus. `mounting` turns its axes into the body's; `trigger` is the meaning of
+    /// the time at which it is read.
     pub fn new(part: P, mounting: Mounting, trigger: Trigger) -> Self {
         let supervision = Supervision::new(part.data(), mounting, trigger);
         Self { part, supervision }
     }
 
-    /// The part, and with it the bus.
+    /// Returns the part, and with it the bus.
     pub fn release(self) -> P {
         self.part
     }
@@ -50,7 +52,7 @@ impl<P: Part<V>, const V: usize> Supervised<P, V> {
             Next::Step(step) => self.step(now_us, step).await,
             Next::Read => {
                 let mut condition = Condition::Running;
-                // No more than the FIFO holds, whatever it says is left.
+                // At most as many bursts as the FIFO holds, whatever it says is left.
                 for _ in 0..=self.supervision.data.fifo_frames as usize / BURST_FRAMES {
                     if out.capacity() - out.len() < BURST_FRAMES {
                         break;
@@ -83,7 +85,7 @@ impl<P: Part<V>, const V: usize> Supervised<P, V> {
         }
     }
 
-    /// One burst: how the source is, and how many frames are left in the part.
+    /// Reads one burst. Returns the source's condition, and how many frames are left in the part.
     async fn burst<R: From<Scaled<V>>>(
         &mut self,
         now_us: u64,
@@ -99,7 +101,7 @@ impl<P: Part<V>, const V: usize> Supervised<P, V> {
             return Err(ReadError::Reset);
         }
         let condition = self.supervision.take(now_us, &burst, |scaled| {
-            // There is room for a burst.
+            // The caller has checked that a burst has room.
             let _ = out.push(scaled.into());
         });
         if burst.frames().is_empty() && self.supervision.is_silent(now_us) {
@@ -108,7 +110,8 @@ impl<P: Part<V>, const V: usize> Supervised<P, V> {
         Ok((condition, burst.left))
     }
 
-    /// A flipped bit on the bus looks like a lost setting: asked twice, it is told from one.
+    /// Checks the part's settings, twice if necessary: a bit flipped on the bus looks like a lost setting
+    /// only once.
     async fn is_configured(&mut self, now_us: u64) -> Result<bool, ReadError<P::Error>> {
         match self.part.is_configured().await {
             Ok(true) => return Ok(true),

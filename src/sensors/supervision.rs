@@ -6,20 +6,22 @@ use crate::sensors::{
     sample_clock::{SampleClock, Stamps},
 };
 
-/// After so many periods without a frame the part is started anew.
+/// Periods without a frame after which the part is restarted.
 const SILENT_PERIODS: u32 = 10;
 
-/// Natural logarithm of the odds against chance from which a part that repeats itself on all axes of all sensors is not believed, by what
-/// its sensors usually do. A sound part loses no more than one reading in so many by it, whatever its noise, and hardly any in motion.
-/// Of a gyro and an accelerometer one in 1,000; of a magnetometer, whose readings are fewer words and matter less, one in 50.
+/// Natural logarithm of the odds against chance at which a part that repeats itself on all axes of all
+/// sensors is not believed, by its sensors' usual steps. A sound part loses at most one reading in so many,
+/// whatever its noise, and hardly any in motion. Gyro and accelerometer: one in 1,000. Magnetometer, whose
+/// readings are fewer words and matter less: one in 50.
 const REPEATED_INERTIAL: f32 = 6.9;
 const REPEATED_MAGNETIC: f32 = 3.9;
 
-/// See [`sure_steps`].
+/// Innovations that are always believed, see [`sure_steps`].
 const SURE_FORCE_M_S2: f32 = 2.5;
 const SURE_FIELD_UT: f32 = 5.0;
 
-/// What is known of a part beside its registers: everything of a [`Supervised`](super::blocking::Supervised) source that needs no bus.
+/// Supervision of a part, without its registers: everything of a [`Supervised`](super::blocking::Supervised)
+/// source that needs no bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Supervision<const V: usize> {
     pub data: PartData<V>,
@@ -79,14 +81,14 @@ impl<const V: usize> Supervision<V> {
         self.recovery.bus_failed(now_us);
     }
 
-    /// The part has lost its settings, and with them the frames of this burst.
+    /// Records that the part has lost its settings, and with them the frames of this burst.
     pub fn was_reset(&mut self) {
         add(&mut self.counters.resets, 1);
         self.clock.resynchronise();
         self.recovery.restart();
     }
 
-    /// Whether the part has put nothing out for so long that it is to be started anew.
+    /// Returns true if the part has been silent for so long that it must restart.
     pub fn is_silent(&mut self, now_us: u64) -> bool {
         let period_us = u64::from(self.data.period_us);
         let since_start = self.started_us.map_or(0, |started_us| now_us.saturating_sub(started_us));
@@ -99,12 +101,12 @@ impl<const V: usize> Supervision<V> {
         silent
     }
 
-    /// Whether a frame should have come by now.
+    /// Returns true if a frame should have come by now.
     pub fn is_overdue(&self, now_us: u64) -> bool {
         self.last_t_us.is_none() || self.clock.periods_since(now_us) > 1
     }
 
-    /// Hands each frame of a burst that may be believed to `out`, oldest first.
+    /// Hands each believable frame of a burst to `out`, oldest first.
     pub fn take(&mut self, now_us: u64, burst: &Burst<V>, mut out: impl FnMut(Scaled<V>)) -> Condition {
         if burst.overrun {
             add(&mut self.counters.overruns, 1);
@@ -137,7 +139,7 @@ impl<const V: usize> Supervision<V> {
         }
     }
 
-    /// Whether a part without a FIFO shows a reading again, or one that it cannot have measured yet.
+    /// Returns true if a part without a FIFO shows a reading again, or one that it cannot have measured yet.
     fn is_early(&mut self, now_us: u64, frames: &[Frame<V>]) -> bool {
         let repeats = |frame: &Frame<V>| {
             frame.codes.iter().zip(&self.frozen).all(|(codes, frozen)| codes.is_none_or(|codes| frozen.saw(codes)))
@@ -149,7 +151,7 @@ impl<const V: usize> Supervision<V> {
         early
     }
 
-    /// Frame `k` of a burst with its time and units, unless the part has not settled.
+    /// Scales frame `k` of a burst with its time, unless the part has not settled.
     fn believed(&mut self, k: usize, frame: &Frame<V>, stamps: &Stamps) -> Option<Scaled<V>> {
         let t_us = stamps.t_us(k)?;
         if self.last_t_us.is_some_and(|last| t_us <= last) {
@@ -159,14 +161,14 @@ impl<const V: usize> Supervision<V> {
         self.last_t_us = Some(t_us);
         if self.settling > 0 {
             self.settling -= 1;
-            // What is usual is learnt meanwhile.
+            // Meanwhile it is learnt what is usual.
             self.doubts(frame);
             return None;
         }
         Some(self.scaled(t_us, frame))
     }
 
-    /// Of which sensors the codes are not to be believed.
+    /// Marks the sensors whose codes are not to be believed.
     fn doubts(&mut self, frame: &Frame<V>) -> [bool; V] {
         let mut doubts = [false; V];
         let sure = sure_steps::<V>(self.data.period_us);
@@ -216,9 +218,9 @@ impl<const V: usize> Supervision<V> {
     }
 }
 
-/// Innovations that one frame is always believed for, SI, whether it is true or a flipped bit. Of a gyro: what turns the attitude by 0.1 deg
-/// within a period, on all three axes together. Of an accelerometer and a magnetometer: what the attitude's filter takes for noise, or for a
-/// disturbance, of one frame.
+/// Innovations always believed in one frame, SI, whether true or a flipped bit. Gyro: a turn of the attitude
+/// by 0.1 deg within a period, on all three axes together. Accelerometer and magnetometer: what the attitude
+/// filter takes for noise, or for a disturbance, of one frame.
 fn sure_steps<const V: usize>(period_us: u32) -> [f32; V] {
     let gyro_rad_s = 0.1_f32.to_radians() / libm::sqrtf(3.0) * 1e6 / period_us as f32;
     let mut steps = [SURE_FIELD_UT; V];
@@ -228,7 +230,7 @@ fn sure_steps<const V: usize>(period_us: u32) -> [f32; V] {
     steps
 }
 
-/// Counts, as far as the counter goes.
+/// Adds to a counter, which stops at its largest value.
 pub(super) fn add(counter: &mut u32, number: u32) {
     *counter = counter.saturating_add(number);
 }

@@ -1,4 +1,4 @@
-//! The survey of every sample, from the attitude filter's output.
+//! Continuous survey: one at every sample, from the attitude filter's output.
 
 use super::{
     Survey, SurveyInput, SurveyKind, Uncertain,
@@ -13,10 +13,10 @@ use crate::{
 use core::f32::consts::{PI, TAU};
 use nalgebra::{Quaternion, Vector3};
 
-/// Smoothing of totals and dip, seconds: over the periods of vibration, as fast as they are read by an eye.
+/// Smoothing of totals and dip, seconds: over the periods of vibration, and as fast as an eye reads.
 const SMOOTHING_S: f32 = 1.0;
 
-/// What the totals of the last second are, and the latest attitude.
+/// Latest attitude, with smoothed totals and dip.
 pub(crate) struct Continuous {
     last: Option<(u64, Attitude)>,
     gravity: Smooth,
@@ -57,7 +57,7 @@ impl Continuous {
         }
     }
 
-    /// The survey at the last sample. `None`: it had no attitude.
+    /// Returns the survey at the last sample; `None` if it had no attitude.
     pub(crate) fn survey(
         &self,
         mut toolface: ToolfaceSwitch,
@@ -84,7 +84,7 @@ impl Continuous {
         survey.gravity_m_s2 =
             self.gravity.uncertain(along(&self.force_m_s2, self.force_m_s2.dot(&(of_force * self.force_m_s2))));
         survey.field_ut = self.field.uncertain(along(&self.field_ut, self.field_ut.dot(&(of_field * self.field_ut))));
-        // One direction across the field is as good as the other; the horizon is as good as the inclination.
+        // Both directions across the field are equally uncertain, and so are horizon and inclination.
         let across = along(&self.field_ut, of_field.trace() / 3.0);
         let tilt = attitude.sigma_inclination_rad * attitude.sigma_inclination_rad;
         survey.dip_rad = self.dip.uncertain(across + tilt);
@@ -94,9 +94,10 @@ impl Continuous {
     }
 }
 
-/// The filter's angles, counted from magnetic north. Its output has one sigma for the toolface that it means; the other's follows from
-/// those of inclination and azimuth, with the tilt as uncertain in one direction as in the other: of gravity toolface sigma_I / sin I, of
-/// magnetic toolface that of the heading, sigma_A^2 - (sigma_I / tan I)^2, with (sigma_I tan(I / 2))^2.
+/// Converts the filter's angles to angles from magnetic north. The filter states a sigma for one toolface;
+/// the other's follows from those of inclination and azimuth, with equal tilt in both directions: gravity
+/// toolface sigma_I / sin I; magnetic toolface that of the heading, sigma_A^2 - (sigma_I / tan I)^2, plus
+/// (sigma_I tan(I / 2))^2.
 fn angles(attitude: &Attitude, horizontal_ut: f32, earth: &Earth) -> Angles {
     let declination = earth.declination_rad.unwrap_or(0.0);
     let from_magnetic = |angle: f32| positive_angle(libm::remainderf(angle - declination, TAU));
@@ -149,7 +150,7 @@ impl Smooth {
             *self = Self { mean: x, variance: 0.0, age_s: 0.0 };
             return;
         }
-        // the mean of all until there is a time constant of them
+        // Until one time constant has passed, this is the mean of all values.
         self.age_s += if self.age_s < SMOOTHING_S { step_s } else { 0.0 };
         let k = if self.age_s + step_s > 0.0 { step_s / (self.age_s + step_s) } else { 0.5 };
         let d = x - self.mean;
@@ -161,7 +162,7 @@ impl Smooth {
         (self.age_s >= 0.0).then_some(self.mean)
     }
 
-    /// With the scatter of single readings and a variance of the sensors.
+    /// Returns the mean with the scatter of single readings and a variance of the sensors.
     fn uncertain(&self, variance: f32) -> Option<Uncertain> {
         self.value().map(|value| Uncertain { value, sigma: libm::sqrtf(self.variance + variance) })
     }

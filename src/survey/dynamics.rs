@@ -1,4 +1,4 @@
-//! Vibration, shocks and stick-slip over a window.
+//! Drilling dynamics: vibration, shocks and stick-slip over a window.
 
 use super::SurveyInput;
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
 use core::f32::consts::TAU;
 use nalgebra::{Quaternion, Vector3};
 
-/// What one window says of shaking and rotation.
+/// Vibration, shocks and rotation of one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DrillingDynamics {
@@ -17,22 +17,23 @@ pub struct DrillingDynamics {
     pub t_start_us: u64,
     /// Last sample of the window, microseconds.
     pub t_end_us: u64,
-    /// Root mean square of vibration along the tool axis, m/s^2. Vibration is specific force less what gravity makes of it by the
-    /// attitude. `None`: no reading with an attitude.
+    /// Root mean square of vibration along the tool axis, m/s^2. Vibration is specific force less gravity by
+    /// the attitude. `None`: no reading with an attitude.
     pub axial_rms_m_s2: Option<f32>,
-    /// The same across the axis.
+    /// Root mean square of vibration across the tool axis, m/s^2.
     pub lateral_rms_m_s2: Option<f32>,
-    /// Largest vibration, m/s^2; a lower bound where `clipped` is not 0.
+    /// Largest vibration, m/s^2; a lower bound if `clipped` is not 0.
     pub peak_m_s2: Option<f32>,
-    /// Shocks: vibration beyond the configured level, or a clipped accelerometer, until it has been quiet.
+    /// Number of shocks: vibration beyond the configured level, or a clipped accelerometer, until it has been
+    /// quiet.
     pub shocks: u32,
-    /// Samples with a clipped accelerometer.
+    /// Number of samples with a clipped accelerometer.
     pub clipped: u32,
-    /// Rotation. `None`: fewer than two averages of the rate.
+    /// Rotation; `None` with fewer than two averages of the rate.
     pub rotation: Option<Rotation>,
 }
 
-/// Rotation about the tool axis over a window, clockwise looking down-hole positive.
+/// Rotation about the tool axis over a window, positive clockwise looking down-hole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rotation {
@@ -42,12 +43,12 @@ pub struct Rotation {
     pub mean_rpm: f32,
     /// Largest speed, revolutions per minute.
     pub max_rpm: f32,
-    /// (largest - least) / (2 mean): 0 steady, 1 sticks fully with a symmetric swing. `None` where the mean is below the speed from
-    /// which the tool counts as rotating.
+    /// Stick-slip index (largest - least) / (2 mean): 0 is steady, 1 sticks fully with a symmetric swing.
+    /// `None` if the mean is below the speed at which the tool counts as rotating.
     pub stick_slip_index: Option<f32>,
 }
 
-/// Gathers one window after another, without overlap.
+/// Gatherer of one window after another, without overlap.
 pub(crate) struct DynamicsWindow {
     start_us: Option<u64>,
     last_us: u64,
@@ -57,7 +58,7 @@ pub(crate) struct DynamicsWindow {
     peak_square: f32,
     shocks: u32,
     clipped: u32,
-    /// Since when vibration has been below half the level; `None`: not in a shock.
+    /// Time since vibration fell below half the level; `None` outside a shock.
     shock_quiet_s: Option<f32>,
     rates: RateSpread,
 }
@@ -78,7 +79,7 @@ impl DynamicsWindow {
         }
     }
 
-    /// Takes a sample; some: its window is complete.
+    /// Takes a sample. Returns the window that it completes.
     pub(crate) fn push(
         &mut self,
         input: &SurveyInput,
@@ -145,7 +146,7 @@ impl DynamicsWindow {
     }
 }
 
-/// What gravity adds to a downward vector in tool axes, m/s^2.
+/// Gravity in tool axes, m/s^2, positive down.
 fn gravity_in_tool(attitude: &Attitude, earth: &Earth) -> Vector3<f32> {
     let [w, x, y, z] = attitude.q;
     rotate_back(&Quaternion::new(w, x, y, z), &Vector3::new(0.0, 0.0, earth.gravity_m_s2))
@@ -168,7 +169,7 @@ impl RateSpread {
 
     fn add(&mut self, rate_rad_s: f32, step_s: f32, averaging_s: f32) {
         if step_s > averaging_s {
-            // what came before a gap is no average with what comes after it
+            // Rates on the two sides of a gap make no average.
             (self.angle_rad, self.time_s) = (0.0, 0.0);
             return;
         }

@@ -3,7 +3,7 @@ use crate::{
     sample::{BEYOND_ANY_ACCEL_M_S2, BEYOND_ANY_GYRO_RAD_S, BEYOND_ANY_MAG_UT},
 };
 
-/// What one sample gives to surveys. Vectors in tool axes; `None`: not read, or not to be believed.
+/// Sample's contribution to surveys. Vectors in tool axes; `None`: not read, or unusable.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SurveyInput {
@@ -15,22 +15,22 @@ pub struct SurveyInput {
     pub force_m_s2: Option<[f32; 3]>,
     /// Calibrated field, microtesla.
     pub field_ut: Option<[f32; 3]>,
-    /// The accelerometer as it reads, m/s^2, for the six-axis record.
+    /// Raw accelerometer reading, m/s^2, for the six-axis record.
     pub raw_accel_m_s2: [f32; 3],
-    /// The magnetometer as it reads, microtesla, for the six-axis record.
+    /// Raw magnetometer reading, microtesla, for the six-axis record.
     pub raw_mag_ut: [f32; 3],
-    /// Whether an accelerometer axis is at its full scale.
+    /// True if an accelerometer axis is at its full scale.
     pub accel_clipped: bool,
     /// Temperature, degrees Celsius.
     pub temperature_c: Option<f32>,
-    /// The attitude filter's output.
+    /// Output of the attitude filter.
     pub attitude: Option<Attitude>,
 }
 
 impl SurveyInput {
-    /// The same with every vector that is not finite, or beyond what any sensor can read, taken for missing.
+    /// Returns the input with every vector that is not finite, or beyond any sensor, set missing.
     pub(super) fn sanitised(&self) -> Self {
-        // a NaN is not below the limit either
+        // A NaN is not below the limit either.
         let sound = |v: &[f32; 3], limit: f32| v.iter().all(|x| libm::fabsf(*x) < limit);
         let raw = |v: [f32; 3], limit: f32| if sound(&v, limit) { v } else { [0.0; 3] };
         Self {

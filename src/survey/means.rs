@@ -1,4 +1,5 @@
-//! Means in single precision that lose nothing over many samples: sums are of differences from the first value, and compensated.
+//! Means in single precision over many samples, without loss: compensated sums of differences from the first
+//! value.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 pub(crate) struct BlockMean {
     origin: Vector3<f32>,
     sum: Vector3<f32>,
-    /// What rounding has put too much into the sum (Kahan, Comm. ACM 8(1), 1965).
+    /// Excess that rounding has put into the sum (Kahan, Comm. ACM 8(1), 1965).
     excess: Vector3<f32>,
     count: u32,
 }
@@ -34,7 +35,8 @@ impl BlockMean {
     }
 }
 
-/// Mean of block means, and how far it is to be trusted by their scatter: noise that is correlated within a block is judged rightly.
+/// Mean of block means, with its covariance from their scatter, which judges noise correlated within a block
+/// rightly.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeanOfBlocks {
     first: Vector3<f32>,
@@ -53,7 +55,7 @@ impl MeanOfBlocks {
         }
     }
 
-    /// The first block's mean; zero before there is one.
+    /// Mean of the first block; zero before there is one.
     pub(crate) const fn first(&self) -> &Vector3<f32> {
         &self.first
     }
@@ -76,7 +78,7 @@ impl MeanOfBlocks {
         if self.count == 0 { self.first } else { self.first + self.sum / f32::from(self.count) }
     }
 
-    /// Covariance of the mean, from the scatter of the blocks about it; zero for fewer than two.
+    /// Covariance of the mean, from the scatter of the blocks; zero for fewer than two.
     pub(crate) fn covariance(&self) -> Matrix3<f32> {
         if self.count < 2 {
             return Matrix3::zeros();
@@ -96,7 +98,7 @@ mod tests {
     fn a_long_mean_of_a_large_vector_keeps_its_last_digits() {
         let mut mean = BlockMean::new();
         for k in 0..100_000_u32 {
-            // alternating about 9.8 and its exact mean
+            // Alternates about 9.8, the exact mean.
             mean.add(&Vector3::new(0.0, 0.0, if k % 2 == 0 { -9.75 } else { -9.85 }));
         }
         assert!((mean.mean().unwrap().z + 9.8).abs() < 2e-6, "{}", mean.mean().unwrap().z);

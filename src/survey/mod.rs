@@ -1,8 +1,9 @@
-//! Surveys: where the tool points at a station, while rotating and at every sample, whether that is to be believed, and how the tool is
-//! shaken and turned.
+//! Surveys: the tool's direction at a station, while rotating and at every sample; their quality; drilling
+//! dynamics.
 //!
-//! A [`Surveyor`] is fed with one [`SurveyInput`] a sample. Gravity and field come calibrated and in tool axes; the sigmas are those of the
-//! ISCWSA MWD error model ([`crate::config::SurveyErrors`]), with the noise that the averages themselves show.
+//! A [`Surveyor`] takes one [`SurveyInput`] a sample. Gravity and field come calibrated and in tool axes. The
+//! sigmas are those of the ISCWSA MWD error model ([`crate::config::SurveyErrors`]), plus the noise that the
+//! averages themselves show.
 
 mod continuous;
 mod dynamics;

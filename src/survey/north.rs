@@ -1,4 +1,4 @@
-//! From magnetic north to true north and to the grid's.
+//! Conversion of magnetic azimuths to true and grid north.
 
 use super::Uncertain;
 use crate::{
@@ -7,16 +7,17 @@ use crate::{
 };
 use core::f32::consts::PI;
 
-/// A magnetic azimuth, counted from the other two norths.
+/// Azimuths from true and grid north, of one magnetic azimuth.
 pub(crate) struct Norths {
-    /// Magnetic azimuth plus declination. `None`: no declination is configured.
+    /// Magnetic azimuth plus declination; `None` without a configured declination.
     pub(crate) true_azimuth_rad: Option<Uncertain>,
-    /// True azimuth less grid convergence. `None`: one of the two is not configured.
+    /// True azimuth less grid convergence; `None` if either is not configured.
     pub(crate) grid_azimuth_rad: Option<Uncertain>,
 }
 
 impl Norths {
-    /// `horizontal_ut`: horizontal field. The declination's error is that of the reference, DEC and DBH over the horizontal field.
+    /// Converts an azimuth in a horizontal field of `horizontal_ut`. The declination's error is the
+    /// reference's: DEC, and DBH over the horizontal field.
     pub(crate) fn of(magnetic: Uncertain, horizontal_ut: f32, earth: &Earth, config: &SurveyConfig) -> Self {
         let errors = &config.errors;
         let of_field = if horizontal_ut > 0.0 { errors.declination_rad_ut / horizontal_ut } else { PI };
@@ -45,7 +46,7 @@ mod tests {
             let norths = Norths::of(azimuth, 16.0, &earth, &config);
             let near = |x: Option<Uncertain>, deg: f32| (x.unwrap().value.to_degrees() - deg).abs() < 1e-3;
             assert!(near(norths.true_azimuth_rad, true_deg) && near(norths.grid_azimuth_rad, grid_deg), "{magnetic}");
-            // 0.36 deg and 5,000 deg nT / 16,000 nT beside 0.003 rad
+            // 0.36 deg and 5,000 deg nT / 16,000 nT beside 0.003 rad.
             let expected = libm::hypotf(0.003, libm::hypotf(0.36, 5_000.0 / 16_000.0).to_radians());
             assert!((norths.true_azimuth_rad.unwrap().sigma / expected - 1.0).abs() < 1e-5);
         }

@@ -1,15 +1,15 @@
-//! Whether |G|, |B| and dip of a survey are those of the place.
+//! Quality of a survey: |G|, |B| and dip against their references.
 
 use super::{Survey, Uncertain};
 use crate::config::{Earth, SurveyConfig};
 
-/// What a survey is worth.
+/// Grade of a survey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Grade {
-    /// Every check that could be made is within its limit.
+    /// Every possible check is within its limit.
     Good,
     /// A check is beyond its limit.
     Doubtful,
@@ -17,7 +17,7 @@ pub enum Grade {
     Bad,
 }
 
-/// What is compared with a reference.
+/// Quantity that a check compares with its reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -31,38 +31,38 @@ pub enum Checked {
     Dip,
 }
 
-/// One comparison; numbers in the unit of what is [`Checked`].
+/// One comparison, in the unit of what is [`Checked`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Check {
-    /// What is compared.
+    /// Quantity that is compared.
     pub checked: Checked,
-    /// Measured less reference; `None`: not measured.
+    /// Measured less reference; `None` if not measured.
     pub difference: Option<f32>,
-    /// The largest difference that is good.
+    /// Largest difference of a good survey.
     pub limit: f32,
-    /// What this check alone says.
+    /// Grade by this check alone.
     pub grade: Grade,
 }
 
-/// The comparisons of one survey.
+/// Comparisons of one survey.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Quality {
-    /// The worst of the checks.
+    /// Worst grade of the checks.
     pub grade: Grade,
-    /// The check with the largest part of its limit: the reason for a grade other than good.
+    /// Check with the largest ratio to its limit: the reason of a grade other than good.
     pub reason: Check,
     /// Total gravity.
     pub gravity: Check,
-    /// Total field; `None`: no reference is configured.
+    /// Total field; `None` without a configured reference.
     pub field: Option<Check>,
-    /// Dip; `None`: no reference is configured.
+    /// Dip; `None` without a configured reference.
     pub dip: Option<Check>,
 }
 
 impl Quality {
-    /// Compares a survey with the references of `earth` by the limits of `config`.
+    /// Compares a survey with the references of `earth`, by the limits of `config`.
     #[must_use]
     pub fn of(survey: &Survey, earth: &Earth, config: &SurveyConfig) -> Self {
         let (limits, errors) = (&config.limits, &config.errors);

@@ -8,82 +8,85 @@ use crate::{
     config::{Earth, SurveyConfig},
 };
 
-/// How a survey came about.
+/// Origin of a survey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum SurveyKind {
-    /// The attitude filter's angles at one sample.
+    /// Angles of the attitude filter at one sample.
     Continuous,
-    /// From mean vectors at rest.
+    /// Mean vectors at rest.
     Stationary,
-    /// From mean vectors over whole turns.
+    /// Mean vectors over whole turns.
     Rotating,
 }
 
-/// Which toolface applies.
+/// Kind of toolface that applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum ToolfaceKind {
-    /// From the highside.
+    /// Counted from the highside.
     Gravity,
-    /// From magnetic north, near the vertical.
+    /// Counted from magnetic north, near the vertical.
     Magnetic,
 }
 
-/// Where the tool points, and the earth as its sensors see it. Tool frame: z down-hole, x highside at toolface 0. All angles 0 to 2 pi
-/// but inclination (0 to pi) and dip (below the horizon, -pi/2 to pi/2).
+/// Survey: the tool's direction, and the earth as its sensors see it. Tool frame: z down-hole, x at the
+/// highside when the toolface is 0. All angles are 0 to 2 pi except inclination (0 to pi) and dip (below the
+/// horizon, -pi/2 to pi/2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Survey {
-    /// How it came about.
+    /// Origin of the survey.
     pub kind: SurveyKind,
-    /// First sample in it, microseconds.
+    /// Time of its first sample, microseconds.
     pub t_start_us: u64,
-    /// Last sample in it, microseconds.
+    /// Time of its last sample, microseconds.
     pub t_end_us: u64,
     /// Angle of the tool axis from the vertical, radians.
     pub inclination_rad: Uncertain,
-    /// Azimuth of the tool axis from magnetic north, radians. `None`: no usable field, or north never found.
+    /// Azimuth of the tool axis from magnetic north, radians; `None` without a usable field or a known north.
     pub magnetic_azimuth_rad: Option<Uncertain>,
-    /// From true north; its sigma has the declination's in it. `None`: no declination is configured.
+    /// Azimuth from true north; its sigma includes the declination's. `None` without a configured
+    /// declination.
     pub true_azimuth_rad: Option<Uncertain>,
-    /// From grid north; its sigma has the declination's in it. `None`: no declination or no grid convergence is configured.
+    /// Azimuth from grid north; its sigma includes the declination's. `None` without a configured declination
+    /// and grid convergence.
     pub grid_azimuth_rad: Option<Uncertain>,
-    /// From the highside, clockwise looking down-hole, radians, with the toolface offset; singular at the vertical. `None` while
-    /// rotating.
+    /// Gravity toolface: angle from the highside, clockwise looking down-hole, radians, with the toolface
+    /// offset; singular at the vertical. `None` while rotating.
     pub gravity_toolface_rad: Option<Uncertain>,
-    /// Magnetic azimuth plus gravity toolface, radians, with the toolface offset: exact for every inclination under pi. `None` while
-    /// rotating and without an azimuth.
+    /// Magnetic toolface: magnetic azimuth plus gravity toolface, radians, with the toolface offset; exact
+    /// for every inclination under pi. `None` while rotating and without an azimuth.
     pub magnetic_toolface_rad: Option<Uncertain>,
-    /// Which toolface applies: gravity, or magnetic near the vertical, with hysteresis from survey to survey.
+    /// Toolface that applies: gravity, or magnetic near the vertical, with hysteresis from survey to survey.
     pub toolface_kind: ToolfaceKind,
-    /// |G|, m/s^2. `None` where the accelerometer gave nothing.
+    /// Total gravity |G|, m/s^2; `None` without an accelerometer reading.
     pub gravity_m_s2: Option<Uncertain>,
-    /// |B|, microtesla.
+    /// Total field |B|, microtesla.
     pub field_ut: Option<Uncertain>,
     /// Dip below the horizon, radians.
     pub dip_rad: Option<Uncertain>,
     /// Mean temperature, degrees Celsius.
     pub temperature_c: Option<f32>,
-    /// Whether the tool turned about its axis.
+    /// True if the tool turned about its axis.
     pub rotating: bool,
 }
 
-/// Angles counted from magnetic north with their sigmas, without the toolface offset.
+/// Angles from magnetic north with their sigmas, without the toolface offset.
 pub(crate) struct Angles {
     pub(crate) angles: ToolAngles,
     pub(crate) sigmas: ToolAngleSigmas,
     pub(crate) north_known: bool,
-    /// Horizontal field, microtesla; for the declination's error.
+    /// Horizontal field, microtesla, for the declination's error.
     pub(crate) horizontal_ut: f32,
 }
 
 impl Survey {
-    /// A survey of the two mean vectors.
+    /// Creates a survey of two mean vectors.
     pub(crate) fn of_six_axis(
         kind: SurveyKind,
         span_us: [u64; 2],
@@ -108,7 +111,7 @@ impl Survey {
         survey
     }
 
-    /// A survey of known angles; nothing in it of the vectors.
+    /// Creates a survey of known angles, without the vectors' totals.
     pub(crate) fn of_angles(
         kind: SurveyKind,
         [t_start_us, t_end_us]: [u64; 2],
@@ -139,7 +142,7 @@ impl Survey {
                 value: from_scribe_line(angles.magnetic_toolface_rad),
                 sigma: sigmas.magnetic_toolface_rad,
             }),
-            toolface_kind: toolface.observe(angles.inclination_rad, config),
+            toolface_kind: toolface.update(angles.inclination_rad, config),
             gravity_m_s2: None,
             field_ut: None,
             dip_rad: None,
@@ -148,7 +151,7 @@ impl Survey {
         }
     }
 
-    /// The toolface that applies, radians, with the toolface offset.
+    /// Toolface that applies, radians, with the toolface offset.
     #[must_use]
     pub const fn toolface_rad(&self) -> Option<Uncertain> {
         match self.toolface_kind {
@@ -158,7 +161,7 @@ impl Survey {
     }
 }
 
-/// Remembers which toolface applied, so that noise at the limit does not toggle it.
+/// Memory of the toolface that applied, so that noise at the limit does not toggle it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ToolfaceSwitch {
     magnetic: bool,
@@ -169,7 +172,7 @@ impl ToolfaceSwitch {
         Self { magnetic: false }
     }
 
-    pub(crate) fn observe(&mut self, inclination_rad: f32, config: &SurveyConfig) -> ToolfaceKind {
+    pub(crate) fn update(&mut self, inclination_rad: f32, config: &SurveyConfig) -> ToolfaceKind {
         let (limit, hysteresis) = (config.near_vertical_rad, config.near_vertical_hysteresis_rad);
         self.magnetic = near_vertical(self.magnetic, inclination_rad, limit, hysteresis);
         if self.magnetic { ToolfaceKind::Magnetic } else { ToolfaceKind::Gravity }
@@ -188,7 +191,7 @@ mod tests {
         let mut switch = ToolfaceSwitch::new();
         let mut taken = |inclination_deg: f32| {
             let (s, c) = libm::sincosf(inclination_deg.to_radians());
-            // toolface 0 and azimuth 0: gravity towards -x, field in the same plane
+            // Toolface 0 and azimuth 0: gravity towards -x, field in the same plane.
             let (g, b) =
                 (Vector3::new(-9.8 * s, 0.0, 9.8 * c), Vector3::new(20.0 * c - 45.0 * s, 0.0, 20.0 * s + 45.0 * c));
             let six = SixAxis::of(&g, Some(&b)).unwrap();

@@ -1,4 +1,4 @@
-//! A survey from mean vectors, with all that goes with it.
+//! Report of a survey from mean vectors.
 
 use super::{
     Quality, Survey, SurveyKind,
@@ -9,38 +9,39 @@ use super::{
 use crate::config::{Earth, SurveyConfig};
 use nalgebra::Vector3;
 
-/// Mean readings of a survey: the six-axis record. Tool axes.
+/// Six-axis record: the mean readings of a survey, tool axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SixAxisAverages {
-    /// Samples in the means.
+    /// Number of samples in the means.
     pub samples: u32,
-    /// Accelerometer as it reads, m/s^2.
+    /// Raw accelerometer, m/s^2.
     pub raw_accel_m_s2: [f32; 3],
-    /// Magnetometer as it reads, microtesla; `None`: it did not read throughout.
+    /// Raw magnetometer, microtesla; `None` if it did not read throughout.
     pub raw_mag_ut: Option<[f32; 3]>,
     /// Calibrated specific force, m/s^2.
     pub force_m_s2: [f32; 3],
-    /// Calibrated field, microtesla; `None`: it was not to be believed throughout.
+    /// Calibrated field, microtesla; `None` if it was not usable throughout.
     pub field_ut: Option<[f32; 3]>,
-    /// Compensated body rate, rad/s: what is left of the gyro's bias and, where it was not taken out, the earth's rotation.
+    /// Compensated body rate, rad/s: the rest of the gyro's bias and, unless taken out, the earth's rotation.
     pub rate_rad_s: [f32; 3],
 }
 
-/// A survey from mean vectors, and what it is worth.
+/// Survey from mean vectors, with its quality.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SurveyReport {
     /// The survey.
     pub survey: Survey,
-    /// Its totals against their references.
+    /// Quality: the totals against their references.
     pub quality: Quality,
-    /// The mean readings. For a rotating survey those across the axis are in the frame that does not turn, and raw means are zero.
+    /// Mean readings. For a rotating survey those across the axis are in the frame that does not turn, and
+    /// raw means are zero.
     pub averages: SixAxisAverages,
 }
 
 impl SurveyReport {
-    /// From the means, their covariance and the temperatures. `None`: there is no gravity in them.
+    /// Creates a report of the means, their covariance and the temperatures; `None` if they hold no gravity.
     pub(crate) fn of(
         kind: SurveyKind,
         span_us: [u64; 2],

@@ -1,10 +1,11 @@
-//! The survey while rotating, from means over whole turns.
+//! Rotating survey: one from means over whole turns.
 //!
-//! Readings across the axis are turned back by the gyro's angle and averaged together with the axial ones, weighted by the angle that
-//! each sample covers, over whole turns. A bias across the axis, and the centrifugal force of a sensor off the axis, then cancel even
-//! where the speed varies; gravity and field do not turn and stay. (Measuring azimuth while the string turns is old: see US 5,012,412,
-//! Helm.) What remains of the gyro's bias turns both vectors alike and moves neither
-//! inclination nor azimuth; the magnetometer's delay against the accelerometer turns the azimuth.
+//! Readings across the axis are turned back by the gyro's angle and averaged with the axial ones, weighted by
+//! the angle of each sample, over whole turns. A bias across the axis, and the centrifugal force of a sensor
+//! off the axis, cancel even where the speed varies; gravity and field do not turn and stay. (Azimuth from a
+//! turning string is old: see US 5,012,412, Helm.) The gyro's remaining bias turns both vectors alike and
+//! moves neither inclination nor azimuth; the magnetometer's delay against the accelerometer turns the
+//! azimuth.
 
 use super::{
     SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,
@@ -18,14 +19,15 @@ use crate::config::{Earth, SurveyConfig};
 use core::f32::consts::TAU;
 use nalgebra::{Matrix3, Vector3};
 
-/// Smoothing of the axial rate that decides whether the tool rotates, seconds: a stuck string is still rotating for some seconds.
+/// Smoothing of the axial rate that decides on rotation, seconds: a stuck string still counts as rotating for
+/// some seconds.
 const SMOOTHING_S: f32 = 2.0;
-/// Most turn between two samples that are used, radians: readings between them are bridged by straight lines.
+/// Largest turn between two samples in use, radians: straight lines bridge the readings between them.
 const LONGEST_STEP_RAD: f32 = 0.5;
-/// A longer pause ends the survey in progress, seconds.
+/// Pause that ends the survey in progress, microseconds.
 const LONGEST_PAUSE_US: u64 = 100_000;
 
-/// Takes surveys while rotating, fed sample by sample.
+/// Taker of surveys while rotating, fed sample by sample.
 pub(crate) struct RotatingSurvey {
     rotating: bool,
     smooth_rad_s: f32,
@@ -36,7 +38,7 @@ pub(crate) struct RotatingSurvey {
     turn: Turn,
     /// Angle in the turn in progress, radians, signed.
     angle_rad: f32,
-    /// Angle at the last sample that was used, and that sample's readings.
+    /// Last sample in use.
     last: Option<Used>,
     force_angle: Vector3<f32>,
     field_angle: Vector3<f32>,
@@ -46,13 +48,13 @@ pub(crate) struct RotatingSurvey {
     warmth: BlockMean,
 }
 
-/// Readings of a sample that is used, and the angle in the turn at it.
+/// Sample in use: its readings, and its angle in the turn.
 #[derive(Clone, Copy)]
 struct Used {
     angle_rad: f32,
     force: Vector3<f32>,
     field: Vector3<f32>,
-    /// The two, turned back.
+    /// Force and field turned back to the frame that does not turn.
     force_back: Vector3<f32>,
     field_back: Vector3<f32>,
 }
@@ -78,19 +80,19 @@ impl RotatingSurvey {
         }
     }
 
-    /// Whether the tool turns about its axis.
+    /// Returns true if the tool turns about its axis.
     pub(crate) const fn is_rotating(&self) -> bool {
         self.rotating
     }
 
-    /// Takes a sample; some: the configured number of turns is complete.
+    /// Takes a sample. Returns the report when the configured number of turns is complete.
     pub(crate) fn push(
         &mut self,
         input: &SurveyInput,
         toolface: &mut ToolfaceSwitch,
         (earth, config): (&Earth, &SurveyConfig),
     ) -> Option<SurveyReport> {
-        // Without a rate the time of the last one stays, and the next one covers both intervals.
+        // Without a rate the last one's time stays, and the next rate covers both intervals.
         let [.., rate] = input.rate_rad_s?;
         let step_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
         self.last_us = Some(input.t_us);
@@ -120,7 +122,7 @@ impl RotatingSurvey {
         report
     }
 
-    /// Begins at an angle of zero with nothing.
+    /// Restarts at an angle of zero, without readings.
     fn begin(&mut self, t_us: u64) {
         *self = Self {
             rotating: self.rotating,
@@ -133,7 +135,7 @@ impl RotatingSurvey {
 
     fn add(&mut self, input: &SurveyInput) {
         let Some(force) = input.force_m_s2.filter(|_| !input.accel_clipped) else { return };
-        // A field that is missing now and then is bridged like a force; one that stays away is none.
+        // A field that is missing now and then is bridged like a force; without one for long the survey has none.
         if input.field_ut.is_none() && self.field_whole {
             let since = self.angle_rad - self.last.map_or(0.0, |last| last.angle_rad);
             if since.abs() < 0.5 * LONGEST_STEP_RAD {
@@ -163,7 +165,8 @@ impl RotatingSurvey {
         }
     }
 
-    /// The turn became whole between two samples. Both get their part of the step, by readings between the two in proportion.
+    /// Closes a turn that became whole between two samples. Each of the two turns gets its part of the step,
+    /// by linearly interpolated readings.
     fn close_turn(&mut self, last: &Used, now: Used) {
         let step_rad = now.angle_rad - last.angle_rad;
         let over_rad = now.angle_rad - if now.angle_rad > 0.0 { TAU } else { -TAU };

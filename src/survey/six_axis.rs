@@ -1,44 +1,45 @@
-//! Attitude from one pair of mean vectors, gravity and field, with what their errors do to it.
+//! Attitude from one pair of mean vectors, gravity and field, with its error propagation.
 
 use crate::attitude::{ToolAngleSigmas, ToolAngles};
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Vector3};
 
-/// Under this no gravity is seen, m/s^2: half of it, the accelerometer is in free fall or broken.
+/// Least gravity, m/s^2, half of the true one: below it the accelerometer is in free fall or broken.
 const LEAST_GRAVITY_M_S2: f32 = 4.9;
-/// A field within 0.6 deg of the vertical gives no azimuth (parts of the total that are horizontal).
+/// Least horizontal share of the field: one within 0.6 deg of the vertical gives no azimuth.
 const LEAST_HORIZONTAL: f32 = 0.01;
 
-/// The attitude that two vectors give: gravity is down, the field has no east component.
+/// Attitude by two vectors: gravity is down, the field has no east component.
 pub(crate) struct SixAxis {
-    /// Tool to magnetic NED. Without a field north is arbitrary.
+    /// Rotation from tool to magnetic NED; without a field north is arbitrary.
     c: Matrix3<f32>,
     gravity_m_s2: f32,
-    /// North, (zero) east, down.
+    /// Field in north, (zero) east and down.
     field_ut: Option<Vector3<f32>>,
 }
 
 /// Covariances of the two mean vectors, tool axes.
 pub(crate) struct SixAxisCovariance {
-    /// (m/s^2)^2.
+    /// Covariance of gravity, (m/s^2)^2.
     pub(crate) gravity: Matrix3<f32>,
-    /// Microtesla^2.
+    /// Covariance of the field, microtesla^2.
     pub(crate) field: Matrix3<f32>,
 }
 
 impl SixAxis {
-    /// From gravity (positive down, m/s^2) and, if there is one, field (microtesla), both in tool axes. `None`: no gravity.
+    /// Computes the attitude of gravity (positive down, m/s^2) and, if there is one, field (microtesla), both
+    /// in tool axes; `None` without gravity.
     ///
-    /// The rows of the matrix are north, east and down in tool axes: down along G, east along G x B, north along east x down. Its angles
-    /// are those of the textbook: azimuth atan2((Gx By - Gy Bx) |G|, Bz (Gx^2 + Gy^2) - Gz (Gx Bx + Gy By)), inclination
-    /// atan2(hypot(Gx, Gy), Gz), gravity toolface atan2(Gy, -Gx).
+    /// The rows of the matrix are north, east and down in tool axes: down along G, east along G x B, north
+    /// along east x down. Its angles are the textbook's: azimuth atan2((Gx By - Gy Bx) |G|, Bz (Gx^2 + Gy^2)
+    /// - Gz (Gx Bx + Gy By)), inclination atan2(hypot(Gx, Gy), Gz), gravity toolface atan2(Gy, -Gx).
     pub(crate) fn of(gravity_m_s2: &Vector3<f32>, field_ut: Option<&Vector3<f32>>) -> Option<Self> {
         let gravity = libm::sqrtf(gravity_m_s2.norm_squared());
         if !(gravity.is_finite() && gravity > LEAST_GRAVITY_M_S2) {
             return None;
         }
         let down = gravity_m_s2 / gravity;
-        // false of what is not a number, too
+        // False for a NaN too.
         let level =
             |b: &&Vector3<f32>| down.cross(b).norm_squared() > LEAST_HORIZONTAL * LEAST_HORIZONTAL * b.norm_squared();
         let field = field_ut.filter(level);
@@ -50,12 +51,12 @@ impl SixAxis {
         Some(Self { c, gravity_m_s2: gravity, field_ut: field.map(|b| c * b) })
     }
 
-    /// Azimuth and magnetic toolface count from magnetic north; arbitrary without a field.
+    /// Angles; azimuth and magnetic toolface count from magnetic north, or an arbitrary one without a field.
     pub(crate) fn angles(&self) -> ToolAngles {
         ToolAngles::of(&self.c)
     }
 
-    /// In tool axes.
+    /// Direction of gravity in tool axes.
     fn down(&self) -> Vector3<f32> {
         Vector3::new(self.c.m31, self.c.m32, self.c.m33)
     }
@@ -70,10 +71,11 @@ impl SixAxis {
         Some(Field { total_ut: libm::sqrtf(b.norm_squared()), horizontal_ut: b.x, dip_rad: libm::atan2f(b.z, b.x) })
     }
 
-    /// 1-sigma of the angles.
+    /// Standard deviations of the angles.
     ///
-    /// With the attitude's error phi (NED, `C_true = exp(phi) C`) and the errors of the vectors in NED, e of gravity and f of the field:
-    /// phi = (-e_east, e_north, -tan(dip) e_east) / |G| + (0, 0, f_east / B_horizontal).
+    /// With the attitude's error phi (NED, `C_true = exp(phi) C`) and the vectors' errors in NED, e of
+    /// gravity and f of the field: phi = (-e_east, e_north, -tan(dip) e_east) / |G| + (0, 0, f_east /
+    /// B_horizontal).
     pub(crate) fn angle_sigmas(&self, covariance: &SixAxisCovariance) -> ToolAngleSigmas {
         let g = 1.0 / self.gravity_m_s2;
         let of_gravity = |tangent: f32| Matrix3::new(0.0, -g, 0.0, g, 0.0, 0.0, 0.0, -g * tangent, 0.0) * self.c;
@@ -93,12 +95,13 @@ impl SixAxis {
         ToolAngleSigmas::of(&self.c, &attitude)
     }
 
-    /// 1-sigma of |G|, m/s^2.
+    /// Standard deviation of |G|, m/s^2.
     pub(crate) fn gravity_sigma_m_s2(&self, covariance: &SixAxisCovariance) -> f32 {
         sigma(&self.down(), &covariance.gravity)
     }
 
-    /// 1-sigma of |B|, microtesla, and of the dip, radians: gravity's error along north tilts the horizon.
+    /// Standard deviations of |B|, microtesla, and of the dip, radians: gravity's error along north tilts the
+    /// horizon.
     pub(crate) fn field_sigmas(&self, covariance: &SixAxisCovariance) -> Option<(f32, f32)> {
         let b = self.field_ut?;
         let total = libm::sqrtf(b.norm_squared());
@@ -112,7 +115,7 @@ impl SixAxis {
     }
 }
 
-/// The earth's field as measured.
+/// Measured field of the earth.
 pub(crate) struct Field {
     pub(crate) total_ut: f32,
     pub(crate) horizontal_ut: f32,

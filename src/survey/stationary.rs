@@ -1,4 +1,4 @@
-//! The survey at rest: settle, average, latch.
+//! Stationary survey: settle, average, latch.
 
 use super::{
     SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,
@@ -8,18 +8,18 @@ use super::{
     six_axis::SixAxisCovariance,
 };
 use crate::{
-    attitude::Rest,
+    attitude::RestTracker,
     config::{Earth, SurveyConfig},
     rotation::sine_and_cosine,
 };
 use nalgebra::Vector3;
 
-/// Blocks of an average. Their scatter gives the mean's noise, with 7 degrees of freedom.
+/// Number of blocks in an average. Their scatter gives the mean's noise with 7 degrees of freedom.
 const BLOCKS: u16 = 8;
-/// A longer pause between readings breaks the survey off, seconds: one could have moved and come back.
+/// Pause between readings that restarts the survey, microseconds: the tool could have moved and come back.
 const LONGEST_PAUSE_US: u64 = 100_000;
 
-/// Where a stationary survey is.
+/// Stage of the stationary survey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -32,11 +32,11 @@ pub enum StationaryState {
     Settling,
     /// Readings are being averaged.
     Averaging,
-    /// The survey is taken; the next one needs motion first.
+    /// The survey is taken; motion must come before the next.
     Latched,
 }
 
-/// One pair of sums for each sensor.
+/// Set of sums, one for each averaged vector.
 #[derive(Clone, Copy)]
 struct Sums<T> {
     force: T,
@@ -46,10 +46,10 @@ struct Sums<T> {
     rate: T,
 }
 
-/// Takes stationary surveys, fed sample by sample.
+/// Taker of stationary surveys, fed sample by sample.
 pub(crate) struct StationarySurvey {
     state: StationaryState,
-    rest: Rest,
+    rest: RestTracker,
     last_us: Option<u64>,
     since_us: u64,
     samples: u32,
@@ -64,7 +64,7 @@ impl StationarySurvey {
         let (block, mean) = (BlockMean::new(), MeanOfBlocks::new());
         Self {
             state: StationaryState::Moving,
-            rest: Rest::new(),
+            rest: RestTracker::new(),
             last_us: None,
             since_us: 0,
             samples: 0,
@@ -79,7 +79,7 @@ impl StationarySurvey {
         self.state
     }
 
-    /// Takes a sample; some: a survey has just been latched.
+    /// Takes a sample. Returns the report of a survey that has just latched.
     pub(crate) fn push(
         &mut self,
         input: &SurveyInput,
@@ -96,7 +96,7 @@ impl StationarySurvey {
             self.start_over();
         }
         self.last_us = Some(input.t_us);
-        self.rest.observe(&rate, Some(&force), pause_us as f32 * 1e-6);
+        self.rest.update(&rate, Some(&force), pause_us as f32 * 1e-6);
         if !self.rest.detected() {
             self.state = StationaryState::Moving;
             return None;
@@ -133,7 +133,7 @@ impl StationarySurvey {
 
     fn start_over(&mut self) {
         self.state = StationaryState::Moving;
-        self.rest = Rest::new();
+        self.rest = RestTracker::new();
     }
 
     fn begin_average(&mut self, t_us: u64) {
@@ -157,7 +157,7 @@ impl StationarySurvey {
         self.samples = self.samples.saturating_add(1);
     }
 
-    /// Keeps the block's means; starts over when a vector has turned since the first block.
+    /// Closes a block and keeps its means; restarts if a vector has turned since the first block.
     fn close_block(&mut self, config: &SurveyConfig) {
         let block = self.block;
         let empty = BlockMean::new();

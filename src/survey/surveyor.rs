@@ -5,7 +5,7 @@ use super::{
 use crate::config::{ConfigError, Earth, SurveyConfig};
 
 bitflags::bitflags! {
-    /// What a sample completed; the results stay with the [`Surveyor`] until the next ones.
+    /// Results that a sample completed; they stay with the [`Surveyor`] until the next ones.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
     #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
     pub struct SurveyNews: u8 {
@@ -18,7 +18,8 @@ bitflags::bitflags! {
     }
 }
 
-/// Takes surveys of every kind from the samples of a probe. Everything is inside; nothing allocates and nothing can panic.
+/// Taker of surveys of every kind from a probe's samples. It owns its buffers; nothing allocates and nothing
+/// can panic.
 ///
 /// Once a sample:
 /// ```
@@ -47,7 +48,8 @@ pub struct Surveyor {
 }
 
 impl Surveyor {
-    /// One that is not configured and takes no surveys; for a static, where it takes 2 KiB of RAM and as much flash.
+    /// Returns a surveyor without a configuration, which takes no surveys; as a static it takes 2 KiB of RAM
+    /// and as much flash.
     #[must_use]
     pub const fn new() -> Self {
         let toolface = ToolfaceSwitch::new();
@@ -67,24 +69,25 @@ impl Surveyor {
         }
     }
 
-    /// Checks the configuration and starts afresh from it. `earth` is that of the probe: its declination says whether the attitudes
-    /// count from true or from magnetic north.
+    /// Checks a configuration and starts anew from it. `earth` is the probe's: its declination says whether
+    /// the attitudes count from true or from magnetic north.
     ///
     /// # Errors
-    /// The field that cannot be used; the surveyor then stays as it was.
+    /// Names the field that cannot be used; the surveyor then stays as it was.
     pub fn configure(&mut self, earth: &Earth, config: &SurveyConfig) -> Result<(), ConfigError> {
         config.validate()?;
         *self = Self { settings: Some((*earth, *config)), ..Self::new() };
         Ok(())
     }
 
-    /// What it was configured with; `None`: it was not.
+    /// Configuration in use; `None` before one.
     #[must_use]
     pub fn config(&self) -> Option<&SurveyConfig> {
         self.settings.as_ref().map(|(_, config)| config)
     }
 
-    /// Takes one sample. Nothing happens before a configuration, and with a sample whose time does not increase.
+    /// Takes one sample. Nothing happens before a configuration, nor with a sample whose time does not
+    /// increase.
     pub fn push(&mut self, input: &SurveyInput) -> SurveyNews {
         let mut news = SurveyNews::empty();
         let Some((earth, config)) = &self.settings else { return news };
@@ -95,7 +98,7 @@ impl Surveyor {
         let step_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
         self.last_us = Some(input.t_us);
         if let Some(attitude) = &input.attitude {
-            self.continuous_toolface.observe(attitude.inclination_rad, config);
+            self.continuous_toolface.update(attitude.inclination_rad, config);
         }
         self.continuous.push(&input, step_us as f32 * 1e-6);
         if let Some(report) = self.stationary.push(&input, &mut self.stationary_toolface, (earth, config)) {
@@ -113,38 +116,39 @@ impl Surveyor {
         news
     }
 
-    /// The survey at the last sample, from the attitude filter; azimuth from magnetic, true and grid north. `None`: no attitude.
+    /// Survey at the last sample, from the attitude filter; azimuth from magnetic, true and grid north.
+    /// `None` without an attitude.
     #[must_use]
     pub fn continuous(&self) -> Option<Survey> {
         let (earth, config) = self.settings.as_ref()?;
         self.continuous.survey(self.continuous_toolface, self.rotating.is_rotating(), (earth, config))
     }
 
-    /// The latest stationary survey, latched.
+    /// Latest stationary survey, latched.
     #[must_use]
     pub const fn stationary(&self) -> Option<&SurveyReport> {
         self.last_stationary.as_ref()
     }
 
-    /// The latest rotating survey.
+    /// Latest rotating survey.
     #[must_use]
     pub const fn rotating(&self) -> Option<&SurveyReport> {
         self.last_rotating.as_ref()
     }
 
-    /// The latest window of drilling dynamics.
+    /// Latest window of drilling dynamics.
     #[must_use]
     pub const fn dynamics(&self) -> Option<&DrillingDynamics> {
         self.last_dynamics.as_ref()
     }
 
-    /// Where the stationary survey is.
+    /// Stage of the stationary survey.
     #[must_use]
     pub const fn state(&self) -> StationaryState {
         self.stationary.state()
     }
 
-    /// Whether the tool turns about its axis.
+    /// Returns true if the tool turns about its axis.
     #[must_use]
     pub const fn is_rotating(&self) -> bool {
         self.rotating.is_rotating()

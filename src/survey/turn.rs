@@ -1,7 +1,7 @@
 use crate::rotation::sine_and_cosine;
 use nalgebra::Vector3;
 
-/// An angle about the tool axis, kept as cosine and sine so that it never has to be reduced.
+/// Angle about the tool axis, kept as cosine and sine so that it never needs reduction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turn {
     cosine: f32,
@@ -11,7 +11,7 @@ pub(crate) struct Turn {
 impl Turn {
     pub(crate) const NONE: Self = Self { cosine: 1.0, sine: 0.0 };
 
-    /// Turns on by an angle, radians.
+    /// Turns by a further angle, radians.
     pub(crate) fn by(&mut self, angle_rad: f32) {
         let (s, c) = sine_and_cosine(angle_rad);
         let cosine = self.cosine * c - self.sine * s;
@@ -20,7 +20,7 @@ impl Turn {
         (self.cosine, self.sine) = (cosine * renormalised, sine * renormalised);
     }
 
-    /// A vector of the tool, in the frame that does not turn.
+    /// Rotates a vector of the tool into the frame that does not turn.
     pub(crate) fn back(&self, v: &Vector3<f32>) -> Vector3<f32> {
         Vector3::new(self.cosine * v.x - self.sine * v.y, self.sine * v.x + self.cosine * v.y, v.z)
     }

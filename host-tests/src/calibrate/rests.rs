@@ -73,8 +73,8 @@ fn mark(samples: &[Sample], config: &Config, start: u32, still: &mut [bool]) {
         }
         let reading = |vector: [f32; 3], missing, clipped| match sample.flags {
             flags if flags.intersects(missing | SampleFlags::FAULT) => Reading::Missing,
-            flags if flags.contains(clipped) => Reading::Clipped,
-            _ => Reading::Good(Vector3::from(vector)),
+            flags if flags.contains(clipped) => Reading::Unusable,
+            _ => Reading::Usable(Vector3::from(vector)),
         };
         let gyro = reading(sample.gyro_rad_s, SampleFlags::GYRO_MISSING, SampleFlags::GYRO_CLIPPED);
         let accel = reading(sample.accel_m_s2, SampleFlags::ACCEL_MISSING, SampleFlags::ACCEL_CLIPPED);

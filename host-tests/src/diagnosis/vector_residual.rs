@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
-    compensation::{ActiveEffects, Effect, GyroModel, Moment, Sensor, effect::REFERENCE_TEMPERATURE_C},
+    compensation::{ActiveEffects, Effect, GyroModel, Sensor, Snapshot, effect::REFERENCE_TEMPERATURE_C},
     diagnosis::EffectReport,
     magnet::HardIronInterval,
     probe::GAP_PERIODS,
@@ -214,10 +214,10 @@ fn mean_rate_of(library: &[&dyn Effect], trace: &Trace, config: &Config, flight:
     if count > 0.0 { sum / count } else { sum }
 }
 
-fn moment(sample: &Sample, config: &Config, model: &GyroModel, last: Option<(f64, Vector3<f64>)>) -> Moment {
+fn moment(sample: &Sample, config: &Config, model: &GyroModel, last: Option<(f64, Vector3<f64>)>) -> Snapshot {
     let rate = model.compensate(sample.gyro_rad_s);
     let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
-    Moment {
+    Snapshot {
         rate_rad_s: rate,
         acceleration_rad_s2: last.map_or_else(Vector3::zeros, |(dt, before)| (rate - before.cast::<f32>()) / dt as f32),
         force_m_s2: config.accel.calibrate(sample.accel_m_s2),

@@ -11,13 +11,13 @@ fn dense(e: &ErrorState) -> Dense {
 fn started() -> ErrorState {
     let mut e = ErrorState::new();
     for (state, variance) in [0.01, 0.02, 1.0, 4e-4, 4e-4, 4e-4, 0.25, 0.25].into_iter().enumerate() {
-        e.open(state, variance);
+        e.reset(state, variance);
     }
     e
 }
 
-fn spread() -> Spread {
-    Spread { attitude: Matrix3::from_diagonal(&Vector3::new(1e-5, 2e-5, 3e-5)), bias: 1e-9, velocity: 1e-5 }
+fn noise() -> ProcessNoise {
+    ProcessNoise { attitude: Matrix3::from_diagonal(&Vector3::new(1e-5, 2e-5, 3e-5)), bias: 1e-9, velocity: 1e-5 }
 }
 
 #[test]
@@ -39,7 +39,7 @@ fn a_step_is_the_dense_product() {
             q[(k, k)] = x;
         }
         expected = f * expected * f.transpose() + q;
-        e.propagate(&c, 0.196, &spread());
+        e.predict(&c, 0.196, &noise());
     }
     assert!((dense(&e) - expected).norm() < 1e-5 * expected.norm());
 }
@@ -50,7 +50,7 @@ fn an_optimal_and_a_restricted_gain_agree_with_the_dense_joseph_form() {
     {
         let mut e = started();
         for _ in 0..20 {
-            e.propagate(&(exp_matrix(&Vector3::new(0.5, 0.2, 0.1)) * 0.02), 0.196, &spread());
+            e.predict(&(exp_matrix(&Vector3::new(0.5, 0.2, 0.1)) * 0.02), 0.196, &noise());
         }
         let p = dense(&e);
         let slope = Vector2::new(-1.5, 0.7);
@@ -69,7 +69,7 @@ fn an_optimal_and_a_restricted_gain_agree_with_the_dense_joseph_form() {
         still.iter().for_each(|i| k[*i] = 0.0);
         let rest = Dense::identity() - k * h;
         let expected = rest * p * rest.transpose() + k * k.transpose() * f64::from(variance);
-        e.observe_heading(0.2, &slope, variance, gain);
+        e.update_heading(0.2, &slope, variance, gain);
         assert!((dense(&e) - expected).norm() < 1e-5 * expected.norm());
         let (attitude, _, velocity) = e.take_correction();
         assert!((f64::from(attitude.z) - 0.2 * k[HEADING]).abs() < 1e-6);
@@ -82,12 +82,12 @@ fn an_hour_keeps_the_covariance_positive_definite() {
     let mut e = started();
     for i in 0..180_000_u32 {
         let angle = f32::from(u16::try_from(i % 6_283).unwrap_or(0)) * 0.001;
-        e.propagate(&(exp_matrix(&Vector3::new(0.3, angle, -2.0 * angle)) * 0.02), 0.196, &spread());
-        e.observe(VELOCITY, 0.0, 7.5, Gain::Every);
-        e.observe(VELOCITY + 1, 0.0, 7.5, Gain::Every);
-        e.observe_heading(0.0, &Vector2::new(-2.0, 0.5), 2.0, Gain::Heading([true; 3]));
+        e.predict(&(exp_matrix(&Vector3::new(0.3, angle, -2.0 * angle)) * 0.02), 0.196, &noise());
+        e.update(VELOCITY, 0.0, 7.5, Gain::Every);
+        e.update(VELOCITY + 1, 0.0, 7.5, Gain::Every);
+        e.update_heading(0.0, &Vector2::new(-2.0, 0.5), 2.0, Gain::Heading([true; 3]));
         if i % 3_000 < 500 {
-            (BIAS..VELOCITY).for_each(|k| e.observe(k, 0.0, 1e-5, Gain::Every));
+            (BIAS..VELOCITY).for_each(|k| e.update(k, 0.0, 1e-5, Gain::Every));
         }
     }
     assert!(e.is_sound() && dense(&e).cholesky().is_some());

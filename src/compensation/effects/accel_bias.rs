@@ -1,9 +1,9 @@
-use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor, axis, negated};
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, negated};
 use crate::estimator::columns::ACCEL_BIAS;
 use core::ops::Range;
 use nalgebra::Vector3;
 
-/// A constant offset of the accelerometer: once per revolution in the earth frame.
+/// Constant offset of the accelerometer: a term once per revolution in the earth frame.
 ///
 /// Zero-g offsets of MEMS parts are 20 to 80 mg before and a few mg after calibration (LSM6DSO: 20 mg).
 pub struct AccelBias;
@@ -27,7 +27,7 @@ impl Effect for AccelBias {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, _: &Moment) -> Vector3<f32> {
+    fn term(&self, k: usize, _: &Snapshot) -> Vector3<f32> {
         axis(k)
     }
 

@@ -1,10 +1,10 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
 use crate::estimator::columns::ACCEL_LAG;
 use core::ops::Range;
 use nalgebra::Vector3;
 
-/// Delay of the accelerometer behind the gyro: it reads a(t - tau). Gravity turns in the body by -w x a, so to first order the reading is
-/// a + tau w x a.
+/// Delay of the accelerometer behind the gyro: it reads a(t - tau). Gravity turns in the body by -w x a, so
+/// that the reading is a + tau w x a to first order.
 pub struct AccelLag;
 
 const PARAMETERS: [Parameter; 1] =
@@ -23,12 +23,16 @@ impl Effect for AccelLag {
         &PARAMETERS
     }
 
-    fn term(&self, _: usize, moment: &Moment) -> Vector3<f32> {
-        moment.rate_rad_s.cross(&moment.force_m_s2)
+    fn term(&self, _: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        snapshot.rate_rad_s.cross(&snapshot.force_m_s2)
     }
 
     fn nuisance(&self) -> Option<Range<usize>> {
         Some(ACCEL_LAG.columns())
+    }
+
+    fn is_delay(&self) -> bool {
+        true
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -1,11 +1,12 @@
-use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor, axis, component};
-use crate::estimator::columns::ACCEL_MATRIX;
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, component};
+use crate::{estimator::columns::ACCEL_MATRIX, units::DEGREES};
 use core::ops::Range;
 use nalgebra::Vector3;
 
-/// Scale factors and cross-axis sensitivity of the accelerometer, and axes that are not the gyro's: it reads M f more.
+/// Scale factors and cross-axis sensitivity of the accelerometer, and a turn of its axes against the gyro's:
+/// it reads M f in excess.
 ///
-/// The parameters are the six of M's symmetric part, xx, yy, zz, xy, xz, yz, and the rotation vector of the axes.
+/// Parameters: the six of M's symmetric part (xx, yy, zz, xy, xz, yz), and the rotation vector of the axes.
 pub struct AccelScale;
 
 const fn scale(name: &'static str) -> Parameter {
@@ -13,14 +14,7 @@ const fn scale(name: &'static str) -> Parameter {
 }
 
 const fn turn(name: &'static str) -> Parameter {
-    Parameter {
-        name,
-        in_unit: 180.0 / core::f32::consts::PI,
-        usual: 5e-3,
-        largest: 0.1,
-        signed: true,
-        only_in_estimator: true,
-    }
+    Parameter { name, in_unit: DEGREES, usual: 5e-3, largest: 0.1, signed: true, only_in_estimator: true }
 }
 
 const PARAMETERS: [Parameter; 9] = [
@@ -48,8 +42,8 @@ impl Effect for AccelScale {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        let f = &moment.force_m_s2;
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        let f = &snapshot.force_m_s2;
         match k {
             0..3 => axis(k) * component(f, k),
             3 => Vector3::new(f.y, f.x, 0.0),

@@ -1,8 +1,8 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
 use nalgebra::Vector3;
 
-/// The accelerometer's offset goes with temperature: it reads c (T - 25 degC) more on each axis. Zero-g level over temperature in data sheets:
-/// 0.1 mg/K (LSM6DSO) to 1 mg/K (BMI160).
+/// Accelerometer offset proportional to temperature: c (T - 25 degC) in excess on each axis. Zero-g level
+/// over temperature in data sheets: 0.1 mg/K (LSM6DSO) to 1 mg/K (BMI160).
 pub struct AccelTemperature;
 
 const fn parameter(name: &'static str) -> Parameter {
@@ -24,8 +24,8 @@ impl Effect for AccelTemperature {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        axis(k) * moment.warming_k
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k) * snapshot.warming_k
     }
 
     fn aliases(&self) -> &'static [&'static str] {

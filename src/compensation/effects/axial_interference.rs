@@ -1,11 +1,11 @@
-use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor, axis, negated};
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, negated};
 use crate::estimator::columns::HARD_IRON;
 use core::ops::Range;
 use nalgebra::Vector3;
 
-/// A constant offset of the field along the tool axis (z), from magnetised drill string.
+/// Constant offset of the field along the tool axis (z), from magnetised drill string.
 ///
-/// A hard iron that is seen to lie along the axis: one parameter instead of three.
+/// A hard iron along the axis, with one parameter instead of three.
 pub struct AxialInterference;
 
 const PARAMETERS: [Parameter; 1] =
@@ -24,7 +24,7 @@ impl Effect for AxialInterference {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, _: &Moment) -> Vector3<f32> {
+    fn term(&self, k: usize, _: &Snapshot) -> Vector3<f32> {
         axis(k + 2)
     }
 

@@ -1,9 +1,10 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
 use nalgebra::Vector3;
 
-/// Eddy currents in a conductive collar that turns: the field across the axis lags by tau w_z, the field along it does not.
+/// Eddy currents in a conductive collar that turns: the field across the axis lags by tau w_z, the field
+/// along it does not.
 ///
-/// 0.1 to 0.6 deg at 30 rpm, so 0.6 to 3.3 ms.
+/// Usual size: 0.1 to 0.6 deg at 30 rpm, so 0.6 to 3.3 ms.
 pub struct EddyLag;
 
 const PARAMETERS: [Parameter; 1] =
@@ -22,8 +23,8 @@ impl Effect for EddyLag {
         &PARAMETERS
     }
 
-    fn term(&self, _: usize, moment: &Moment) -> Vector3<f32> {
-        let Moment { rate_rad_s: w, field_ut: m, .. } = moment;
+    fn term(&self, _: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        let Snapshot { rate_rad_s: w, field_ut: m, .. } = snapshot;
         Vector3::new(-w.z * m.y, w.z * m.x, 0.0)
     }
 

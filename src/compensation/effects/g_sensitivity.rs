@@ -1,27 +1,19 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis, component};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis, component};
+use crate::units::DEG_S_PER_G;
 use nalgebra::Vector3;
 
-const STANDARD_GRAVITY_M_S2: f32 = 9.806_65;
-/// rad/s per m/s^2 in deg/s per g.
-const RAD_S2_PER_M_IN_DEG_S_G: f32 = STANDARD_GRAVITY_M_S2 * 180.0 / core::f32::consts::PI;
-/// 0.1 and 2 deg/s per g.
-const USUAL: f32 = 0.1 / RAD_S2_PER_M_IN_DEG_S_G;
-const LARGEST: f32 = 2.0 / RAD_S2_PER_M_IN_DEG_S_G;
+/// Usual and largest value: 0.1 and 2 deg/s per g.
+const USUAL: f32 = 0.1 / DEG_S_PER_G;
+const LARGEST: f32 = 2.0 / DEG_S_PER_G;
 
-/// The gyro reads acceleration: G a, G row by row. Data sheets say 0.01 to 0.1 deg/s per g.
+/// Acceleration sensitivity of the gyro: it reads G a in excess, G row by row. Data sheets state 0.01 to 0.1
+/// deg/s per g.
 ///
 /// In a vertical hole it is a bias.
 pub struct GSensitivity;
 
 const fn parameter(name: &'static str) -> Parameter {
-    Parameter {
-        name,
-        in_unit: RAD_S2_PER_M_IN_DEG_S_G,
-        usual: USUAL,
-        largest: LARGEST,
-        signed: true,
-        only_in_estimator: false,
-    }
+    Parameter { name, in_unit: DEG_S_PER_G, usual: USUAL, largest: LARGEST, signed: true, only_in_estimator: false }
 }
 
 const PARAMETERS: [Parameter; 9] = [
@@ -49,8 +41,8 @@ impl Effect for GSensitivity {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        axis(k / 3) * component(&moment.force_m_s2, k % 3)
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k / 3) * component(&snapshot.force_m_s2, k % 3)
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -1,16 +1,16 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
+use crate::units::DEGREES;
 use nalgebra::Vector3;
 
-const DEGREES: f32 = 180.0 / core::f32::consts::PI;
-
-/// A shock changes the bias for good, by d on each axis.
+/// Permanent step of the gyro's bias by a shock, d on each axis.
 ///
-/// The estimator adds it from its shock on, one for each of some shocks. The bias that flies holds it, so that nothing is taken out of the
-/// readings: the term is zero.
+/// The estimator adds it from its shock on, separately for some shocks. The flown bias holds it, so that
+/// nothing is taken out of the readings: the term is zero.
 pub struct GyroBiasStep;
 
 const fn parameter(name: &'static str) -> Parameter {
-    // 0.1 and 5 deg/s: what a shock does to common parts, and all of the zero-rate output that data sheets allow after soldering.
+    // 0.1 and 5 deg/s: a shock's usual effect on common parts, and all of the zero-rate output that data
+    // sheets allow after soldering.
     Parameter {
         name,
         in_unit: DEGREES,
@@ -36,7 +36,7 @@ impl Effect for GyroBiasStep {
         &PARAMETERS
     }
 
-    fn term(&self, _: usize, _: &Moment) -> Vector3<f32> {
+    fn term(&self, _: usize, _: &Snapshot) -> Vector3<f32> {
         Vector3::zeros()
     }
 

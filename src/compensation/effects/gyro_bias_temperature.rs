@@ -1,9 +1,9 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
+use crate::units::DEGREES;
 use nalgebra::Vector3;
 
-const DEGREES: f32 = 180.0 / core::f32::consts::PI;
-
-/// The bias goes with temperature: c (T - 25 degC) on each axis. 0.005 to 0.05 deg/s per kelvin in data sheets.
+/// Gyro bias proportional to temperature: c (T - 25 degC) on each axis. Data sheets state 0.005 to 0.05 deg/s
+/// per kelvin.
 pub struct GyroBiasTemperature;
 
 const fn parameter(name: &'static str) -> Parameter {
@@ -25,8 +25,8 @@ impl Effect for GyroBiasTemperature {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        axis(k) * moment.warming_k
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k) * snapshot.warming_k
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -1,10 +1,10 @@
-use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor};
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot};
 use nalgebra::Vector3;
 
 /// Delay of the gyro behind the other sensors: it reads w(t - tau), to first order w - tau w'.
 ///
-/// The digital low-pass filters of MEMS parts delay by 1 to 20 ms. Without a reference only the lag behind accelerometer and magnetometer
-/// is seen.
+/// Digital low-pass filters of MEMS parts delay by 1 to 20 ms. Without a reference only the delay against
+/// accelerometer and magnetometer is visible.
 pub struct GyroLag;
 
 const PARAMETERS: [Parameter; 1] =
@@ -23,12 +23,16 @@ impl Effect for GyroLag {
         &PARAMETERS
     }
 
-    fn term(&self, _: usize, moment: &Moment) -> Vector3<f32> {
-        -moment.acceleration_rad_s2
+    fn term(&self, _: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        -snapshot.acceleration_rad_s2
     }
 
     fn gyro_delay_s(&self, [lag_s, ..]: &[f32; MAX_PARAMETERS]) -> f32 {
         *lag_s
+    }
+
+    fn is_delay(&self) -> bool {
+        true
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -1,7 +1,8 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis, component};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis, component};
 use nalgebra::Vector3;
 
-/// The scale factor differs between the two directions: the gyro reads k |w| more on each axis. It needs rotation both ways.
+/// Scale factor that differs between the two directions: the gyro reads k |w| in excess on each axis. It
+/// shows only with rotation both ways.
 pub struct GyroScaleAsymmetry;
 
 const fn parameter(name: &'static str) -> Parameter {
@@ -23,8 +24,8 @@ impl Effect for GyroScaleAsymmetry {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        axis(k) * libm::fabsf(component(&moment.rate_rad_s, k))
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k) * libm::fabsf(component(&snapshot.rate_rad_s, k))
     }
 
     fn aliases(&self) -> &'static [&'static str] {

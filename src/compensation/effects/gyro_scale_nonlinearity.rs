@@ -1,9 +1,9 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis, component};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis, component};
 use nalgebra::Vector3;
 
-/// The scale factor changes with the rate: the gyro reads k w^3 more on each axis.
+/// Scale factor that changes with the rate: the gyro reads k w^3 in excess on each axis.
 ///
-/// 0.1 to 0.5 % of full scale in data sheets; it needs rates that change, as in stick-slip.
+/// Data sheets state 0.1 to 0.5 % of full scale. It shows only with changing rates, as in stick-slip.
 pub struct GyroScaleNonlinearity;
 
 const fn parameter(name: &'static str) -> Parameter {
@@ -25,8 +25,8 @@ impl Effect for GyroScaleNonlinearity {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        let rate = component(&moment.rate_rad_s, k);
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        let rate = component(&snapshot.rate_rad_s, k);
         axis(k) * (rate * rate * rate)
     }
 

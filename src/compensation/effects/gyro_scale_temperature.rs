@@ -1,8 +1,8 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis, component};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis, component};
 use nalgebra::Vector3;
 
-/// The scale factor goes with temperature: the gyro reads k (T - 25 degC) w more on each axis. Sensitivity over temperature in data sheets:
-/// 0.007 %/K (LSM6DSO) to 0.02 %/K (BMI160).
+/// Scale factor that changes with temperature: the gyro reads k (T - 25 degC) w in excess on each axis.
+/// Sensitivity over temperature in data sheets: 0.007 %/K (LSM6DSO) to 0.02 %/K (BMI160).
 pub struct GyroScaleTemperature;
 
 const fn parameter(name: &'static str) -> Parameter {
@@ -24,8 +24,8 @@ impl Effect for GyroScaleTemperature {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        axis(k) * (component(&moment.rate_rad_s, k) * moment.warming_k)
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k) * (component(&snapshot.rate_rad_s, k) * snapshot.warming_k)
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -1,9 +1,9 @@
-use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor, axis, negated};
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, negated};
 use crate::estimator::columns::HARD_IRON;
 use core::ops::Range;
 use nalgebra::Vector3;
 
-/// A constant offset of the field, fixed to the body: once per revolution in its norm.
+/// Constant body-fixed offset of the field (hard iron): a term once per revolution in the field's norm.
 pub struct HardIron;
 
 const fn parameter(name: &'static str) -> Parameter {
@@ -25,7 +25,7 @@ impl Effect for HardIron {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, _: &Moment) -> Vector3<f32> {
+    fn term(&self, k: usize, _: &Snapshot) -> Vector3<f32> {
         axis(k)
     }
 

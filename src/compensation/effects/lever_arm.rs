@@ -1,9 +1,11 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
 use nalgebra::Vector3;
 
-/// The accelerometer sits at r from the centre of rotation: it reads w x (w x r) + w' x r more. 2 cm give 0.32 g at 120 rpm.
+/// Distance r of the accelerometer from the centre of rotation: it reads w x (w x r) + w' x r in excess. 2 cm
+/// give 0.32 g at 120 rpm.
 ///
-/// Nothing in a collar is farther than 0.1 m from its axis: a longer arm is that of something that carries the sensor.
+/// Nothing in a collar is farther than 0.1 m from its axis: a longer arm belongs to something that carries
+/// the sensor.
 pub struct LeverArm;
 
 const fn parameter(name: &'static str) -> Parameter {
@@ -25,10 +27,10 @@ impl Effect for LeverArm {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
         let arm = axis(k);
-        let w = &moment.rate_rad_s;
-        w.cross(&w.cross(&arm)) + moment.acceleration_rad_s2.cross(&arm)
+        let w = &snapshot.rate_rad_s;
+        w.cross(&w.cross(&arm)) + snapshot.acceleration_rad_s2.cross(&arm)
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -1,4 +1,4 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
 use crate::estimator::columns::MAG_LAG;
 use core::ops::Range;
 use nalgebra::Vector3;
@@ -24,12 +24,16 @@ impl Effect for MagLag {
         &PARAMETERS
     }
 
-    fn term(&self, _: usize, moment: &Moment) -> Vector3<f32> {
-        moment.rate_rad_s.cross(&moment.field_ut)
+    fn term(&self, _: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        snapshot.rate_rad_s.cross(&snapshot.field_ut)
     }
 
     fn nuisance(&self) -> Option<Range<usize>> {
         Some(MAG_LAG.columns())
+    }
+
+    fn is_delay(&self) -> bool {
+        true
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -1,8 +1,8 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
 use nalgebra::Vector3;
 
-/// The magnetometer's offset goes with temperature: it reads c (T - 25 degC) more on each axis. Zero-gauss level over temperature in data
-/// sheets: 0.03 uT/K (IIS2MDC, LSM303AGR).
+/// Magnetometer offset proportional to temperature: c (T - 25 degC) in excess on each axis. Zero-gauss level
+/// over temperature in data sheets: 0.03 uT/K (IIS2MDC, LSM303AGR).
 pub struct MagTemperature;
 
 const fn parameter(name: &'static str) -> Parameter {
@@ -24,8 +24,8 @@ impl Effect for MagTemperature {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        axis(k) * moment.warming_k
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k) * snapshot.warming_k
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -1,4 +1,4 @@
-//! The library of effects, one file each.
+//! Library of effects, one file each.
 
 mod accel_bias;
 mod accel_lag;
@@ -42,7 +42,7 @@ pub use vibration_rectification::VibrationRectification;
 
 use super::effect::Effect;
 
-/// Every effect that is looked for unless a user says otherwise; of those that look alike the likelier comes first.
+/// Library of all effects that are looked for by default. Of those that look alike the likelier comes first.
 pub static LIBRARY: [&dyn Effect; 19] = [
     &MagLag,
     &AccelLag,

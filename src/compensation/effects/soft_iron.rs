@@ -1,13 +1,14 @@
-use super::super::effect::{Effect, MAX_PARAMETERS, Moment, Parameter, Sensor, negated};
-use crate::estimator::columns::MAG_MATRIX;
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, negated};
+use crate::{estimator::columns::MAG_MATRIX, units::DEGREES};
 use core::ops::Range;
 use nalgebra::Vector3;
 
-/// Soft iron, and magnetometer axes that are not the gyro's: the field reads M m more, M without a trace (its trace is the unit of the
-/// field, and wins falsely). Twice per revolution in the norm.
+/// Soft iron, and a turn of the magnetometer's axes against the gyro's: the field reads M m in excess, M
+/// without a trace (the trace is the unit of the field, and would be favoured falsely). A term twice per
+/// revolution in the norm.
 ///
-/// The parameters are the five of M's symmetric part, (xx - yy) / 2, (xx + yy - 2 zz) / 2 sqrt 3, xy, xz, yz, and the rotation vector of
-/// the axes.
+/// Parameters: the five of M's symmetric part, (xx - yy) / 2, (xx + yy - 2 zz) / 2 sqrt 3, xy, xz, yz, and
+/// the rotation vector of the axes.
 pub struct SoftIron;
 
 const fn iron(name: &'static str) -> Parameter {
@@ -15,14 +16,7 @@ const fn iron(name: &'static str) -> Parameter {
 }
 
 const fn turn(name: &'static str) -> Parameter {
-    Parameter {
-        name,
-        in_unit: 180.0 / core::f32::consts::PI,
-        usual: 0.03,
-        largest: 0.2,
-        signed: true,
-        only_in_estimator: true,
-    }
+    Parameter { name, in_unit: DEGREES, usual: 0.03, largest: 0.2, signed: true, only_in_estimator: true }
 }
 
 const PARAMETERS: [Parameter; 8] = [
@@ -52,8 +46,8 @@ impl Effect for SoftIron {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        let m = &moment.field_ut;
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        let m = &snapshot.field_ut;
         match k {
             0 => Vector3::new(m.x, -m.y, 0.0),
             1 => Vector3::new(m.x, m.y, -2.0 * m.z) * ROOT,

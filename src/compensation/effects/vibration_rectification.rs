@@ -1,22 +1,21 @@
-use super::super::effect::{Effect, Moment, Parameter, Sensor, axis};
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
+use crate::units::{DEG_S_PER_G, STANDARD_GRAVITY_M_S2};
 use nalgebra::Vector3;
 
-const STANDARD_GRAVITY_M_S2: f32 = 9.806_65;
-/// rad/s per m/s^2 in deg/s per g.
-const RAD_S2_PER_M_IN_DEG_S_G: f32 = STANDARD_GRAVITY_M_S2 * 180.0 / core::f32::consts::PI;
-/// 0.5 and 2 deg/s per g^2.
-const USUAL: f32 = 0.5 / (RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2);
-const LARGEST: f32 = 2.0 / (RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2);
+/// Usual and largest value: 0.5 and 2 deg/s per g^2.
+const USUAL: f32 = 0.5 / (DEG_S_PER_G * STANDARD_GRAVITY_M_S2);
+const LARGEST: f32 = 2.0 / (DEG_S_PER_G * STANDARD_GRAVITY_M_S2);
 
-/// Vibration makes a bias: k |a|^2 on each axis, |a|^2 the mean square of the specific force.
+/// Vibration rectification: a bias k |a|^2 on each axis, |a|^2 the mean square of the specific force.
 ///
-/// 0.01 to 0.1 deg/s per g^2; with constant vibration it is a bias, and so is what gravity alone adds to it.
+/// Usual size: 0.01 to 0.1 deg/s per g^2. Under constant vibration it is a bias, and so is gravity's own part
+/// of it.
 pub struct VibrationRectification;
 
 const fn parameter(name: &'static str) -> Parameter {
     Parameter {
         name,
-        in_unit: RAD_S2_PER_M_IN_DEG_S_G * STANDARD_GRAVITY_M_S2,
+        in_unit: DEG_S_PER_G * STANDARD_GRAVITY_M_S2,
         usual: USUAL,
         largest: LARGEST,
         signed: true,
@@ -39,8 +38,8 @@ impl Effect for VibrationRectification {
         &PARAMETERS
     }
 
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
-        axis(k) * moment.square_force_m2_s4
+    fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32> {
+        axis(k) * snapshot.square_force_m2_s4
     }
 
     fn aliases(&self) -> &'static [&'static str] {

@@ -2,7 +2,7 @@
 
 use super::{Candidates, Place, STEPS};
 use crate::{
-    compensation::{Effect, Moment, Sensor, effect::MAX_PARAMETERS},
+    compensation::{Effect, Sensor, Snapshot, effect::MAX_PARAMETERS},
     estimator::{
         increment::Increment,
         parameters::Parameters,
@@ -35,14 +35,14 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         rate_change: &V3<T>,
         field_ut: T,
         with: &Parameters<T>,
-    ) -> (TakenOut<T>, Moment) {
+    ) -> (TakenOut<T>, Snapshot) {
         if self.shocks.look_at(increment.end_us, increment.peak.narrow()) {
             self.begin_step(increment.end_us, increment.peak.narrow());
         }
         let rate = with.p * (increment.rate - with.bias);
         let field = with.mag_matrix * increment.field.unwrap_or_else(zero3) + with.hard_iron;
         let narrowed = |v: &V3<T>| v.map(|x| x.narrow());
-        let moment = Moment {
+        let moment = Snapshot {
             rate_rad_s: narrowed(&rate),
             acceleration_rad_s2: narrowed(&(with.p * rate_change)),
             force_m_s2: narrowed(&increment.force.unwrap_or_else(zero3)),

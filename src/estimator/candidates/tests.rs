@@ -7,7 +7,7 @@ mod shocks;
 
 use super::{Candidates, EFFECTS, PARAMETERS, STEPS, shocks::Shocks};
 use crate::{
-    compensation::{Effect, Moment, Parameter, Sensor, effects::LIBRARY},
+    compensation::{Effect, Parameter, Sensor, Snapshot, effects::LIBRARY},
     estimator::{
         columns::{GLOBALS, HARD_IRON, NODE},
         globals::Globals,
@@ -51,7 +51,7 @@ impl Effect for Made {
     fn parameters(&self) -> &'static [Parameter] {
         self.parameters
     }
-    fn term(&self, k: usize, moment: &Moment) -> Vector3<f32> {
+    fn term(&self, k: usize, moment: &Snapshot) -> Vector3<f32> {
         let [x, y, z] = moment.rate_rad_s.into();
         [Vector3::new(x, 0.5 * y, -z), Vector3::new(z, x, y * y), Vector3::new(0.1, z, x)][k]
     }

@@ -1,7 +1,7 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::correlation::REGRESSORS;
-use crate::compensation::Moment;
+use crate::compensation::Snapshot;
 use nalgebra::Matrix3;
 
 /// Facts of an instant.
@@ -28,7 +28,7 @@ impl Conditions {
 
     /// Takes an increment, turned by `rotation` into the frame of the earth.
     #[inline(never)]
-    pub fn take(&mut self, moment: &Moment, rotation: &Matrix3<f32>) {
+    pub fn take(&mut self, moment: &Snapshot, rotation: &Matrix3<f32>) {
         self.increments = self.increments.saturating_add(1);
         let (w, f) = (&moment.rate_rad_s, &moment.force_m_s2);
         let across = libm::sqrtf(f.x * f.x + f.y * f.y);

@@ -23,11 +23,11 @@ fn vector(generator: &mut Xoshiro128PlusPlus) -> Vector3<f32> {
 }
 
 /// Any conditions: nothing goes with anything else, as far as gravity lets them.
-fn conditions(generator: &mut Xoshiro128PlusPlus) -> Moment {
+fn conditions(generator: &mut Xoshiro128PlusPlus) -> Snapshot {
     let toolface = generator.next_u32() as f32 / u32::MAX as f32 * TAU;
     let across = libm::expf(deviate(generator));
     let force = Vector3::new(across * libm::cosf(toolface), across * libm::sinf(toolface), 9.0 + deviate(generator));
-    Moment {
+    Snapshot {
         rate_rad_s: vector(generator) + Vector3::new(0.0, 0.0, 1.0),
         acceleration_rad_s2: vector(generator) * 3.0,
         force_m_s2: force,
@@ -38,8 +38,8 @@ fn conditions(generator: &mut Xoshiro128PlusPlus) -> Moment {
 }
 
 /// A moment of a node: its conditions change a little from increment to increment.
-fn stirred(conditions: &Moment, generator: &mut Xoshiro128PlusPlus) -> Moment {
-    Moment {
+fn stirred(conditions: &Snapshot, generator: &mut Xoshiro128PlusPlus) -> Snapshot {
+    Snapshot {
         rate_rad_s: conditions.rate_rad_s + vector(generator) * 0.1,
         acceleration_rad_s2: conditions.acceleration_rad_s2 + vector(generator) * 0.1,
         ..*conditions
@@ -51,7 +51,7 @@ fn stirred(conditions: &Moment, generator: &mut Xoshiro128PlusPlus) -> Moment {
 fn told(
     seed: u64,
     deviations: [f32; 3],
-    mut add: impl FnMut(&Moment, &Matrix3<f32>, usize) -> [Vector3<f32>; 2],
+    mut add: impl FnMut(&Snapshot, &Matrix3<f32>, usize) -> [Vector3<f32>; 2],
 ) -> Remainder {
     let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
     let mut remainder = Remainder::zero();
@@ -73,7 +73,7 @@ fn told(
     remainder
 }
 
-fn said(seed: u64, add: impl FnMut(&Moment, &Matrix3<f32>, usize) -> [Vector3<f32>; 2]) -> RemainderReport {
+fn said(seed: u64, add: impl FnMut(&Snapshot, &Matrix3<f32>, usize) -> [Vector3<f32>; 2]) -> RemainderReport {
     told(seed, [1.0; 3], add).report()
 }
 
@@ -95,9 +95,9 @@ fn a_white_remainder_is_named_once_in_a_hundred_at_most() {
 
 #[test]
 fn each_quantity_is_recognised() {
-    let toolface = |moment: &Moment| libm::atan2f(moment.force_m_s2.y, moment.force_m_s2.x);
+    let toolface = |moment: &Snapshot| libm::atan2f(moment.force_m_s2.y, moment.force_m_s2.x);
     for seed in 0..50 {
-        let named_first = |correlate, is_of_earth: bool, size: &dyn Fn(&Moment, &Matrix3<f32>) -> f32| {
+        let named_first = |correlate, is_of_earth: bool, size: &dyn Fn(&Snapshot, &Matrix3<f32>) -> f32| {
             let report = said(seed, |moment, rotation, _| {
                 let part = ALONG * size(moment, rotation);
                 if is_of_earth { [NONE, part] } else { [part, NONE] }
@@ -110,7 +110,7 @@ fn each_quantity_is_recognised() {
         named_first(Correlate::Temperature, false, &|moment, _| moment.warming_k - 40.0);
         named_first(Correlate::Rate, false, &|moment, _| moment.rate_rad_s.y);
         // Rates are about (0, 0, 1): what goes with their square goes with the rate as well, unless that is taken off.
-        let beside_rate = |moment: &Moment, _: &Matrix3<f32>| (moment.rate_rad_s - Vector3::z()).norm_squared();
+        let beside_rate = |moment: &Snapshot, _: &Matrix3<f32>| (moment.rate_rad_s - Vector3::z()).norm_squared();
         named_first(Correlate::RateSquared, false, &|moment, rotation| 0.5 * beside_rate(moment, rotation));
         named_first(Correlate::Acceleration, false, &|moment, _| moment.force_m_s2.z);
         named_first(Correlate::VibrationPower, false, &|moment, _| 0.05 * moment.square_force_m2_s4);
@@ -144,7 +144,7 @@ fn a_drift_goes_with_time_and_with_what_drifts_as_well() {
         for node in 0..NODES {
             let warming_k = 40.0 + 0.02 * node as f32;
             remainder.start_node();
-            remainder.watch(&Moment { warming_k, ..conditions(&mut generator) }, &Matrix3::identity());
+            remainder.watch(&Snapshot { warming_k, ..conditions(&mut generator) }, &Matrix3::identity());
             remainder.add(NODE_S, [vector(&mut generator) + ALONG * (warming_k - 41.0), vector(&mut generator)]);
         }
         let report = remainder.report();
@@ -196,7 +196,7 @@ fn what_lingers_and_what_alternates_have_a_memory_of_a_node() {
 
 #[test]
 fn its_unit_changes_nothing() {
-    let add = |moment: &Moment, unit: f32| [ALONG * moment.force_m_s2.z * unit, NONE];
+    let add = |moment: &Snapshot, unit: f32| [ALONG * moment.force_m_s2.z * unit, NONE];
     let a = told(1, [1.0; 3], |moment, _, _| add(moment, 1.0)).report();
     let b = told(1, [1e-4; 3], |moment, _, _| add(moment, 1e-4)).report();
     assert_eq!(a.goes_with[0].correlate, b.goes_with[0].correlate);

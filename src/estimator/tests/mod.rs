@@ -173,8 +173,8 @@ fn with_field(
 ) -> Posterior {
     let within = from_s * 1_000_000..to_s * 1_000_000;
     let changed = simulated.samples.iter().map(|(t_us, readings)| match readings {
-        [rate, force, Reading::Good(field)] if within.contains(t_us) => {
-            (*t_us, [*rate, *force, Reading::Good(change(*field))])
+        [rate, force, Reading::Usable(field)] if within.contains(t_us) => {
+            (*t_us, [*rate, *force, Reading::Usable(change(*field))])
         }
         _ => (*t_us, *readings),
     });
@@ -252,7 +252,7 @@ fn the_evidence_names_the_sensor_that_is_not_as_its_data_sheet_says() {
     let of = |shear: f32| {
         let bent = |reading: Reading| match reading {
             // No rotation of the earth's field, and no scale.
-            Reading::Good(v) => Reading::Good(Vector3::new(v.x + shear * v.y, v.y, v.z - shear * v.x)),
+            Reading::Usable(v) => Reading::Usable(Vector3::new(v.x + shear * v.y, v.y, v.z - shear * v.x)),
             other => other,
         };
         let samples = Simulated::new(8, 60.0).samples;

@@ -73,7 +73,7 @@ impl Simulated {
             let read = mag * (attitude.inverse() * field) + iron;
             let raw = inverse * rate + bias + random.vector(2e-3);
             let readings = [raw, force + random.vector(0.02), read + random.vector(0.15)];
-            samples.push((k * 10_000, readings.map(|v| Reading::Good(v.cast::<f32>()))));
+            samples.push((k * 10_000, readings.map(|v| Reading::Usable(v.cast::<f32>()))));
         }
         let p = p.map(|x| x as f32);
         let truth = GyroModel {

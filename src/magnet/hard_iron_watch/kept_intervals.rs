@@ -1,13 +1,13 @@
 use super::super::hard_iron_interval::{HardIronCounts, HardIronInterval};
 
-/// Intervals kept for the report.
+/// Number of intervals kept for the report.
 const KEPT: usize = 8;
 
-/// The latest intervals, and what has been counted since the start.
+/// Ring of the latest intervals, with the counters since the configuration.
 pub(super) struct KeptIntervals {
     intervals: [HardIronInterval; KEPT],
     pub counts: HardIronCounts,
-    /// Whether the last of them lasts.
+    /// True if the last interval lasts.
     pub on: bool,
 }
 
@@ -20,18 +20,18 @@ impl KeptIntervals {
         }
     }
 
-    /// The oldest first.
+    /// Kept intervals, oldest first.
     pub fn iter(&self) -> impl Iterator<Item = &HardIronInterval> {
         let count = self.counts.intervals as usize;
         (count.saturating_sub(KEPT)..count).filter_map(|number| self.intervals.get(number % KEPT))
     }
 
-    /// The one that lasts.
+    /// Interval that lasts.
     pub fn lasting(&self) -> Option<&HardIronInterval> {
         self.last().filter(|_| self.on)
     }
 
-    /// The latest.
+    /// Latest interval.
     pub fn last(&self) -> Option<&HardIronInterval> {
         self.intervals.get((self.counts.intervals as usize).checked_sub(1)? % KEPT)
     }
@@ -40,7 +40,7 @@ impl KeptIntervals {
         self.intervals.get_mut((self.counts.intervals as usize).checked_sub(1)? % KEPT)
     }
 
-    /// A new one begins.
+    /// Begins a new interval.
     pub fn begin(&mut self, interval: HardIronInterval) {
         if let Some(slot) = self.intervals.get_mut(self.counts.intervals as usize % KEPT) {
             *slot = interval;
@@ -49,7 +49,7 @@ impl KeptIntervals {
         self.on = true;
     }
 
-    /// The one that lasts, if one does, ends.
+    /// Ends the lasting interval, if there is one.
     pub fn close(&mut self, t_us: u64) {
         if core::mem::take(&mut self.on)
             && let Some(last) = self.last_mut()

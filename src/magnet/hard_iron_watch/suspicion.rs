@@ -1,29 +1,27 @@
 use super::{
-    super::{
-        field_node::FieldNode,
-        field_noise::{TURNING_RAD_S, at_most},
-        hypothesis::Met,
-    },
+    super::{field_node::FieldNode, field_noise::at_most, hypothesis::Outcome},
     STEADY_NODES,
 };
+use crate::rest::TURNING_RAD_S;
 
-/// One hypothesis is taken and the other dropped at this log ratio of their likelihoods: Wald's bound for one error in a million.
+/// Log likelihood ratio that decides between the hypotheses: Wald's bound for one error in a million.
 const DECIDED: f32 = 13.8;
-/// At this log ratio, 20 to 1, an undecided change is likely enough one of the earth's field to be left to the attitude filter, which has
-/// its own way with those.
+/// Log likelihood ratio, 20 to 1, at which an undecided change is left to the attitude filter as one of the
+/// earth's field, which that filter handles.
 const LIKELY: f32 = 3.0;
-/// Most that one node may say for or against, so that no single one decides.
+/// Largest contribution of one node to the ratio, so that no single node decides.
 const MOST_OF_A_NODE: f32 = 5.0;
-/// An offset must have been steady for so long, seconds: disturbances in passing last 2 s, and edges under 3 s apart are one.
+/// Time for which an offset must have been steady, seconds: passing disturbances last 2 s, and edges under 3
+/// s apart are one.
 const STEADY_S: f32 = 3.0;
-/// Consecutive nodes as predicted after which a disturbance is over (1 s).
+/// Consecutive nodes as predicted that end a disturbance (1 s).
 const QUIET_NODES: u8 = 5;
-/// What cannot be told apart in this time of turning, seconds, is dropped; while the probe stands still it counts by a sixth. The same as
-/// for a new field in the attitude filter.
+/// Time of turning after which an undecided change is dropped, seconds, the same as for a new field in the
+/// attitude filter; time at rest counts by a sixth.
 const PATIENCE_S: f32 = 20.0;
 const STILL_WEIGHT: f32 = 1.0 / 6.0;
 
-/// How a change of the field ended.
+/// Outcome of a suspicion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
     Iron,
@@ -32,27 +30,28 @@ pub(super) enum Verdict {
     Untold,
 }
 
-/// The change that is being looked into.
+/// Change of the field under examination.
 #[derive(Clone, Copy)]
 pub(super) struct Suspicion {
-    /// First node that did not fit, and the last one of those after it in which an offset in the body did not stay, microseconds.
+    /// Time of the first node that did not fit, and of the last one after it at which the body-fixed offset
+    /// jumped again, microseconds.
     pub first_us: u64,
     pub last_us: u64,
-    /// Log likelihood of iron over that of the earth's field.
+    /// Log likelihood of new iron over that of a new earth field.
     log_ratio: f32,
     steady_s: f32,
     age_s: f32,
     quiet: u8,
-    /// Nodes in which an offset in the body did not stay.
+    /// Nodes at which the body-fixed offset jumped again.
     jumps: u8,
-    /// Whether the field was as predicted before.
+    /// True if the field was as predicted before the change.
     sudden: bool,
-    /// Whether the offset in the body, if it is one, matters.
+    /// True if the body-fixed offset, if it is one, is large enough to matter.
     matters: bool,
 }
 
 impl Suspicion {
-    /// At its first node.
+    /// Starts at the first node that did not fit.
     pub const fn new(t_us: u64, sudden: bool) -> Self {
         Self {
             first_us: t_us,
@@ -67,24 +66,24 @@ impl Suspicion {
         }
     }
 
-    /// Whether the field is better not used until this is told.
+    /// Returns true while the field should be withheld until the verdict.
     pub fn is_doubtful(&self) -> bool {
         self.log_ratio > -LIKELY && self.matters && self.sudden
     }
-
-    /// Takes a node as both hypotheses met it; `quiet`: it is as predicted if nothing has changed; `matters`: the offset in the body is of
+    /// Weighs a node by both hypotheses. `quiet`: the node is as predicted without a change; `matters`: the
+    /// body-fixed offset is large enough to matter.
     /// a size that does.
     pub fn weigh(
         &mut self,
         (t_us, node): (u64, &FieldNode),
-        [iron, earth]: [&Met; 2],
+        [iron, earth]: [&Outcome; 2],
         quiet: bool,
         matters: bool,
     ) -> Option<Verdict> {
         self.matters = matters;
         let ratio = iron.log_likelihood - earth.log_likelihood;
         self.log_ratio += at_most(if ratio > -MOST_OF_A_NODE { ratio } else { -MOST_OF_A_NODE }, MOST_OF_A_NODE);
-        if iron.reopened {
+        if iron.jumped {
             (self.last_us, self.steady_s) = (t_us, 0.0);
             self.jumps = self.jumps.saturating_add(1);
         } else {

@@ -14,9 +14,9 @@ struct Run {
     /// Raw over true rate.
     gain: f64,
     lag_s: f64,
-    /// Of the body, at a time.
+    /// Body-fixed offset at a time.
     iron_ut: fn(f64) -> Vector3<f64>,
-    /// Of the earth, beside [`FIELD_UT`].
+    /// Change of the earth field, added to [`FIELD_UT`].
     disturbance_ut: fn(f64) -> Vector3<f64>,
     freeze_us: Option<u64>,
 }
@@ -61,7 +61,7 @@ impl Run {
             let raw = rate_at(t) * self.gain;
             watch.push(
                 k * u64::from(PERIOD_US),
-                [Reading::Good(raw.cast()), Reading::Missing, Reading::Good(field.cast())],
+                [Reading::Usable(raw.cast()), Reading::Missing, Reading::Usable(field.cast())],
             );
             uses.push(watch.field_use());
             attitude *= UnitQuaternion::from_scaled_axis(rate_at(t + 0.5 * dt) * dt);
@@ -149,7 +149,7 @@ fn a_gap_ends_a_suspicion_and_claims_nothing() {
     let field = |t_us: u64| Vector3::new(20.0, if t_us > 5_000_000 { 12.0 } else { 0.0 }, 45.0);
     let mut t_us = 0;
     while t_us < 6_000_000 {
-        watch.push(t_us, [Reading::Good(Vector3::zeros()), Reading::Missing, Reading::Good(field(t_us))]);
+        watch.push(t_us, [Reading::Usable(Vector3::zeros()), Reading::Missing, Reading::Usable(field(t_us))]);
         t_us += u64::from(PERIOD_US);
     }
     assert_eq!(watch.field_use(), FieldUse::Withheld);
@@ -157,7 +157,7 @@ fn a_gap_ends_a_suspicion_and_claims_nothing() {
     for k in 0..500 {
         watch.push(
             9_000_000 + k * u64::from(PERIOD_US),
-            [Reading::Missing, Reading::Missing, Reading::Good(field(t_us))],
+            [Reading::Missing, Reading::Missing, Reading::Usable(field(t_us))],
         );
     }
     assert_eq!(watch.field_use(), FieldUse::Less(Vector3::zeros()));

@@ -4,10 +4,10 @@ use crate::optimizer::{
 };
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Global phase, eq 19 in our reading: towards the best by the guiding factor b = F_best / F_i in [0, 1] times a uniform
-/// deviate from (0, 2) per variable, with a spiral of (1 - b)^2 e^b cos(2 pi a) of the distance, which closes as the member
-/// becomes as good as the best. Without the deviate every member falls onto the best as soon as b is near 1, and the
-/// population is lost.
+/// Global phase, eq 19 in our reading. The member moves towards the best by the guiding factor b = F_best /
+/// F_i in [0, 1] times a uniform deviate from (0, 2) per variable, plus a spiral of (1 - b)^2 e^b cos(2 pi a)
+/// of the distance, which closes as the member becomes as good as the best. Without the deviate every member
+/// falls onto the best once b is near 1, and the population is lost.
 pub(super) fn guided_spiral<const D: usize, const N: usize>(
     population: &Population<D, N>,
     turn: usize,
@@ -15,7 +15,7 @@ pub(super) fn guided_spiral<const D: usize, const N: usize>(
 ) -> [f32; D] {
     let (own, lowest) = (population.cost(turn), population.cost(population.best()));
     let guide = if own.is_finite() && own > 0.0 && lowest >= 0.0 { lowest / own } else { 0.0 };
-    // e^b for b in [0, 1] to 0.3 %: the spiral's width needs no more.
+    // e^b for b in [0, 1] to 0.3 %, enough for the spiral's width.
     let exponential = 1.0 + guide * (1.013 + guide * (0.4255 + 0.2797 * guide));
     let spiral = (1.0 - guide) * (1.0 - guide) * exponential;
     let mut moved = *population.member(turn);
@@ -33,7 +33,7 @@ mod tests {
     use crate::optimizer::SearchSpace;
     use rand_core::SeedableRng;
 
-    /// Way gone from the member at 0 towards the best at 0.5, least and most of many draws.
+    /// Least and largest relative way from the member at 0 towards the best at 0.5, of many draws.
     fn way(own: f32, lowest: f32) -> (f32, f32) {
         let mut generator = Xoshiro128PlusPlus::seed_from_u64(4);
         let mut population = Population::<3, 2>::new(&SearchSpace::UNIT, 1, &mut generator).unwrap();
@@ -57,7 +57,7 @@ mod tests {
         near(way(10.0, 9.999_999), (0.0, 2.0));
         near(way(f32::INFINITY, 9.0), (-1.0, 1.0));
         near(way(f32::MAX, 9.0), (-1.0, 1.0));
-        // b = 1/2: up to once the way and e^(1/2) / 4 of the distance.
+        // b = 1/2: up to once the way, and e^(1/2) / 4 of the distance.
         near(way(18.0, 9.0), (-0.412, 1.412));
         // A ratio of costs that are not positive guides nowhere.
         near(way(-1.0, -2.0), (-1.0, 1.0));

@@ -7,9 +7,9 @@ use crate::optimizer::{
 use core::f32::consts::FRAC_PI_2;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Local phase, eq 24 and 25 in our reading (they take the place of eq 12 and 13): normal deviates about the best, as wide as the
-/// member's distance from it per variable (in 30 % of draws its root mean square over the variables, eq 25), narrowing with time
-/// to 0.3. `progress` is t / T.
+/// Local phase, eq 24 and 25 in our reading (in place of eq 12 and 13): normal deviates about the best. Their
+/// width is the member's distance from the best per variable (in 30 % of draws its root mean square over the
+/// variables, eq 25), narrowing with time to 0.3. `progress` is t / T.
 pub(super) fn migration<const D: usize, const N: usize>(
     space: &SearchSpace<D>,
     population: &Population<D, N>,
@@ -17,7 +17,7 @@ pub(super) fn migration<const D: usize, const N: usize>(
     progress: f32,
     generator: &mut Xoshiro128PlusPlus,
 ) -> [f32; D] {
-    // The best itself has no distance from the best: it borrows another member's.
+    // The best has no distance from itself: it borrows another member's.
     let from = population.member(if turn == population.best() { population.other(turn, generator) } else { turn });
     let best = population.member(population.best());
     let width = 0.3 + 0.7 * (1.0 - quarter_sine(progress));
@@ -31,7 +31,7 @@ pub(super) fn migration<const D: usize, const N: usize>(
     out
 }
 
-/// sin(pi x / 2) for x in [0, 1], Taylor series to the 7th order, error under 2e-4.
+/// Sine of pi x / 2 for x in [0, 1], Taylor series to the 7th order, error under 2e-4.
 fn quarter_sine(x: f32) -> f32 {
     let a = FRAC_PI_2 * x;
     let a2 = a * a;

@@ -1,38 +1,40 @@
 use crate::optimizer::{SearchSpace, population::Population, random::uniform};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Farthest that the lowest point of a parabola is believed, in steps: beyond, three costs say no more than the direction.
+/// Largest believable distance of a parabola's bottom, in steps; beyond it three costs give only the
+/// direction.
 const REACH: f32 = 8.0;
 
-/// Another step than 1 has to differ by so much from it: what is left to gain goes with the square.
+/// Least difference of a step from 1 that is worth an evaluation: the remaining gain goes with its square.
 const SAME_STEP: f32 = 0.2;
 
-/// What the costs of two trials in a variable decide.
+/// Use of the costs of a variable's two trials.
 #[derive(Clone, Copy, Debug)]
 enum Rule<const D: usize> {
-    /// Where the parabola is lowest.
+    /// The bottom of the parabola decides.
     Parabola,
-    /// Which of the two has won so far (eq 22 and 23): true where it is the partner.
+    /// The lower cost wins (eq 22 and 23); true where the partner has won.
     Points([bool; D]),
 }
 
-/// An exchange whose rewards are being evaluated (eq 20 to 23 in our reading): the two trials of one variable after the other,
-/// each the best point with that variable replaced, then the candidate. Nothing else moves meanwhile.
+/// Exchange whose rewards are being evaluated (eq 20 to 23 in our reading): the two trials of one variable
+/// after the other, each the best point with that variable replaced, then the candidate. Nothing else moves
+/// meanwhile.
 ///
-/// The best point takes the place of the least-squares estimate of eq 21, and is that estimate while nothing better is known.
+/// The best point replaces the least-squares estimate of eq 21, and equals it while nothing better is known.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exchange<const D: usize> {
-    /// The best point when the exchange began, and its cost.
+    /// Best point when the exchange began, and its cost.
     base: [f32; D],
     cost: f32,
-    /// The two trials' values.
+    /// Values of the two trials.
     trials: [[f32; D]; 2],
     /// Cost of the first trial of this variable.
     first: Option<f32>,
     variable: usize,
     rule: Rule<D>,
     candidate: [f32; D],
-    /// Change of the cost per candidate's way from the base, at the base.
+    /// Slope of the cost along the way from the base to the candidate, at the base.
     slope: f32,
 }
 
@@ -43,8 +45,8 @@ impl<const D: usize> Exchange<D> {
         Self { base, cost, trials: [base; 2], first: None, variable: 0, rule, candidate: base, slope: 0.0 }
     }
 
-    /// [`super::Reward::Values`]: trials one `step` (in half widths of the box, at most 0.5) to either side of the best; where
-    /// that leaves the box, both to the inner side.
+    /// Creates an exchange by [`super::Reward::Values`]: trials one `step` (in half widths of the box, at
+    /// most 0.5) to either side of the best; where that leaves the box, both to the inner side.
     pub fn about_best<const N: usize>(space: &SearchSpace<D>, population: &Population<D, N>, step: f32) -> Self {
         let mut exchange = Self::new(population, Rule::Parabola);
         let [above, below] = &mut exchange.trials;
@@ -62,14 +64,14 @@ impl<const D: usize> Exchange<D> {
         exchange
     }
 
-    /// [`super::Reward::Points`]: the values of a member and of its partner.
+    /// Creates an exchange by [`super::Reward::Points`]: the values of a member and of its partner.
     pub fn between<const N: usize>(population: &Population<D, N>, member: usize, partner: usize) -> Self {
         let mut exchange = Self::new(population, Rule::Points([false; D]));
         exchange.trials = [*population.member(member), *population.member(partner)];
         exchange
     }
 
-    /// The next point to evaluate: a trial, the candidate, or the candidate at another step.
+    /// Next point to evaluate: a trial, the candidate, or the candidate at another step.
     pub fn next(&self) -> [f32; D] {
         if self.variable >= D {
             return self.candidate;
@@ -83,7 +85,7 @@ impl<const D: usize> Exchange<D> {
         x
     }
 
-    /// Takes the cost of the point that [`Exchange::next`] gave. Returns whether the exchange goes on.
+    /// Takes the cost of the point from [`Exchange::next`]. Returns true if the exchange continues.
     pub fn take(&mut self, cost: f32, generator: &mut Xoshiro128PlusPlus) -> bool {
         if self.variable >= D {
             return self.variable == D && self.take_candidate(cost);
@@ -115,8 +117,8 @@ impl<const D: usize> Exchange<D> {
         true
     }
 
-    /// The step of eq 20: where variables are coupled the candidate lies too far or too near, and slope and cost tell by how much.
-    /// Returns whether another step is worth an evaluation.
+    /// Step of eq 20: where variables are coupled the candidate lies too far or too near, and slope and cost
+    /// tell by how much. Returns true if another step is worth an evaluation.
     fn take_candidate(&mut self, cost: f32) -> bool {
         let curvature = cost - self.cost - self.slope;
         let step = -0.5 * self.slope / curvature;
@@ -132,7 +134,7 @@ impl<const D: usize> Exchange<D> {
     }
 }
 
-/// [`super::Reward::Free`]: the winner is the one nearer to the start in that variable.
+/// Candidate by [`super::Reward::Free`]: the value nearer to the start wins in each variable.
 pub(super) fn freely_exchanged<const D: usize>(
     member: &[f32; D],
     partner: &[f32; D],
@@ -146,7 +148,7 @@ pub(super) fn freely_exchanged<const D: usize>(
     exchanged(member, partner, &won, generator)
 }
 
-/// Eq 20 and 22: where the partner has won, towards it by its share of the points.
+/// Candidate of eq 20 and 22: towards the partner where it has won, by its share of the points.
 fn exchanged<const D: usize>(
     member: &[f32; D],
     partner: &[f32; D],
@@ -163,8 +165,9 @@ fn exchanged<const D: usize>(
     out
 }
 
-/// Where the parabola through (0, `cost`) and two trials (offset, cost) is lowest, and its slope at 0; where it opens downwards, the
-/// lowest of the three. A trial without a finite cost leaves 0 or the other trial's offset.
+/// Bottom of the parabola through (0, `cost`) and two trials (offset, cost), and its slope at 0; where it
+/// opens downwards, the lowest of the three points. A trial without a finite cost leaves 0 or the other
+/// trial's offset.
 fn lowest(cost: f32, (a, at_a): (f32, f32), (b, at_b): (f32, f32)) -> (f32, f32) {
     // Slopes of the two chords; slope s and curvature c: f(d) = cost + s d + c d^2.
     let (chord_a, chord_b) = ((at_a - cost) / a, (at_b - cost) / b);
@@ -198,7 +201,7 @@ mod tests {
             assert!((slope + 4.2).abs() < 1e-4, "{a} {b}: {slope}");
         }
         let lowest = |cost, a, b| super::lowest(cost, a, b).0;
-        // Beyond the reach, straight, or open downwards.
+        // Beyond the reach, straight, or opening downwards.
         assert_eq!(lowest(parabola(0.0), (0.05, parabola(0.05)), (-0.05, parabola(-0.05))), 8.0 * 0.05);
         assert_eq!(lowest(2.0, (1.0, 1.0), (-1.0, 3.0)), 1.0);
         assert_eq!(lowest(2.0, (1.0, 1.5), (-1.0, 1.0)), -1.0);

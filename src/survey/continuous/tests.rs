@@ -2,7 +2,7 @@ use super::*;
 use crate::rotation::{exp_quaternion, matrix, rotate_back};
 use nalgebra::Matrix3;
 
-/// An attitude as the filter gives it for a covariance with tilt alike in both directions.
+/// Attitude as the filter states it for a covariance with equal tilt in both directions.
 fn attitude(azimuth: f32, inclination: f32, toolface: f32, near_vertical: bool) -> (Attitude, ToolAngleSigmas) {
     let about = |x: f32, y: f32, z: f32| exp_quaternion(&Vector3::new(x, y, z));
     let q = about(0.0, 0.0, azimuth) * about(0.0, inclination, 0.0) * about(0.0, 0.0, toolface);

@@ -6,7 +6,7 @@ const ROTATING_RAD_S: f32 = 0.5;
 
 const fn attitude() -> Attitude {
     Attitude {
-        // straight down
+        // Straight down.
         q: [1.0, 0.0, 0.0, 0.0],
         inclination_rad: 0.0,
         azimuth_rad: 0.0,
@@ -19,7 +19,7 @@ const fn attitude() -> Attitude {
     }
 }
 
-/// The first window of what `reading` says at a time in seconds: axial rate and vibration.
+/// First window of a motion, given as axial rate and vibration at a time in seconds.
 fn window(reading: impl Fn(f64) -> (f64, [f64; 3])) -> DrillingDynamics {
     let mut dynamics = DynamicsWindow::new();
     let (earth, config) = (Earth::default(), DynamicsConfig::default());
@@ -50,7 +50,8 @@ fn rms_and_peak_are_those_of_a_known_vibration_and_gravity_is_not_in_them() {
 
 #[test]
 fn stick_slip_is_half_the_swing_over_the_mean() {
-    // 120 rpm that swings by 60 at 0.2 Hz, six swings in the window; averaging over 0.1 s takes 0.1 % off the swing
+    // 120 rpm that swings by 60 at 0.2 Hz, six swings in the window; averaging over 0.1 s takes 0.1 % off the
+    // swing.
     let w = core::f64::consts::TAU * 0.2;
     let rpm = core::f64::consts::TAU / 60.0;
     let rotation = window(|t| (rpm * (120.0 + 60.0 * libm::sin(w * t)), [0.0; 3])).rotation.unwrap();

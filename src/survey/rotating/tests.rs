@@ -5,11 +5,11 @@ use crate::survey::Survey;
 const TAU64: f64 = core::f64::consts::TAU;
 const STEP_S: f64 = 0.005;
 
-/// A tool that turns: what its biased, off-axis sensors read at an angle, by elementary rotations in f64.
+/// Turning tool with biased, off-axis sensors; their readings at an angle by elementary rotations in f64.
 struct Rig {
     azimuth: f64,
     inclination: f64,
-    /// Steady rate, rad/s, and the part of it that swings at 0.2 Hz.
+    /// Steady rate, rad/s, and the relative amplitude of its swing at 0.2 Hz.
     rate: f64,
     swing: f64,
     accel_bias: [f64; 3],
@@ -53,7 +53,7 @@ impl Rig {
         };
         SurveyInput {
             t_us: 1_000_000 + libm::round(t * 1e6) as u64,
-            // the mean over the interval, as a gyro reads it
+            // Mean over the interval, as a gyro reads it.
             rate_rad_s: Some([0.0, 0.0, ((angle - before) / STEP_S + self.gyro_bias) as f32]),
             force_m_s2: single(force, self.accel_bias, centripetal),
             field_ut: single(field, self.mag_bias, [0.0; 3]),
@@ -104,7 +104,7 @@ fn biases_across_the_axis_and_centrifugal_force_cancel_even_in_stick_slip() {
         let (i, a) = errors_deg(&survey, &rig);
         assert!(i.abs() < 0.01 && a.abs() < 0.05, "swing {swing}: {i} {a}");
     }
-    // 3 mm off the axis: 0.43 m/s^2 at 12 rad/s, 2.5 deg in one reading
+    // 3 mm off the axis: 0.43 m/s^2 at 12 rad/s, 2.5 deg in one reading.
     let rig = Rig { radius_m: 0.003, ..Rig::still(0.7, 0.6, 12.0) };
     let (i, _) = errors_deg(&rig.first(&SurveyConfig::default(), |_, _| {}).unwrap().survey, &rig);
     assert!(i.abs() < 0.01, "{i}");
@@ -112,7 +112,7 @@ fn biases_across_the_axis_and_centrifugal_force_cancel_even_in_stick_slip() {
 
 #[test]
 fn a_gyro_bias_smears_little_and_turns_nothing() {
-    // 0.3 deg/s over the 5 s of ten turns
+    // 0.3 deg/s over the 5 s of ten turns.
     let rig = Rig { gyro_bias: 0.005, ..Rig::still(2.0, 0.9, 12.0) };
     let (i, a) = errors_deg(&rig.first(&SurveyConfig::default(), |_, _| {}).unwrap().survey, &rig);
     assert!(i.abs() < 0.01 && a.abs() < 0.02, "{i} {a}");
@@ -140,7 +140,7 @@ fn missing_readings_are_bridged_and_a_dead_magnetometer_leaves_the_inclination()
 
 #[test]
 fn the_stated_azimuth_sigma_has_the_delay_of_the_magnetometer_in_it() {
-    // 1 ms at 12 rad/s turns the field across the axis by 0.012 rad
+    // 1 ms at 12 rad/s turns the field across the axis by 0.012 rad.
     let mut config = SurveyConfig::default();
     let rig = Rig::still(1.0, 1.2, 12.0);
     let azimuth = |config: &SurveyConfig, delay_s: f64| {

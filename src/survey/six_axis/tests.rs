@@ -5,8 +5,8 @@ use crate::{config::SurveyErrors, survey::sensor_errors};
 
 const TAU: f64 = core::f64::consts::TAU;
 
-/// Ideal mean vectors of a tool at azimuth a, inclination i, toolface t: gravity and field turned from NED by azimuth about down,
-/// then inclination about the new y axis, then toolface about the tool axis, one elementary rotation after the other.
+/// Ideal mean vectors of a tool at azimuth a, inclination i, toolface t: gravity and field turned from NED by
+/// azimuth about down, then by inclination about the new y axis, then by toolface about the tool axis.
 fn ideal(a: f64, i: f64, t: f64, total_ut: f64, dip: f64) -> ([f64; 3], [f64; 3]) {
     let into_tool = |v: [f64; 3]| {
         let about_z = |v: [f64; 3], angle: f64| {
@@ -31,7 +31,7 @@ fn apart(a: f64, b: f64) -> f64 {
     libm::fabs(libm::remainder(a - b, TAU))
 }
 
-/// The textbook's closed forms, by components and in f64: azimuth (six-axis), inclination, gravity toolface, dip.
+/// Textbook formulas by components in f64: azimuth (six-axis), inclination, gravity toolface, dip.
 fn textbook(g: [f64; 3], b: [f64; 3]) -> [f64; 4] {
     let norm = |v: [f64; 3]| libm::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
     let dot = g[0] * b[0] + g[1] * b[1] + g[2] * b[2];
@@ -56,7 +56,7 @@ fn angles_and_totals_agree_with_the_textbook_in_all_quadrants() {
                     let [i, a, t] = [i_deg, a_deg, t_deg].map(|d| f64::from(d).to_radians());
                     let (g, b) = ideal(a, i, t, 48.0, dip_deg.to_radians());
                     let six = SixAxis::of(&single(g), Some(&single(b))).unwrap();
-                    // The textbook is given the same rounded vectors: what is compared is the formula.
+                    // The textbook gets the same rounded vectors, so that only the formulas are compared.
                     let exact = textbook(single(g).map(f64::from).into(), single(b).map(f64::from).into());
                     let angles = six.angles();
                     let field = six.field().unwrap();
@@ -87,7 +87,7 @@ fn angles_and_totals_agree_with_the_textbook_in_all_quadrants() {
 fn along_the_vertical_what_is_defined_is_exact() {
     for turn_deg in (0..360).step_by(5) {
         let turn = f64::from(turn_deg).to_radians();
-        // Down: azimuth and toolface are one turn. Where it is divided between the two cannot be known.
+        // Down: azimuth and toolface are one turn, and its division between the two is undefined.
         for (a, t) in [(turn, 0.0), (0.0, turn), (0.4 * turn, 0.6 * turn)] {
             let (g, b) = ideal(a, 0.0, t, 50.0, 1.2);
             let angles = SixAxis::of(&single(g), Some(&single(b))).unwrap().angles();
@@ -127,15 +127,15 @@ fn covariance(g: &Vector3<f32>, b: &Vector3<f32>, errors: &SurveyErrors) -> SixA
     }
 }
 
-/// Azimuth and inclination variance by the weighting functions of the ISCWSA MWD error model for a tool that slides at any toolface, as
-/// the public implementation `welleng` has them (revision 4).
+/// Variances of azimuth and inclination by the weighting functions of the ISCWSA MWD error model for a
+/// sliding tool at any toolface, as in the public implementation `welleng` (revision 4).
 fn iscwsa_variances(i: f64, a: f64, dip: f64, total_ut: f64, e: &SurveyErrors) -> [f64; 2] {
     let ((si, ci), (sa, ca), tan) = (libm::sincos(i), libm::sincos(a), libm::tan(dip));
     let (g, horizontal) = (9.81, total_ut * libm::cos(dip));
     let [ab, asc, mb, ms, amil] =
         [e.accel_bias_m_s2, e.accel_scale, e.mag_bias_ut, e.mag_scale, e.axial_interference_ut].map(f64::from);
     let half = core::f64::consts::FRAC_1_SQRT_2;
-    // magnitude, inclination weight, azimuth weight
+    // Magnitude, weight of inclination, weight of azimuth.
     let terms = [
         (ab, -ci / g, ci * tan * sa / g),
         (ab, 0.0, (ci / si - tan * ca) / g),
@@ -193,7 +193,7 @@ fn every_sigma_is_the_finite_difference_of_its_quantity() {
         let (g, b) = ideal(a, i, t, 50.0, dip);
         let six = SixAxis::of(&single(g), Some(&single(b))).unwrap();
         for axis in 0..6 {
-            // gravity's axes in m/s^2, then the field's in microtesla
+            // Axes of gravity in m/s^2, then of the field in microtesla.
             let moved = |step: f64| {
                 let (mut g, mut b) = (g, b);
                 if axis < 3 {

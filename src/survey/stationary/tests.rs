@@ -27,7 +27,7 @@ impl Rig {
         SurveyInput {
             t_us: self.t_us,
             rate_rad_s: Some([0.001, 0.0, -0.001]),
-            // inclination 30 deg, toolface 180 deg
+            // Inclination 30 deg, toolface 180 deg.
             force_m_s2: Some([-4.9, 0.0, -8.487]),
             field_ut: Some([20.0, 0.0, 45.0]),
             raw_accel_m_s2: [-5.0, 0.1, -8.5],
@@ -37,7 +37,7 @@ impl Rig {
         }
     }
 
-    /// Feeds `seconds` of changed samples; surveys that were latched.
+    /// Feeds `seconds` of changed samples. Returns the surveys that latched.
     fn feed(&mut self, seconds: f32, change: impl Fn(&mut SurveyInput)) -> Vec<SurveyReport> {
         let mut latched = Vec::new();
         for _ in 0..(seconds * 1e6 / STEP_US as f32) as u32 {
@@ -96,7 +96,7 @@ fn a_blow_that_clips_and_a_pause_in_the_samples_start_it_over() {
     rig.t_us += 200_000;
     rig.feed(0.01, |_| {});
     assert_eq!(rig.survey.state(), StationaryState::Moving);
-    // one reading that is missing is none
+    // One missing reading is not a pause.
     rig.feed(12.0, |_| {});
     rig.feed(0.01, |input| input.force_m_s2 = None);
     assert_eq!(rig.survey.state(), StationaryState::Averaging);
@@ -106,7 +106,7 @@ fn a_blow_that_clips_and_a_pause_in_the_samples_start_it_over() {
 fn a_turn_too_slow_for_the_gyro_gives_no_survey() {
     let mut rig = Rig::new();
     let start = rig.t_us;
-    // 0.2 deg/s about the tool axis, as a string untwists; the gyro's threshold is 2 deg/s
+    // 0.2 deg/s about the tool axis, as a string untwists; the gyro's threshold is 2 deg/s.
     let turning = move |input: &mut SurveyInput| {
         let angle = 0.0035 * (input.t_us - start) as f32 * 1e-6;
         let (s, c) = libm::sincosf(angle);

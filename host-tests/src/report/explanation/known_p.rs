@@ -69,7 +69,7 @@ fn from_reference(trace: &Trace, config: &Config) -> Option<Posterior> {
 fn readings(sample: &Sample) -> [Reading; 3] {
     let gyro = SampleFlags::GYRO_MISSING | SampleFlags::GYRO_CLIPPED;
     let of = |without: SampleFlags, v: [f32; 3]| {
-        if sample.flags.intersects(without) { Reading::Missing } else { Reading::Good(Vector3::from(v)) }
+        if sample.flags.intersects(without) { Reading::Missing } else { Reading::Usable(Vector3::from(v)) }
     };
     [
         of(gyro, sample.gyro_rad_s),

@@ -52,14 +52,5 @@ impl<I: InertialSource, M: MagneticSource> Sensors<I, M> {
 /// What the parts' data sheets say of a sample's sensors.
 pub fn data_sheet<I: InertialSource, M: MagneticSource>(inertial: &I, magnetic: &M) -> (u32, FullScale, Latency) {
     let (inertial, magnetic) = (inertial.data(), magnetic.data());
-    let [gyro, accel] = inertial.sensors;
-    let [mag] = magnetic.sensors;
-    let mean = |latency: [f32; 3]| Some(latency.iter().sum::<f32>() / 3.0);
-    let full_scale = FullScale {
-        gyro_rad_s: Some(gyro.full_scale),
-        accel_m_s2: Some(accel.full_scale),
-        mag_ut: Some(mag.full_scale),
-    };
-    let latency = Latency { gyro_s: mean(gyro.latency_s), accel_s: mean(accel.latency_s), mag_s: mean(mag.latency_s) };
-    (inertial.period_us, full_scale, latency)
+    (inertial.period_us, FullScale::of_parts(&inertial, &magnetic), Latency::of_parts(&inertial, &magnetic))
 }

@@ -1,10 +1,10 @@
 use nalgebra::{Matrix3, Vector3};
 
-/// What about 20 ms of samples leave for one step of the filter, gathered in the earth frame: rotation inside the block is
-/// taken out exactly as the gyro saw it, so means over the block lose nothing while the probe turns.
+/// Samples of one filter step, summed in the earth frame. Rotation within the step is removed sample by
+/// sample as the gyro saw it, so that the means lose nothing while the probe turns.
 #[derive(Clone, Copy)]
-pub(crate) struct Block {
-    /// Length, seconds.
+pub(crate) struct FilterStep {
+    /// Length of the step, seconds.
     pub(crate) time_s: f32,
     /// Integral of C (body to NED), seconds.
     pub(crate) rotation_time: Matrix3<f32>,
@@ -19,7 +19,7 @@ pub(crate) struct Block {
     field_count: u16,
 }
 
-impl Block {
+impl FilterStep {
     pub(crate) const fn new() -> Self {
         const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
         Self {
@@ -35,23 +35,23 @@ impl Block {
         }
     }
 
-    /// Adds the interval that a sample ends: its rate, and C at its end.
-    pub(crate) fn turn(&mut self, c: &Matrix3<f32>, rate_rad_s: &Vector3<f32>, dt_s: f32) {
+    /// Adds the interval that a sample ends, by its rate and C at its end.
+    pub(crate) fn add_rotation(&mut self, c: &Matrix3<f32>, rate_rad_s: &Vector3<f32>, dt_s: f32) {
         self.time_s += dt_s;
         self.rotation_time += c * dt_s;
         self.angle_rad += rate_rad_s * dt_s;
         self.squared_rate_time += rate_rad_s.norm_squared() * dt_s;
     }
 
-    /// Adds a specific force, NED.
-    pub(crate) fn force(&mut self, force_ned_m_s2: &Vector3<f32>) {
+    /// Adds a specific force, NED, m/s^2.
+    pub(crate) fn add_force(&mut self, force_ned_m_s2: &Vector3<f32>) {
         self.force_sum += force_ned_m_s2;
         self.square_force_sum += force_ned_m_s2.norm_squared();
         self.force_count += 1;
     }
 
-    /// Adds a field, NED.
-    pub(crate) fn field(&mut self, field_ned_ut: &Vector3<f32>) {
+    /// Adds a field, NED, microtesla.
+    pub(crate) fn add_field(&mut self, field_ned_ut: &Vector3<f32>) {
         self.field_sum += field_ned_ut;
         self.field_count += 1;
     }

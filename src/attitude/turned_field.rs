@@ -1,46 +1,51 @@
+use crate::statistics::chi_square::IN_A_THOUSAND;
 use nalgebra::Vector3;
 
-/// Smoothing of what readings vary by, seconds. Of what is doubted the gate counts, so that a turn by a radian is in doubt until it is some ten
-/// thousand times: for two seconds, in which the filter finds out.
+/// Averaging time of the readings' scatter, seconds. A doubted reading enters the mean only up to the gate: a
+/// turn by a radian stays doubted until the mean is some ten thousand times larger, for two seconds, in which
+/// the filter finds the cause.
 const SMOOTHING_S: f32 = 1.0;
-/// By how much they vary before any was seen: beyond the earth's field.
+/// Scatter assumed before the first reading, microtesla: more than the earth's field.
 const UNKNOWN_UT: f32 = 100.0;
-/// What is so many times the mean square is no noise: of three axes one reading in a thousand (chi-square).
-const GATE: f32 = 16.27 / 3.0;
+/// Gate over the mean square: exceeded by noise once in a thousand (chi-square with three degrees of
+/// freedom).
+const GATE: f32 = IN_A_THOUSAND / 3.0;
 
-/// By how far the earth's field seems to have turned since it last agreed with the attitude, reading by reading.
+/// Apparent turn of the earth's field since it last agreed with the attitude, reading by reading.
 ///
-/// The field stands still, so that it is the attitude that turned, if it is no disturbance that came: until the filter has found out which,
-/// the attitude may be off by as much. A gyro that fails while the probe turns is off by degrees within a hundredth of a second.
+/// The field stands still. If no disturbance came, the attitude turned, and until the filter knows which, the
+/// attitude may be off by as much. A gyro that fails while the probe turns is off by degrees within a
+/// hundredth of a second.
 pub(super) struct TurnedField {
-    /// As it agreed last, NED; zero before.
+    /// Field of the last agreement, NED; zero before the first.
     agreed_ut: Vector3<f32>,
-    /// Mean square of what readings differ from it by.
+    /// Mean square of the readings' difference from it.
     noise_ut2: f32,
-    /// By how much more the last one did.
+    /// Excess of the last reading's squared difference over the gate.
     doubt_ut2: f32,
 }
 
 impl TurnedField {
     /// All zero, for a static.
-    pub(super) const fn new() -> Self {
+    pub(super) const fn zero() -> Self {
         Self { agreed_ut: Vector3::new(0.0, 0.0, 0.0), noise_ut2: 0.0, doubt_ut2: 0.0 }
     }
 
-    /// Begins with no reading in doubt.
-    pub(super) const fn start(&mut self) {
-        self.noise_ut2 = UNKNOWN_UT * UNKNOWN_UT;
+    /// Creates a detector with no reading in doubt.
+    pub(super) const fn new() -> Self {
+        Self { noise_ut2: UNKNOWN_UT * UNKNOWN_UT, ..Self::zero() }
     }
 
-    /// The mean field of a step, NED, that agreed with the attitude: it counts if there is no doubt at its end.
+    /// Takes a step's mean field, NED, that agreed with the attitude; ignored while the last reading is in
+    /// doubt.
     pub(super) fn agree(&mut self, field_ut: &Vector3<f32>) {
         if self.doubt_ut2 <= 0.0 {
             self.agreed_ut = *field_ut;
         }
     }
 
-    /// Takes in a reading, NED; whether it is in doubt.
-    pub(super) fn observe(&mut self, field_ut: &Vector3<f32>, step_s: f32) -> bool {
+    /// Takes a reading, NED. Returns true if it is in doubt.
+    pub(super) fn update(&mut self, field_ut: &Vector3<f32>, step_s: f32) -> bool {
         let square = (field_ut - self.agreed_ut).norm_squared();
         let beyond = square - GATE * self.noise_ut2;
         self.doubt_ut2 = if beyond > 0.0 { beyond } else { 0.0 };
@@ -48,7 +53,7 @@ impl TurnedField {
         self.doubt_ut2 > 0.0
     }
 
-    /// What is in doubt already is so by no less than this, rad^2.
+    /// Raises an existing doubt to at least this squared angle, rad^2.
     pub(super) fn doubt_at_least(&mut self, square: f32) {
         let square_ut2 = square * self.agreed_ut.norm_squared();
         if self.doubt_ut2 > 0.0 && square_ut2 > self.doubt_ut2 {
@@ -56,7 +61,7 @@ impl TurnedField {
         }
     }
 
-    /// Square of the angle in doubt, rad^2: the chord's. None before any field has agreed.
+    /// Squared angle in doubt, rad^2, as a chord; 0 before any field has agreed.
     pub(super) fn doubt(&self) -> f32 {
         let square_ut2 = self.agreed_ut.norm_squared();
         if self.doubt_ut2 > 0.0 && square_ut2 > 0.0 { self.doubt_ut2 / square_ut2 } else { 0.0 }
@@ -73,18 +78,17 @@ mod tests {
     const FIELD_UT: Vector3<f32> = Vector3::new(20.0, 1.0, 45.0);
     const STEP_S: f32 = 0.01;
 
-    /// Noise of so many microtesla on each axis, nearly normal.
+    /// Nearly normal noise with this deviation on each axis, microtesla.
     fn noisy(random: &mut Xoshiro128PlusPlus, sigma_ut: f32) -> Vector3<f32> {
         let mut normal = || (0..12).map(|_| (random.next_u32() >> 8) as f32 / 16_777_216.0 - 0.5).sum::<f32>();
         Vector3::new(normal(), normal(), normal()) * sigma_ut
     }
 
-    /// One that agrees with a noisy field.
+    /// A detector that agrees with a noisy field.
     fn settled(random: &mut Xoshiro128PlusPlus, sigma_ut: f32) -> TurnedField {
         let mut turned = TurnedField::new();
-        turned.start();
         for _ in 0..2_000 {
-            turned.observe(&(FIELD_UT + noisy(random, sigma_ut)), STEP_S);
+            turned.update(&(FIELD_UT + noisy(random, sigma_ut)), STEP_S);
             turned.agree(&FIELD_UT);
         }
         turned
@@ -95,8 +99,7 @@ mod tests {
         for sigma_ut in [0.1, 1.0] {
             let random = &mut Xoshiro128PlusPlus::seed_from_u64(5);
             let mut turned = settled(random, sigma_ut);
-            let doubted =
-                (0..100_000).filter(|_| turned.observe(&(FIELD_UT + noisy(random, sigma_ut)), STEP_S)).count();
+            let doubted = (0..100_000).filter(|_| turned.update(&(FIELD_UT + noisy(random, sigma_ut)), STEP_S)).count();
             assert!((20..400).contains(&doubted), "{doubted} of 100,000");
         }
     }
@@ -107,18 +110,17 @@ mod tests {
         let mut turned = settled(random, 0.2);
         let (angle_rad, axis) = (0.1_f32, FIELD_UT.cross(&Vector3::x()).normalize());
         let rotation = nalgebra::UnitQuaternion::new_normalize(exp_quaternion(&(axis * angle_rad)));
-        assert!(turned.observe(&(rotation * FIELD_UT), STEP_S));
+        assert!(turned.update(&(rotation * FIELD_UT), STEP_S));
         assert!((libm::sqrtf(turned.doubt()) / angle_rad - 1.0).abs() < 0.02, "{}", turned.doubt());
         turned.doubt_at_least(0.04);
         assert!((libm::sqrtf(turned.doubt()) - 0.2).abs() < 1e-4);
-        assert!(!turned.observe(&FIELD_UT, STEP_S) && turned.doubt() == 0.0);
+        assert!(!turned.update(&FIELD_UT, STEP_S) && turned.doubt() == 0.0);
     }
 
     #[test]
     fn before_any_field_has_agreed_nothing_is_in_doubt() {
         let mut turned = TurnedField::new();
-        turned.start();
-        turned.observe(&(FIELD_UT * 100.0), STEP_S);
+        turned.update(&(FIELD_UT * 100.0), STEP_S);
         turned.doubt_at_least(1.0);
         assert_eq!(turned.doubt(), 0.0);
     }

@@ -2,17 +2,18 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// L^-1 of a covariance S = L L^T: what it is applied to has unit covariance. (nalgebra's own solver can panic, as far as a compiler sees.)
+/// Inverse Cholesky factor L^-1 of a covariance S = L L^T: it whitens vectors to unit covariance. (nalgebra's
+/// solver keeps a panic reachable for the compiler.)
 #[derive(Clone, Copy)]
-pub(super) struct Whitening {
-    /// One over L's diagonal.
+pub(crate) struct Whitening {
+    /// Inverses of L's diagonal.
     inverse: Vector3<f32>,
-    /// L's elements (1, 0), (2, 0), (2, 1).
+    /// Elements (1, 0), (2, 0) and (2, 1) of L.
     below: Vector3<f32>,
 }
 
 impl Whitening {
-    /// `None`: the covariance is not positive definite.
+    /// Factorises a covariance; `None` if it is not positive definite.
     pub fn new(s: &Matrix3<f32>) -> Option<Self> {
         let root = |square: f32| (square > 0.0 && square.is_finite()).then(|| 1.0 / libm::sqrtf(square));
         let first = root(s[(0, 0)])?;
@@ -23,7 +24,7 @@ impl Whitening {
         Some(Self { inverse: Vector3::new(first, second, third), below: Vector3::new(l10, l20, l21) })
     }
 
-    /// L^-1 v.
+    /// Returns L^-1 v.
     pub fn apply(&self, v: &Vector3<f32>) -> Vector3<f32> {
         let x = v.x * self.inverse.x;
         let y = (v.y - self.below.x * x) * self.inverse.y;

@@ -1,20 +1,22 @@
-use crate::attitude::block::Block;
+use super::filter_step::FilterStep;
 use nalgebra::Vector3;
 
-/// Rotation is sustained that lasts longer than this, seconds: longer than a drill string can swing by itself. Held above and free below, one of
-/// 3,200 m swings with a period of four times its length over the speed of torsional waves in steel, 3,200 m/s.
+/// Least duration of a sustained rotation, seconds: longer than a drill string swings by itself. A string of
+/// 3,200 m, held above and free below, swings with a period of four times its length over the speed of
+/// torsional waves in steel, 3,200 m/s.
 const SUSTAINED_S: f32 = 4.0;
-/// An axis is that of a rotation of which this part is sustained, and then at least half of the mean rate's square is about it. Of a string
-/// that stops at each swing, with a speed of 1 + cos, a third is; what is left is for the mean's own swing.
+/// Sustained part of the rotation above which it has an axis; at least half of the mean rate's square is then
+/// about that axis. A string that stops at each swing (speed 1 + cos) sustains a third; the rest allows for
+/// the mean's own swing.
 const STEADY: f32 = 0.25;
 
-/// How much of the probe's rotation is sustained: as far as the square of its mean rate exceeds its variance.
+/// Sustained part of the probe's rotation: the excess of the squared mean rate over the variance.
 pub(super) struct SustainedRotation {
-    /// Over seconds.
+    /// Mean rate over [`SUSTAINED_S`].
     mean_rad_s: Vector3<f32>,
     /// Mean of the squared rate, (rad/s)^2.
     mean_square: f32,
-    /// As much of it as is sustained now, and as was when it last grew or waned.
+    /// Sustained part of that mean square now, and when it last grew or waned.
     square: f32,
     held_square: f32,
 }
@@ -24,15 +26,15 @@ impl SustainedRotation {
         Self { mean_rad_s: Vector3::new(0.0, 0.0, 0.0), mean_square: 0.0, square: 0.0, held_square: 0.0 }
     }
 
-    /// Takes a step in; the square of what the rotation has grown by, or waned by, (rad/s)^2.
-    pub(super) fn observe(&mut self, block: &Block) -> f32 {
-        let weight = block.time_s / (SUSTAINED_S + block.time_s);
-        self.mean_rad_s += (block.angle_rad / block.time_s - self.mean_rad_s) * weight;
-        self.mean_square += (block.squared_rate() - self.mean_square) * weight;
+    /// Takes a filter step. Returns the square of the rate by which the rotation grew or waned, (rad/s)^2.
+    pub(super) fn update(&mut self, step: &FilterStep) -> f32 {
+        let weight = step.time_s / (SUSTAINED_S + step.time_s);
+        self.mean_rad_s += (step.angle_rad / step.time_s - self.mean_rad_s) * weight;
+        self.mean_square += (step.squared_rate() - self.mean_square) * weight;
         let square = 2.0 * self.mean_rad_s.norm_squared() - self.mean_square;
         self.square = if square > 0.0 { square } else { 0.0 };
         let before = self.held_square;
-        // what swings with stick-slip is the same rotation still
+        // A rotation that swings with stick-slip remains the same rotation.
         let waned = self.square < 0.25 * before;
         if self.square > before || waned {
             self.held_square = self.square;
@@ -42,17 +44,17 @@ impl SustainedRotation {
         }
     }
 
-    /// Square of the rate that is sustained, (rad/s)^2.
+    /// Square of the sustained rate, (rad/s)^2.
     pub(super) const fn square(&self) -> f32 {
         self.square
     }
 
-    /// The part of the rotation that is sustained, 0 to 1.
+    /// Sustained share of the rotation, 0 to 1.
     pub(super) fn part(&self) -> f32 {
         if self.square > 0.0 { self.square / self.mean_square } else { 0.0 }
     }
 
-    /// Which body axes it is about; `None` while there is none.
+    /// Body axes of the sustained rotation; `None` while there is none.
     pub(super) fn axes(&self) -> Option<[bool; 3]> {
         let rate = &self.mean_rad_s;
         let least = 0.5 * rate.norm_squared();
@@ -68,12 +70,12 @@ mod tests {
     fn after(rate: impl Fn(f32) -> f32) -> SustainedRotation {
         let mut rotation = SustainedRotation::new();
         for step in 0..800_u16 {
-            let mut block = Block::new();
+            let mut gathered = FilterStep::new();
             for sample in 0..5_u16 {
                 let t_s = f32::from(step * 5 + sample) * 0.01;
-                block.turn(&Matrix3::identity(), &Vector3::new(0.1, 0.0, rate(t_s)), 0.01);
+                gathered.add_rotation(&Matrix3::identity(), &Vector3::new(0.1, 0.0, rate(t_s)), 0.01);
             }
-            rotation.observe(&block);
+            rotation.update(&gathered);
         }
         rotation
     }

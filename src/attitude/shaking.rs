@@ -1,24 +1,26 @@
-use super::correction::UNSEEN_FORCE_DENSITY;
+use super::motion::UNSEEN_FORCE_DENSITY;
 use nalgebra::{Vector2, Vector3};
 
-/// The force is added up over this time, seconds: a turn at 30 rpm, the slowest that drilling rotates with. A probe in its hole gets nowhere in
-/// it, and a wrong tilt hardly changes.
+/// Integration time of the force, seconds: a turn at 30 rpm, the slowest rotary drilling. A probe in its hole
+/// gets nowhere in that time, and a wrong tilt hardly changes.
 const IMPULSE_S: f32 = 2.0;
-/// Weight of the newest: of two axes and nine such times are in the mean, 18 squares, whose deviation is a third.
+/// Weight of the newest impulse: the mean holds two axes of nine of them, 18 squares, whose relative
+/// deviation is a third.
 const WEIGHT: f32 = 0.2;
 
-/// No more than the acceleration that is assumed where none is read, (m/s^2)^2/Hz.
+/// Largest density, (m/s^2)^2/Hz: that of the acceleration assumed where no force is read.
 const MOST: f32 = UNSEEN_FORCE_DENSITY;
 
-/// How much the horizontal specific force varies slowly, by what it adds up to from one time to the next.
+/// Slow variation of the horizontal specific force, measured by its integral from one interval to the next.
 ///
-/// A probe that goes nowhere has no slow acceleration. Yet what a vibration of the tool's own axes has at the frequency of the
-/// rotation is slow in the earth frame, and what sampling folds is at every frequency: white noise there.
+/// A probe that goes nowhere has no slow acceleration. Yet vibration of the tool's own axes at the rotation's
+/// frequency is slow in the earth frame, and sampling folds vibration to every frequency: both are white
+/// noise there.
 pub(super) struct Shaking {
     impulse_m_s: Vector2<f32>,
     last_m_s: Vector2<f32>,
     time_s: f32,
-    /// (m/s^2)^2/Hz.
+    /// Density at low frequency, (m/s^2)^2/Hz.
     density: f32,
 }
 
@@ -28,8 +30,8 @@ impl Shaking {
         Self { impulse_m_s: ZERO, last_m_s: ZERO, time_s: 0.0, density: 0.0 }
     }
 
-    /// Takes in the mean force of a step, NED; without one the time begins anew.
-    pub(super) fn observe(&mut self, force_m_s2: Option<&Vector3<f32>>, time_s: f32) {
+    /// Takes a step's mean force, NED; a missing one restarts the interval.
+    pub(super) fn update(&mut self, force_m_s2: Option<&Vector3<f32>>, time_s: f32) {
         let Some(force) = force_m_s2 else {
             (self.impulse_m_s, self.time_s) = (Vector2::zeros(), 0.0);
             return;
@@ -37,7 +39,7 @@ impl Shaking {
         self.impulse_m_s += force.xy() * time_s;
         self.time_s += time_s;
         if self.time_s > IMPULSE_S {
-            // two axes, each twice density times time: a constant force, as of a wrong tilt, drops out
+            // Two axes, each with twice density times time. A constant force, as of a wrong tilt, drops out.
             let change = self.impulse_m_s - self.last_m_s;
             let density = change.norm_squared() / (4.0 * self.time_s);
             self.density += (if density < MOST { density } else { MOST } - self.density) * WEIGHT;
@@ -63,7 +65,7 @@ mod tests {
         let (mut shaking, mut sum) = (Shaking::new(), 0.0);
         for step in 0..60_000_u16 {
             let mut axis = || force(f32::from(step) * 0.05, uniform() * 3.464_1);
-            shaking.observe(Some(&Vector3::new(axis(), axis(), -9.8)), 0.05);
+            shaking.update(Some(&Vector3::new(axis(), axis(), -9.8)), 0.05);
             sum += if step < 2_000 { 0.0 } else { shaking.density() / 58_000.0 };
         }
         sum
@@ -71,7 +73,7 @@ mod tests {
 
     #[test]
     fn white_noise_is_measured_and_neither_a_wrong_tilt_nor_a_shaking_in_place_is_noise() {
-        // steps of 50 ms with a deviation of 1: 0.05
+        // Steps of 50 ms with a deviation of 1: 0.05.
         let white = mean_density(|_, noise| noise);
         assert!((white - 0.05).abs() < 0.01, "{white}");
         let tilted = mean_density(|_, noise| 0.5 + 0.01 * noise);

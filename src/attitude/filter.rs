@@ -1,0 +1,372 @@
+use super::{
+    Attitude, AttitudeFlags,
+    agreement::Agreement,
+    error_state::BIAS,
+    filter_step::FilterStep,
+    heading::{Conditions, Heading, LOST_RAD},
+    motion::Motion,
+    report::Report,
+    rest::RestTracker,
+    sensor_errors::SensorErrors,
+    settings::Settings,
+    state::State,
+    tilt::Tilt,
+    turned_field::TurnedField,
+};
+use crate::{
+    compensation::GyroModel,
+    config::{AttitudeConfig, Earth},
+    rest::UNSEEN_RATE_RAD_S,
+    rotation::rotate_back,
+};
+use core::f32::consts::PI;
+use nalgebra::{Matrix3, Vector3};
+
+/// Duration of one filter step, seconds: half the shortest correlation time among the modelled errors (0.1 s).
+/// Shorter steps add no information, because rotation within a step is removed sample by sample.
+const STEP_S: f32 = 0.05;
+/// Correlation time of an unread rate, seconds: a radian of a swing at half a hertz.
+const UNREAD_RATE_TIME_S: f32 = 0.3;
+
+/// Attitude filter: strapdown integration at the sample rate, corrected 20 times a second.
+///
+/// An error-state Kalman filter over attitude, residual gyro bias and horizontal velocity. The accelerometer is
+/// integrated to a velocity, and the filter assumes only that velocity is bounded: a wrong tilt makes the
+/// integral of gravity run away; vibration, shocks and a moving hand do not. So no single reading counts as
+/// gravity, and the averaging is as long as the gyro allows. The field corrects the heading and the bias, never
+/// the tilt, and only while its norm and dip agree with an undisturbed reference. Errors correlated in time
+/// enter as white noise of the same density at low frequency.
+///
+/// All zero until [`AttitudeFilter::start`], so that a `static` of it takes no flash.
+pub struct AttitudeFilter {
+    // Not an `Option` of all that follows, whose `None` would be stored in a niche that is not zero.
+    started: bool,
+    settings: Settings,
+    sensors: SensorErrors,
+    state: State,
+    motion: Motion,
+    tilt: Tilt,
+    heading: Heading,
+    agreement: Agreement,
+    turned_field: TurnedField,
+    /// Filter step in progress.
+    step: FilterStep,
+    sample: LastSample,
+    report: Report,
+}
+
+/// Readings of the last sample.
+struct LastSample {
+    rate_rad_s: Vector3<f32>,
+    /// Interval that the sample ends, seconds; 0 after a gap.
+    step_s: f32,
+    accel_seen: bool,
+    mag_seen: bool,
+    after_gap: bool,
+}
+
+impl LastSample {
+    const NONE: Self = Self {
+        rate_rad_s: Vector3::new(0.0, 0.0, 0.0),
+        step_s: 0.0,
+        accel_seen: false,
+        mag_seen: false,
+        after_gap: false,
+    };
+}
+
+impl AttitudeFilter {
+    /// Returns a filter that has not been started.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            started: false,
+            settings: Settings::UNSET,
+            sensors: SensorErrors::ZERO,
+            state: State::zero(),
+            motion: Motion::new(),
+            tilt: Tilt::zero(),
+            heading: Heading::zero(),
+            agreement: Agreement::new(),
+            turned_field: TurnedField::zero(),
+            step: FilterStep::new(),
+            sample: LastSample::NONE,
+            report: Report::ZERO,
+        }
+    }
+
+    /// Starts anew from a configuration that [`crate::Config::validate`] has accepted.
+    pub fn start(&mut self, config: &AttitudeConfig, earth: &Earth) {
+        *self = Self {
+            started: true,
+            settings: Settings::new(config, earth),
+            sensors: SensorErrors::new(config),
+            state: State::new(config),
+            tilt: Tilt::new(),
+            heading: Heading::new(earth),
+            turned_field: TurnedField::new(),
+            report: Report::new(),
+            ..Self::new()
+        };
+    }
+
+    /// Rotation of the earth in the body frame at the last sample, rad/s, to subtract from the gyro's reading.
+    /// Zero without a latitude or before the alignment; its vertical part alone while there is no heading.
+    #[must_use]
+    pub fn earth_rate_rad_s(&self) -> Vector3<f32> {
+        let rate = self.settings.earth_rate_ned_rad_s;
+        let known = if self.heading.is_observed() { rate } else { Vector3::new(0.0, 0.0, rate.z) };
+        if self.tilt.aligned { rotate_back(&self.state.propagation.q, &known) } else { Vector3::zeros() }
+    }
+
+    /// Residual gyro bias that the filter found, body frame, rad/s, to subtract from the compensated rate.
+    #[must_use]
+    pub const fn residual_bias_rad_s(&self) -> Vector3<f32> {
+        self.state.bias_rad_s
+    }
+
+    /// Advances over the `dt_s` seconds that end with this sample, by its compensated body rate relative to the
+    /// earth (or the last rate held).
+    pub fn propagate(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
+        if !self.started {
+            return;
+        }
+        // Beyond any gyro (57,000 deg/s): a defective reading, which says nothing.
+        let plausible = rate_rad_s.norm_squared() < 1e6;
+        self.sample.rate_rad_s = if plausible { *rate_rad_s } else { Vector3::zeros() };
+        self.sample.step_s = dt_s;
+        if !self.tilt.aligned {
+            return;
+        }
+        if !plausible {
+            self.stop();
+            self.inflate(PI);
+        }
+        let rate = self.sample.rate_rad_s - self.state.bias_rad_s;
+        self.state.advance(dt_s, &rate);
+        self.step.add_rotation(&self.state.rotation, &rate, dt_s);
+    }
+
+    /// Inflates the attitude for an unread rate (held, clipped or frozen), the last of `unread_s` seconds of
+    /// them, this step's `dt_s` included. The rate's error grows from nothing to the rate itself; the angle's
+    /// grows with the square of time, then linearly.
+    pub fn unread(&mut self, dt_s: f32, unread_s: f32) {
+        let rate_rad_s = libm::sqrtf(self.sample.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S;
+        let angle_rad = |s: f32| {
+            let late = s > UNREAD_RATE_TIME_S;
+            rate_rad_s * if late { s - 0.5 * UNREAD_RATE_TIME_S } else { 0.5 * s * s / UNREAD_RATE_TIME_S }
+        };
+        let (before, now) = (angle_rad(unread_s - dt_s), angle_rad(unread_s));
+        self.inflate(libm::sqrtf(now * now - before * before));
+    }
+
+    /// Passes over `dt_s` seconds without samples. The attitude stays; its uncertainty grows by the turn that
+    /// may have happened, and if that is large, gravity and field align the filter again. Call
+    /// [`AttitudeFilter::observe`] next, without [`AttitudeFilter::propagate`].
+    pub fn gap(&mut self, dt_s: f32) {
+        if !self.started {
+            return;
+        }
+        let limited_s = if dt_s < 100.0 { dt_s } else { 100.0 };
+        let angle_rad = (libm::sqrtf(self.sample.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S) * limited_s;
+        self.inflate(if angle_rad < PI { angle_rad } else { PI });
+        let config = &self.settings.config;
+        let walk = config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * limited_s;
+        let most = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
+        for k in 0..3 {
+            self.state.errors.inflate(BIAS + k, walk, most);
+        }
+        self.stop();
+        self.state.propagation.interrupt();
+        self.motion.rest = RestTracker::new();
+        self.tilt.lost = self.tilt.lost || angle_rad > LOST_RAD;
+        self.sample.after_gap = true;
+        self.sample.step_s = 0.0;
+    }
+
+    /// Takes the sample's calibrated vectors in the body frame: specific force (m/s^2, up at rest) and field
+    /// (microtesla); `None` for one that is missing, clipped or known to be wrong. Call it after every
+    /// [`AttitudeFilter::propagate`].
+    pub fn observe(&mut self, accel_m_s2: Option<&Vector3<f32>>, mag_ut: Option<&Vector3<f32>>) {
+        if !self.started {
+            return;
+        }
+        // Accelerometers end at some 200 g, magnetometers at some 5 mT.
+        let accel = accel_m_s2.filter(|a| a.norm_squared() < 1e8);
+        let mag = mag_ut.filter(|m| (1e-2..1e8).contains(&m.norm_squared()));
+        (self.sample.accel_seen, self.sample.mag_seen) = (accel.is_some(), mag.is_some());
+        self.motion.rest.update(&self.sample.rate_rad_s, accel, self.sample.step_s);
+        if !self.tilt.aligned || self.tilt.lost {
+            // Free fall has no direction.
+            let gravity_m_s2 = self.settings.earth.gravity_m_s2;
+            let least = 0.01 * gravity_m_s2 * gravity_m_s2;
+            if let Some(force) = accel.filter(|a| a.norm_squared() > least) {
+                self.align(force, mag);
+                return;
+            }
+            if !self.tilt.aligned {
+                return;
+            }
+        }
+        if let Some(force) = accel {
+            self.step.add_force(&(self.state.rotation * force));
+        }
+        if let Some(field) = mag {
+            let field = self.state.rotation * field;
+            self.step.add_field(&field);
+            self.report.is_stale |= self.turned_field.update(&field, self.sample.step_s);
+        }
+        if self.step.time_s + 0.5 * self.sample.step_s >= STEP_S {
+            self.close_step();
+        }
+    }
+
+    /// Aligns the filter by one reading, the first or one after it was lost.
+    fn align(&mut self, force: &Vector3<f32>, field: Option<&Vector3<f32>>) {
+        let first = !self.tilt.aligned;
+        let force_ned = self.state.rotation * force;
+        self.tilt.align_anew(&mut self.state, &mut self.heading, &force_ned, &self.settings);
+        self.step = FilterStep::new();
+        self.report.is_stale = true;
+        if first && let Some(field) = field {
+            Heading::face_north(&mut self.state, field, &self.settings.earth);
+        }
+    }
+
+    /// Closes a filter step: predicts over it, then updates by its force, by rest and by its field.
+    fn close_step(&mut self) {
+        let Self { settings, sensors, state, motion, tilt, heading, agreement, turned_field, .. } = self;
+        let step = core::mem::replace(&mut self.step, FilterStep::new());
+        let gravity_m_s2 = settings.earth.gravity_m_s2;
+        let (read, field) = (step.mean_force(), step.mean_field());
+        let force = if tilt.force_is_sound(&step, heading.agrees(), gravity_m_s2) { read } else { None };
+
+        let (step_s, scale) = (self.sample.step_s, sensors.scale_sigma);
+        let mut noise = motion.process_noise(&step, force.is_some(), step_s, scale, &settings.config);
+        // Scale and coupling errors act on a sustained rotation as a bias does.
+        noise.bias += scale * scale * motion.sustained.update(&step);
+        noise.attitude += Matrix3::from_diagonal_element(agreement.process_noise(step.time_s));
+        tilt.note_force(force.is_some(), step.time_s);
+        motion.shaking.update(force.as_ref(), step.time_s);
+        let gravity_time = if force.is_some() { gravity_m_s2 * step.time_s } else { 0.0 };
+        state.errors.predict(&step.rotation_time, gravity_time, &noise);
+
+        tilt.update_velocity(state, force, &motion.rest, step.time_s, settings);
+        if motion.rest.detected() {
+            state.update_at_rest(&step);
+        }
+        if let Some(field) = &field {
+            let conditions = Conditions {
+                sustained: &motion.sustained,
+                tilt_is_settled: tilt.is_settled(),
+                force_seen: tilt.force_seen_lately(),
+                timing_variance_s2: sensors.mag_timing_variance_s2,
+            };
+            heading.field_used = heading.update(state, field, &step, &conditions, settings);
+            if heading.field_used {
+                turned_field.agree(field);
+            }
+        }
+        let agreed = heading.field_used && field.is_some();
+        if let Some(force) = read {
+            agreement.update(&force, field.as_ref(), step.time_s);
+            if !agreed && heading.is_observed() {
+                agreement.contradict(state, heading, turned_field, field.as_ref(), settings);
+            }
+        }
+        heading.note_agreement(agreed, step.time_s);
+
+        state.correct(&settings.config);
+        tilt.check(state, heading, read, step.time_s, settings);
+        state.refresh_rotation();
+        self.report.is_stale = true;
+    }
+
+    /// Resets the velocity, and drops the filter step in progress.
+    fn stop(&mut self) {
+        self.state.reset_velocity(&self.settings.config);
+        self.step = FilterStep::new();
+    }
+
+    fn inflate(&mut self, angle_rad: f32) {
+        self.state.inflate_attitude(angle_rad);
+        self.report.is_stale = true;
+    }
+
+    /// Swaps the gyro model. The attitude stays. While P stays, so does the total bias: the residual one takes
+    /// the difference and keeps its deviation, so that the filter alone owns the bias. With another P the
+    /// residual bias is dropped, because it was partly P's error, and the new model's deviations (P row-major,
+    /// then b, rad/s) replace the configured ones where they are smaller.
+    pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {
+        if !self.started {
+            return;
+        }
+        let Self { state, heading, settings, .. } = self;
+        self.sensors.change_model(state, heading, [old, new], sigma, &settings.config);
+        self.report.is_stale |= old.p != new.p;
+    }
+
+    /// Restarts the average of the field's reference, after a change in what is taken out of the field.
+    pub const fn field_changed(&mut self) {
+        self.heading.relearn_reference();
+    }
+
+    /// Sets whether the gyro's delay is known. If not, the attitude is uncertain by the turn of half a sample
+    /// period either way, uniform.
+    pub const fn gyro_delay_known(&mut self, known: bool) {
+        self.sensors.gyro_timing_variance = if known { 0.0 } else { 1.0 / 12.0 };
+    }
+
+    /// Sets the magnetometer's delay against the gyro as taken out within `sigma_s` seconds; `None`: not known.
+    pub fn mag_delay_known(&mut self, sigma_s: Option<f32>) {
+        if self.started {
+            self.sensors.set_mag_delay(sigma_s, &self.settings.config);
+        }
+    }
+
+    /// Returns the attitude now, with the sample's flags and the filter's own; `None` before the first
+    /// alignment. Its sigmas are those of the last filter step, at most 50 ms old.
+    pub fn attitude(&mut self, mut flags: AttitudeFlags) -> Option<Attitude> {
+        if !self.tilt.aligned {
+            return None;
+        }
+        if self.report.is_stale {
+            let covariance = self.attitude_covariance();
+            self.report.refresh_sigmas(&self.state, &covariance);
+        }
+        flags.set(AttitudeFlags::NO_HEADING, !self.heading.is_observed());
+        flags.set(AttitudeFlags::AFTER_GAP, core::mem::take(&mut self.sample.after_gap));
+        if !(self.sample.accel_seen && self.tilt.force_used) {
+            flags.insert(AttitudeFlags::ACCEL_UNUSED);
+        }
+        if !(self.sample.mag_seen && self.heading.field_used) {
+            flags.insert(AttitudeFlags::MAG_UNUSED);
+        }
+        Some(self.report.attitude(&self.state, flags, &self.settings))
+    }
+
+    /// Covariance of the attitude error with what the filter's own does not hold, NED, rad^2.
+    #[inline(never)]
+    fn attitude_covariance(&self) -> Matrix3<f32> {
+        let tilt = self.settings.config.accel_sigma_m_s2 / self.settings.earth.gravity_m_s2;
+        let turned = self.turned_field.doubt();
+        let doubt = self.tilt.doubt_rad.component_mul(&self.tilt.doubt_rad);
+        let (north, east) = (tilt * tilt + turned + doubt.x, tilt * tilt + turned + doubt.y);
+        let mut covariance = self.state.errors.attitude_covariance();
+        covariance.m11 += north;
+        covariance.m22 += east;
+        covariance.m33 += self.heading.excess_variance() + turned;
+        let timing_variance = self.sensors.gyro_timing_variance;
+        if timing_variance > 0.0 {
+            let turn = self.state.rotation * (self.sample.rate_rad_s * self.sample.step_s);
+            covariance += turn * turn.transpose() * timing_variance;
+        }
+        covariance
+    }
+}
+
+impl Default for AttitudeFilter {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,222 @@
+//! Heading: its start from the field, its updates, and the field's contradiction.
+
+use super::{
+    error_state::{Gain, HEADING},
+    field_reference::FieldReference,
+    filter_step::FilterStep,
+    settings::Settings,
+    state::State,
+    sustained::SustainedRotation,
+};
+use crate::{config::Earth, rest::TURNING_RAD_S};
+use core::f32::consts::{PI, TAU};
+use nalgebra::Vector3;
+
+/// Attitude uncertainty beyond which gravity and field align the filter again, radians: beyond it the linear
+/// equations err by more than 1.5 %, the sine's third order.
+pub(super) const LOST_RAD: f32 = 0.3;
+/// Correlation time of the calibrated field's direction error, seconds. The error is fixed in the probe and
+/// changes after a turn by a radian: that long at the slowest rate that counts as turning.
+const FIELD_CORRELATION_S: f32 = 1.0 / TURNING_RAD_S;
+/// Correlation time of rate times delay, seconds: a radian of a swing at half a hertz.
+const TIMING_CORRELATION_S: f32 = 0.3;
+/// Hold of a magnetometer's reading, seconds: each sample sees another part of it at 100 Hz (AK8963, mode 2).
+const HOLD_S: f32 = 0.01;
+/// Time for which an agreement of the field holds, seconds: some magnetometers are read 8 to 10 times a
+/// second.
+const AGREEMENT_S: f32 = 0.5;
+/// Gate of the field's heading, in sigmas: exceeded by chance once in 16,000.
+const HEADING_GATE: f32 = 4.0;
+/// Time after which an undisturbed field that contradicts the heading is believed, seconds: ten of its
+/// correlation times.
+const CONTRADICTION_S: f32 = 30.0;
+/// Filter steps whose fields the first heading averages: 1 s.
+const ALIGNMENT_STEPS: u16 = 20;
+
+/// Relation of the field to the heading.
+pub(super) struct Heading {
+    reference: FieldReference,
+    /// Filter steps in the first heading, at most [`ALIGNMENT_STEPS`]; 0: no heading has been observed, 1: the
+    /// next field gives it.
+    steps: u16,
+    /// True if the last step's field was used.
+    pub field_used: bool,
+    /// Time since the field agreed with the attitude, seconds.
+    disagreed_s: f32,
+    contradiction_s: f32,
+    /// Variance of the heading that averaging does not reduce, rad^2.
+    floor: f32,
+    /// Squared angle between the heading and an undisturbed field that is not used, rad^2.
+    doubt: f32,
+}
+
+/// Conditions of a heading update beside the field itself.
+pub(super) struct Conditions<'a> {
+    pub sustained: &'a SustainedRotation,
+    /// True once the tilt is good enough to read a dip against.
+    pub tilt_is_settled: bool,
+    /// True while gravity bounds the bias.
+    pub force_seen: bool,
+    /// Variance of the magnetometer's delay, s^2.
+    pub timing_variance_s2: f32,
+}
+
+impl Heading {
+    /// All zero, for a static.
+    pub const fn zero() -> Self {
+        Self {
+            reference: FieldReference::new(),
+            steps: 0,
+            field_used: false,
+            disagreed_s: 0.0,
+            contradiction_s: 0.0,
+            floor: 0.0,
+            doubt: 0.0,
+        }
+    }
+
+    /// Creates a heading that has not been observed.
+    pub fn new(earth: &Earth) -> Self {
+        Self { reference: FieldReference::start(earth), ..Self::zero() }
+    }
+
+    /// Returns true once a field has given the heading.
+    pub const fn is_observed(&self) -> bool {
+        self.steps > 0
+    }
+
+    /// Returns true if the field recently agreed with the attitude, so that the tilt cannot be far off.
+    pub const fn agrees(&self) -> bool {
+        self.disagreed_s < AGREEMENT_S && self.steps >= ALIGNMENT_STEPS
+    }
+
+    /// Time since the field agreed with the attitude, seconds.
+    pub const fn disagreed_s(&self) -> f32 {
+        self.disagreed_s
+    }
+
+    /// Notes whether a step's field agreed with the attitude.
+    pub fn note_agreement(&mut self, agreed: bool, time_s: f32) {
+        self.disagreed_s = if agreed { 0.0 } else { self.disagreed_s + time_s };
+    }
+
+    /// Reference of the undisturbed field.
+    pub const fn reference(&self) -> &FieldReference {
+        &self.reference
+    }
+
+    /// Restarts the average of the reference.
+    pub const fn relearn_reference(&mut self) {
+        self.reference.relearn();
+    }
+
+    /// Variance of the heading beside the covariance's, rad^2.
+    pub fn excess_variance(&self) -> f32 {
+        self.floor + self.doubt
+    }
+
+    /// Takes a heading that was known before, and is no more, from the next field.
+    pub fn realign(&mut self, variance: f32) {
+        if variance > LOST_RAD * LOST_RAD {
+            self.restart();
+        }
+    }
+
+    /// Resets a heading carried by a gyro worse than assumed; the next field gives it again.
+    pub fn reset(&mut self, state: &mut State) {
+        if self.steps > 1 {
+            state.errors.reset(HEADING, PI * PI);
+            self.restart();
+        }
+    }
+
+    fn restart(&mut self) {
+        if self.steps > 1 {
+            self.steps = 1;
+        }
+    }
+
+    /// Turns the first attitude's heading to magnetic north by one field reading. Whether that field is
+    /// undisturbed is judged later.
+    pub fn face_north(state: &mut State, field_ut: &Vector3<f32>, earth: &Earth) {
+        let field = state.rotation * field_ut;
+        let north_rad = earth.declination_rad.unwrap_or(0.0);
+        state.turn_heading(north_rad - libm::atan2f(field.y, field.x));
+        state.refresh_rotation();
+    }
+
+    /// Updates the heading by a step's mean field. Returns true if the field was used.
+    pub fn update(
+        &mut self,
+        state: &mut State,
+        field: &Vector3<f32>,
+        step: &FilterStep,
+        conditions: &Conditions<'_>,
+        settings: &Settings,
+    ) -> bool {
+        let config = &settings.config;
+        let horizontal_squared = field.x * field.x + field.y * field.y;
+        let norm_squared = field.norm_squared();
+        if !conditions.tilt_is_settled {
+            // A dip read against a wrong tilt would become the reference.
+            return false;
+        }
+        // Within 3 deg of a magnetic pole, or no field.
+        if norm_squared < 0.01 || horizontal_squared < 0.0025 * norm_squared {
+            return false;
+        }
+        let dip_rad = libm::atan2f(field.z, libm::sqrtf(horizontal_squared));
+        let squared_rate = step.squared_rate();
+        let compared =
+            self.reference.compare(libm::sqrtf(norm_squared), dip_rad, libm::sqrtf(squared_rate), step.time_s, config);
+        let Some(deviation) = compared else { return false };
+        let north_rad = settings.earth.declination_rad.unwrap_or(0.0);
+        let innovation = libm::remainderf(north_rad - libm::atan2f(field.y, field.x), TAU);
+        // An error of the field's direction turns the heading the more, the steeper the dip. A disturbance seen
+        // in norm and dip is as large across the field, unseen.
+        let steepness = norm_squared / horizontal_squared;
+        let direction = (config.mag_sigma_rad * config.mag_sigma_rad + deviation) * steepness;
+        // Half of the error is constant in the probe and does not average out while the attitude stays.
+        let floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
+        // A tilt about the field's horizontal direction turns its heading by this slope.
+        let slope = field.xy() * (-field.z / horizontal_squared);
+        if self.steps < ALIGNMENT_STEPS {
+            let (north_tilt, east_tilt) = (state.errors.variance(0), state.errors.variance(1));
+            let tilt = (steepness - 1.0) * if north_tilt > east_tilt { north_tilt } else { east_tilt };
+            let settled = tilt < 4.0 * direction && state.errors.variance(HEADING) < LOST_RAD * LOST_RAD;
+            self.steps = if settled { self.steps + 1 } else { 1 };
+            state.errors.reset(HEADING, direction + tilt);
+            state.turn_heading(innovation / f32::from(self.steps));
+            self.floor = floor;
+            return true;
+        }
+        let timing = conditions.timing_variance_s2 * squared_rate;
+        let hold = HOLD_S * HOLD_S / 12.0 * squared_rate;
+        let expected = state.errors.seen_heading_variance(&slope) + direction + 4.0 * (timing + hold);
+        if innovation * innovation > HEADING_GATE * HEADING_GATE * expected {
+            self.contradiction_s += step.time_s;
+            self.doubt = innovation * innovation;
+            if self.contradiction_s > CONTRADICTION_S {
+                state.errors.reset(HEADING, innovation * innovation);
+            }
+            return false;
+        }
+        self.contradiction_s = 0.0;
+        self.doubt = 0.0;
+        // A sustained rotation carries an error of the probe's own axes around, so that it averages out.
+        let carried = 1.0 + FIELD_CORRELATION_S * FIELD_CORRELATION_S * conditions.sustained.square();
+        let correlated = direction * FIELD_CORRELATION_S / carried + timing * TIMING_CORRELATION_S;
+        let variance = (2.0 * correlated + hold * HOLD_S) / step.time_s;
+        state.errors.update_heading(innovation, &slope, variance, Gain::Heading(conditions.biases()));
+        self.floor = floor;
+        true
+    }
+}
+
+impl Conditions<'_> {
+    /// Axes of the bias that the heading corrects. None without gravity; in a sustained rotation only the
+    /// rotation's axis, because a field error that turns with the probe looks like a bias of the others.
+    fn biases(&self) -> [bool; 3] {
+        self.sustained.axes().unwrap_or([true; 3]).map(|axis| axis && self.force_seen)
+    }
+}

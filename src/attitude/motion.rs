@@ -1,0 +1,64 @@
+//! Motion as the filter judges it, and the process noise that follows.
+
+use super::{
+    error_state::ProcessNoise, filter_step::FilterStep, rest::RestTracker, shaking::Shaking,
+    sustained::SustainedRotation,
+};
+use crate::config::AttitudeConfig;
+use nalgebra::Matrix3;
+
+/// Correlation time of scale and coupling errors in one earth direction while motion reverses, seconds: a
+/// radian of a swing at 1.6 Hz, as fast as a hand.
+const SCALE_CORRELATION_S: f32 = 0.1;
+/// White noise of the accelerometer, m/s^2 per root hertz: the upper end of MEMS data sheets (1e-3 to 3e-3;
+/// MPU-9250 PS section 3.2: 300 ug). Vibration folded into it is measured separately.
+const FORCE_NOISE_M_S2_RTHZ: f32 = 0.003;
+/// Spectral density of the acceleration while no force is read, (m/s^2)^2/Hz: 1 m/s^2 correlated over 0.2 s.
+pub(super) const UNSEEN_FORCE_DENSITY: f32 = 0.4;
+
+/// Detectors of rest, sustained rotation and slow shaking.
+pub(super) struct Motion {
+    pub rest: RestTracker,
+    pub sustained: SustainedRotation,
+    pub shaking: Shaking,
+}
+
+impl Motion {
+    pub const fn new() -> Self {
+        Self { rest: RestTracker::new(), sustained: SustainedRotation::new(), shaking: Shaking::new() }
+    }
+
+    /// Process noise of a filter step. `step_s` is the interval of the samples, `scale_sigma` the deviation of
+    /// the gyro's scale factors and couplings.
+    pub fn process_noise(
+        &self,
+        step: &FilterStep,
+        force_seen: bool,
+        step_s: f32,
+        scale_sigma: f32,
+        config: &AttitudeConfig,
+    ) -> ProcessNoise {
+        let squared_rate = step.squared_rate();
+        // Part of a body-fixed error that remains across a rotation's axis, which carries it around.
+        let phase = SCALE_CORRELATION_S * SCALE_CORRELATION_S * squared_rate;
+        let across_s = SCALE_CORRELATION_S / (1.0 + phase);
+        // In a sustained rotation that error is constant and belongs to the bias.
+        let reversing = 1.0 - self.sustained.part();
+        let scale = scale_sigma * scale_sigma * step.time_s * reversing;
+        let rate_ned = step.rotation_time * step.angle_rad / (step.time_s * step.time_s);
+        let noise = config.gyro_noise_rad_s_rthz * config.gyro_noise_rad_s_rthz * step.time_s;
+        let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
+        let (resting, moving) = (self.rest.force_density(step_s), FORCE_NOISE_M_S2_RTHZ * FORCE_NOISE_M_S2_RTHZ);
+        let noise_density = if self.rest.detected() && resting < moving { resting } else { moving };
+        // Vibration of the tool's own axes at the rotation's frequency is slow in the earth frame. The measured
+        // density includes the noise.
+        let shaken = self.shaking.density() * self.sustained.part();
+        let force_density = if shaken > noise_density { shaken } else { noise_density };
+        let density = if force_seen { force_density } else { force_density + UNSEEN_FORCE_DENSITY };
+        ProcessNoise {
+            attitude: along + Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate),
+            bias: config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * step.time_s,
+            velocity: density * step.time_s,
+        }
+    }
+}

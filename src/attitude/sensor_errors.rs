@@ -1,0 +1,88 @@
+//! Errors of the sensors that the filter learns of while it runs: another gyro model, a delay.
+
+use super::{error_state::BIAS, heading::Heading, state::State};
+use crate::{compensation::GyroModel, config::AttitudeConfig};
+use nalgebra::Vector3;
+
+/// Least scale error after compensation: the gyro's nonlinearity, 0.1 % (MPU-9250 PS section 3.1).
+const LEAST_SCALE: f32 = 1e-3;
+/// Least bias error after compensation, rad/s: the gyro's sensitivity to 1 g, 0.1 deg/s (MPU-6000 PS section
+/// 6.1).
+const LEAST_BIAS_RAD_S: f32 = 1.75e-3;
+/// Least uncertainty of a known delay, seconds (the default of `SurveyErrors::mag_timing_s`).
+const LEAST_TIMING_S: f32 = 1e-3;
+/// Change of P, in sigmas, beyond which the former P was wrong: 95 %.
+const DOUBTED: f32 = 2.0;
+
+/// Deviations of the sensors' errors after compensation.
+pub(super) struct SensorErrors {
+    /// Deviation of the gyro's scale factors and couplings.
+    pub scale_sigma: f32,
+    /// Variance of the magnetometer's delay against the gyro, s^2.
+    pub mag_timing_variance_s2: f32,
+    /// Variance of the gyro's delay, in squared sample periods.
+    pub gyro_timing_variance: f32,
+}
+
+impl SensorErrors {
+    /// All zero, for a static.
+    pub const ZERO: Self = Self { scale_sigma: 0.0, mag_timing_variance_s2: 0.0, gyro_timing_variance: 0.0 };
+
+    /// Creates the configured errors, with a known delay of the gyro and an unknown one of the magnetometer.
+    pub fn new(config: &AttitudeConfig) -> Self {
+        let mut errors = Self { scale_sigma: config.gyro_scale_sigma, ..Self::ZERO };
+        errors.set_mag_delay(None, config);
+        errors
+    }
+
+    /// Sets the magnetometer's delay as taken out within `sigma_s` seconds; `None`: not known.
+    pub fn set_mag_delay(&mut self, sigma_s: Option<f32>, config: &AttitudeConfig) {
+        self.mag_timing_variance_s2 = match sigma_s {
+            Some(sigma_s) => sigma_s * sigma_s + LEAST_TIMING_S * LEAST_TIMING_S,
+            None => config.mag_timing_sigma_s * config.mag_timing_sigma_s,
+        };
+    }
+
+    /// Swaps the gyro model, see [`AttitudeFilter::model_changed`](super::AttitudeFilter::model_changed).
+    pub fn change_model(
+        &mut self,
+        state: &mut State,
+        heading: &mut Heading,
+        [old, new]: [&GyroModel; 2],
+        sigma: &[f32; 12],
+        config: &AttitudeConfig,
+    ) {
+        // The learnt total bias stays valid under the new model.
+        state.bias_rad_s += new.p_matrix() * (Vector3::from(old.b_rad_s) - Vector3::from(new.b_rad_s));
+        if old.p == new.p {
+            return;
+        }
+        let change = new.p_matrix() - old.p_matrix();
+        let of_axes = change.column_iter().map(|column| column.norm_squared() / 3.0);
+        let change = of_axes.fold(0.0, |most, x| if x > most { x } else { most });
+        let is_other = change > DOUBTED * DOUBTED * self.scale_sigma * self.scale_sigma;
+        if !is_other {
+            // The change is within what the gyro was thought to be: nothing new is known.
+            return;
+        }
+        state.bias_rad_s = Vector3::zeros();
+        heading.reset(state);
+        let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
+        self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, config.gyro_scale_sigma);
+        for (k, sigma) in sigma.iter().skip(9).enumerate() {
+            let sigma = between(*sigma, LEAST_BIAS_RAD_S, config.gyro_bias_sigma_rad_s);
+            state.errors.reset(BIAS + k, sigma * sigma);
+        }
+    }
+}
+
+/// Limits a number; a NaN becomes the least.
+fn between(x: f32, least: f32, most: f32) -> f32 {
+    if x > most {
+        most
+    } else if x > least {
+        x
+    } else {
+        least
+    }
+}

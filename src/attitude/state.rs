@@ -1,0 +1,133 @@
+//! State of the filter: attitude, bias and velocity, with their covariance.
+
+#![allow(clippy::indexing_slicing)] // Axes of fixed-size vectors, counted by loops.
+
+use super::{
+    error_state::{BIAS, ErrorState, Gain, STATES, VELOCITY},
+    filter_step::FilterStep,
+    propagation::Propagation,
+};
+use crate::{
+    config::AttitudeConfig,
+    rotation::{IDENTITY, exp_matrix, matrix},
+};
+use core::f32::consts::PI;
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// Density of the mean rate about the bias at rest, rad/s per root hertz: three times the gyro's noise, for
+/// slow motion that rest admits.
+const REST_RATE_NOISE_RAD_S_RTHZ: f32 = 5e-4;
+/// Gate of the mean rate at rest as a bias, in sigmas: exceeded by chance once in 400.
+const REST_GATE: f32 = 3.0;
+
+/// Estimate of the filter.
+pub(super) struct State {
+    /// Attitude as a quaternion, body to NED.
+    pub propagation: Propagation,
+    /// Attitude as a matrix, body to NED.
+    pub rotation: Matrix3<f32>,
+    /// Residual gyro bias, body frame, rad/s.
+    pub bias_rad_s: Vector3<f32>,
+    /// Horizontal velocity to which the force adds up, north and east, m/s.
+    pub velocity_m_s: Vector2<f32>,
+    pub errors: ErrorState,
+}
+
+impl State {
+    /// All zero, for a static.
+    pub const fn zero() -> Self {
+        Self {
+            propagation: Propagation::new(),
+            rotation: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            bias_rad_s: Vector3::new(0.0, 0.0, 0.0),
+            velocity_m_s: Vector2::new(0.0, 0.0),
+            errors: ErrorState::new(),
+        }
+    }
+
+    /// Creates a state of which nothing is known.
+    pub fn new(config: &AttitudeConfig) -> Self {
+        let mut state = Self { rotation: Matrix3::identity(), ..Self::zero() };
+        state.propagation.q = IDENTITY;
+        state.reset_errors(config);
+        state
+    }
+
+    /// Advances the attitude by the `dt_s` seconds that end now, at their mean rate less the bias.
+    pub fn advance(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
+        self.propagation.step(dt_s, rate_rad_s);
+        self.refresh_rotation();
+    }
+
+    pub fn refresh_rotation(&mut self) {
+        self.rotation = matrix(&self.propagation.q);
+    }
+
+    /// Rotates attitude and velocity about the vertical; the matrix is left to [`State::refresh_rotation`].
+    pub fn turn_heading(&mut self, angle_rad: f32) {
+        let turn = Vector3::new(0.0, 0.0, angle_rad);
+        self.propagation.correct(&turn);
+        let velocity = exp_matrix(&turn) * self.velocity_m_s.push(0.0);
+        self.velocity_m_s = velocity.xy();
+    }
+
+    /// Applies the corrections that updates have collected. A covariance that is not sound is reset instead,
+    /// with the velocity.
+    pub fn correct(&mut self, config: &AttitudeConfig) {
+        if self.errors.is_sound() {
+            let (attitude, bias, velocity) = self.errors.take_correction();
+            self.propagation.correct(&attitude);
+            self.bias_rad_s += bias;
+            self.velocity_m_s += velocity;
+        } else {
+            self.reset_errors(config);
+            self.reset_velocity(config);
+        }
+    }
+
+    fn reset_errors(&mut self, config: &AttitudeConfig) {
+        let bias = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
+        let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
+        self.errors = ErrorState::new();
+        for state in 0..STATES {
+            let variance = match state {
+                0..BIAS => PI * PI,
+                BIAS..VELOCITY => bias,
+                _ => speed,
+            };
+            self.errors.reset(state, variance);
+        }
+    }
+
+    pub fn reset_bias(&mut self, config: &AttitudeConfig) {
+        for k in 0..3 {
+            self.errors.reset(BIAS + k, config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s);
+        }
+    }
+
+    pub fn reset_velocity(&mut self, config: &AttitudeConfig) {
+        self.velocity_m_s = Vector2::zeros();
+        self.errors.reset(VELOCITY, config.velocity_sigma_m_s * config.velocity_sigma_m_s);
+        self.errors.reset(VELOCITY + 1, config.velocity_sigma_m_s * config.velocity_sigma_m_s);
+    }
+
+    /// Inflates the attitude by an angle about each axis.
+    pub fn inflate_attitude(&mut self, angle_rad: f32) {
+        for k in 0..BIAS {
+            self.errors.inflate(k, angle_rad * angle_rad, PI * PI);
+        }
+    }
+
+    /// Updates the bias by the mean rate at rest, unless that rate is implausible as a bias.
+    pub fn update_at_rest(&mut self, step: &FilterStep) {
+        let variance = REST_RATE_NOISE_RAD_S_RTHZ * REST_RATE_NOISE_RAD_S_RTHZ / step.time_s;
+        let mean = step.angle_rad / step.time_s;
+        let gate = REST_GATE * REST_GATE;
+        let possible = (0..3).all(|k| mean[k] * mean[k] < gate * (self.errors.variance(BIAS + k) + variance));
+        if possible {
+            for k in 0..3 {
+                self.errors.update(BIAS + k, mean[k], variance, Gain::Every);
+            }
+        }
+    }
+}

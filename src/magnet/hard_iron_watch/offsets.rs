@@ -1,0 +1,97 @@
+//! Body-fixed offsets found so far, over the one that was there from the start.
+
+use super::{
+    super::{field_filter::FieldFilter, hard_iron_interval::HardIronInterval},
+    kept_intervals::KeptIntervals,
+};
+use crate::{algebra::Whitening, statistics::chi_square::IN_A_HUNDRED};
+use nalgebra::{Matrix3, Vector3};
+
+/// Intervals with an offset, and the offset outside of them.
+pub(super) struct Offsets {
+    /// Offset in the body before the present interval, and its variance on each axis.
+    base_ut: Vector3<f32>,
+    base_variance_ut2: Vector3<f32>,
+    /// True if no new offset may be learnt.
+    frozen: bool,
+    pub kept: KeptIntervals,
+}
+
+impl Offsets {
+    pub const fn zero() -> Self {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        Self { base_ut: zero, base_variance_ut2: zero, frozen: false, kept: KeptIntervals::zero() }
+    }
+
+    /// Ends learning: later offsets are corrected only if they are known.
+    pub const fn freeze(&mut self) {
+        self.frozen = true;
+    }
+
+    /// Records a change of the body-fixed offset, by the filters without and with it. Differences below
+    /// `matters_ut` do not count.
+    pub fn change(&mut self, [before, after]: [&FieldFilter; 2], edge_us: u64, matters_ut: f32) {
+        let covariance = after.in_body_covariance();
+        let matters_ut2 = matters_ut * matters_ut;
+        if self.kept.on {
+            self.kept.close(edge_us);
+            let left = after.in_body() - self.base_ut;
+            let spread = covariance + Matrix3::from_diagonal(&self.base_variance_ut2);
+            if left.norm_squared() < matters_ut2 || is_same(&left, &spread) {
+                return;
+            }
+        } else {
+            self.base_ut = before.in_body();
+            self.base_variance_ut2 = before.in_body_covariance().diagonal();
+        }
+        let offset = after.in_body() - self.base_ut;
+        let variance = covariance.diagonal() + self.base_variance_ut2;
+        if is_same(&offset, &Matrix3::from_diagonal(&variance)) {
+            self.kept.dismiss();
+            return;
+        }
+        let known = self.kept.iter().find(|known| {
+            let other = known.offset() - offset;
+            let spread = covariance + Matrix3::from_diagonal(&Vector3::from(known.sigma_ut).map(|s| s * s));
+            known.corrected && (other.norm_squared() < matters_ut2 || is_same(&other, &spread))
+        });
+        let learned = HardIronInterval {
+            from_us: edge_us,
+            to_us: None,
+            offset_ut: offset.into(),
+            sigma_ut: variance.map(libm::sqrtf).into(),
+            corrected: true,
+        };
+        let interval = match (self.frozen, known) {
+            (false, _) => learned,
+            (true, Some(known)) => HardIronInterval { from_us: edge_us, to_us: None, ..*known },
+            (true, None) => HardIronInterval { corrected: false, ..learned },
+        };
+        self.kept.begin(interval);
+    }
+
+    /// Refines the offset of the lasting interval, if there is one. Ends an interval whose offset is below
+    /// `least_ut`: it faded too slowly for any node to show.
+    pub fn refine(&mut self, tracked: &FieldFilter, t_us: u64, least_ut: f32) {
+        if !self.kept.on {
+            return;
+        }
+        let offset = tracked.in_body() - self.base_ut;
+        if offset.norm_squared() < least_ut * least_ut {
+            self.kept.close(t_us);
+        }
+        if self.frozen || !self.kept.on {
+            return;
+        }
+        let variance = tracked.in_body_covariance().diagonal() + self.base_variance_ut2;
+        if let Some(last) = self.kept.last_mut() {
+            last.offset_ut = offset.into();
+            last.sigma_ut = variance.map(libm::sqrtf).into();
+        }
+    }
+}
+
+/// Returns true if a difference is within one in a hundred of its covariance.
+fn is_same(difference: &Vector3<f32>, spread: &Matrix3<f32>) -> bool {
+    Whitening::new(spread).is_some_and(|whitening| whitening.apply(difference).norm_squared() < IN_A_HUNDRED)
+}

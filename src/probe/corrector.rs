@@ -1,0 +1,100 @@
+//! Correction of a sample's readings by the effects that were found.
+
+use crate::{
+    compensation::{ActiveEffects, Effect, GyroModel, Snapshot, effect::REFERENCE_TEMPERATURE_C},
+    config::Config,
+    sample::{Reading, Sample, SampleFlags},
+};
+use nalgebra::Vector3;
+
+/// Averaging time of the squared force, seconds.
+const SHAKING_S: f32 = 0.2;
+
+/// Effects that are taken out of the readings before the attitude filter, and the values of the sample before.
+pub(super) struct Corrector {
+    pub effects: ActiveEffects,
+    /// Compensated rate of the previous sample, for the angular acceleration.
+    last_rate_rad_s: Option<Vector3<f32>>,
+    square_force_m2_s4: f32,
+    /// Specific force of the last sample, and its temperature over the effects' reference.
+    last_force_m_s2: Vector3<f32>,
+    last_warming_k: f32,
+}
+
+impl Corrector {
+    /// All zero, for a static.
+    pub const ZERO: Self = Self {
+        effects: ActiveEffects::none(),
+        last_rate_rad_s: None,
+        square_force_m2_s4: 0.0,
+        last_force_m_s2: Vector3::new(0.0, 0.0, 0.0),
+        last_warming_k: 0.0,
+    };
+
+    /// Creates a corrector without effects; the force is taken for gravity until one is read.
+    pub fn new(config: &Config) -> Self {
+        let gravity = config.earth.gravity_m_s2;
+        Self { square_force_m2_s4: gravity * gravity, ..Self::ZERO }
+    }
+
+    /// Compensated rate of the previous sample; this one's at the first.
+    pub fn last_rate_or(&self, rate_rad_s: Vector3<f32>) -> Vector3<f32> {
+        self.last_rate_rad_s.unwrap_or(rate_rad_s)
+    }
+
+    /// Angular acceleration over the `step_s` seconds that end with a compensated rate, rad/s^2.
+    pub fn acceleration_rad_s2(&self, rate_rad_s: &Vector3<f32>, step_s: f32) -> Vector3<f32> {
+        match self.last_rate_rad_s {
+            Some(last) if step_s > 0.0 => (rate_rad_s - last) / step_s,
+            _ => Vector3::zeros(),
+        }
+    }
+
+    /// Returns the sample's values corrected by the effects; `rate` is its compensated rate.
+    pub fn correct(
+        &mut self,
+        library: &[&dyn Effect],
+        sample: &Sample,
+        rate: &Vector3<f32>,
+        [accel, mag]: [Reading; 2],
+        step_s: f32,
+    ) -> Snapshot {
+        let acceleration_rad_s2 = self.acceleration_rad_s2(rate, step_s);
+        self.last_rate_rad_s = Some(*rate);
+        if let Reading::Usable(force) = accel {
+            let share = step_s / SHAKING_S;
+            self.square_force_m2_s4 +=
+                (force.norm_squared() - self.square_force_m2_s4) * if share < 1.0 { share } else { 1.0 };
+        }
+        let value = |reading: Reading| if let Reading::Usable(v) = reading { v } else { Vector3::zeros() };
+        let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+        self.last_force_m_s2 = value(accel);
+        self.last_warming_k = if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { self.last_warming_k };
+        let mut snapshot = Snapshot {
+            rate_rad_s: *rate,
+            acceleration_rad_s2,
+            force_m_s2: self.last_force_m_s2,
+            square_force_m2_s4: self.square_force_m2_s4,
+            field_ut: value(mag),
+            warming_k: self.last_warming_k,
+        };
+        self.effects.correct(library, &mut snapshot);
+        snapshot
+    }
+
+    /// Gyro model with the bias that the effects add to it at the present force and temperature while the
+    /// probe stands still.
+    pub fn model_here(&self, flown: &GyroModel, library: &[&dyn Effect]) -> GyroModel {
+        let mut still = Snapshot {
+            rate_rad_s: Vector3::zeros(),
+            acceleration_rad_s2: Vector3::zeros(),
+            force_m_s2: self.last_force_m_s2,
+            square_force_m2_s4: self.square_force_m2_s4,
+            field_ut: Vector3::zeros(),
+            warming_k: self.last_warming_k,
+        };
+        self.effects.correct_rate(library, &mut still);
+        let added = flown.p_matrix().try_inverse().map_or(still.rate_rad_s, |inverse| inverse * still.rate_rad_s);
+        GyroModel { b_rad_s: (Vector3::from(flown.b_rad_s) - added).into(), ..*flown }
+    }
+}

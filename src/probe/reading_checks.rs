@@ -1,0 +1,146 @@
+//! Checks of a sample's readings: missing, clipped, stale or dead ones are not used.
+
+use super::{rail::Rail, staleness::Staleness};
+use crate::{
+    compensation::VectorModel,
+    config::{Config, FullScale},
+    sample::{Reading, Sample, SampleFlags, Sensor},
+};
+use nalgebra::Vector3;
+
+/// Share of full scale at which a reading counts as clipped. Data sheets round full scales, and a saturated
+/// 16-bit word can stand for as little as 99.9 % of them (2,000 deg/s at 16.4 LSB per deg/s saturate at
+/// 1,998.0: MPU-9250 PS section 3.1).
+pub const CLIPPED_SHARE: f32 = 0.998;
+
+/// Fraction of a second after which a gyro or accelerometer that repeats itself on all axes is stale. A live
+/// one has noise, and readings of a dead one are believed until it is found out. A gyro that reads no
+/// rotation twice in a row gets the whole second, because the noise of a quiet one is below its resolution
+/// (ICM-42688-P: 20 mdps in 50 Hz against 61 mdps).
+const STALE_INERTIAL_PART: u32 = 20;
+
+/// Fraction of a second after which a magnetometer is stale: some are read only 8 to 10 times a second.
+const STALE_MAG_PART: u32 = 4;
+
+/// A value for each of the three vector sensors.
+struct BySensor<T> {
+    gyro: T,
+    accel: T,
+    mag: T,
+}
+
+impl<T> BySensor<T> {
+    const fn of(&self, sensor: Sensor) -> &T {
+        match sensor {
+            Sensor::Gyro => &self.gyro,
+            Sensor::Accelerometer => &self.accel,
+            Sensor::Magnetometer => &self.mag,
+        }
+    }
+
+    const fn of_mut(&mut self, sensor: Sensor) -> &mut T {
+        match sensor {
+            Sensor::Gyro => &mut self.gyro,
+            Sensor::Accelerometer => &mut self.accel,
+            Sensor::Magnetometer => &mut self.mag,
+        }
+    }
+}
+
+/// Checks of readings against full scales, rails, repeats and dead axes.
+pub(super) struct ReadingChecks {
+    samples_per_second: u32,
+    /// Rate below which a gyro that repeats itself may rest, rad/s.
+    still_rad_s: f32,
+    staleness: BySensor<Staleness>,
+    gyro_rails: [Rail; 3],
+}
+
+impl ReadingChecks {
+    /// All zero, for a static.
+    pub const ZERO: Self = Self {
+        samples_per_second: 0,
+        still_rad_s: 0.0,
+        staleness: BySensor { gyro: Staleness::zero(), accel: Staleness::zero(), mag: Staleness::zero() },
+        gyro_rails: [Rail::zero(); 3],
+    };
+
+    pub fn new(config: &Config) -> Self {
+        Self {
+            samples_per_second: 1_000_000_u32.checked_div(config.sample_period_us).unwrap_or(0),
+            still_rad_s: config.identification.max_bias_rad_s,
+            ..Self::ZERO
+        }
+    }
+
+    pub const fn samples_per_second(&self) -> u32 {
+        self.samples_per_second
+    }
+
+    /// Flags the sensors of a sample that are at full scale, and a gyro that is at its rail.
+    pub fn mark_clipped(&mut self, sample: &mut Sample, full_scale: &FullScale) {
+        let limits = BySensor { gyro: full_scale.gyro_rad_s, accel: full_scale.accel_m_s2, mag: full_scale.mag_ut };
+        let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
+        let rails = self.gyro_rails.iter_mut().zip(sample.gyro_rad_s);
+        if !missing && rails.fold(false, |railed, (rail, x)| rail.update(x) || railed) {
+            sample.flags.insert(SampleFlags::GYRO_CLIPPED);
+        }
+        for sensor in Sensor::ALL {
+            let reading = sample.vector(sensor);
+            let reaches = |limit: &f32| reading.iter().any(|x| libm::fabsf(*x) >= CLIPPED_SHARE * limit);
+            if limits.of(sensor).as_ref().is_some_and(reaches) {
+                sample.flags.insert(SampleFlags::clipped(sensor));
+            }
+        }
+    }
+
+    /// Takes a sample's readings. Returns true if one of its sensors has repeated itself for a second.
+    pub fn update(&mut self, sample: &Sample) -> bool {
+        let turning = sample.gyro_rad_s.iter().any(|rate| libm::fabsf(*rate) >= self.still_rad_s);
+        let mut frozen = false;
+        for sensor in Sensor::ALL {
+            if !sample.flags.contains(SampleFlags::missing(sensor)) {
+                let staleness = self.staleness.of_mut(sensor);
+                staleness.update(sample.vector(sensor), turning);
+                frozen |= staleness.same > self.samples_per_second;
+            }
+        }
+        frozen
+    }
+
+    /// Returns true if a sensor has repeated its reading for its part of a second.
+    fn is_stale(&self, sensor: Sensor) -> bool {
+        let staleness = self.staleness.of(sensor);
+        let part = match sensor {
+            Sensor::Gyro if staleness.is_still(self.still_rad_s) => 1,
+            Sensor::Gyro | Sensor::Accelerometer => STALE_INERTIAL_PART,
+            Sensor::Magnetometer => STALE_MAG_PART,
+        };
+        staleness.same > self.samples_per_second.checked_div(part).unwrap_or(0)
+    }
+
+    /// Returns the gyro's reading with this raw rate, rad/s. A clipped or stale one is unusable.
+    pub fn rate(&self, raw_rad_s: Vector3<f32>, sample: &Sample) -> Reading {
+        if sample.flags.contains(SampleFlags::GYRO_MISSING) {
+            Reading::Missing
+        } else if sample.flags.contains(SampleFlags::GYRO_CLIPPED) || self.is_stale(Sensor::Gyro) {
+            Reading::Unusable
+        } else {
+            Reading::Usable(raw_rad_s)
+        }
+    }
+
+    /// Returns the calibrated reading of a vector sensor. A clipped or stale one, or one with a dead axis, is
+    /// unusable; exact zeros are no reading.
+    pub fn vector(&self, sensor: Sensor, model: &VectorModel, sample: &Sample) -> Reading {
+        let raw = sample.vector(sensor);
+        let is_dead = || self.staleness.of(sensor).has_dead_axis();
+        if sample.flags.contains(SampleFlags::missing(sensor)) || raw == [0.0; 3] {
+            Reading::Missing
+        } else if sample.flags.contains(SampleFlags::clipped(sensor)) || self.is_stale(sensor) || is_dead() {
+            Reading::Unusable
+        } else {
+            Reading::Usable(model.calibrate(raw))
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! A probe that is used again flies as a new one does.
+
+extern crate std;
+
+use super::*;
+use crate::{
+    compensation::{ActiveEffects, FoundEffect, effects},
+    config::{IdentificationConfig, Latency, Motion},
+    identification::Decision,
+};
+use core::fmt::Write;
+use nalgebra::UnitQuaternion;
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+use std::{boxed::Box, format, string::String, vec::Vec};
+
+/// 100 Hz.
+const PERIOD_US: u64 = 10_000;
+
+/// Samples of a probe that tumbles in place: a gyro with a scale error and a bias, a magnetometer that lags
+/// by 15 ms, and a magnet from the 25th to the 45th second.
+fn tumbling(seconds: u64) -> Vec<Sample> {
+    let mut random = Xoshiro128PlusPlus::seed_from_u64(11);
+    let mut noise = move || f64::from(random.next_u32()) / f64::from(u32::MAX) - 0.5;
+    let rate_at = |t: f64| {
+        let sine = |hz: f64, phase: f64| libm::sin(core::f64::consts::TAU * hz * t + phase);
+        let moving = Vector3::new(1.2 * sine(0.21, 0.3) + 0.3, sine(0.17, 1.7) - 0.2, 1.5 * sine(0.13, 2.9) + 0.4);
+        if t < 4.0 { Vector3::zeros() } else { moving }
+    };
+    let mut attitude = UnitQuaternion::<f64>::identity();
+    let mut sample_at = |k: u64| {
+        let t = k as f64 * 0.01;
+        let rate = rate_at(t);
+        let magnet = if (25.0..45.0).contains(&t) { Vector3::new(6.0, -4.0, 9.0) } else { Vector3::zeros() };
+        let earlier = attitude * UnitQuaternion::from_scaled_axis(-rate * 0.015);
+        let force = attitude.inverse_transform_vector(&Vector3::new(0.0, 0.0, -9.806_65));
+        let field = earlier.inverse_transform_vector(&Vector3::new(20.0, 0.0, 45.0)) + magnet;
+        attitude *= UnitQuaternion::from_scaled_axis(rate_at(t + 0.005) * 0.01);
+        let mut noisy = |v: Vector3<f64>, width: f64| v.map(|x| (x + width * noise()) as f32).into();
+        Sample {
+            t_us: k * PERIOD_US,
+            gyro_rad_s: noisy(rate * 1.05 + Vector3::new(0.01, -0.02, 0.015), 0.004),
+            accel_m_s2: noisy(force, 0.05),
+            mag_ut: noisy(field, 0.5),
+            temperature_c: 30.0,
+            flags: SampleFlags::empty(),
+        }
+    };
+    (0..seconds * 100).map(&mut sample_at).collect()
+}
+
+/// Samples in which every number is drawn from bits, flags too; time goes forward by up to five periods.
+fn random_samples(from_us: u64) -> impl Iterator<Item = Sample> {
+    let mut random = Xoshiro128PlusPlus::seed_from_u64(12);
+    let mut t_us = from_us;
+    (0..2_000).map(move |_| {
+        t_us += 1 + u64::from(random.next_u32()) % (5 * PERIOD_US);
+        let mut vector = || [0; 3].map(|_| f32::from_bits(random.next_u32()));
+        let [gyro_rad_s, accel_m_s2, mag_ut] = [vector(), vector(), vector()];
+        let flags = SampleFlags::from_bits_truncate(random.next_u32() as u16 & random.next_u32() as u16);
+        Sample { t_us, gyro_rad_s, accel_m_s2, mag_ut, temperature_c: f32::from_bits(random.next_u32()), flags }
+    })
+}
+
+/// All that a probe says of a sample, to the last bit.
+fn said(probe: &mut Probe, sample: &Sample) -> String {
+    let mut said = String::new();
+    let output = probe.push(sample);
+    let survey = output.map(|output| probe.survey_input(sample, &output));
+    let report = probe.poll(probe.poll_budget());
+    let diagnosis = probe.take_diagnosis();
+    write!(said, "{output:?} {survey:?} {report:?} {diagnosis:?} {:?} {:?}", probe.counters(), probe.gyro_model())
+        .unwrap();
+    let intervals: Vec<_> = probe.hard_iron_intervals().collect();
+    write!(said, " {:?} {intervals:?} {:?}", probe.effects(), probe.hard_iron_counts()).unwrap();
+    said
+}
+
+/// A probe with a history: an accepted model, effects, a magnet, then random samples.
+fn with_a_history(config: &Config, samples: &[Sample]) -> Box<Probe> {
+    let mut probe = Box::new(Probe::new());
+    probe.configure(config).unwrap();
+    let mut accepted = 0;
+    for sample in samples {
+        probe.push(sample);
+        let report = probe.poll(probe.poll_budget());
+        accepted += u32::from(report.is_some_and(|report| report.decision == Decision::Accepted));
+    }
+    assert!(accepted > 0 && *probe.gyro_model() != config.gyro, "the history must have an accepted model");
+    assert!(probe.mag_delay_sigma_s().is_some(), "and the magnetometer's delay: {:?}", probe.effects());
+    assert!(probe.hard_iron_counts().intervals > 0, "and a magnet: {:?}", probe.hard_iron_counts());
+    probe
+}
+
+fn assert_flies_as_a_new_one(used: &mut Probe, config: &Config, samples: &[Sample]) {
+    let mut new = Box::new(Probe::new());
+    new.configure(config).unwrap();
+    for (k, sample) in samples.iter().enumerate() {
+        assert_eq!(said(used, sample), said(&mut new, sample), "sample {k}");
+    }
+}
+
+#[test]
+fn a_probe_that_is_configured_again_flies_as_a_new_one() {
+    let config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
+    let samples = tumbling(90);
+    let mut used = with_a_history(&config, &samples);
+    used.configure(&config).unwrap();
+    assert_flies_as_a_new_one(&mut used, &config, &samples);
+}
+
+#[test]
+fn other_settings_in_between_leave_nothing_behind() {
+    let config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
+    let samples = tumbling(90);
+    let mut used = with_a_history(&config, &samples);
+    for sample in random_samples(100_000_000) {
+        used.push(&sample);
+        used.poll(10);
+    }
+    let mut other = Config { sample_period_us: 5_000, seed: 7, effects: false, ..config };
+    other.identification = IdentificationConfig { motion: Motion::Hand, ..config.identification };
+    other.latency = Latency { gyro_s: Some(0.004), accel_s: Some(0.002), mag_s: Some(0.01) };
+    other.earth.declination_rad = Some(0.2);
+    other.earth.latitude_rad = Some(1.0);
+    used.set_library(&[&effects::GyroLag]);
+    used.configure(&other).unwrap();
+    for sample in samples.iter().take(1_500).copied().chain(random_samples(20_000_000)) {
+        used.push(&sample);
+        used.poll(used.poll_budget());
+    }
+    used.set_library(&effects::LIBRARY);
+    used.configure(&config).unwrap();
+    assert_flies_as_a_new_one(&mut used, &config, &samples);
+}
+
+/// An effect's place in the library is what flies by: another library must not change its meaning in flight.
+#[cfg(feature = "storage")]
+#[test]
+fn another_library_takes_effect_with_the_next_configuration() {
+    use crate::storage::{StoreReason, StoredModel, fingerprint};
+    let config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
+    let fly = |change: bool| {
+        let mut probe = Box::new(Probe::new());
+        probe.configure(&config).unwrap();
+        let mut model = StoredModel {
+            gyro: config.gyro,
+            sigma: [0.01; 12],
+            effects: ActiveEffects::none(),
+            library: fingerprint(&effects::LIBRARY),
+            temperature_c: None,
+            t_us: 1,
+            reason: StoreReason::Command,
+        };
+        let mut found = FoundEffect { index: 0, ..FoundEffect::default() };
+        (found.parameters[0], found.sigma[0]) = (0.015, 0.001);
+        assert!(model.effects.add(found));
+        probe.restore(&model).unwrap();
+        let mut heard = String::new();
+        for (k, sample) in tumbling(10).iter().enumerate() {
+            if change && k == 500 {
+                probe.set_library(&[&effects::HardIron]);
+            }
+            heard += &format!("{:?}\n", probe.push(sample));
+        }
+        (heard, probe)
+    };
+    let ((kept, _), (changed, mut probe)) = (fly(false), fly(true));
+    assert!(kept == changed, "the flying effect became another one");
+    assert_eq!(probe.library().len(), effects::LIBRARY.len());
+    probe.configure(&config).unwrap();
+    assert_eq!(probe.library().len(), 1);
+    assert!(probe.effects().is_empty());
+}

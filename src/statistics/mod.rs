@@ -1,0 +1,3 @@
+//! Statistical limits that more than one module uses.
+
+pub(crate) mod chi_square;
