@@ -39,6 +39,12 @@ const WORK_UNITS_PER_SECOND: u32 = 160_000;
 /// A step of time over this many nominal periods is a gap.
 pub const GAP_PERIODS: u32 = 3;
 
+/// A longer gap is believed when two stamps in a row say so, microseconds. It leaves nothing of the attitude
+/// (half a turn at the 0.3 rad/s that are assumed where no rate is read), so the sample that it takes costs
+/// little; and a wrong stamp that is believed makes all samples old until it is reached, which so takes no
+/// longer than this.
+const UNCONFIRMED_GAP_US: u64 = 10_000_000;
+
 /// The pipeline. All buffers are inside; [`Probe::new`] is all zero bytes, so that a `static` of it costs no flash.
 pub struct Probe {
     configured: bool,
@@ -47,6 +53,8 @@ pub struct Probe {
     counters: Counters,
     /// Time of the last sample; 0 samples mean none.
     last_us: u64,
+    /// Time of the sample before, which was too far ahead to be believed alone; 0: it was not.
+    doubted_us: u64,
     /// Time of validity of the last output.
     last_valid_us: u64,
     last_raw_rad_s: [f32; 3],
@@ -91,6 +99,7 @@ impl Probe {
                 increments_lost: 0,
             },
             last_us: 0,
+            doubted_us: 0,
             last_valid_us: 0,
             last_raw_rad_s: [0.0; 3],
             unread_s: 0.0,
@@ -118,6 +127,7 @@ impl Probe {
         self.config = *config;
         self.samples_per_second = 1_000_000_u32.checked_div(config.sample_period_us).unwrap_or(0);
         self.counters = Counters::default();
+        self.doubted_us = 0;
         self.last_valid_us = 0;
         self.last_raw_rad_s = config.gyro.b_rad_s;
         self.unread_s = 0.0;
@@ -136,8 +146,10 @@ impl Probe {
         Ok(())
     }
 
-    /// Takes one sample. `None`: not configured, or a sample whose time does not increase (counted). A time that once was too late refuses all
-    /// until then: where a clock can jump, [`Probe::configure`] begins anew.
+    /// Takes one sample. `None`: not configured, or a sample that is not taken (counted): its time does not
+    /// increase, or is more than ten seconds after that of the last, and the sample before said nothing of
+    /// the kind. Of two such stamps in a row, ten seconds apart at most, the later begins a new time base,
+    /// after a gap. A clock that goes back for good needs [`Probe::configure`].
     pub fn push(&mut self, sample: &Sample) -> Option<Output> {
         if !self.configured {
             return None;
@@ -150,6 +162,13 @@ impl Probe {
             return None;
         }
         let step_us = sample.t_us - if first { sample.t_us } else { self.last_us };
+        let doubted_us = core::mem::replace(&mut self.doubted_us, 0);
+        let is_confirmed = doubted_us > 0 && doubted_us < sample.t_us && sample.t_us - doubted_us <= UNCONFIRMED_GAP_US;
+        if step_us > UNCONFIRMED_GAP_US && !is_confirmed {
+            self.doubted_us = sample.t_us;
+            count(&mut self.counters.out_of_order);
+            return None;
+        }
         let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
         if first {
             self.identifier.start(sample.t_us);
