@@ -16,8 +16,12 @@ use nalgebra::Vector3;
 
 /// Blocks of an average. Their scatter gives the mean's noise, with 7 degrees of freedom.
 const BLOCKS: u16 = 8;
-/// A longer pause between readings breaks the survey off, seconds: one could have moved and come back.
+/// A longer pause between readings breaks the survey off, microseconds: one could have moved and come back.
 const LONGEST_PAUSE_US: u64 = 100_000;
+
+/// Readings that are older say nothing of now, microseconds: a round of the loop that erases a page of flash
+/// takes less.
+const OLDEST_EVIDENCE_US: u64 = 1_000_000;
 
 /// Where a stationary survey is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -79,6 +83,13 @@ impl StationarySurvey {
         self.state
     }
 
+    /// Whether readings of both sensors, the last of them no older than a pause may be, show that the tool
+    /// stands still.
+    pub(crate) fn stands_still(&self, now_us: u64) -> bool {
+        let is_fresh = self.last_us.is_some_and(|last| now_us.abs_diff(last) < OLDEST_EVIDENCE_US);
+        is_fresh && self.rest.detected() && self.state != StationaryState::Moving
+    }
+
     /// Takes a sample; some: a survey has just been latched.
     pub(crate) fn push(
         &mut self,
@@ -89,12 +100,12 @@ impl StationarySurvey {
         if input.accel_clipped {
             self.start_over();
         }
-        let (Some(force), Some(rate)) = (input.force_m_s2, input.rate_rad_s) else { return None };
-        let (force, rate) = (Vector3::from(force), Vector3::from(rate));
         let pause_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
         if pause_us > LONGEST_PAUSE_US {
             self.start_over();
         }
+        let (Some(force), Some(rate)) = (input.force_m_s2, input.rate_rad_s) else { return None };
+        let (force, rate) = (Vector3::from(force), Vector3::from(rate));
         self.last_us = Some(input.t_us);
         self.rest.observe(&rate, Some(&force), pause_us as f32 * 1e-6);
         if !self.rest.detected() {

@@ -144,6 +144,14 @@ impl Surveyor {
         self.stationary.state()
     }
 
+    /// Whether the tool is known to stand still at `now_us`, of the samples' clock: gyro and accelerometer
+    /// both read, are sound and rest, and that is no older than a second. Everything else, silence too, may
+    /// be drilling.
+    #[must_use]
+    pub fn stands_still(&self, now_us: u64) -> bool {
+        self.stationary.stands_still(now_us)
+    }
+
     /// Whether the tool turns about its axis.
     #[must_use]
     pub const fn is_rotating(&self) -> bool {
