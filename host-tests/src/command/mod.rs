@@ -11,8 +11,8 @@ use std::{
 
 use clap::Args;
 use meerkat_mwd::telemetry::{
-    Command, CommandRefusal, FrameDecoder, Kind, MAX_DECODED, MAX_FRAME, MAX_PAYLOAD, Message, Outcome, authenticate,
-    encode_frame, encode_payload,
+    Command, CommandRefusal, FrameDecoder, Kind, MAX_DECODED, MAX_FRAME, MAX_PAYLOAD, Message, Outcome, ProbeId,
+    authenticate, encode_frame, encode_payload,
 };
 
 use crate::{
@@ -22,15 +22,23 @@ use crate::{
 pub use key_file::KeyFile;
 pub use request::Request;
 
+/// How long a probe may take to say which it is.
+const HEALTH: Duration = Duration::from_secs(10);
+
 /// Options of `command`.
 #[derive(Debug, Clone, Args)]
 pub struct CommandArgs {
     /// Where the probe is
     #[command(flatten)]
     pub line: LineArgs,
-    /// The probe's key, 64 hexadecimal digits; the counter is kept beside it. Commands that change calibration need it
+    /// The probe's key, 64 hexadecimal digits; the counter is kept beside it. Commands that change
+    /// calibration or the stream need it
     #[arg(long, value_name = "FILE")]
     pub key: Option<PathBuf>,
+    /// The unique number of the probe that is meant, 24 hexadecimal digits. Without it that which the probe
+    /// says
+    #[arg(long, value_name = "DIGITS", value_parser = probe_id)]
+    pub probe: Option<ProbeId>,
     /// How long to wait for the answer, seconds
     #[arg(long, value_name = "S", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=3_600))]
     pub deadline: u64,
@@ -49,8 +57,8 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
     command.check(u64::MAX)?;
     let mut key = match &args.key {
         Some(path) => Some(KeyFile::open(path)?),
-        None if command.changes_calibration() => {
-            return Err(Failure::BadInput("this changes calibration and needs --key FILE".to_owned()).into());
+        None if command.needs_the_key() => {
+            return Err(Failure::BadInput("this needs --key FILE".to_owned()).into());
         }
         None => None,
     };
@@ -59,7 +67,12 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
         return Err(Failure::BadInput(format!("{}: a capture takes no commands", args.line.place)).into());
     }
     let deadline = Duration::from_secs(args.deadline);
-    let mut answer = send(&mut line, &command, key.as_mut(), deadline)?;
+    let probe = match (&key, args.probe) {
+        (None, _) => ProbeId::default(),
+        (Some(_), Some(probe)) => probe,
+        (Some(_), None) => heard(&mut line, deadline)?,
+    };
+    let mut answer = send(&mut line, &command, key.as_mut(), probe, deadline)?;
     // Another host may have used the counter further: once more from there.
     if let (
         Outcome::Refused(CommandRefusal::Replayed { latest } | CommandRefusal::CounterTooFar { latest }),
@@ -67,7 +80,7 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
     ) = (&answer, &mut key)
     {
         key.set_latest(*latest)?;
-        answer = send(&mut line, &command, Some(key), deadline)?;
+        answer = send(&mut line, &command, Some(key), probe, deadline)?;
     }
     match answer {
         Outcome::Accepted => writeln!(io::stdout(), "accepted").map_err(Into::into),
@@ -93,19 +106,30 @@ fn framed(kind: Kind, sequence: u16, payload: &[u8]) -> anyhow::Result<Vec<u8>> 
     Ok(bytes)
 }
 
-fn send(line: &mut Line, command: &Command, key: Option<&mut KeyFile>, deadline: Duration) -> anyhow::Result<Outcome> {
-    // An answer to an earlier command that comes late has another number.
-    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-    let sequence = now.as_millis() as u16;
-    let frame = match key {
-        Some(key) => {
-            let counter = key.next_counter()?;
-            let mut payload = [0; MAX_PAYLOAD];
-            framed(Kind::AuthenticatedCommand, sequence, authenticate(key.key(), counter, command, &mut payload)?)?
-        }
-        None => frame_of(command, sequence)?,
-    };
-    line.write(&frame).map_err(|e| Failure::Missing(format!("the command could not be sent: {e}")))?;
+fn probe_id(digits: &str) -> Result<ProbeId, String> {
+    ProbeId::of_digits(digits).ok_or_else(|| "must be 24 hexadecimal digits".to_owned())
+}
+
+/// Which probe it is, as it says in its next report: health comes every 5 s.
+fn heard(line: &mut Line, deadline: Duration) -> anyhow::Result<ProbeId> {
+    let deadline = deadline.max(HEALTH);
+    let found = listen(line, deadline, |message| match message {
+        Message::Health(health) => Some(health.probe),
+        Message::Boot(boot) => Some(boot.probe),
+        _ => None,
+    })?;
+    found.map_err(|counters| {
+        let what = format!("the probe does not say which it is within {} s ({counters}): --probe", deadline.as_secs());
+        Failure::Missing(what).into()
+    })
+}
+
+/// What comes, until `is_it` finds something; else how much came.
+fn listen<T>(
+    line: &mut Line,
+    deadline: Duration,
+    is_it: impl Fn(Message) -> Option<T>,
+) -> anyhow::Result<Result<T, String>> {
     let until = Instant::now() + deadline;
     let mut decoder = FrameDecoder::<MAX_DECODED>::new();
     let mut buffer = [0; 1024];
@@ -116,20 +140,44 @@ fn send(line: &mut Line, command: &Command, key: Option<&mut KeyFile>, deadline:
             Received::End => return Err(Failure::Missing("the line ended without an answer".to_owned()).into()),
         };
         for &byte in buffer.get(..count).unwrap_or_default() {
-            if let Some(frame) = decoder.push(byte)
-                && let Ok(Message::Acknowledgement(answer)) = Message::decode(&frame)
-                && answer.sequence == sequence
-            {
-                return Ok(answer.outcome);
+            let message = decoder.push(byte).and_then(|frame| Message::decode(&frame).ok());
+            if let Some(found) = message.and_then(&is_it) {
+                return Ok(Ok(found));
             }
         }
     }
     let heard = decoder.counters();
-    let what = format!(
-        "no answer within {} s ({} frames came, {} bad): whether the command was carried out is not known",
-        deadline.as_secs(),
-        heard.frames,
-        heard.bad
-    );
-    Err(Failure::Missing(what).into())
+    Ok(Err(format!("{} frames came, {} bad", heard.frames, heard.bad)))
+}
+
+fn send(
+    line: &mut Line,
+    command: &Command,
+    key: Option<&mut KeyFile>,
+    probe: ProbeId,
+    deadline: Duration,
+) -> anyhow::Result<Outcome> {
+    // An answer to an earlier command that comes late has another number.
+    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let sequence = now.as_millis() as u16;
+    let frame = match key {
+        Some(key) => {
+            let counter = key.next_counter()?;
+            let key = key.key(probe).ok_or_else(|| Failure::BadInput("no key".to_owned()))?;
+            let mut payload = [0; MAX_PAYLOAD];
+            framed(Kind::AuthenticatedCommand, sequence, authenticate(&key, counter, command, &mut payload)?)?
+        }
+        None => frame_of(command, sequence)?,
+    };
+    line.write(&frame).map_err(|e| Failure::Missing(format!("the command could not be sent: {e}")))?;
+    let answered = listen(line, deadline, |message| match message {
+        Message::Acknowledgement(answer) if answer.sequence == sequence => Some(answer.outcome),
+        _ => None,
+    })?;
+    answered.map_err(|counters| {
+        let seconds = deadline.as_secs();
+        let what =
+            format!("no answer within {seconds} s ({counters}): whether the command was carried out is not known");
+        Failure::Missing(what).into()
+    })
 }

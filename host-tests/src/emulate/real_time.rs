@@ -2,8 +2,16 @@
 
 use super::{Board, EmulateError, Firmware, build_firmware};
 use crate::{deadline, through_sensors, toolchain::Toolchain};
-use meerkat_mwd::{Config, Sample, config::SurveyConfig, sensor_models::Recording, telemetry::StreamConfig};
+use meerkat_mwd::{
+    Config, Sample,
+    config::SurveyConfig,
+    sensor_models::Recording,
+    telemetry::{ProbeId, StreamConfig},
+};
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Duration};
+
+/// Which probe the emulated board says it is.
+pub const PROBE: ProbeId = ProbeId(*b"emulated 405");
 
 /// A stage of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +37,7 @@ pub struct RealTime {
     pub stream: StreamConfig,
     /// Whether raw samples go over it.
     pub recording: bool,
-    /// The key of commands that change calibration.
+    /// The key of commands that need one.
     pub key: Option<[u8; 32]>,
     /// A stage that does not end, from a sample on.
     pub hang: Option<(Stage, u32)>,
