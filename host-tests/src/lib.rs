@@ -13,6 +13,7 @@ pub mod emulate;
 pub mod explain;
 pub mod failure;
 pub mod flight;
+pub mod fuzzed;
 pub mod image;
 pub mod known_error;
 pub mod line;
