@@ -12,11 +12,12 @@ type SmallStore = Store<4, { 8 * KIB }>;
 
 /// Words of one record with a single value.
 const WORDS_OF_A_RECORD: u64 = 8;
+/// The last of them that is no padding: 16 bytes of header, 8 of payload.
+const LAST_NUMBER: u64 = 5;
 /// Counters that a sector of 8 KiB takes: its mark and two granules each.
 const COUNTERS_OF_A_SECTOR: u64 = 127;
 
-/// The power is back after a cut that left a bit of the last word marginal. `None`: of the programmed bits
-/// there is none.
+/// The power is back after a cut that left a bit of the last word marginal.
 fn with_marginal_bit(store: SmallStore, dice: &mut Dice) -> SmallStore {
     let mut flash = store.into_flash();
     flash.power_up();
@@ -31,36 +32,55 @@ fn power_cycled(store: SmallStore) -> SmallStore {
     open(flash)
 }
 
-/// The power goes in each word of a counter that begins a sector, and a bit of that word reads as it likes
-/// from then on.
+/// A store of as many counters as a sector takes; the power goes in a word of the next one. Gives it as it is
+/// found after that, a bit of that word marginal, and the last counter that was completed.
+fn cut_in_the_next_sector(seed: u64, word: u64, cut: Cut) -> (SmallStore, u64) {
+    let mut store = open(Small::new(3, seed));
+    prepare(&mut store);
+    (1..=COUNTERS_OF_A_SECTOR).for_each(|counter| store.store_counter(counter).unwrap());
+    store.flash_mut().cut_in(word, cut);
+    let completed = COUNTERS_OF_A_SECTOR + u64::from(store.store_counter(COUNTERS_OF_A_SECTOR + 1).is_ok());
+    (with_marginal_bit(store, &mut Dice::new(seed)), completed)
+}
+
+/// The lowest counter that is read at any of eight power-ups, each prepared.
+fn lowest_counter(mut store: SmallStore) -> u64 {
+    let mut lowest = store.read_counter();
+    for _ in 0..8 {
+        prepare(&mut store);
+        lowest = lowest.min(store.read_counter());
+        store = power_cycled(store);
+        lowest = lowest.min(store.read_counter());
+    }
+    lowest
+}
+
+/// The power goes in each word of a counter that begins a sector, and a bit of that word reads as it likes from
+/// then on.
 #[test]
 fn a_counter_never_falls_whatever_a_marginal_bit_reads_as() {
     let (mut cases, mut fallen) = (0, 0);
     for round in 0..25 {
         for word in 0..2 * WORDS_OF_A_RECORD {
-            let mut dice = Dice::new(1_000 * round + word);
-            let mut store = open(Small::new(3, round * 31 + word));
-            prepare(&mut store);
-            (1..=COUNTERS_OF_A_SECTOR).for_each(|counter| store.store_counter(counter).unwrap());
-            let mut completed = COUNTERS_OF_A_SECTOR;
-            store.flash_mut().cut_in(word, if round % 2 == 0 { Cut::After } else { Cut::Torn });
-            if store.store_counter(completed + 1).is_ok() {
-                completed += 1;
-            }
-            store = with_marginal_bit(store, &mut dice);
-            let mut lowest = store.read_counter();
-            for _ in 0..8 {
-                prepare(&mut store);
-                lowest = lowest.min(store.read_counter());
-                store = power_cycled(store);
-                lowest = lowest.min(store.read_counter());
-            }
+            let cut = if round % 2 == 0 { Cut::After } else { Cut::Torn };
+            let (store, completed) = cut_in_the_next_sector(1_000 * round + word, word, cut);
             cases += 1;
-            fallen += u32::from(lowest < completed);
+            fallen += u32::from(lowest_counter(store) < completed);
         }
     }
     println!("{cases} cases; in {fallen} the counter fell");
     assert_eq!(fallen, 0);
+}
+
+/// The same where it hurts most: the first copy is whole but for one bit of its last number, and there is no second.
+#[test]
+fn a_counter_that_begins_a_sector_may_flicker_in_its_last_word() {
+    let mut fallen = 0;
+    for seed in 0..400 {
+        let (store, completed) = cut_in_the_next_sector(seed, LAST_NUMBER, Cut::After);
+        fallen += u32::from(lowest_counter(store) < completed);
+    }
+    assert_eq!(fallen, 0, "of 400 cases");
 }
 
 /// The same while a sector is prepared: a counter that was believed once is copied, and never falls.
