@@ -123,7 +123,11 @@ impl Config {
         check(optional_positive(self.full_scale.gyro_rad_s), "full_scale.gyro_rad_s", "positive")?;
         check(optional_positive(self.full_scale.accel_m_s2), "full_scale.accel_m_s2", "positive")?;
         check(optional_positive(self.full_scale.mag_ut), "full_scale.mag_ut", "positive")?;
-        check(self.gyro.is_valid(), "gyro", "finite with a positive determinant")?;
+        check(
+            self.gyro.is_valid(),
+            "gyro",
+            "finite, with a positive determinant, elements of P below 1000 and P b below 1000 rad/s",
+        )?;
         check(self.accel.is_valid(), "accel", "finite with a positive determinant")?;
         check(self.mag.is_valid(), "mag", "finite with a positive determinant")?;
         let earth = &self.earth;

@@ -39,6 +39,11 @@ const WORK_UNITS_PER_SECOND: u32 = 160_000;
 /// Step of time that counts as a gap, in nominal sample periods.
 pub const GAP_PERIODS: u32 = 3;
 
+/// Longest gap that one timestamp is believed, microseconds; a longer one needs two stamps in a row. It leaves nothing
+/// of the attitude (half a turn at the 0.3 rad/s that are assumed where no rate is read), so the sample that it
+/// costs is worth little, and a wrong stamp that is believed makes samples old for no longer than this.
+const UNCONFIRMED_GAP_US: u64 = 10_000_000;
+
 /// The pipeline, with all its buffers. [`Probe::new`] is all zero bytes, so that a `static` of it takes no
 /// flash.
 pub struct Probe {
@@ -60,6 +65,8 @@ struct Session {
     counters: Counters,
     /// Time of the last sample; meaningless while no sample is counted.
     last_us: u64,
+    /// Time of the sample before, which was too far ahead to be believed alone; 0: it was not.
+    doubted_us: u64,
     /// Time of validity of the last output.
     last_valid_us: u64,
     last_raw_rad_s: [f32; 3],
@@ -76,6 +83,7 @@ impl Session {
     const ZERO: Self = Self {
         counters: Counters::ZERO,
         last_us: 0,
+        doubted_us: 0,
         last_valid_us: 0,
         last_raw_rad_s: [0.0; 3],
         unread_s: 0.0,
@@ -131,8 +139,10 @@ impl Probe {
         Ok(())
     }
 
-    /// Takes one sample. Returns `None` before a configuration, and for a sample whose time does not increase
-    /// (counted). One timestamp far ahead blocks all samples until that time; [`Probe::configure`] recovers.
+    /// Takes one sample. Returns `None` before a configuration, and for a sample that is not taken (counted): its time
+    /// does not increase, or is more than ten seconds after the last one's and the sample before said nothing of the
+    /// kind. Of two such stamps in a row, at most ten seconds apart, the later begins a new time base, after a gap.
+    /// A clock that goes back for good needs [`Probe::configure`].
     pub fn push(&mut self, sample: &Sample) -> Option<Output> {
         if !self.configured {
             return None;
@@ -145,6 +155,13 @@ impl Probe {
             return None;
         }
         let step_us = sample.t_us - if first { sample.t_us } else { self.session.last_us };
+        let doubted_us = core::mem::replace(&mut self.session.doubted_us, 0);
+        let is_confirmed = doubted_us > 0 && doubted_us < sample.t_us && sample.t_us - doubted_us <= UNCONFIRMED_GAP_US;
+        if step_us > UNCONFIRMED_GAP_US && !is_confirmed {
+            self.session.doubted_us = sample.t_us;
+            count(&mut self.session.counters.out_of_order);
+            return None;
+        }
         let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
         if first {
             self.identifier.start(sample.t_us);

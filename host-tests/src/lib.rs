@@ -8,6 +8,7 @@ pub mod diagnosis;
 pub mod earth;
 pub mod failure;
 pub mod flight;
+pub mod fuzzed;
 pub mod port;
 pub mod report;
 pub mod research;

@@ -1,3 +1,4 @@
+use crate::sample::BEYOND_ANY_GYRO_RAD_S;
 use nalgebra::{Matrix3, Vector3};
 
 /// Gyro model, 12 error parameters: `w = P (w_raw - b)` (paper, eq 1 to 4; P = (I + S)^-1).
@@ -32,12 +33,18 @@ impl GyroModel {
         Matrix3::new(r0[0], r0[1], r0[2], r1[0], r1[1], r1[2], r2[0], r2[1], r2[2])
     }
 
-    /// Returns true if every parameter is finite and P has a positive determinant.
+    /// Returns true if every parameter is finite, P has a positive determinant, and no reading becomes a rate whose
+    /// square an f32 does not hold: elements of P and of P b below 1,000.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let finite = self.p.iter().flatten().chain(&self.b_rad_s).all(|x| x.is_finite());
         let determinant = self.p_matrix().determinant();
-        finite && determinant.is_finite() && determinant > 0.0
+        let of_none = self.compensate([0.0; 3]);
+        let mut bounded = self.p.iter().flatten().chain(of_none.iter());
+        finite
+            && determinant.is_finite()
+            && determinant > 0.0
+            && bounded.all(|x| libm::fabsf(*x) < BEYOND_ANY_GYRO_RAD_S)
     }
 }
 

@@ -18,7 +18,8 @@ pub struct Output {
 pub struct Counters {
     /// Samples taken.
     pub samples: u64,
-    /// Samples refused because their time did not increase.
+    /// Samples refused because of their time: it did not increase, or was more than ten seconds ahead and no
+    /// other had said so.
     pub out_of_order: u32,
     /// Steps of time over three nominal periods.
     pub gaps: u32,

@@ -24,6 +24,8 @@ pub enum StorageError<E> {
     },
     /// The flash does not hold what was written.
     NotVerified,
+    /// These bytes cannot be a key that was drawn at random.
+    WeakKey,
     /// It is there already, and is written only once.
     AlreadyProvisioned,
 }

@@ -15,6 +15,18 @@ const GRANULES: u16 = 64;
 /// Bytes of a key.
 pub const KEY_BYTES: usize = 32;
 
+/// Least different bytes in a key. Of 32 bytes that are drawn at random fewer differ once in 10^24 times (256
+/// choose 11, times (11 / 256)^32); memory that nobody wrote, a counter or a word that was repeated has
+/// fewer.
+const LEAST_DIFFERENT: usize = 12;
+
+/// Whether bytes can be a key that was drawn at random.
+#[must_use]
+pub fn can_be_key(bytes: &[u8; KEY_BYTES]) -> bool {
+    let firsts = bytes.iter().enumerate().filter(|(k, byte)| !bytes.iter().take(*k).any(|before| before == *byte));
+    firsts.count() >= LEAST_DIFFERENT
+}
+
 /// The factory's calibration of a probe's sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FactoryCalibration {
@@ -47,7 +59,7 @@ impl FactoryRecords {
     /// Reads the region, which this cannot write.
     ///
     /// # Errors
-    /// It cannot be read or is too small.
+    /// Nothing of it can be read, or it is too small.
     pub fn read<R: ReadNorFlash>(region: &mut R) -> Result<Self, StorageError<R::Error>> {
         if region.capacity() < usize::from(GRANULES) * GRANULE || !GRANULE.is_multiple_of(R::READ_SIZE) {
             return Err(StorageError::Geometry("of 2 KiB or more, read in words of 1 to 32 bytes"));
@@ -61,8 +73,10 @@ impl FactoryRecords {
                 (Kind::KEY, 1) => records.key = records.key.or_else(|| Reader(payload).bytes()),
                 _ => records.unknown = records.unknown.saturating_add(1),
             }
-        })
-        .map_err(StorageError::Flash)?;
+        });
+        if let Some(e) = walked.silent {
+            return Err(StorageError::Flash(e));
+        }
         (records.damaged, records.free) = (walked.damaged, walked.free);
         Ok(records)
     }
@@ -123,8 +137,12 @@ impl<F: NorFlash> Provisioning<F> {
     /// Writes the key of authenticated commands.
     ///
     /// # Errors
-    /// There is one already, or the flash failed: then it can be tried again.
+    /// There is one already, nobody drew these bytes at random, or the flash failed: then it can be tried
+    /// again.
     pub fn write_key(&mut self, key: &[u8; KEY_BYTES]) -> Result<(), StorageError<F::Error>> {
+        if !can_be_key(key) {
+            return Err(StorageError::WeakKey);
+        }
         let records = FactoryRecords::read(&mut self.region)?;
         self.write(&records, records.key.is_some(), Kind::KEY, |writer| writer.bytes(key))
     }

@@ -3,6 +3,7 @@
 use super::{
     StorageError,
     record::{GRANULE, Header, MAX_RECORD},
+    sector::sector_bytes,
 };
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
@@ -17,22 +18,31 @@ pub(super) struct Place {
 
 impl Place {
     pub fn address<F: NorFlash>(self) -> u32 {
-        u32::from(self.sector) * F::ERASE_SIZE as u32 + u32::from(self.granule) * GRANULE as u32
+        u32::from(self.sector) * sector_bytes::<F>() as u32 + u32::from(self.granule) * GRANULE as u32
     }
 }
 
 /// What a walk found beside the records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Walked {
+pub(super) struct Walked<E> {
     /// First granule of the blank ones at the end.
     pub free: u16,
-    /// Runs of granules that are neither blank nor a record.
+    /// Runs of granules that are neither blank nor a record, or cannot be read.
     pub damaged: u32,
+    /// Why nothing at all could be read; `None`: something could.
+    pub silent: Option<E>,
+}
+
+/// Reads, a second time where the first one fails: a wire that was disturbed is not a word that is lost.
+fn read<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &mut [u8]) -> Result<(), R::Error> {
+    flash.read(address, bytes).or_else(|_| flash.read(address, bytes))
 }
 
 /// Walks over the records in the granules from `first` to before `end` of what begins at `base`.
 ///
-/// A record begins where a header with the right check does; what lies between two is a record that was cut off or has rotted.
+/// A record begins where a header with the right check does; what lies between two is a record that was cut
+/// off or has rotted. So is a granule that cannot be read: flash with error correction gives an error for a
+/// word that was torn (STM32H7, STM32G4: a double ECC error).
 #[inline(never)]
 pub(super) fn walk<R: ReadNorFlash>(
     flash: &mut R,
@@ -40,27 +50,34 @@ pub(super) fn walk<R: ReadNorFlash>(
     (first, end): (u16, u16),
     buffer: &mut [u8; MAX_RECORD],
     each: &mut dyn FnMut(&Header, &[u8], u16),
-) -> Result<Walked, R::Error> {
-    let mut walked = Walked { free: first, damaged: 0 };
-    let mut in_damage = false;
+) -> Walked<R::Error> {
+    let mut walked = Walked { free: first, damaged: 0, silent: None };
+    let (mut in_damage, mut is_read) = (false, false);
     let mut granule = first;
     while granule < end {
         let here = granule;
         granule += 1;
         let address = base + u32::from(here) * GRANULE as u32;
         let Some((head, tail)) = buffer.split_first_chunk_mut::<GRANULE>() else { break };
-        flash.read(address, head)?;
-        if *head == BLANK {
-            in_damage = false;
-            continue;
-        }
-        walked.free = granule;
-        let header = Header::parse(head).filter(|header| header.granules() <= end - here);
-        if let Some(header) = header {
-            if let Some(rest) = tail.get_mut(..header.bytes() - GRANULE).filter(|rest| !rest.is_empty()) {
-                flash.read(address + GRANULE as u32, rest)?;
+        let header = match read(flash, address, head) {
+            Ok(()) if *head == BLANK => {
+                (in_damage, is_read) = (false, true);
+                continue;
             }
-            if let Some(payload) = header.payload(buffer) {
+            Ok(()) => {
+                is_read = true;
+                Header::parse(head).filter(|header| header.granules() <= end - here)
+            }
+            Err(e) => {
+                walked.silent = Some(e);
+                None
+            }
+        };
+        walked.free = granule;
+        if let Some(header) = header {
+            let rest = tail.get_mut(..header.bytes() - GRANULE).filter(|rest| !rest.is_empty());
+            let is_whole = rest.is_none_or(|rest| read(flash, address + GRANULE as u32, rest).is_ok());
+            if let Some(payload) = header.payload(buffer).filter(|_| is_whole) {
                 each(&header, payload, here);
                 granule = here + header.granules();
                 walked.free = granule;
@@ -73,41 +90,48 @@ pub(super) fn walk<R: ReadNorFlash>(
         }
         in_damage = true;
     }
-    Ok(walked)
+    if is_read {
+        walked.silent = None;
+    }
+    walked
 }
 
-/// Whether so many granules are erased.
-pub(super) fn is_blank<R: ReadNorFlash>(flash: &mut R, base: u32, granules: u16) -> Result<bool, R::Error> {
-    for granule in 0..granules {
-        let mut read = [0; GRANULE];
-        flash.read(base + u32::from(granule) * GRANULE as u32, &mut read)?;
-        if read != BLANK {
-            return Ok(false);
-        }
-    }
-    Ok(true)
+/// Whether so many granules are erased; what cannot be read is not.
+pub(super) fn is_blank<R: ReadNorFlash>(flash: &mut R, base: u32, granules: u16) -> bool {
+    (0..granules).all(|granule| {
+        let mut bytes = [0; GRANULE];
+        read(flash, base + u32::from(granule) * GRANULE as u32, &mut bytes).is_ok() && bytes == BLANK
+    })
 }
 
 /// Whether the flash reads as these whole granules.
 #[inline(never)]
-pub(super) fn holds<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &[u8]) -> Result<bool, R::Error> {
-    for (k, expected) in (0..).zip(bytes.chunks(GRANULE)) {
-        let mut read = [0; GRANULE];
-        flash.read(address + k * GRANULE as u32, &mut read)?;
-        if read != *expected {
-            return Ok(false);
-        }
+pub(super) fn holds<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &[u8]) -> bool {
+    (0..).zip(bytes.chunks(GRANULE)).all(|(k, expected)| {
+        let mut there = [0; GRANULE];
+        read(flash, address + k * GRANULE as u32, &mut there).is_ok() && there == *expected
+    })
+}
+
+/// Reads the record at an address into the buffer; `None` where there is no whole one.
+#[inline(never)]
+pub(super) fn read_record<R: ReadNorFlash>(
+    flash: &mut R,
+    address: u32,
+    buffer: &mut [u8; MAX_RECORD],
+) -> Option<Header> {
+    let (head, tail) = buffer.split_first_chunk_mut::<GRANULE>()?;
+    read(flash, address, head).ok()?;
+    let header = Header::parse(head)?;
+    if let Some(rest) = tail.get_mut(..header.bytes() - GRANULE).filter(|rest| !rest.is_empty()) {
+        read(flash, address + GRANULE as u32, rest).ok()?;
     }
-    Ok(true)
+    header.payload(buffer).map(|_| header)
 }
 
 /// Programs whole granules and reads them back.
 #[inline(never)]
 pub(super) fn program<F: NorFlash>(flash: &mut F, address: u32, bytes: &[u8]) -> Result<(), StorageError<F::Error>> {
     flash.write(address, bytes).map_err(StorageError::Flash)?;
-    match holds(flash, address, bytes) {
-        Ok(true) => Ok(()),
-        Ok(false) => Err(StorageError::NotVerified),
-        Err(e) => Err(StorageError::Flash(e)),
-    }
+    if holds(flash, address, bytes) { Ok(()) } else { Err(StorageError::NotVerified) }
 }

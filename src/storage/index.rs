@@ -21,11 +21,65 @@ pub(super) struct Slot {
     pub temperature_c: Option<[f32; 2]>,
 }
 
-/// A single value and the sector of its latest copy.
+/// A single value, as it stands in one sector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Single {
     pub value: u64,
     pub sector: u8,
+    copies: u8,
+}
+
+/// A value that only rises, each written twice.
+///
+/// One copy alone may have been cut off: it reads whole, and a bit of it may not last. It counts, and the
+/// last value of which both copies are whole is kept until the new one has been written anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Rising {
+    latest: Option<Single>,
+    settled: Option<Single>,
+    /// The copy that was noted last.
+    noted: Option<Single>,
+}
+
+impl Rising {
+    const NONE: Self = Self { latest: None, settled: None, noted: None };
+
+    /// Takes note of a whole copy; of equal values the last sector counts.
+    pub fn note(&mut self, value: u64, sector: u8) {
+        let before = self.noted.filter(|noted| (noted.value, noted.sector) == (value, sector));
+        let copies = before.map_or(1, |noted| noted.copies.saturating_add(1));
+        let single = Single { value, sector, copies };
+        self.noted = Some(single);
+        let is_latest = |old: &Option<Single>| old.is_none_or(|old| value >= old.value);
+        if is_latest(&self.latest) {
+            self.latest = Some(single);
+        }
+        if copies > 1 && is_latest(&self.settled) {
+            self.settled = Some(single);
+        }
+    }
+
+    /// The highest of which a copy is whole.
+    pub const fn value(&self) -> Option<u64> {
+        match self.latest {
+            Some(latest) => Some(latest.value),
+            None => None,
+        }
+    }
+
+    /// The value to be written anew before anything is erased, or, with a sector, before that is.
+    pub fn unsettled(&self, before_erasing: Option<u8>) -> Option<u64> {
+        let latest = self.latest?;
+        let settled = self.settled.filter(|settled| settled.value == latest.value);
+        let stays = settled.is_some_and(|settled| Some(settled.sector) != before_erasing);
+        (!stays).then_some(latest.value)
+    }
+
+    /// Whether what counts is the same.
+    fn says_the_same_as(&self, other: &Self) -> bool {
+        let value = |single: Option<Single>| single.map(|single| single.value);
+        value(self.latest) == value(other.latest) && value(self.settled) == value(other.settled)
+    }
 }
 
 /// What was found when the storage was read.
@@ -51,9 +105,9 @@ pub struct ScanCounts {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Index {
     pub kept: [Option<Slot>; KEPT],
-    pub counter: Option<Single>,
+    pub counter: Rising,
     /// Models up to this number are retired.
-    pub retired: Option<Single>,
+    pub retired: Rising,
     pub last_number: u32,
     pub counts: ScanCounts,
 }
@@ -87,7 +141,7 @@ impl Index {
             first_implausible: None,
             retired: 0,
         };
-        Self { kept: [None; KEPT], counter: None, retired: None, last_number: 0, counts }
+        Self { kept: [None; KEPT], counter: Rising::NONE, retired: Rising::NONE, last_number: 0, counts }
     }
 
     /// Takes note of a whole record. In whatever order they come, the same is kept.
@@ -114,8 +168,8 @@ impl Index {
                 }
             }
             Kind::COUNTER | Kind::RETIREMENT => match Reader(payload).u64() {
-                Some(value) if header.kind == Kind::COUNTER => raise(&mut self.counter, value, place.sector),
-                Some(value) => raise(&mut self.retired, value, place.sector),
+                Some(value) if header.kind == Kind::COUNTER => self.counter.note(value, place.sector),
+                Some(value) => self.retired.note(value, place.sector),
                 None => counts.malformed = counts.malformed.saturating_add(1),
             },
             // They are looked for when their model is chosen.
@@ -140,9 +194,9 @@ impl Index {
 
     /// Drops what has been retired.
     pub fn retire(&mut self) {
-        let Some(last) = self.retired else { return };
+        let Some(last) = self.retired.value() else { return };
         for slot in &mut self.kept {
-            if slot.take_if(|slot| u64::from(slot.number) <= last.value).is_some() {
+            if slot.take_if(|slot| u64::from(slot.number) <= last).is_some() {
                 self.counts.retired = self.counts.retired.saturating_add(1);
             }
         }
@@ -150,29 +204,20 @@ impl Index {
 
     /// Whether all that counts in `other` is here, too.
     pub fn holds_all_of(&self, other: &Self) -> bool {
-        let value = |single: Option<Single>| single.map(|single| single.value);
         let held = |slot: &Slot| self.kept.iter().flatten().any(|own| own.number == slot.number);
         other.kept.iter().flatten().all(held)
-            && value(self.counter) == value(other.counter)
-            && value(self.retired) == value(other.retired)
+            && self.counter.says_the_same_as(&other.counter)
+            && self.retired.says_the_same_as(&other.retired)
     }
 
     /// The model for a temperature: the nearest, of those as near the newest.
-    pub fn nearest(&self, temperature_c: Option<f32>, not: &[Option<u32>]) -> Option<Slot> {
+    pub fn nearest(&self, temperature_c: Option<f32>) -> Option<Slot> {
         // Where a temperature is not known, beyond all that are, unless none is.
         let rank = |slot: &Slot| {
             let bands = slot.distance_k(temperature_c).map_or(i16::MAX, |k| (k / BAND_K) as i16);
             (core::cmp::Reverse(bands), slot.number)
         };
-        let left = self.kept.iter().flatten().filter(|slot| !not.contains(&Some(slot.number)));
-        left.max_by_key(|slot| rank(slot)).copied()
-    }
-}
-
-/// A value that only rises; of equal ones the last copy counts.
-fn raise(single: &mut Option<Single>, value: u64, sector: u8) {
-    if single.is_none_or(|old| value >= old.value) {
-        *single = Some(Single { value, sector });
+        self.kept.iter().flatten().max_by_key(|slot| rank(slot)).copied()
     }
 }
 
@@ -189,15 +234,34 @@ mod tests {
             index.keep(number, PLACE, Some([t, t + 5.0]));
         }
         index.keep(5, PLACE, None);
-        let chosen = |t: Option<f32>| index.nearest(t, &[]).map(|slot| slot.number);
+        let chosen = |t: Option<f32>| index.nearest(t).map(|slot| slot.number);
         assert_eq!(chosen(Some(21.0)), Some(1));
         assert_eq!(chosen(Some(-40.0)), Some(1));
         assert_eq!(chosen(Some(64.0)), Some(4), "2 is of the same band and older");
         assert_eq!(chosen(Some(170.0)), Some(3));
         assert_eq!(chosen(None), Some(5));
-        assert_eq!(index.nearest(Some(170.0), &[Some(3)]).map(|slot| slot.number), Some(4));
         // 105 is in no range; 100 to 105 is no farther than a band.
         assert_eq!(chosen(Some(114.0)), Some(3));
+    }
+
+    #[test]
+    fn a_value_of_one_copy_counts_and_is_written_anew_before_anything_is_erased() {
+        let mut counter = Rising::NONE;
+        assert_eq!((counter.value(), counter.unsettled(None)), (None, None));
+        (0..2).for_each(|_| counter.note(7, 0));
+        assert_eq!((counter.value(), counter.unsettled(None), counter.unsettled(Some(1))), (Some(7), None, None));
+        assert_eq!(counter.unsettled(Some(0)), Some(7));
+        // Cut off after the first copy, in another sector.
+        counter.note(8, 1);
+        assert_eq!((counter.value(), counter.unsettled(None)), (Some(8), Some(8)));
+        // A copy in each of two sectors is not two in one: each may have been cut off.
+        counter.note(8, 2);
+        assert_eq!(counter.unsettled(None), Some(8));
+        counter.note(8, 2);
+        assert_eq!((counter.unsettled(None), counter.unsettled(Some(2))), (None, Some(8)));
+        // A lower one that is found later changes nothing.
+        (0..2).for_each(|_| counter.note(5, 1));
+        assert_eq!((counter.value(), counter.unsettled(None)), (Some(8), None));
     }
 
     #[test]

@@ -145,18 +145,18 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// What belongs to the numbers that were stored with a model; `None`: there are none, or not all of them.
     ///
     /// # Errors
-    /// Something is being written, or the flash cannot be read.
+    /// Something is being written.
     pub fn learnt_with(&mut self, number: u32) -> Result<Option<LearntHead>, StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        Ok(self.parts_of(number, None)?.map(|(head, _)| head))
+        Ok(self.parts_of(number, None).map(|(head, _)| head))
     }
 
     /// Hands out all numbers that were stored with a model, each with its place in their order. Returns whether they were all there.
     ///
     /// # Errors
-    /// Something is being written, or the flash cannot be read.
+    /// Something is being written.
     pub fn read_learnt(
         &mut self,
         number: u32,
@@ -165,9 +165,9 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        let Some((head, places)) = self.parts_of(number, None)? else { return Ok(false) };
+        let Some((head, places)) = self.parts_of(number, None) else { return Ok(false) };
         for (part, place) in places.into_iter().enumerate() {
-            let header = self.read_record(place)?;
+            let header = self.read_record(place);
             let Some(payload) = header.and_then(|header| header.payload(&self.buffer)) else { return Ok(false) };
             let mut reader = Reader(payload);
             if decode_head(&mut reader) != Some((part, head)) {
@@ -183,11 +183,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
 
     /// Where the parts that go with a model are, the latest copy of each, in all sectors but one; `None`: not all of them.
     #[inline(never)]
-    fn parts_of(
-        &mut self,
-        number: u32,
-        but: Option<u8>,
-    ) -> Result<Option<(LearntHead, Places)>, StorageError<F::Error>> {
+    fn parts_of(&mut self, number: u32, but: Option<u8>) -> Option<(LearntHead, Places)> {
         let mut found: [Option<(Place, LearntHead)>; PARTS] = [None; PARTS];
         self.each_record(but, &mut |header: &Header, payload, place| {
             if header.kind != Kind::LEARNT || header.version != VERSION || header.number != number {
@@ -197,35 +193,34 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             if let Some(slot) = found.get_mut(part) {
                 *slot = Some((place, head));
             }
-        })?;
-        let Some((_, head)) = found.first().copied().flatten() else { return Ok(None) };
+        });
+        let (_, head) = found.first().copied().flatten()?;
         let mut places = [Place { sector: 0, granule: 0 }; PARTS];
         for (slot, found) in places.iter_mut().zip(found) {
-            let Some((place, _)) = found.filter(|(_, other)| *other == head) else { return Ok(None) };
-            *slot = place;
+            *slot = found.filter(|(_, other)| *other == head)?.0;
         }
-        Ok(Some((head, places)))
+        Some((head, places))
     }
 
     /// The newest model that is kept and has all its parts; and where they are.
     #[inline(never)]
-    pub(super) fn newest_parts(&mut self, but: Option<u8>) -> Result<Option<(u32, Places)>, StorageError<F::Error>> {
+    pub(super) fn newest_parts(&mut self, but: Option<u8>) -> Option<(u32, Places)> {
         let mut below = u32::MAX;
         for _ in 0..KEPT {
             let numbers = self.index.kept.iter().flatten().map(|slot| slot.number);
-            let Some(number) = numbers.filter(|number| *number < below).max() else { break };
-            if let Some((_, places)) = self.parts_of(number, but)? {
-                return Ok(Some((number, places)));
+            let number = numbers.filter(|number| *number < below).max()?;
+            if let Some((_, places)) = self.parts_of(number, but) {
+                return Some((number, places));
             }
             below = number;
         }
-        Ok(None)
+        None
     }
 
     /// Copies the parts of the newest model that has them, where they are in this sector.
     #[inline(never)]
     pub(super) fn evacuate_parts(&mut self, from: u8) -> Result<(), StorageError<F::Error>> {
-        let Some((_, places)) = self.newest_parts(None)? else { return Ok(()) };
+        let Some((_, places)) = self.newest_parts(None) else { return Ok(()) };
         for place in places.into_iter().filter(|place| place.sector == from) {
             if self.copy(place)?.is_none() {
                 self.index.counts.damaged = self.index.counts.damaged.saturating_add(1);

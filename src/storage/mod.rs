@@ -13,9 +13,11 @@
 //! ```
 //!
 //! # Timing budget
-//! A single-bank STM32F4 fetches no instruction from its flash while the flash is programmed or erased: reading it then stalls the bus (RM0090
-//! section 3.6, erase and program operations), interrupts included. Data sheet DS8626, memory characteristics, flash memory programming, 32 bits at a time (2.7 to 3.6 V; a byte
-//! at a time takes as long for each byte, and erasing then 400 and 800 ms):
+//! A single-bank STM32F4 fetches no instruction from its flash while the flash is programmed or erased:
+//! reading it then stalls the bus (RM0090 section 3.6, erase and program operations), interrupts included.
+//! Data sheet DS8626, memory characteristics, flash memory programming, 32 bits at a time, as the driver
+//! erases and programs (2.7 to 3.6 V; a byte at a time takes as long for each byte, and erasing then 400 and
+//! 800 ms):
 //!
 //! | | typical | at most | when |
 //! |---|---|---|---|
@@ -25,11 +27,17 @@
 //! | what the filter has learnt, 98 steps | 13 ms | 79 ms | before a model, with the filter's work put off meanwhile |
 //! | [`ModelStore::store_counter`], 16 words | 0.26 ms | 1.6 ms | before a command is done |
 //! | erasing 16 KiB | 250 ms | 500 ms | not while drilling, one in each call of [`ModelStore::prepare`] |
+//! | copying what counts before that, up to 2,000 words | 32 ms | 0.2 s | in the same call |
 //! | erasing 128 KiB | 1 s | 2 s | never |
 //!
-//! So models stand in sectors 1 to 3, 16 KiB each; the factory's records in sector 11, write-protected by the option bytes. `memory.x` keeps
-//! code out of both. A power-up after a rollover erases one or two sectors (0.5 to 1 s at most), any other none; the first one of all three.
-//! A watchdog has to outlast one erasure. 10,000 erasures are guaranteed (DS8626, endurance): at some 80 models a sector more than two
+//! So models stand in sectors 1 to 3, 16 KiB each; the factory's records in sector 11, write-protected by the
+//! option bytes. `memory.x` keeps code out of both. A power-up after a rollover erases one or two sectors
+//! (0.5 to 1 s at most), any other none; the first one of all three. A watchdog has to outlast one call of
+//! [`ModelStore::prepare`], 0.7 s, at the fastest that its oscillator may be: 47 kHz of nominal 32 (DS8626,
+//! low-speed internal RC oscillator). Of smaller pages (4 KiB on an nRF52840: 85 ms each) several make a
+//! sector, and a call erases one.
+//!
+//! 10,000 erasures are guaranteed (DS8626, endurance): at some 80 models a sector more than two
 //! million models.
 //!
 //! # Why a log of its own
@@ -42,10 +50,14 @@
 //! future could wait for.
 //!
 //! # What a power cut leaves
-//! A record counts when its check holds, so one that was cut off is skipped and counted, and the one before it still stands. A
-//! sector without its mark is erased again. What counts is copied before its sector is erased, and a copy is the same record. One ready
-//! sector is left alone while drilling, so that there is always room to copy to; when the room ends before that, a model is refused and
-//! counted.
+//! A record counts when its check holds, so one that was cut off is skipped and counted, and the one before
+//! it still stands. A bit of the last word may read as 0 or 1 from then on, and the record be whole at one
+//! power-up and not at the next. So a counter, which is written twice, is written anew before anything is
+//! erased where only one copy is whole; and the last model that was found is copied before what it took the
+//! place of may be erased. What cannot be read, as torn words of flash with error correction, is damage like
+//! any other. A sector without its mark is erased again. What counts is copied before its sector is erased,
+//! and a copy is the same record. One ready sector is left alone while drilling, so that there is always room
+//! to copy to; when the room ends before that, a model is refused and counted.
 
 mod error;
 mod factory;
@@ -66,7 +78,7 @@ mod stability;
 mod stored_model;
 
 pub use error::StorageError;
-pub use factory::{FactoryCalibration, FactoryRecords, KEY_BYTES, Provisioning};
+pub use factory::{FactoryCalibration, FactoryRecords, KEY_BYTES, Provisioning, can_be_key};
 pub use index::ScanCounts;
 pub use learnt_parts::LearntProgress;
 pub use model_history::ModelHistory;

@@ -1,10 +1,10 @@
 use super::{
     Limits, StorageError, StoredModel,
-    granules::{Place, holds, walk},
+    granules::{Place, holds, read_record, walk},
     index::{Index, KEPT, ScanCounts},
     learnt_parts::WritingLearnt,
     record::{GRANULE, Header, Kind, MAX_RECORD, encode},
-    sector::{Sector, State, granules_of},
+    sector::{Sector, State, granules_of, sector_bytes},
     stored_model,
 };
 use embedded_storage::nor_flash::NorFlash;
@@ -14,7 +14,8 @@ const FOR_COUNTERS: u16 = 32;
 
 /// Accepted models and the command counter, in a ring of equal sectors.
 ///
-/// `flash` is the ring alone: `SECTORS` sectors from address 0, three or more. Its erase size is the sector's.
+/// `flash` is the ring alone: `SECTORS` sectors from address 0, three or more. Its erase size is the
+/// sector's; of pages under 8 KiB as many make a sector as take 16 KiB.
 #[derive(Clone)]
 pub struct ModelStore<F, const SECTORS: usize = 3> {
     pub(super) flash: F,
@@ -27,6 +28,11 @@ pub struct ModelStore<F, const SECTORS: usize = 3> {
     pub(super) writing_learnt: Option<WritingLearnt>,
     /// Number under which all parts of what the filter has learnt are there, and their model is not.
     pub(super) learnt_number: Option<u32>,
+    /// The last record before the room that was free when the storage was opened: the power may have been cut
+    /// in it.
+    pub(super) last_found: Option<Place>,
+    /// Where records were whole once and are not any more.
+    pub(super) rotten: [Option<Place>; KEPT],
     pub(super) counts: StoreCounts,
 }
 
@@ -80,11 +86,10 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// A flash that does not suit, or that cannot be read.
     #[inline(never)]
     pub fn open(flash: F, limits: Limits) -> Result<Self, StorageError<F::Error>> {
-        let needed = (KEPT * MAX_RECORD).next_multiple_of(GRANULE) + 64 * GRANULE;
-        let problem = if SECTORS < 3 || SECTORS > 250 || flash.capacity() < SECTORS * F::ERASE_SIZE {
-            Some("of at least three sectors")
-        } else if F::ERASE_SIZE < needed || F::ERASE_SIZE > 1 << 20 || !F::ERASE_SIZE.is_multiple_of(GRANULE) {
-            Some("of sectors of 8 KiB to 1 MiB")
+        let problem = if F::ERASE_SIZE > 1 << 20 || !F::ERASE_SIZE.is_multiple_of(GRANULE) || sector_bytes::<F>() == 0 {
+            Some("of pages of 32 bytes to 1 MiB")
+        } else if SECTORS < 3 || SECTORS > 250 || flash.capacity() < SECTORS * sector_bytes::<F>() {
+            Some("of at least three sectors, each of 8 KiB or more, or of pages that make 16 KiB")
         } else if !GRANULE.is_multiple_of(F::WRITE_SIZE) || !GRANULE.is_multiple_of(F::READ_SIZE) {
             Some("of words of 1, 2, 4, 8, 16 or 32 bytes")
         } else {
@@ -102,53 +107,70 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             writing: None,
             writing_learnt: None,
             learnt_number: None,
+            last_found: None,
+            rotten: [None; KEPT],
             counts: StoreCounts::default(),
         };
         let damaged = store.read_sectors()?;
-        store.index = store.scan(None)?;
+        store.index = store.scan(None);
         store.index.counts.damaged = damaged;
         Ok(store)
     }
 
-    /// States of the sectors. Returns how many places in them are damaged.
+    /// States of the sectors. Returns how many places in them are damaged. An error: nothing at all can be
+    /// read, and what says nothing is not to be erased.
     #[inline(never)]
     fn read_sectors(&mut self) -> Result<u32, StorageError<F::Error>> {
-        let mut damaged = 0_u32;
+        let (mut damaged, mut newest) = (0_u32, 0);
+        let (mut is_read, mut silent) = (false, None);
         for (number, sector) in (0..).zip(&mut self.sectors) {
             let base = Place { sector: number, granule: 0 }.address::<F>();
-            let (sequence, erases) = Sector::read_mark(&mut self.flash, base).map_err(StorageError::Flash)?;
-            let mut records = 0_u32;
+            let (sequence, erases) = Sector::read_mark(&mut self.flash, base, &mut self.buffer);
+            let (mut records, mut last) = (0_u32, None);
             let extent = (1, granules_of::<F>());
-            let walked = walk(&mut self.flash, base, extent, &mut self.buffer, &mut |_, _, _| records += 1)
-                .map_err(StorageError::Flash)?;
+            let walked = walk(&mut self.flash, base, extent, &mut self.buffer, &mut |header, _, granule| {
+                records += 1;
+                last = Some((granule, granule + header.granules()));
+            });
+            match walked.silent {
+                None => is_read = true,
+                Some(e) => silent = Some(e),
+            }
+            if let Some((granule, _)) = last.filter(|(_, end)| *end == walked.free && sequence > newest) {
+                self.last_found = Some(Place { sector: number, granule });
+            }
+            newest = if sequence > newest && records > 0 { sequence } else { newest };
             let state = match (sequence, records) {
                 (1.., 0) if walked.free == 1 => State::Ready,
                 (_, 1..) => State::Used,
                 // Nothing was ever completed in it.
                 _ => State::Unready,
             };
-            *sector = Sector { state, sequence, erases, free: walked.free };
+            *sector = Sector { state, sequence, erases, free: walked.free, pages: 0 };
             damaged = damaged.saturating_add(walked.damaged);
         }
-        Ok(damaged)
+        match silent {
+            Some(e) if !is_read => Err(StorageError::Flash(e)),
+            _ => Ok(damaged),
+        }
     }
 
     /// What counts of all sectors but one.
     #[inline(never)]
-    pub(super) fn scan(&mut self, but: Option<u8>) -> Result<Index, StorageError<F::Error>> {
-        let (mut index, limits) = (Index::empty(), self.limits);
-        self.each_record(but, &mut |header, payload, place| index.note(header, payload, place, &limits))?;
+    pub(super) fn scan(&mut self, but: Option<u8>) -> Index {
+        let (mut index, limits, rotten) = (Index::empty(), self.limits, self.rotten);
+        self.each_record(but, &mut |header, payload, place| {
+            if !rotten.contains(&Some(place)) {
+                index.note(header, payload, place, &limits);
+            }
+        });
         index.retire();
-        Ok(index)
+        index
     }
 
     /// Every whole record of all sectors but one, in the order in which these were begun, so that the latest copy comes last.
     #[inline(never)]
-    pub(super) fn each_record(
-        &mut self,
-        but: Option<u8>,
-        each: &mut dyn FnMut(&Header, &[u8], Place),
-    ) -> Result<(), StorageError<F::Error>> {
+    pub(super) fn each_record(&mut self, but: Option<u8>, each: &mut dyn FnMut(&Header, &[u8], Place)) {
         let mut after = None;
         while let Some((number, sequence)) = self.next_used(after) {
             after = Some((sequence, number));
@@ -159,10 +181,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             let extent = (1, granules_of::<F>());
             walk(&mut self.flash, base, extent, &mut self.buffer, &mut |header, payload, granule| {
                 each(header, payload, Place { sector: number, granule });
-            })
-            .map_err(StorageError::Flash)?;
+            });
         }
-        Ok(())
     }
 
     /// The used sector after one of this sequence and number, and its sequence.
@@ -227,15 +247,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// Reads a record into the buffer; `None` where there is no whole one.
-    pub(super) fn read_record(&mut self, place: Place) -> Result<Option<Header>, StorageError<F::Error>> {
-        let address = place.address::<F>();
-        let Some((head, tail)) = self.buffer.split_first_chunk_mut::<GRANULE>() else { return Ok(None) };
-        self.flash.read(address, head).map_err(StorageError::Flash)?;
-        let Some(header) = Header::parse(head) else { return Ok(None) };
-        if let Some(rest) = tail.get_mut(..header.bytes() - GRANULE).filter(|rest| !rest.is_empty()) {
-            self.flash.read(address + GRANULE as u32, rest).map_err(StorageError::Flash)?;
-        }
-        Ok(header.payload(&self.buffer).map(|_| header))
+    pub(super) fn read_record(&mut self, place: Place) -> Option<Header> {
+        read_record(&mut self.flash, place.address::<F>(), &mut self.buffer)
     }
 
     /// Programs the next 32 bytes of the buffered record; after the last of them reads it back, and returns `true`.
@@ -256,10 +269,10 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             return Ok(false);
         }
         let bytes = self.buffer.get(..begin + GRANULE).unwrap_or_default();
-        match holds(&mut self.flash, record.address::<F>(), bytes) {
-            Ok(true) => Ok(true),
-            Ok(false) => self.failed(StorageError::NotVerified),
-            Err(e) => self.failed(StorageError::Flash(e)),
+        if holds(&mut self.flash, record.address::<F>(), bytes) {
+            Ok(true)
+        } else {
+            self.failed(StorageError::NotVerified)
         }
     }
 
@@ -291,7 +304,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         self.counts
     }
 
-    /// Erasures of each sector; what a mark that cannot be read said is not in it.
+    /// Erasures of each sector, of all its pages; what a mark that cannot be read said is not in it.
     #[must_use]
     pub fn erases(&self) -> [u32; SECTORS] {
         self.sectors.map(|sector| sector.erases)

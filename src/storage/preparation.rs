@@ -3,7 +3,7 @@
 use super::{
     ModelStore, StorageError,
     granules::{Place, program},
-    index::{Index, KEPT, Single, Slot},
+    index::{Index, KEPT, Slot},
     record::{GRANULE, Kind},
     sector::{State, granules_of},
 };
@@ -25,7 +25,7 @@ pub enum NotDrilling {
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Preparation {
-    /// A sector has been erased; there is more to do.
+    /// A page of a sector has been erased; there is more to do.
     More,
     /// All but one sector are ready or bad.
     Ready {
@@ -36,7 +36,7 @@ pub enum Preparation {
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// Makes all sectors but one ready, what counts in the others copied before they are erased. Call it until it says that it is ready:
-    /// each call erases at most one sector, so that a watchdog can be fed between.
+    /// each call erases at most one page of the flash, so that a watchdog can be fed between.
     ///
     /// # Errors
     /// A model is being written, or the flash failed. What is stored stays so.
@@ -44,6 +44,12 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     pub fn prepare(&mut self, _why: NotDrilling) -> Result<Preparation, StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
+        }
+        // What a cut left of one copy may not last. Where there is no room to write it anew, what stands
+        // behind it is not erased.
+        match self.rewrite_singles(None) {
+            Ok(()) | Err(StorageError::Full) => {}
+            Err(e) => return Err(e),
         }
         if let Some(unready) = self.first_of(State::Unready) {
             self.erase(unready)?;
@@ -56,11 +62,10 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         match self.evacuate(oldest) {
             Ok(()) => self.erase(oldest)?,
             // Power that was cut again and again while it was prepared has filled the room with copies that were cut off.
-            Err(StorageError::Full) => match self.redundant()? {
+            Err(StorageError::Full) => match self.redundant() {
                 Some(redundant) => {
                     self.erase(redundant)?;
-                    let counts = self.index.counts;
-                    self.index = Index { counts, last_number: self.index.last_number, ..self.scan(None)? };
+                    self.look_again();
                 }
                 None => self.abandon(oldest)?,
             },
@@ -81,11 +86,15 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         those.min_by_key(|(_, sector)| sector.sequence).map(|(number, _)| number)
     }
 
+    /// Erases the next page of a sector.
     fn erase(&mut self, number: u8) -> Result<(), StorageError<F::Error>> {
         let last = self.sectors.iter().map(|sector| sector.sequence).max().unwrap_or(0);
         let base = Place { sector: number, granule: 0 }.address::<F>();
+        let elsewhere = |place: &Place| place.sector != number;
+        self.rotten = self.rotten.map(|rotten| rotten.filter(elsewhere));
+        self.last_found = self.last_found.filter(elsewhere);
         let Some(sector) = self.sectors.get_mut(usize::from(number)) else { return Ok(()) };
-        let erased = sector.erase(&mut self.flash, base, last.saturating_add(1));
+        let erased = sector.erase_page(&mut self.flash, base, last.saturating_add(1));
         erased.or_else(|e| self.failed(e))
     }
 
@@ -95,31 +104,64 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if let Some(sector) = self.sectors.get_mut(usize::from(from)) {
             sector.free = granules_of::<F>();
         }
-        for k in 0..KEPT {
-            let slot = self.index.kept.get(k).copied().flatten().filter(|slot| slot.place.sector == from);
-            let Some(slot) = slot else { continue };
-            let copied = self.copy(slot.place)?.map(|place| Slot { place, ..slot });
-            if copied.is_none() {
-                self.index.counts.damaged = self.index.counts.damaged.saturating_add(1);
-            }
-            if let Some(kept) = self.index.kept.get_mut(k) {
-                *kept = copied;
+        // Each that turns out to have rotted brings back the one before it, once.
+        for _ in 0..2 * KEPT {
+            if self.copy_models(from)? {
+                break;
             }
         }
-        self.rewrite_singles(from)?;
+        self.rewrite_singles(Some(from))?;
         // Last, for they are the longest, and the least loss.
         self.evacuate_parts(from)
     }
 
-    #[inline(never)]
-    fn rewrite_singles(&mut self, from: u8) -> Result<(), StorageError<F::Error>> {
-        if let Some(counter) = self.index.counter.filter(|counter| counter.sector == from) {
-            let sector = self.write_single(Kind::COUNTER, counter.value, 0)?;
-            self.index.counter = Some(Single { sector, ..counter });
+    /// Copies the models that are kept in a sector, and the one that was found last: a cut may have left a
+    /// bit of it that does not last, and what it took the place of may be about to go. Whether all were
+    /// whole.
+    fn copy_models(&mut self, from: u8) -> Result<bool, StorageError<F::Error>> {
+        for k in 0..KEPT {
+            let goes = |slot: &Slot| slot.place.sector == from || Some(slot.place) == self.last_found;
+            let Some(slot) = self.index.kept.get(k).copied().flatten().filter(goes) else { continue };
+            let Some(place) = self.copy(slot.place)? else {
+                self.forget_rotten(slot.place);
+                return Ok(false);
+            };
+            self.last_found = self.last_found.filter(|last| *last != slot.place);
+            if let Some(kept) = self.index.kept.get_mut(k) {
+                *kept = Some(Slot { place, ..slot });
+            }
         }
-        if let Some(retired) = self.index.retired.filter(|retired| retired.sector == from) {
-            let sector = self.write_single(Kind::RETIREMENT, retired.value, 0)?;
-            self.index.retired = Some(Single { sector, ..retired });
+        Ok(true)
+    }
+
+    /// A record that was whole when the storage was opened is not any more: what it took the place of counts
+    /// again.
+    #[inline(never)]
+    pub(super) fn forget_rotten(&mut self, place: Place) {
+        self.index.counts.damaged = self.index.counts.damaged.saturating_add(1);
+        if let Some(free) = self.rotten.iter_mut().find(|rotten| rotten.is_none()) {
+            *free = Some(place);
+        }
+        self.look_again();
+        for slot in &mut self.index.kept {
+            slot.take_if(|slot| slot.place == place);
+        }
+    }
+
+    /// Reads all sectors anew; what was counted stays.
+    fn look_again(&mut self) {
+        let Index { counts, last_number, .. } = self.index;
+        self.index = Index { counts, last_number, ..self.scan(None) };
+    }
+
+    /// Writes anew what has no two whole copies in one sector, that which is to be erased left out.
+    #[inline(never)]
+    fn rewrite_singles(&mut self, before_erasing: Option<u8>) -> Result<(), StorageError<F::Error>> {
+        if let Some(counter) = self.index.counter.unsettled(before_erasing) {
+            self.write_single(Kind::COUNTER, counter, 0)?;
+        }
+        if let Some(retired) = self.index.retired.unsettled(before_erasing) {
+            self.write_single(Kind::RETIREMENT, retired, 0)?;
         }
         Ok(())
     }
@@ -127,7 +169,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// Copies a record as it is, number and check included, so that a copy and its original are the same model. `None`: it has rotted.
     #[inline(never)]
     pub(super) fn copy(&mut self, from: Place) -> Result<Option<Place>, StorageError<F::Error>> {
-        let Some(granules) = self.read_record(from)?.map(|header| header.granules()) else { return Ok(None) };
+        let Some(granules) = self.read_record(from).map(|header| header.granules()) else { return Ok(None) };
         let to = self.take_room(granules, 0, 0).ok_or(StorageError::Full)?;
         let bytes = self.buffer.get(..usize::from(granules) * GRANULE).unwrap_or_default();
         match program(&mut self.flash, to.address::<F>(), bytes) {
@@ -138,32 +180,35 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
 
     /// A sector without which nothing would be missing, the latest first.
     #[inline(never)]
-    fn redundant(&mut self) -> Result<Option<u8>, StorageError<F::Error>> {
-        let (all, parts) = (self.scan(None)?, self.newest_parts(None)?.map(|(number, _)| number));
+    fn redundant(&mut self) -> Option<u8> {
+        let (all, parts) = (self.scan(None), self.newest_parts(None).map(|(number, _)| number));
         let mut before = u32::MAX;
         for _ in 0..SECTORS {
             let used = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == State::Used);
             let latest = used.filter(|(_, sector)| sector.sequence < before).max_by_key(|(_, sector)| sector.sequence);
-            let Some((number, sector)) = latest else { break };
+            let (number, sector) = latest?;
             before = sector.sequence;
-            if self.scan(Some(number))?.holds_all_of(&all)
-                && self.newest_parts(Some(number))?.map(|(number, _)| number) == parts
+            if self.scan(Some(number)).holds_all_of(&all)
+                && self.newest_parts(Some(number)).map(|(number, _)| number) == parts
             {
-                return Ok(Some(number));
+                return Some(number);
             }
         }
-        Ok(None)
+        None
     }
 
     /// Gives up the models of a sector, which can only come from a flash that has lost its marks; they are counted.
     #[inline(never)]
     fn abandon(&mut self, number: u8) -> Result<(), StorageError<F::Error>> {
         self.erase(number)?;
+        while self.sectors.get(usize::from(number)).is_some_and(|sector| sector.state == State::Unready) {
+            self.erase(number)?;
+        }
         for slot in &mut self.index.kept {
             if slot.take_if(|slot| slot.place.sector == number).is_some() {
                 self.counts.abandoned = self.counts.abandoned.saturating_add(1);
             }
         }
-        self.rewrite_singles(number)
+        self.rewrite_singles(Some(number))
     }
 }

@@ -51,34 +51,29 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// temperature the newest.
     ///
     /// # Errors
-    /// A model is being written, or the flash cannot be read.
+    /// A model is being written.
     #[inline(never)]
     pub fn restore(&mut self, temperature_c: Option<f32>) -> Result<Restoration, StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        let mut rotten = [None; KEPT];
         let choice = self.index.kept.iter().flatten().count() as u8;
-        for tried in 0..KEPT {
-            let Some(slot) = self.index.nearest(temperature_c, &rotten) else { break };
-            let header = self.read_record(slot.place)?.filter(|header| header.kind == Kind::MODEL);
+        for _ in 0..2 * KEPT {
+            let Some(slot) = self.index.nearest(temperature_c) else { break };
+            let header = self.read_record(slot.place).filter(|header| header.kind == Kind::MODEL);
             let model = header.and_then(|header| StoredModel::decode(header.version, header.payload(&self.buffer)?));
             if let Some(model) = model {
                 let distance_k = slot.distance_k(temperature_c);
                 let outcome = Outcome::Chosen { model, number: slot.number, distance_k };
                 return Ok(Restoration { outcome, choice, counts: self.index.counts });
             }
-            // It was whole when the storage was opened.
-            self.index.counts.damaged = self.index.counts.damaged.saturating_add(1);
-            if let Some(rotten) = rotten.get_mut(tried) {
-                *rotten = Some(slot.number);
-            }
+            self.forget_rotten(slot.place);
         }
         let counts = self.index.counts;
         let outcome = match counts.first_implausible {
             Some((_, reason)) => Outcome::Implausible(reason),
             None if counts.from_the_future > 0 => Outcome::FromTheFuture,
-            None if counts.retired > 0 || self.index.retired.is_some() => Outcome::AllRetired,
+            None if counts.retired > 0 || self.index.retired.value().is_some() => Outcome::AllRetired,
             None => Outcome::NothingStored,
         };
         Ok(Restoration { outcome, choice, counts })
@@ -87,25 +82,25 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// Reads all sectors anew: whether the flash holds what counts, no more and no less.
     ///
     /// # Errors
-    /// A model is being written, or the flash cannot be read.
+    /// A model is being written.
     pub fn verify(&mut self) -> Result<bool, StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        let found = self.scan(None)?;
+        let found = self.scan(None);
         Ok(found.holds_all_of(&self.index) && self.index.holds_all_of(&found))
     }
 
     /// The newest model of a lower number that may fly, whatever its temperature: what was stored before another, until its sector is erased.
     ///
     /// # Errors
-    /// A model is being written, or the flash cannot be read.
+    /// A model is being written.
     #[inline(never)]
     pub fn model_before(&mut self, number: u32) -> Result<Option<StoredModel>, StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        let retired = self.index.retired.map_or(0, |retired| retired.value);
+        let retired = self.index.retired.value().unwrap_or(0);
         let mut found: Option<(u32, StoredModel)> = None;
         for (sector, state) in (0..).zip(self.sectors.map(|sector| sector.state)) {
             if state != State::Used {
@@ -122,8 +117,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
                 {
                     found = Some((header.number, model));
                 }
-            })
-            .map_err(StorageError::Flash)?;
+            });
         }
         Ok(found.map(|(_, model)| model))
     }

@@ -1,8 +1,8 @@
 use super::{
     StorageError,
-    granules::{is_blank, program},
+    granules::{is_blank, program, read_record},
     little_endian::Reader,
-    record::{GRANULE, Header, Kind, encode},
+    record::{GRANULE, Kind, MAX_RECORD, encode},
 };
 use embedded_storage::nor_flash::NorFlash;
 
@@ -29,46 +29,70 @@ pub(super) struct Sector {
     pub erases: u32,
     /// First granule of the blank ones at its end.
     pub free: u16,
+    /// Pages of an erasure under way that are erased.
+    pub pages: u16,
 }
 
+/// Sectors made of smaller pages, bytes: those of the STM32F4, which take the models of every temperature and
+/// what the filter has learnt.
+const MADE_OF_PAGES: usize = 16 * 1024;
+/// Smallest page that is a sector of its own, bytes.
+const SMALLEST: usize = 8 * 1024;
+
 impl Sector {
-    pub const UNREADY: Self = Self { state: State::Unready, sequence: 0, erases: 0, free: 0 };
+    pub const UNREADY: Self = Self { state: State::Unready, sequence: 0, erases: 0, free: 0, pages: 0 };
 
     /// Reads the mark at its beginning. A sector that merely reads blank is not ready: an erasure that was cut off can leave bits that
     /// read as erased and do not last.
-    pub fn read_mark<F: NorFlash>(flash: &mut F, base: u32) -> Result<(u32, u32), F::Error> {
-        let mut bytes = [0; GRANULE];
-        flash.read(base, &mut bytes)?;
-        let mark = Header::parse(&bytes).filter(|header| header.kind == Kind::MARK);
-        let erases = mark.and_then(|header| Reader(header.payload(&bytes)?).u32());
-        Ok(mark.zip(erases).map_or((0, 0), |(header, erases)| (header.number, erases)))
+    pub fn read_mark<F: NorFlash>(flash: &mut F, base: u32, buffer: &mut [u8; MAX_RECORD]) -> (u32, u32) {
+        let mark = read_record(flash, base, buffer).filter(|header| header.kind == Kind::MARK);
+        let erases = mark.and_then(|header| Reader(header.payload(buffer)?).u32());
+        mark.zip(erases).map_or((0, 0), |(header, erases)| (header.number, erases))
     }
 
-    /// Erases it and marks it; `Bad` where it is not blank then.
-    pub fn erase<F: NorFlash>(
+    /// Erases its next page; after the last one marks it, or calls it `Bad` where it is not blank then.
+    pub fn erase_page<F: NorFlash>(
         &mut self,
         flash: &mut F,
         base: u32,
         sequence: u32,
     ) -> Result<(), StorageError<F::Error>> {
         let granules = granules_of::<F>();
-        *self = Self { state: State::Unready, sequence: 0, free: granules, ..*self };
-        flash.erase(base, base + F::ERASE_SIZE as u32).map_err(StorageError::Flash)?;
+        let pages = if self.state == State::Unready { self.pages } else { 0 };
+        *self = Self { state: State::Unready, sequence: 0, free: granules, pages, ..*self };
+        let page = base + u32::from(pages) * F::ERASE_SIZE as u32;
+        flash.erase(page, page + F::ERASE_SIZE as u32).map_err(StorageError::Flash)?;
+        self.pages += 1;
+        if usize::from(self.pages) * F::ERASE_SIZE < sector_bytes::<F>() {
+            return Ok(());
+        }
+        self.pages = 0;
         self.erases = self.erases.saturating_add(1);
         self.state = State::Bad;
-        if !is_blank(flash, base, granules).map_err(StorageError::Flash)? {
+        if !is_blank(flash, base, granules) {
             return Ok(());
         }
         let mut mark = [0; GRANULE];
         let erases = self.erases;
         encode(&mut mark, Kind::MARK, 1, sequence, |writer| writer.u32(erases));
         program(flash, base, &mark)?;
-        *self = Self { state: State::Ready, sequence, erases, free: 1 };
+        *self = Self { state: State::Ready, sequence, erases, free: 1, pages: 0 };
         Ok(())
+    }
+}
+
+/// Bytes of a sector: what the flash erases at a time, or several of that where it is small.
+pub(super) const fn sector_bytes<F: NorFlash>() -> usize {
+    if F::ERASE_SIZE >= SMALLEST {
+        return F::ERASE_SIZE;
+    }
+    match MADE_OF_PAGES.checked_next_multiple_of(F::ERASE_SIZE) {
+        Some(bytes) => bytes,
+        None => 0,
     }
 }
 
 /// Granules of a sector.
 pub(super) const fn granules_of<F: NorFlash>() -> u16 {
-    (F::ERASE_SIZE / GRANULE) as u16
+    (sector_bytes::<F>() / GRANULE) as u16
 }

@@ -3,7 +3,6 @@
 use super::{
     ModelStore, StorageError,
     granules::program,
-    index::Single,
     record::{GRANULE, Kind, encode},
 };
 use embedded_storage::nor_flash::NorFlash;
@@ -12,8 +11,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// The command counter; 0 before the first was stored.
     #[must_use]
     pub const fn read_counter(&self) -> u64 {
-        match self.index.counter {
-            Some(counter) => counter.value,
+        match self.index.counter.value() {
+            Some(counter) => counter,
             None => 0,
         }
     }
@@ -27,9 +26,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if counter <= stored {
             return Err(StorageError::CounterGoesBack { stored });
         }
-        let sector = self.write_single(Kind::COUNTER, counter, 1)?;
-        self.index.counter = Some(Single { value: counter, sector });
-        Ok(())
+        self.write_single(Kind::COUNTER, counter, 1).or_else(|e| self.refused(e))
     }
 
     /// From here on no model that is stored now is restored; nothing is erased.
@@ -51,29 +48,35 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         // Parts without a model may be among those numbers.
         self.learnt_number = None;
         let last = u64::from(number.saturating_sub(1));
-        let sector = self.write_single(Kind::RETIREMENT, last, 1)?;
-        self.index.retired = Some(Single { value: last, sector });
+        self.write_single(Kind::RETIREMENT, last, 1).or_else(|e| self.refused(e))?;
         self.index.retire();
         Ok(())
     }
 
-    /// Writes two records with one value each, so that one can rot; returns their sector.
+    /// Counts what had no room.
+    fn refused(&mut self, error: StorageError<F::Error>) -> Result<(), StorageError<F::Error>> {
+        if matches!(error, StorageError::Full) { self.refuse_full() } else { Err(error) }
+    }
+
+    /// Writes two records with one value each, so that one can rot.
     pub(super) fn write_single(
         &mut self,
         kind: Kind,
         value: u64,
         reserve: usize,
-    ) -> Result<u8, StorageError<F::Error>> {
-        let Some(place) = self.take_room(2, reserve, 0) else { return self.refuse_full() };
+    ) -> Result<(), StorageError<F::Error>> {
+        let place = self.take_room(2, reserve, 0).ok_or(StorageError::Full)?;
         let number = self.index.last_number.saturating_add(1);
         self.index.last_number = number;
         let mut record = [0; GRANULE];
         encode(&mut record, kind, 1, number, |writer| writer.u64(value));
         let first = program(&mut self.flash, place.address::<F>(), &record);
         let second = program(&mut self.flash, place.address::<F>() + GRANULE as u32, &record);
-        match first.or(second) {
-            Ok(()) => Ok(place.sector),
-            Err(e) => self.failed(e),
+        let rising = if kind == Kind::COUNTER { &mut self.index.counter } else { &mut self.index.retired };
+        // A single copy is found at the next power-up, so it counts from now on.
+        for _ in [&first, &second].into_iter().filter(|written| written.is_ok()) {
+            rising.note(value, place.sector);
         }
+        first.and(second).or_else(|e| self.failed(e))
     }
 }

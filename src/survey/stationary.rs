@@ -19,6 +19,10 @@ const BLOCKS: u16 = 8;
 /// Pause between readings that restarts the survey, microseconds: the tool could have moved and come back.
 const LONGEST_PAUSE_US: u64 = 100_000;
 
+/// Age from which readings say nothing of now, microseconds: a round of the loop that erases a page of flash takes
+/// less.
+const OLDEST_EVIDENCE_US: u64 = 1_000_000;
+
 /// Stage of the stationary survey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
@@ -79,6 +83,12 @@ impl StationarySurvey {
         self.state
     }
 
+    /// Returns true if fresh readings of both sensors show that the tool stands still.
+    pub(crate) fn stands_still(&self, now_us: u64) -> bool {
+        let is_fresh = self.last_us.is_some_and(|last| now_us.abs_diff(last) < OLDEST_EVIDENCE_US);
+        is_fresh && self.rest.detected() && self.state != StationaryState::Moving
+    }
+
     /// Takes a sample. Returns the report of a survey that has just latched.
     pub(crate) fn push(
         &mut self,
@@ -89,12 +99,12 @@ impl StationarySurvey {
         if input.accel_clipped {
             self.start_over();
         }
-        let (Some(force), Some(rate)) = (input.force_m_s2, input.rate_rad_s) else { return None };
-        let (force, rate) = (Vector3::from(force), Vector3::from(rate));
         let pause_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
         if pause_us > LONGEST_PAUSE_US {
             self.start_over();
         }
+        let (Some(force), Some(rate)) = (input.force_m_s2, input.rate_rad_s) else { return None };
+        let (force, rate) = (Vector3::from(force), Vector3::from(rate));
         self.last_us = Some(input.t_us);
         self.rest.update(&rate, Some(&force), pause_us as f32 * 1e-6);
         if !self.rest.detected() {

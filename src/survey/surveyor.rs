@@ -148,6 +148,13 @@ impl Surveyor {
         self.stationary.state()
     }
 
+    /// Returns true if the tool is known to stand still at `now_us`, in the samples' clock: gyro and accelerometer both
+    /// read, are sound and rest, less than a second ago. Everything else, silence too, may be drilling.
+    #[must_use]
+    pub fn stands_still(&self, now_us: u64) -> bool {
+        self.stationary.stands_still(now_us)
+    }
+
     /// Returns true if the tool turns about its axis.
     #[must_use]
     pub const fn is_rotating(&self) -> bool {

@@ -19,7 +19,7 @@ pub mod survey_word;
 pub use command::{Acknowledgement, Command, CommandRefusal, EarlierModel, Erasure, FieldName, Outcome};
 #[cfg(feature = "commands")]
 pub use command::{
-    CommandCounters, CommandGate, CounterStore, Judgement, Key, MAX_COUNTER_STEP, Situation, authenticate,
+    CommandCounters, CommandGate, CounterStore, Judgement, Key, MAX_COUNTER_STEP, Recording, Situation, authenticate,
 };
 #[cfg(feature = "telemetry")]
 pub use frame::{
@@ -28,8 +28,8 @@ pub use frame::{
 };
 #[cfg(feature = "telemetry")]
 pub use payload::{
-    AttitudeFrame, Boot, CompactAngles, Health, Identification, Message, Payload, PayloadError, RawSample, ResetReason,
-    SelfTest,
+    AttitudeFrame, Boot, CompactAngles, Health, Identification, Message, Payload, PayloadError, ProbeId, RawSample,
+    ResetReason, SelfTest,
 };
 #[cfg(feature = "telemetry")]
 pub use queue::{AttitudeFormat, LineCounters, PushError, StreamConfig, TelemetryQueue};

@@ -9,7 +9,7 @@ use std::{
 use clap::{Args, Subcommand, ValueEnum};
 use meerkat_mwd::telemetry::{
     AttitudeFormat, Command, CommandRefusal, EarlierModel, Erasure, FrameDecoder, Kind, MAX_DECODED, MAX_PAYLOAD,
-    Message, Outcome, StreamConfig, authenticate,
+    Message, Outcome, ProbeId, StreamConfig, authenticate,
 };
 
 use super::toml_file;
@@ -22,6 +22,9 @@ use crate::{
     },
 };
 
+/// Time that a probe may take to say which it is.
+const HEALTH: Duration = Duration::from_secs(10);
+
 /// Options of `command`.
 #[derive(Debug, Clone, Args)]
 pub struct CommandArgs {
@@ -29,9 +32,12 @@ pub struct CommandArgs {
     #[command(flatten)]
     pub line: LineArgs,
     /// File with the probe's key, 64 hexadecimal digits; its counter is kept in a file beside it. Needed for
-    /// commands that change calibration
+    /// commands that change calibration or the stream
     #[arg(long, value_name = "FILE")]
     pub key: Option<PathBuf>,
+    /// Unique number of the probe that is meant, 24 hexadecimal digits. Default: the one that the probe states
+    #[arg(long, value_name = "DIGITS", value_parser = probe_id)]
+    pub probe: Option<ProbeId>,
     /// Seconds to wait for the answer
     #[arg(long, value_name = "S", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=3_600))]
     pub deadline: u64,
@@ -45,7 +51,7 @@ pub struct CommandArgs {
 pub enum Request {
     /// Test sensors and storage and report their health
     SelfTest,
-    /// Set what the probe sends over the line, and how fast
+    /// Set what the probe sends over the line, and how fast. Needs --key
     Stream {
         /// Send every Nth attitude; 0 sends none
         #[arg(long, value_name = "N", default_value_t = StreamConfig::default().attitude_every)]
@@ -154,8 +160,8 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
     command.check(u64::MAX)?;
     let mut key = match &args.key {
         Some(path) => Some(KeyFile::open(path)?),
-        None if command.changes_calibration() => {
-            return Err(Failure::BadInput("this changes calibration and needs --key FILE".to_owned()).into());
+        None if command.needs_the_key() => {
+            return Err(Failure::BadInput("this needs --key FILE".to_owned()).into());
         }
         None => None,
     };
@@ -164,7 +170,12 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
         return Err(Failure::BadInput(format!("{}: a capture takes no commands", args.line.place)).into());
     }
     let deadline = Duration::from_secs(args.deadline);
-    let mut answer = send(&mut line, &command, key.as_mut(), deadline)?;
+    let probe = match (&key, args.probe) {
+        (None, _) => ProbeId::default(),
+        (Some(_), Some(probe)) => probe,
+        (Some(_), None) => heard(&mut line, deadline)?,
+    };
+    let mut answer = send(&mut line, &command, key.as_mut(), probe, deadline)?;
     // The probe has seen a higher counter, from another host: send once more, counting from there.
     if let (
         Outcome::Refused(CommandRefusal::Replayed { latest } | CommandRefusal::CounterTooFar { latest }),
@@ -172,7 +183,7 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
     ) = (&answer, &mut key)
     {
         key.set_latest(*latest)?;
-        answer = send(&mut line, &command, Some(key), deadline)?;
+        answer = send(&mut line, &command, Some(key), probe, deadline)?;
     }
     match answer {
         Outcome::Accepted => writeln!(io::stdout(), "accepted").map_err(Into::into),
@@ -181,19 +192,30 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
     }
 }
 
-fn send(line: &mut Line, command: &Command, key: Option<&mut KeyFile>, deadline: Duration) -> anyhow::Result<Outcome> {
-    // A late answer to an earlier command must not count: each command has its own sequence number.
-    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-    let sequence = now.as_millis() as u16;
-    let frame = match key {
-        Some(key) => {
-            let counter = key.next_counter()?;
-            let mut payload = [0; MAX_PAYLOAD];
-            framed(Kind::AuthenticatedCommand, sequence, authenticate(key.key(), counter, command, &mut payload)?)?
-        }
-        None => frame_of(command, sequence)?,
-    };
-    line.write(&frame).map_err(|e| Failure::Missing(format!("the command could not be sent: {e}")))?;
+fn probe_id(digits: &str) -> Result<ProbeId, String> {
+    ProbeId::of_digits(digits).ok_or_else(|| "must be 24 hexadecimal digits".to_owned())
+}
+
+/// The probe's identity as it states it in its next report; health comes every 5 s.
+fn heard(line: &mut Line, deadline: Duration) -> anyhow::Result<ProbeId> {
+    let deadline = deadline.max(HEALTH);
+    let found = listen(line, deadline, |message| match message {
+        Message::Health(health) => Some(health.probe),
+        Message::Boot(boot) => Some(boot.probe),
+        _ => None,
+    })?;
+    found.map_err(|counters| {
+        let what = format!("the probe does not say which it is within {} s ({counters}): --probe", deadline.as_secs());
+        Failure::Missing(what).into()
+    })
+}
+
+/// Reads the line until `is_it` finds a message; else says how much came.
+fn listen<T>(
+    line: &mut Line,
+    deadline: Duration,
+    is_it: impl Fn(Message) -> Option<T>,
+) -> anyhow::Result<Result<T, String>> {
     let until = Instant::now() + deadline;
     let mut decoder = FrameDecoder::<MAX_DECODED>::new();
     let mut buffer = [0; 1024];
@@ -204,20 +226,44 @@ fn send(line: &mut Line, command: &Command, key: Option<&mut KeyFile>, deadline:
             Received::End => return Err(Failure::Missing("the line ended without an answer".to_owned()).into()),
         };
         for &byte in buffer.get(..count).unwrap_or_default() {
-            if let Some(frame) = decoder.push(byte)
-                && let Ok(Message::Acknowledgement(answer)) = Message::decode(&frame)
-                && answer.sequence == sequence
-            {
-                return Ok(answer.outcome);
+            let message = decoder.push(byte).and_then(|frame| Message::decode(&frame).ok());
+            if let Some(found) = message.and_then(&is_it) {
+                return Ok(Ok(found));
             }
         }
     }
     let heard = decoder.counters();
-    let what = format!(
-        "no answer within {} s ({} frames came, {} bad): whether the command was carried out is not known",
-        deadline.as_secs(),
-        heard.frames,
-        heard.bad
-    );
-    Err(Failure::Missing(what).into())
+    Ok(Err(format!("{} frames came, {} bad", heard.frames, heard.bad)))
+}
+
+fn send(
+    line: &mut Line,
+    command: &Command,
+    key: Option<&mut KeyFile>,
+    probe: ProbeId,
+    deadline: Duration,
+) -> anyhow::Result<Outcome> {
+    // A late answer to an earlier command must not count: each command has its own sequence number.
+    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let sequence = now.as_millis() as u16;
+    let frame = match key {
+        Some(key) => {
+            let counter = key.next_counter()?;
+            let key = key.key(probe).ok_or_else(|| Failure::BadInput("no key".to_owned()))?;
+            let mut payload = [0; MAX_PAYLOAD];
+            framed(Kind::AuthenticatedCommand, sequence, authenticate(&key, counter, command, &mut payload)?)?
+        }
+        None => frame_of(command, sequence)?,
+    };
+    line.write(&frame).map_err(|e| Failure::Missing(format!("the command could not be sent: {e}")))?;
+    let answered = listen(line, deadline, |message| match message {
+        Message::Acknowledgement(answer) if answer.sequence == sequence => Some(answer.outcome),
+        _ => None,
+    })?;
+    answered.map_err(|counters| {
+        let seconds = deadline.as_secs();
+        let what =
+            format!("no answer within {seconds} s ({counters}): whether the command was carried out is not known");
+        Failure::Missing(what).into()
+    })
 }

@@ -6,14 +6,17 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use meerkat_mwd::telemetry::Key;
+use meerkat_mwd::{
+    storage::can_be_key,
+    telemetry::{Key, ProbeId},
+};
 
 use crate::failure::Failure;
 
 /// A key and the latest counter used with it, which is kept in a file beside it.
 #[derive(Debug)]
 pub struct KeyFile {
-    key: Key,
+    bytes: [u8; 32],
     counter_path: PathBuf,
     latest: u64,
 }
@@ -28,8 +31,8 @@ impl KeyFile {
     pub fn open(path: &Path) -> Result<Self, Failure> {
         let text = fs::read_to_string(path)
             .map_err(|e| Failure::Missing(format!("{}: the key cannot be read: {e}", path.display())))?;
-        let key = bytes(text.trim()).as_ref().and_then(Key::of_bytes).ok_or_else(|| {
-            let must_be = "64 hexadecimal digits, not all bytes the same";
+        let bytes = bytes(text.trim()).filter(can_be_key).ok_or_else(|| {
+            let must_be = "64 hexadecimal digits, drawn at random";
             Failure::BadInput(format!("{}: a key must be {must_be}", path.display()))
         })?;
         let counter_path = PathBuf::from(format!("{}.counter", path.display()));
@@ -41,13 +44,13 @@ impl KeyFile {
             Err(error) if error.kind() == ErrorKind::NotFound => 0,
             Err(error) => return Err(Failure::BadInput(format!("{}: {error}", counter_path.display()))),
         };
-        Ok(Self { key, counter_path, latest })
+        Ok(Self { bytes, counter_path, latest })
     }
 
-    /// The key.
+    /// The key to one probe.
     #[must_use]
-    pub const fn key(&self) -> &Key {
-        &self.key
+    pub fn key(&self, probe: ProbeId) -> Option<Key> {
+        Key::new(&self.bytes, probe)
     }
 
     /// Returns an unused counter and marks it as used on disk first.

@@ -1,11 +1,12 @@
 //! A NOR flash in memory: programs words (only from 1 to 0), erases whole sectors, counts both, and loses
-//! power on request.
+//! power on request. A bit can be marginal, and a torn word unreadable, as with chips that correct errors.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
+use std::collections::BTreeSet;
 
 /// State of the word or sector that is being changed when power goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +30,8 @@ pub enum MockError {
     PowerCut,
     /// A word would be programmed twice, or erasing is not allowed: a defect of the caller.
     Forbidden,
+    /// The error correction gave up on a word.
+    Uncorrectable,
     /// The arguments are wrong.
     Arguments(NorFlashErrorKind),
 }
@@ -54,7 +57,16 @@ pub struct MockFlash<const WORD: usize = 4, const SECTOR: usize = 16384> {
     stuck: Option<usize>,
     erases: Vec<u32>,
     words: Vec<u64>,
+    /// Where the last word or sector begins that was touched.
+    last_touched: usize,
+    /// A byte and the bit of it that reads as it likes, each time anew.
+    marginal: Option<(usize, u8)>,
+    /// Whether a torn word cannot be read.
+    corrects_errors: bool,
+    unreadable: BTreeSet<usize>,
     rng: Xoshiro128PlusPlus,
+    /// Of what a marginal bit reads as.
+    chance: Xoshiro128PlusPlus,
 }
 
 impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
@@ -70,7 +82,12 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
             stuck: None,
             erases: vec![0; sectors],
             words: vec![0; sectors],
+            last_touched: 0,
+            marginal: None,
+            corrects_errors: false,
+            unreadable: BTreeSet::new(),
             rng: Xoshiro128PlusPlus::seed_from_u64(seed),
+            chance: Xoshiro128PlusPlus::seed_from_u64(!seed),
         }
     }
 
@@ -98,6 +115,22 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
     /// Makes one bit of a sector fail to erase.
     pub const fn wear_out(&mut self, sector: usize) {
         self.stuck = Some(sector);
+    }
+
+    /// Torn words cannot be read from now on, until their sector is erased.
+    pub const fn correct_errors(&mut self) {
+        self.corrects_errors = true;
+    }
+
+    /// Where the last word or sector begins that was touched.
+    #[must_use]
+    pub const fn last_touched(&self) -> usize {
+        self.last_touched
+    }
+
+    /// From now on a bit of this byte reads as 0 or as 1 by chance, until its sector is erased.
+    pub const fn make_marginal(&mut self, at: usize, bit: u8) {
+        self.marginal = Some((at, 1 << bit));
     }
 
     /// Words programmed and sectors erased so far.
@@ -147,7 +180,16 @@ impl<const WORD: usize, const SECTOR: usize> ReadNorFlash for MockFlash<WORD, SE
             return Err(MockError::PowerCut);
         }
         check_read(self, offset, bytes.len()).map_err(MockError::Arguments)?;
-        bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
+        let read = offset as usize..offset as usize + bytes.len();
+        if self.unreadable.range(read.start / WORD..read.end.div_ceil(WORD)).next().is_some() {
+            return Err(MockError::Uncorrectable);
+        }
+        bytes.copy_from_slice(&self.bytes[read.clone()]);
+        if let Some((at, bit)) = self.marginal.filter(|(at, _)| read.contains(at))
+            && self.chance.next_u32().is_multiple_of(2)
+        {
+            bytes[at - read.start] ^= bit;
+        }
         Ok(())
     }
 
@@ -168,6 +210,11 @@ impl<const WORD: usize, const SECTOR: usize> NorFlash for MockFlash<WORD, SECTOR
         for sector in from as usize / SECTOR..to as usize / SECTOR {
             let cut = self.begin()?;
             self.erases[sector] += u32::from(cut != Some(Cut::Before));
+            self.last_touched = sector * SECTOR;
+            if cut != Some(Cut::Before) {
+                self.marginal = self.marginal.filter(|(at, _)| at / SECTOR != sector);
+                self.unreadable.retain(|word| word * WORD / SECTOR != sector);
+            }
             let kind = self.rng.next_u32() % 4;
             for byte in &mut self.bytes[sector * SECTOR..][..SECTOR] {
                 let noise = self.rng.next_u32();
@@ -180,6 +227,9 @@ impl<const WORD: usize, const SECTOR: usize> NorFlash for MockFlash<WORD, SECTOR
                     (Some(Cut::Torn), 2) if noise.is_multiple_of(1024) => {}
                     _ => *byte = 0xFF,
                 }
+            }
+            if self.corrects_errors && cut == Some(Cut::Torn) && kind < 2 {
+                self.unreadable.extend(sector * SECTOR / WORD..(sector + 1) * SECTOR / WORD);
             }
             if self.stuck == Some(sector) {
                 self.bytes[sector * SECTOR + SECTOR / 2] &= 0x7F;
@@ -201,12 +251,16 @@ impl<const WORD: usize, const SECTOR: usize> NorFlash for MockFlash<WORD, SECTOR
                 return Err(MockError::Forbidden);
             }
             self.words[at / SECTOR] += 1;
+            self.last_touched = at;
             for (held, new) in held.iter_mut().zip(word) {
                 *held &= match cut {
                     Some(Cut::Before) => 0xFF,
                     Some(Cut::Torn) => *new | self.rng.next_u32() as u8,
                     Some(Cut::After) | None => *new,
                 };
+            }
+            if self.corrects_errors && cut == Some(Cut::Torn) {
+                self.unreadable.insert(at / WORD);
             }
             if cut.is_some() {
                 return Err(MockError::PowerCut);

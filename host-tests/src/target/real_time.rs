@@ -9,8 +9,16 @@ use crate::{
     flight::through_sensors,
     target::{deadline, toolchain::Toolchain},
 };
-use meerkat_mwd::{Config, Sample, config::SurveyConfig, sensor_models::Recording, telemetry::StreamConfig};
+use meerkat_mwd::{
+    Config, Sample,
+    config::SurveyConfig,
+    sensor_models::Recording,
+    telemetry::{ProbeId, StreamConfig},
+};
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Duration};
+
+/// Identity that the emulated board states.
+pub const PROBE: ProbeId = ProbeId(*b"emulated 405");
 
 /// A stage of the probe's program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +44,7 @@ pub struct RealTime {
     pub stream: StreamConfig,
     /// Whether raw samples are sent.
     pub recording: bool,
-    /// The key of commands that change calibration.
+    /// The key of commands that need one.
     pub key: Option<[u8; 32]>,
     /// A stage that hangs, and the sample from which on it does.
     pub hang: Option<(Stage, u32)>,

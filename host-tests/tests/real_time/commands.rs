@@ -2,7 +2,7 @@
 
 use super::live::{Host, KEY, LiveProbe, drilled};
 use meerkat_mwd::{
-    Config, Sample,
+    Config, Sample, SampleFlags,
     config::SurveyConfig,
     identification::Decision,
     storage::StoredModel,
@@ -214,8 +214,9 @@ fn what_needs_no_key_is_done_and_bounds_are_kept() {
         _ => None,
     });
     assert!((last.unwrap() - first.unwrap()).abs_diff(2_000_000) < 20_000, "{first:?} to {last:?}");
+    let surveys = host.surveys;
     assert_eq!(host.plain(&Command::StationarySurvey { within_s: 60 }), Outcome::Accepted);
-    at_rest(&mut host);
+    assert!(host.surveys > surveys, "what was asked for comes before the answer");
 
     // The program checks bounds itself: the probe must, too.
     for (command, name) in [
@@ -228,8 +229,7 @@ fn what_needs_no_key_is_done_and_bounds_are_kept() {
             "survey.toolface_offset_rad",
         ),
     ] {
-        let answer =
-            if command.changes_calibration() { owner.sends(&mut host, &command) } else { host.plain(&command) };
+        let answer = if command.needs_the_key() { owner.sends(&mut host, &command) } else { host.plain(&command) };
         let Outcome::Refused(CommandRefusal::OutOfBounds { field }) = &answer else { panic!("{name}: {answer:?}") };
         assert_eq!(field.as_str(), name);
     }
@@ -243,6 +243,77 @@ fn what_needs_no_key_is_done_and_bounds_are_kept() {
     owner.types(&["configure", &probe.at("config.toml")], "accepted");
     at_rest(&mut probe.host());
     owner.types(&["configure-survey", &probe.at("survey.toml")], "accepted");
+}
+
+/// At rest a sensor fails, and nobody can tell any more whether it is drilled with.
+#[test]
+fn a_sensor_that_failed_at_rest_lets_no_erasure_through() {
+    let Some(mut probe) = LiveProbe::new() else { return };
+    let (config, samples) = drilled(11.0, 240.0, 5);
+    for missing in [SampleFlags::ACCEL_MISSING, SampleFlags::GYRO_MISSING] {
+        let mut rest = samples[12 * 200..].to_vec();
+        rest[40 * 200..].iter_mut().for_each(|sample| sample.flags.insert(missing));
+        probe.power_up(&run(config, Some(KEY)), &rest);
+        let mut host = probe.host();
+        at_rest(&mut host);
+        let erase = Command::Erase { what: Erasure::Models };
+        let counter = Owner::new(&probe).latest();
+        assert_eq!(host.signed(&KEY, counter + 1, &erase), Outcome::Accepted, "while both are sound");
+        let mut t_us = 42_000_000;
+        for counter in counter + 2..counter + 30 {
+            host.until("a moment later", |message| match message {
+                Message::Health(health) => (health.t_us > t_us).then_some(()),
+                _ => None,
+            });
+            t_us += 5_000_000;
+            let while_drilling = Outcome::Refused(CommandRefusal::WhileDrilling);
+            assert_eq!(host.signed(&KEY, counter, &erase), while_drilling, "{missing:?}, after {t_us}");
+        }
+        let latest = counter + 30;
+        fs::write(probe.at("probe.key.counter"), latest.to_string()).unwrap();
+    }
+}
+
+/// As many commands without a key as the line takes: the survey comes all the same, at once, and so do
+/// attitudes.
+#[test]
+fn a_flood_of_commands_keeps_no_survey_from_the_line() {
+    let Some(mut probe) = LiveProbe::new() else { return };
+    let (config, samples) = drilled(11.0, REST_S, 6);
+    let run =
+        RealTime { stream: StreamConfig { bytes_per_s: 10_368, ..StreamConfig::default() }, ..run(config, Some(KEY)) };
+    probe.power_up(&run, &samples[12 * 200..]);
+    let mut host = probe.host();
+    boot(&mut host);
+    host.flooded_with(&Command::StartRecording { for_s: None });
+    let (mut boots, mut answers, mut now_us, mut attitudes) = (0, 0, 0, Vec::new());
+    let survey = host.until("a survey", |message| {
+        match message {
+            Message::Boot(_) => boots += 1,
+            Message::Acknowledgement(_) => answers += 1,
+            Message::Attitude(attitude) => {
+                now_us = attitude.t_us;
+                attitudes.push(attitude.t_us);
+            }
+            Message::Survey(survey) => return Some(survey.survey),
+            _ => {}
+        }
+        None
+    });
+    let late_us = now_us.saturating_sub(survey.t_end_us);
+    let silent_us = attitudes.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
+    println!(
+        "{boots} boots, {answers} answers, {} attitudes; {late_us} us late, {silent_us} us silent",
+        attitudes.len()
+    );
+    assert!(late_us < 500_000, "{late_us} us");
+    let seconds = survey.t_end_us / 1_000_000;
+    assert!(
+        boots <= 4 + seconds / 2 && answers <= 8 + 4 * (seconds + 1),
+        "{boots} boots, {answers} answers in {seconds} s"
+    );
+    assert!(answers > 20, "{answers} answers: this is no flood");
+    assert!(silent_us < 500_000, "{silent_us} us without an attitude");
 }
 
 #[test]

@@ -15,7 +15,7 @@ use mwd::{
     simulate::{Scenario, simulate},
     target::{
         firmware::{Board, Firmware, build_firmware},
-        real_time::RealTime,
+        real_time::{PROBE, RealTime},
         toolchain::Toolchain,
     },
 };
@@ -113,7 +113,14 @@ impl LiveProbe {
             }
         };
         stream.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
-        Host { stream, heard: VecDeque::new(), decoder: Box::new(FrameDecoder::new()), sequence: 0, boot: None }
+        Host {
+            stream,
+            heard: VecDeque::new(),
+            decoder: Box::new(FrameDecoder::new()),
+            sequence: 0,
+            boot: None,
+            surveys: 0,
+        }
     }
 
     /// Runs the program; returns its exit status and output.
@@ -142,6 +149,8 @@ pub struct Host {
     sequence: u16,
     /// The latest that came.
     pub boot: Option<Boot>,
+    /// How many came.
+    pub surveys: u32,
 }
 
 impl Host {
@@ -156,6 +165,7 @@ impl Host {
                 if let Some(Message::Boot(boot)) = &message {
                     self.boot = Some(*boot);
                 }
+                self.surveys += u32::from(matches!(message, Some(Message::Survey(_))));
                 if let Some(last) = message.as_ref().and_then(&mut is_last) {
                     return last;
                 }
@@ -187,7 +197,23 @@ impl Host {
         *reports.iter().rfind(|report| report.cost_after.is_some()).unwrap()
     }
 
+    /// Has somebody beside send the same plain command without end, until the emulator ends.
+    pub fn flooded_with(&self, command: &Command) {
+        let mut payload = [0; MAX_PAYLOAD];
+        let mut buffer = [0; MAX_FRAME];
+        let payload = encode_payload(command, &mut payload).unwrap();
+        let frame = encode_frame(Kind::Command, 9, payload, &mut buffer).unwrap().to_vec();
+        println!("a flood of {} bytes, again and again", frame.len());
+        let mut stream = self.stream.try_clone().unwrap();
+        thread::spawn(move || while stream.write_all(&frame).is_ok() {});
+    }
+
     fn ask(&mut self, kind: Kind, payload: &[u8]) -> Outcome {
+        // Who asks without the key gets a few answers a second: of the probe's time, of which an attitude or
+        // its health tells.
+        self.until("a sign of life", |message| {
+            matches!(message, Message::Attitude(_) | Message::Health(_)).then_some(())
+        });
         self.sequence += 1;
         let sequence = self.sequence;
         let mut buffer = [0; MAX_FRAME];
@@ -211,7 +237,7 @@ impl Host {
     /// Sends a command with the owner's key.
     pub fn signed(&mut self, key: &[u8; 32], counter: u64, command: &Command) -> Outcome {
         let mut buffer = [0; MAX_PAYLOAD];
-        let key = Key::of_bytes(key).unwrap();
+        let key = Key::new(key, PROBE).unwrap();
         let payload = authenticate(&key, counter, command, &mut buffer).unwrap().to_vec();
         self.ask(Kind::AuthenticatedCommand, &payload)
     }

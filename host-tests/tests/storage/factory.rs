@@ -17,11 +17,13 @@ fn calibration(dice: &mut Dice) -> FactoryCalibration {
 fn what_the_factory_wrote_is_read_and_never_written_over() {
     let mut dice = Dice::new(31);
     let (first, second) = (calibration(&mut dice), calibration(&mut dice));
-    let (key, other) = ([0xA5; KEY_BYTES], [0x5A; KEY_BYTES]);
+    let (key, other): ([u8; KEY_BYTES], [u8; KEY_BYTES]) =
+        (core::array::from_fn(|k| k as u8), core::array::from_fn(|k| 3 * k as u8));
     let mut provisioning = Provisioning::new(Chip::new(1, 0));
     provisioning.write_calibration(&first).unwrap();
     assert_eq!(provisioning.write_calibration(&second), Err(StorageError::AlreadyProvisioned));
     assert_eq!(provisioning.write_calibration(&first), Err(StorageError::AlreadyProvisioned));
+    assert_eq!(provisioning.write_key(&[0xA5; KEY_BYTES]), Err(StorageError::WeakKey));
     provisioning.write_key(&key).unwrap();
     assert_eq!(provisioning.write_key(&other), Err(StorageError::AlreadyProvisioned));
     let mut region = provisioning.into_region();

@@ -9,6 +9,7 @@ mod factory;
 mod flight;
 mod history;
 mod learnt;
+mod marginal;
 mod models;
 mod power_cuts;
 mod room;

@@ -5,7 +5,7 @@ use meerkat_mwd::{
     compensation::MAX_ACTIVE,
     storage::{ModelStore, NotDrilling, Outcome, Preparation, StorageError},
 };
-use mwd::target::mock_flash::MockFlash;
+use mwd::target::mock_flash::{Cut, MockFlash};
 
 #[test]
 fn drilling_only_programs_words_until_there_is_no_room_and_then_refuses_and_counts() {
@@ -78,7 +78,7 @@ fn words_of_every_size_work_and_other_geometries_are_refused() {
     works::<16>();
     works::<32>();
     let small = ModelStore::<_, 3>::open(MockFlash::<4, { 4 * KIB }>::new(3, 0), super::models::limits());
-    assert!(matches!(small, Err(StorageError::Geometry(_))));
+    assert!(matches!(small, Err(StorageError::Geometry(_))), "three sectors of 16 KiB take twelve pages");
     let few = ModelStore::<_, 3>::open(MockFlash::<4, { 16 * KIB }>::new(2, 0), super::models::limits());
     assert!(matches!(few, Err(StorageError::Geometry(_))));
     let wide = ModelStore::<_, 3>::open(MockFlash::<64, { 16 * KIB }>::new(3, 0), super::models::limits());
@@ -133,5 +133,46 @@ fn with_a_sector_that_no_longer_erases_the_other_two_go_on() {
             assert!(matches!(outcome, Outcome::Chosen { model, .. } if Some(model) == newest), "sector {stuck}");
         }
         assert_eq!(store.counts().abandoned, 0);
+    }
+}
+
+/// Pages of 4 KiB, the nRF52840's and those of most external chips, make sectors of four; each call of
+/// `prepare` erases one page.
+#[test]
+fn small_pages_make_sectors() {
+    let mut dice = Dice::new(71);
+    let mut store: Store<4, { 4 * KIB }> = open(MockFlash::new(12, 5));
+    let mut erased = 0;
+    while store.prepare(NotDrilling::PowerUp) == Ok(Preparation::More) {
+        let erases: u32 = store.flash_mut().erases().iter().sum();
+        assert!(erases <= erased + 1, "one page in a call");
+        erased = erases;
+    }
+    assert_eq!(erased, 12);
+    let mut newest = [None; TEMPERATURES_C.len()];
+    for t_us in 0..2_000 {
+        let band = dice.below(TEMPERATURES_C.len() as u32) as usize;
+        let model = dice.model(2, band, t_us);
+        if store.store_model(&model) == Err(StorageError::Full) {
+            while store.prepare(NotDrilling::Command) == Ok(Preparation::More) {}
+            store.store_model(&model).unwrap();
+        }
+        newest[band] = Some(model);
+        if dice.below(100) == 0 {
+            store.store_counter(t_us + 1).unwrap();
+            let counter = store.read_counter();
+            // Cut off between two pages of a sector, too.
+            store.flash_mut().cut_in(u64::from(dice.below(40)), Cut::Torn);
+            while store.prepare(NotDrilling::PowerUp) == Ok(Preparation::More) {}
+            let mut flash = store.into_flash();
+            flash.power_up();
+            store = open(flash);
+            while store.prepare(NotDrilling::PowerUp) == Ok(Preparation::More) {}
+            assert_eq!(store.read_counter(), counter);
+        }
+    }
+    for (newest, t) in newest.into_iter().zip(TEMPERATURES_C) {
+        let outcome = store.restore(Some(t)).unwrap().outcome;
+        assert!(matches!(outcome, Outcome::Chosen { model, .. } if Some(model) == newest));
     }
 }

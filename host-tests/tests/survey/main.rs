@@ -4,5 +4,6 @@
 
 mod flown;
 mod garbage;
+mod interlock;
 mod monte_carlo;
 mod tool;

@@ -1,7 +1,7 @@
 //! A probe behind a socket: the pipeline, the queue and the gate as a firmware has them, in a thread.
 
 use crate::{
-    commands::{Counters, key},
+    commands::{Counters, PROBE, key},
     flown::Decoder,
 };
 use meerkat_mwd::{
@@ -79,7 +79,7 @@ fn serve(
     let mut frame = [0; MAX_FRAME];
     let mut recording = false;
     let mut heard = [0; 256];
-    let boot = Boot { restored_model: Some(3), ..Boot::new(*config) };
+    let boot = Boot { probe: PROBE, restored_model: Some(3), ..Boot::new(*config) };
     queue.push_result(0, &boot).unwrap();
     let mut number = 0;
     let mut rounds = 0_u64;
@@ -98,7 +98,7 @@ fn serve(
             let _ = probe.poll(probe.poll_budget());
             let _ = probe.take_diagnosis();
         } else if rounds.is_multiple_of(20) {
-            let health = Health { t_us: now_us, counters: probe.counters(), ..Health::default() };
+            let health = Health { probe: PROBE, t_us: now_us, counters: probe.counters(), ..Health::default() };
             let _ = queue.push_result(now_us, &health);
         }
         while let Some(bytes) = queue.pop(now_us, &mut frame) {
@@ -125,7 +125,7 @@ fn serve(
             }
             let situation = Situation { now_us, drilling: manner.drilling };
             let answer = match gate.judge(&frame, situation, store) {
-                Judgement::CarryOut { sequence, command } => {
+                Judgement::CarryOut { sequence, command, .. } => {
                     match command {
                         Command::StartRecording { .. } => recording = true,
                         Command::StopRecording => recording = false,
@@ -135,6 +135,7 @@ fn serve(
                     Acknowledgement { sequence, outcome: Outcome::Accepted }
                 }
                 Judgement::Refuse(answer) => answer,
+                Judgement::Ignore => continue,
             };
             queue.push_result(now_us, &answer).unwrap();
         }

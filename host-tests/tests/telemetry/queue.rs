@@ -5,7 +5,9 @@ use meerkat_mwd::{
     Sample,
     probe::Output,
     survey::DrillingDynamics,
-    telemetry::{Health, LineCounters, MAX_FRAME, Message, PushError, StreamConfig, TelemetryQueue},
+    telemetry::{
+        Acknowledgement, Health, LineCounters, MAX_FRAME, Message, Outcome, PushError, StreamConfig, TelemetryQueue,
+    },
 };
 use proptest::prelude::*;
 
@@ -221,14 +223,53 @@ fn the_freshest_attitudes_survive_a_line_that_stood_still() {
     assert_eq!(sent, (dropped..100).collect::<Vec<_>>());
 }
 
+/// What is sent in so many seconds while a host asks without end.
+fn sent(queue: &mut Queue, seconds: u64, mut each_ms: impl FnMut(&mut Queue, u64)) -> Vec<Message> {
+    let (mut decoder, mut buffer, mut sent) = (Decoder::new(), [0; MAX_FRAME], vec![]);
+    for now_us in (0..seconds * 1_000_000).step_by(1_000) {
+        each_ms(queue, now_us);
+        while let Some(frame) = queue.pop(now_us, &mut buffer) {
+            let frames = frame.iter().filter_map(|&byte| decoder.push(byte).map(|f| Message::decode(&f).unwrap()));
+            sent.extend(frames.collect::<Vec<_>>());
+        }
+    }
+    sent
+}
+
 #[test]
-fn health_leaves_half_of_the_lane_to_results_and_what_never_fits_says_so() {
+fn answers_take_no_room_of_results_and_go_after_them() {
     let mut queue = Queue::new();
     queue.configure(&StreamConfig::default()).unwrap();
-    while queue.push_result(0, &Health::default()).is_ok() {}
+    let answer = Acknowledgement { sequence: 7, outcome: Outcome::Accepted };
+    while queue.push_result(0, &answer).is_ok() {}
+    assert_eq!(queue.results_room(), RESULTS, "all of it is the results'");
     for number in 0..4 {
         queue.push_result(0, &dynamics(number)).unwrap();
     }
+    let first = &sent(&mut queue, 2, |_, _| ())[..4];
+    assert!(first.iter().all(|message| matches!(message, Message::Dynamics(_))), "{first:?}");
+}
+
+/// 200 samples a second of 54 bytes are more than the line takes; attitudes go on all the same.
+#[test]
+fn a_recording_that_fills_the_line_silences_no_attitude() {
+    let mut queue = Queue::new();
+    queue.configure(&StreamConfig { attitude_every: 20, ..StreamConfig::default() }).unwrap();
+    let said = sent(&mut queue, 10, |queue, now_us| {
+        if now_us % 5_000 == 0 {
+            let sample = Sample { t_us: now_us, gyro_rad_s: [0.1; 3], ..Sample::default() };
+            queue.push_sample(now_us, (now_us / 5_000) as u32, &sample);
+            queue.push_attitude(now_us, &output(now_us));
+        }
+    });
+    let attitudes = said.iter().filter(|message| matches!(message, Message::Attitude(_))).count();
+    let samples = said.iter().filter(|message| matches!(message, Message::Sample(_))).count();
+    println!("{samples} samples and {attitudes} attitudes in 10 s");
+    assert!(attitudes >= 99 && samples > 1_000, "{samples} samples, {attitudes} attitudes");
+}
+
+#[test]
+fn what_never_fits_says_so() {
     let mut tiny = TelemetryQueue::<16, 16, 16>::new();
     tiny.configure(&StreamConfig { attitude_every: 1, ..StreamConfig::default() }).unwrap();
     assert_eq!(tiny.push_result(0, &dynamics(0)), Err(PushError::TooLong));

@@ -13,7 +13,7 @@ pub mod sample_clock;
 pub mod sensors;
 pub mod stage;
 
-use acquisition::{Acquired, COUNTS};
+use acquisition::{Acquired, COUNTS, QUEUE};
 use board::Board;
 use commands::Commands;
 use delay::Delays;
@@ -46,7 +46,7 @@ pub struct Settings {
     pub stream: StreamConfig,
     /// Whether raw samples are sent from the start.
     pub recording: bool,
-    /// The key of commands that change calibration; `None`: none was provisioned.
+    /// The key of commands that need one; `None`: none was provisioned.
     pub key: Option<[u8; 32]>,
 }
 
@@ -106,8 +106,11 @@ impl<B: Board> Application<B> {
         pipeline.probe.configure(config)?;
         pipeline.surveyor.configure(&config.earth, survey)?;
         pipeline.line.configure(stream)?;
+        if *recording {
+            pipeline.commands.recording.start(0, None, true);
+        }
         pipeline.line.record(*recording);
-        pipeline.commands.provision(key.as_ref().and_then(Key::of_bytes));
+        pipeline.commands.provision(key.as_ref().and_then(|key| Key::new(key, board.identity())));
         Ok(Self {
             board,
             pipeline,
@@ -127,10 +130,13 @@ impl<B: Board> Application<B> {
     /// One round of the loop; sleeps when nothing is left to do.
     pub fn turn(&mut self) {
         self.enter(Stage::Samples);
-        while let Some(acquired) = self.board.samples().dequeue() {
+        // One queue of them at most: where they come faster than they are flown the others are lost and
+        // counted, and the rest goes on.
+        for _ in 0..QUEUE {
+            let Some(acquired) = self.board.samples().dequeue() else { break };
             self.fly(&acquired);
         }
-        // Emptied, with or without a sample: sensors that are dead are no reason to start anew.
+        // With or without a sample: sensors that are dead are no reason to start anew.
         self.progress.made(Stage::Samples);
         self.enter(Stage::Work);
         let more = self.work();
@@ -188,7 +194,7 @@ impl<B: Board> Application<B> {
         if let Some(memory) = memory {
             memory.restore(probe, &first.sample);
         }
-        self.report_boot(self.board.now_us());
+        self.pipeline.line.want_boot();
     }
 
     /// One bounded piece of identification or diagnosis; whether more is owed.
@@ -230,7 +236,11 @@ impl<B: Board> Application<B> {
         self.take_diagnosis(now_us);
         self.receive(now_us);
         let Pipeline { surveyor, line, .. } = &mut self.pipeline;
-        line.transmit(&mut self.board, surveyor);
+        line.queue_results(now_us, surveyor);
+        if line.takes_boot() {
+            self.report_boot(now_us);
+        }
+        self.pipeline.line.transmit(&mut self.board);
     }
 
     #[inline(never)]

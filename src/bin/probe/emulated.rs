@@ -35,7 +35,12 @@ use core::mem::MaybeUninit;
 use cortex_m::{Peripherals, peripheral::SCB};
 use cortex_m_rt::{entry, exception};
 use flash::FileFlash;
-use meerkat_mwd::{Probe, sensor_models::Recording, survey::Surveyor, telemetry::ResetReason};
+use meerkat_mwd::{
+    Probe,
+    sensor_models::Recording,
+    survey::Surveyor,
+    telemetry::{ProbeId, ResetReason},
+};
 use semihosting::process;
 use sensors::Modelled;
 use serial::Serial;
@@ -91,6 +96,7 @@ fn run(
     let (producer, consumer) = queue.split();
     let (mut application, recording) = start(pipeline, memory, consumer, reset_reason)?;
     sensors::start(modelled, Acquisition::new(producer), recording, application.board().hang)?;
+    watchdog::start(recording.inertial_us);
     systick::start(peripherals.SYST, peripherals.SCB, recording.inertial_us);
     while !(sensors::are_over() && application.board().samples.is_empty()) {
         application.turn();
@@ -168,6 +174,11 @@ impl Board for Emulated {
 
     fn watchdog_resets(&self) -> u32 {
         reset_record::watchdog_resets()
+    }
+
+    fn identity(&self) -> ProbeId {
+        // The emulated chip has none; a host that tests it knows this one.
+        ProbeId(*b"emulated 405")
     }
 
     fn enter(&mut self, stage: Stage) {

@@ -29,12 +29,12 @@ use meerkat_mwd::{
     Config, Probe,
     config::SurveyConfig,
     survey::Surveyor,
-    telemetry::{ResetReason, StreamConfig},
+    telemetry::{ProbeId, ResetReason, StreamConfig},
 };
 use nrf52840_hal::{
     clocks::Clocks,
     gpio::{Level, p0},
-    pac::{POWER, Peripherals, WDT},
+    pac::{FICR, POWER, Peripherals, WDT},
     wdt::{Watchdog, WatchdogHandle, count::One, handles::Hdl0},
 };
 
@@ -94,7 +94,9 @@ fn main() -> ! {
         key: factory.key,
     };
     let (producer, samples) = SAMPLES.split();
-    let mut board = SensorBoard { samples, serial: SerialQueues { outgoing, incoming }, watchdog, reset_reason };
+    let identity = identity(&chip.FICR);
+    let serial = SerialQueues { outgoing, incoming };
+    let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity };
     let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
     let pipeline =
         Pipeline { probe: PROBE, surveyor: SURVEYOR.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
@@ -111,6 +113,13 @@ fn main() -> ! {
     loop {
         application.turn();
     }
+}
+
+/// The device's identifier and the first word of its address, both drawn at random by the factory (product
+/// specification, FICR).
+fn identity(ficr: &FICR) -> ProbeId {
+    let (id, address) = (&ficr.deviceid, &ficr.deviceaddr);
+    ProbeId::of_words([id[0].read().bits(), id[1].read().bits(), address[0].read().bits()])
 }
 
 /// Goes on from a watchdog that a reset by software left running.

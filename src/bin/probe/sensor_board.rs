@@ -17,7 +17,7 @@ use crate::{
 use core::{cell::Cell, mem::MaybeUninit};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
-use meerkat_mwd::telemetry::ResetReason;
+use meerkat_mwd::telemetry::{ProbeId, ResetReason};
 
 pub type BoardSensors = Sensors<chip::Inertial, chip::Magnetic>;
 
@@ -50,6 +50,7 @@ pub struct SensorBoard {
     pub serial: SerialQueues,
     pub watchdog: chip::Watchdog,
     pub reset_reason: ResetReason,
+    pub identity: ProbeId,
 }
 
 impl Board for SensorBoard {
@@ -92,5 +93,9 @@ impl Board for SensorBoard {
 
     fn watchdog_resets(&self) -> u32 {
         reset_record::watchdog_resets()
+    }
+
+    fn identity(&self) -> ProbeId {
+        self.identity
     }
 }

@@ -29,7 +29,7 @@ use meerkat_mwd::{
     Config, Probe,
     config::SurveyConfig,
     survey::Surveyor,
-    telemetry::{ResetReason, StreamConfig},
+    telemetry::{ProbeId, ResetReason, StreamConfig},
 };
 use stm32f4xx_hal::{
     pac::{Peripherals, RCC},
@@ -40,6 +40,14 @@ use stm32f4xx_hal::{
 };
 
 const BAUD: u32 = 921_600;
+/// By the oscillator's nominal 32 kHz, milliseconds. It is 17 to 47 kHz (DS8626, low-speed internal RC
+/// oscillator), so the watchdog waits for 1.02 to 2.82 s.
+const WATCHDOG_MS: u32 = 1_500;
+/// Longest call of `ModelStore::prepare`, milliseconds: its timing budget.
+const PREPARATION_MS: u32 = 700;
+const _: () = assert!(WATCHDOG_MS * 32 / 47 > PREPARATION_MS, "the fastest watchdog has to outlast an erasure");
+/// The unique device number (RM0090, section 39.1).
+const UNIQUE_NUMBER: *const [u32; 3] = 0x1fff_7a10 as *const [u32; 3];
 
 // Below the stack. Not all zero at first: a value would stand in flash, too.
 #[allow(unsafe_code)]
@@ -71,7 +79,7 @@ fn main() -> ! {
     stack::guard(&core.MPU);
     // Before anything that may not come back, a crystal that does not start among it.
     let mut watchdog = IndependentWatchdog::new(chip.IWDG);
-    watchdog.start(1_000.millis());
+    watchdog.start(WATCHDOG_MS.millis());
     let reset_reason = reset_reason(&chip.RCC);
 
     let mut rcc = chip.RCC.freeze(rcc::Config::hse(8.MHz()).sysclk(168.MHz()));
@@ -96,7 +104,7 @@ fn main() -> ! {
     };
     let (producer, samples) = SAMPLES.split();
     let serial = SerialQueues { outgoing, incoming };
-    let mut board = SensorBoard { samples, serial, watchdog, reset_reason };
+    let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity: identity() };
     let memory = Memory::start(memory, models, &settings.config, || board.feed_watchdog());
     let pipeline =
         Pipeline { probe: PROBE, surveyor: surveyor.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
@@ -108,6 +116,12 @@ fn main() -> ! {
     loop {
         application.turn();
     }
+}
+
+fn identity() -> ProbeId {
+    // SAFETY: three aligned words of the chip's own memory, which is always readable.
+    #[allow(unsafe_code)]
+    ProbeId::of_words(unsafe { UNIQUE_NUMBER.read_volatile() })
 }
 
 /// What the reset flags say (RM0090 section 7.3.21), which then are cleared. The pin's is set by every reset.

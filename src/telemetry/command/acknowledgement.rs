@@ -37,9 +37,9 @@ pub enum CommandRefusal {
         /// Which.
         field: FieldName,
     },
-    /// It changes calibration and came without authentication.
+    /// It needs the key and came without authentication.
     NotAuthenticated,
-    /// No key is provisioned: nothing that changes calibration is done.
+    /// No key is provisioned: nothing that needs one is done.
     NoKey,
     /// The authentication code is not that of this key, counter and command.
     Forged,
@@ -59,7 +59,7 @@ pub enum CommandRefusal {
     WhileDrilling,
     /// The model or the window that is meant is not there (any more).
     NothingThere,
-    /// What an earlier command started is not done.
+    /// What an earlier command started is not done, or, without the key, reports were asked for too often.
     Busy,
     /// The memory refused.
     StorageFailed,
@@ -74,7 +74,7 @@ impl core::fmt::Display for CommandRefusal {
         match self {
             Self::Malformed => f.write_str("no command of this version"),
             Self::OutOfBounds { field } => write!(f, "{field} is out of its bounds"),
-            Self::NotAuthenticated => f.write_str("it changes calibration and came without authentication"),
+            Self::NotAuthenticated => f.write_str("it needs the key and came without authentication"),
             Self::NoKey => f.write_str("no key is provisioned"),
             Self::Forged => f.write_str("the authentication code is wrong: another key?"),
             Self::Replayed { latest } => write!(f, "the counter was used before; the latest is {latest}"),

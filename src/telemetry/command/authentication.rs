@@ -1,36 +1,42 @@
 use super::Command;
-use crate::telemetry::EncodeError;
+use crate::{
+    storage::{KEY_BYTES, can_be_key},
+    telemetry::{EncodeError, ProbeId},
+};
 use blake2::{
     Blake2sMac,
     digest::{KeyInit, Mac, consts::U16},
 };
 
-/// Length of a key, bytes.
-const KEY: usize = 32;
 /// Length of a counter, bytes.
 const COUNTER: usize = 8;
 /// Length of an authentication code, bytes: one forgery in 2^128 tries.
 const TAG: usize = 16;
 
-/// What a probe and the hosts that may calibrate it share. One probe, one key: what one probe takes another would take, too.
+/// What a probe and the hosts that may calibrate it share. One probe, one key is best; of two probes with the
+/// same key each takes only what names it.
 ///
 /// It is never printed.
 #[derive(Clone)]
-pub struct Key([u8; KEY]);
+pub struct Key {
+    bytes: [u8; KEY_BYTES],
+    probe: ProbeId,
+}
 
 impl Key {
-    /// The key of these bytes. `None` where all bytes are the same: that is memory which nobody has provisioned.
+    /// The key of these bytes, to one probe. `None` where they were not drawn at random ([`can_be_key`]):
+    /// memory that nobody has provisioned, for one.
     #[must_use]
-    pub fn of_bytes(bytes: &[u8; KEY]) -> Option<Self> {
-        let [first, rest @ ..] = bytes;
-        rest.iter().any(|byte| byte != first).then_some(Self(*bytes))
+    pub fn new(bytes: &[u8; KEY_BYTES], probe: ProbeId) -> Option<Self> {
+        can_be_key(bytes).then_some(Self { bytes: *bytes, probe })
     }
 
     /// BLAKE2s with a key (RFC 7693): 256-bit key and 128-bit code as HMAC-SHA-256 would have, a second hash and 6 KiB of flash less.
     /// Of smaller ones, SipHash with 128 bits is experimental to its own authors, and Poly1305 takes a new key for each message.
     fn code(&self, counter: [u8; COUNTER], command: &[u8]) -> Option<Blake2sMac<U16>> {
-        let mut code = Blake2sMac::new_from_slice(&self.0).ok()?;
+        let mut code = Blake2sMac::new_from_slice(&self.bytes).ok()?;
         code.update(PURPOSE);
+        code.update(&self.probe.0);
         code.update(&counter);
         code.update(command);
         Some(code)
@@ -38,7 +44,7 @@ impl Key {
 }
 
 /// The key is for this and nothing else.
-const PURPOSE: &[u8; 24] = b"meerkat-mwd command v001";
+const PURPOSE: &[u8; 24] = b"meerkat-mwd command v002";
 
 impl core::fmt::Debug for Key {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
@@ -47,7 +53,7 @@ impl core::fmt::Debug for Key {
 }
 
 /// Writes the payload of a [`Kind::AuthenticatedCommand`](crate::telemetry::Kind) to the front of `buffer` and gives it: counter
-/// (8 bytes, little-endian), code (16), command. The code is over the counter and the command.
+/// (8 bytes, little-endian), code (16), command. The code is over the probe, the counter and the command.
 ///
 /// # Errors
 /// It does not fit.

@@ -1,5 +1,7 @@
 use super::{
-    Acknowledgement, Command, CommandRefusal, CounterStore, FieldName, Key, Outcome, authentication::Authenticated,
+    Acknowledgement, Command, CommandRefusal, CounterStore, FieldName, Key, Outcome,
+    allowance::{Allowance, Rate},
+    authentication::Authenticated,
 };
 use crate::{
     config::ConfigError,
@@ -8,6 +10,15 @@ use crate::{
 
 /// The counter of a command may be this far ahead of the latest: a mistake cannot use them all up.
 pub const MAX_COUNTER_STEP: u64 = 1 << 32;
+
+/// Answers to those who did not show the key: eight at once, then four a second. The longest, with the name
+/// of a field, takes 72 bytes of the line, the usual one 13: at most 3 % of 10,368 bytes a second, and a
+/// tenth of that for most.
+const ANSWERS: Rate = Rate { interval_us: 250_000, at_once: 8 };
+
+/// What they may ask for that takes more of the line than an answer, such as the boot before a recording (530
+/// bytes and more): four at once, then one in two seconds.
+const REPORTS: Rate = Rate { interval_us: 2_000_000, at_once: 4 };
 
 /// What the gate has to know of the probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,9 +40,13 @@ pub enum Judgement {
         sequence: u16,
         /// The command.
         command: Command,
+        /// Whether it came from one who has the key.
+        authentic: bool,
     },
     /// Send this, and do nothing.
     Refuse(Acknowledgement),
+    /// Send nothing: one who does not show the key asks too often.
+    Ignore,
 }
 
 /// How many commands came. Full counters stay.
@@ -39,7 +54,7 @@ pub enum Judgement {
 pub struct CommandCounters {
     /// Let through.
     pub accepted: u32,
-    /// Refused.
+    /// Refused, with or without an answer.
     pub refused: u32,
 }
 
@@ -48,13 +63,26 @@ pub struct CommandCounters {
 pub struct CommandGate {
     key: Option<Key>,
     counters: CommandCounters,
+    answers: Allowance,
+    reports: Allowance,
+}
+
+/// A command that passed.
+struct Passed {
+    command: Command,
+    authentic: bool,
 }
 
 impl CommandGate {
     /// A gate with the probe's key; `None`: no key is provisioned, and nothing that changes calibration passes. There is no other key.
     #[must_use]
     pub const fn new(key: Option<Key>) -> Self {
-        Self { key, counters: CommandCounters { accepted: 0, refused: 0 } }
+        Self {
+            key,
+            counters: CommandCounters { accepted: 0, refused: 0 },
+            answers: Allowance::new(),
+            reports: Allowance::new(),
+        }
     }
 
     /// How many commands came.
@@ -67,11 +95,24 @@ impl CommandGate {
     ///
     /// An authentic command with a new counter uses the counter up, whatever becomes of it then: one that was refused while drilling and
     /// listened to cannot be played back in the next pause. The counter is stored before this returns, so before anything is done.
+    ///
+    /// All others together get a few answers a second, so that no host keeps what the probe has to say from
+    /// the line, nor an owner out.
     pub fn judge<S: CounterStore>(&mut self, frame: &Frame<'_>, situation: Situation, store: &mut S) -> Judgement {
-        match self.passed(frame, situation, store) {
-            Ok(command) => {
+        let bytes = match Kind::of_number(frame.kind) {
+            Some(Kind::Command) => Ok((frame.payload, false)),
+            Some(Kind::AuthenticatedCommand) => self.authentic(frame.payload, store).map(|bytes| (bytes, true)),
+            _ => Err(CommandRefusal::Malformed),
+        };
+        let is_owners = matches!(bytes, Ok((_, true)));
+        if !is_owners && !self.answers.take(&ANSWERS, situation.now_us) {
+            self.counters.refused = self.counters.refused.saturating_add(1);
+            return Judgement::Ignore;
+        }
+        match bytes.and_then(|(bytes, authentic)| self.passed(bytes, authentic, situation)) {
+            Ok(Passed { command, authentic }) => {
                 self.counters.accepted = self.counters.accepted.saturating_add(1);
-                Judgement::CarryOut { sequence: frame.sequence, command }
+                Judgement::CarryOut { sequence: frame.sequence, command, authentic }
             }
             Err(refusal) => {
                 self.counters.refused = self.counters.refused.saturating_add(1);
@@ -80,21 +121,11 @@ impl CommandGate {
         }
     }
 
-    fn passed<S: CounterStore>(
-        &self,
-        frame: &Frame<'_>,
-        situation: Situation,
-        store: &mut S,
-    ) -> Result<Command, CommandRefusal> {
-        let (bytes, authentic) = match Kind::of_number(frame.kind) {
-            Some(Kind::Command) => (frame.payload, false),
-            Some(Kind::AuthenticatedCommand) => (self.authentic(frame.payload, store)?, true),
-            _ => return Err(CommandRefusal::Malformed),
-        };
+    fn passed(&mut self, bytes: &[u8], authentic: bool, situation: Situation) -> Result<Passed, CommandRefusal> {
         let Ok((command, [])) = postcard::take_from_bytes::<Command>(bytes) else {
             return Err(CommandRefusal::Malformed);
         };
-        if command.changes_calibration() && !authentic {
+        if command.needs_the_key() && !authentic {
             let no_key = self.key.is_none();
             return Err(if no_key { CommandRefusal::NoKey } else { CommandRefusal::NotAuthenticated });
         }
@@ -102,7 +133,10 @@ impl CommandGate {
         if command.needs_a_pause() && situation.drilling {
             return Err(CommandRefusal::WhileDrilling);
         }
-        Ok(command)
+        if !authentic && command.asks_for_a_report() && !self.reports.take(&REPORTS, situation.now_us) {
+            return Err(CommandRefusal::Busy);
+        }
+        Ok(Passed { command, authentic })
     }
 
     /// The command's bytes, once their authenticity is shown and their counter used up.

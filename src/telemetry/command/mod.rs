@@ -5,11 +5,15 @@
 
 mod acknowledgement;
 #[cfg(feature = "commands")]
+mod allowance;
+#[cfg(feature = "commands")]
 mod authentication;
 #[cfg(feature = "commands")]
 mod counter_store;
 #[cfg(feature = "commands")]
 mod gate;
+#[cfg(feature = "commands")]
+mod recording;
 
 pub use acknowledgement::{Acknowledgement, CommandRefusal, FieldName, Outcome};
 #[cfg(feature = "commands")]
@@ -18,6 +22,8 @@ pub use authentication::{Key, authenticate};
 pub use counter_store::CounterStore;
 #[cfg(feature = "commands")]
 pub use gate::{CommandCounters, CommandGate, Judgement, MAX_COUNTER_STEP, Situation};
+#[cfg(feature = "commands")]
+pub use recording::Recording;
 
 use super::{Kind, Payload, StreamConfig};
 use crate::config::{Config, ConfigError, SurveyConfig};
@@ -35,14 +41,14 @@ pub enum Command {
     /// Look at what the sensors read and read the storage anew, and report health with what was found. Not while drilling: only at rest
     /// is it known what a sensor should read, and the storage takes a while. The parts are not excited: their own self-tests are not run.
     SelfTest,
-    /// What goes over the line, and how fast.
+    /// What goes over the line, and how fast. Needs the key: it can silence the probe.
     ConfigureStream(StreamConfig),
-    /// Send every raw sample from now on, the boot configuration first.
+    /// Send every raw sample from now on, the boot configuration first. Attitudes go on between the samples.
     StartRecording {
         /// For so long, seconds, 1 to 604,800; `None`: until it is stopped.
         for_s: Option<u32>,
     },
-    /// End the recording.
+    /// End the recording; one that was begun with the key only with the key.
     StopRecording,
     /// Take a survey at the next rest.
     StationarySurvey {
@@ -112,6 +118,18 @@ impl Command {
             | Self::StopRecording
             | Self::StationarySurvey { .. } => false,
         }
+    }
+
+    /// Whether it needs authentication: what changes calibration does, and what can silence the probe.
+    #[must_use]
+    pub const fn needs_the_key(&self) -> bool {
+        self.changes_calibration() || matches!(self, Self::ConfigureStream(_))
+    }
+
+    /// Whether the probe sends more for it than an answer, once: a boot, a survey or its health.
+    #[must_use]
+    pub const fn asks_for_a_report(&self) -> bool {
+        matches!(self, Self::SelfTest | Self::StartRecording { .. } | Self::StationarySurvey { .. })
     }
 
     /// Whether it has to wait until the tool is not drilling.

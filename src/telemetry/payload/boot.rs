@@ -1,4 +1,4 @@
-use super::Payload;
+use super::{Payload, ProbeId};
 use crate::{config::Config, storage::StoredModel, telemetry::Kind};
 use serde::{Deserialize, Serialize};
 
@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 pub struct Boot {
     /// Version of kinds and payloads; see [`Boot::PROTOCOL`].
     pub protocol: u16,
+    /// Which probe it is.
+    pub probe: ProbeId,
     /// Version of the firmware: major, minor, patch.
     pub version: [u8; 3],
     /// Why it started.
@@ -27,7 +29,7 @@ pub struct Boot {
 
 impl Boot {
     /// What this version of the library speaks. A field that is added, removed or reordered makes it another one.
-    pub const PROTOCOL: u16 = 4;
+    pub const PROTOCOL: u16 = 5;
 
     /// Version of this library.
     pub const VERSION: [u8; 3] = [
@@ -41,6 +43,7 @@ impl Boot {
     pub const fn new(config: Config) -> Self {
         Self {
             protocol: Self::PROTOCOL,
+            probe: ProbeId([0; 12]),
             version: Self::VERSION,
             reset: ResetReason::PowerOn,
             watchdog_resets: 0,

@@ -1,4 +1,4 @@
-use super::Payload;
+use super::{Payload, ProbeId};
 use crate::{
     attitude::AttitudeFlags,
     probe::Counters,
@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 /// How the probe does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Health {
+    /// Which probe it is: its owner's commands name it.
+    pub probe: ProbeId,
     /// When, microseconds.
     pub t_us: u64,
     /// The pipeline's counters.

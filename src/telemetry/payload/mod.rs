@@ -5,6 +5,7 @@ mod boot;
 mod health;
 mod identification;
 mod message;
+mod probe_id;
 mod raw_sample;
 
 pub use attitude_frame::{AttitudeFrame, CompactAngles};
@@ -12,6 +13,7 @@ pub use boot::{Boot, ResetReason};
 pub use health::{Health, SelfTest};
 pub use identification::Identification;
 pub use message::{Message, PayloadError};
+pub use probe_id::ProbeId;
 pub use raw_sample::RawSample;
 
 use crate::{

@@ -30,14 +30,14 @@ impl<const N: usize> Lane<N> {
         N.saturating_sub(self.ring.len())
     }
 
-    /// Takes a payload, where the ring then holds no more than `may_fill` bytes.
-    pub fn write<P: Payload>(&mut self, now_us: u64, payload: &P, may_fill: usize) -> Result<(), Refused> {
-        write(self.ring.as_mut_view(), now_us, payload, may_fill)
+    /// Takes a payload, where there is room.
+    pub fn write<P: Payload>(&mut self, now_us: u64, payload: &P) -> Result<(), Refused> {
+        write(self.ring.as_mut_view(), now_us, payload)
     }
 
     /// Takes a payload and forgets the oldest ones for it, counting each; one that does not even fit alone is counted itself.
     pub fn write_over<P: Payload>(&mut self, now_us: u64, payload: &P, forgotten: &mut u32) {
-        while let Err(refused) = self.write(now_us, payload, N) {
+        while let Err(refused) = self.write(now_us, payload) {
             count(forgotten);
             if matches!(refused, Refused::TooLong) {
                 return;
@@ -77,9 +77,9 @@ fn entry(ring: &DequeView<u8>) -> Option<Entry> {
 }
 
 #[inline(never)]
-fn write<P: Payload>(ring: &mut DequeView<u8>, now_us: u64, payload: &P, may_fill: usize) -> Result<(), Refused> {
+fn write<P: Payload>(ring: &mut DequeView<u8>, now_us: u64, payload: &P) -> Result<(), Refused> {
     let start = ring.storage_len();
-    let written = postcard::serialize_with_flavor(payload, Tail::new(ring, may_fill)).unwrap_or(false);
+    let written = postcard::serialize_with_flavor(payload, Tail::new(ring)).unwrap_or(false);
     finish(ring, start, written, P::KIND.number(), now_us as u32)
 }
 
@@ -130,13 +130,12 @@ fn take<'a>(ring: &mut DequeView<u8>, sequence: u16, buffer: &'a mut [u8; MAX_FR
 /// and one call for each, not unrolled, are half of the flash that all reports' encodings would take.
 struct Tail<'a> {
     ring: &'a mut DequeView<u8>,
-    may_fill: usize,
     over: bool,
 }
 
 impl<'a> Tail<'a> {
-    fn new(ring: &'a mut DequeView<u8>, may_fill: usize) -> Self {
-        let mut tail = Self { ring, may_fill, over: false };
+    fn new(ring: &'a mut DequeView<u8>) -> Self {
+        let mut tail = Self { ring, over: false };
         tail.put(&[0; ENTRY_HEADER]);
         tail
     }
@@ -144,7 +143,7 @@ impl<'a> Tail<'a> {
     #[inline(never)]
     fn put(&mut self, bytes: &[u8]) {
         for &byte in bytes {
-            self.over |= self.ring.storage_len() >= self.may_fill || self.ring.push_back(byte).is_err();
+            self.over |= self.ring.push_back(byte).is_err();
         }
     }
 }

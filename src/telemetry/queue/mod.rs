@@ -14,6 +14,9 @@ use counters::count;
 use lane::{Lane, Refused};
 use line::Line;
 
+/// Bytes of answers that wait: a report of health, of 211 at most, and the answer to a command.
+const ANSWERS: usize = 256;
+
 /// Why something was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
@@ -36,11 +39,13 @@ impl core::fmt::Display for PushError {
 
 impl core::error::Error for PushError {}
 
-/// Frames that wait for a line that may be slower than what is said. Three lanes of so many bytes; the first that has something sends it:
+/// Frames that wait for a line that may be slower than what is said. Four lanes of so many bytes; the first
+/// that has something sends it, samples and attitudes in turns:
 ///
 /// - `RESULTS`: surveys, identifications, diagnoses, magnets, boots. None is ever given up for another: one that finds no room stays with
-///   the caller ([`PushError::Full`]), and is counted. [`Kind::Health`] and [`Kind::Acknowledgement`] get no more than half of the lane, so
-///   that a talkative host keeps no survey out.
+///   the caller ([`PushError::Full`]), and is counted.
+/// - answers, of 256 bytes: [`Kind::Health`] and [`Kind::Acknowledgement`]. However much a host asks, it
+///   keeps no result out.
 /// - `SAMPLES`: a recording. The oldest goes when there is no room, and is counted.
 /// - `ATTITUDE`: the stream. The oldest goes when there is no room or when it is older than [`StreamConfig::max_age_us`], and is counted.
 ///
@@ -51,8 +56,11 @@ pub struct TelemetryQueue<const RESULTS: usize, const SAMPLES: usize, const ATTI
     config: StreamConfig,
     line: Line,
     results: Lane<RESULTS>,
+    answers: Lane<ANSWERS>,
     samples: Lane<SAMPLES>,
     attitude: Lane<ATTITUDE>,
+    /// Whether the latest of samples and attitudes was a sample.
+    sample_was_last: bool,
     /// Outputs since the last one that was taken.
     skipped: u16,
     sequence: u16,
@@ -67,8 +75,10 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
             config: StreamConfig::UNSET,
             line: Line::new(),
             results: Lane::new(),
+            answers: Lane::new(),
             samples: Lane::new(),
             attitude: Lane::new(),
+            sample_was_last: false,
             skipped: 0,
             sequence: 0,
             counters: LineCounters::NONE,
@@ -107,19 +117,19 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
     /// Whether nothing waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.results.is_empty() && self.samples.is_empty() && self.attitude.is_empty()
+        self.results.is_empty() && self.answers.is_empty() && self.samples.is_empty() && self.attitude.is_empty()
     }
 
-    /// Takes a result.
+    /// Takes a result or an answer.
     ///
     /// # Errors
     /// It has no room; the caller keeps it and tries again, or gives it up. Both are counted as refused.
     pub fn push_result<P: Payload>(&mut self, now_us: u64, result: &P) -> Result<(), PushError> {
-        let may_fill = match P::KIND {
-            Kind::Health | Kind::Acknowledgement => RESULTS / 2,
-            _ => RESULTS,
+        let written = match P::KIND {
+            Kind::Health | Kind::Acknowledgement => self.answers.write(now_us, result),
+            _ => self.results.write(now_us, result),
         };
-        let pushed = match self.results.write(now_us, result, may_fill) {
+        let pushed = match written {
             Ok(()) => return Ok(()),
             Err(Refused::NoRoom) => PushError::Full,
             Err(Refused::TooLong) => PushError::TooLong,
@@ -158,12 +168,14 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
             count(&mut self.counters.attitude_dropped);
         }
         let sequence = self.sequence;
+        let is_sample = !self.samples.is_empty() && (self.attitude.is_empty() || !self.sample_was_last);
         let frame = if !self.results.is_empty() {
             self.results.take(sequence, buffer)
-        } else if !self.samples.is_empty() {
-            self.samples.take(sequence, buffer)
+        } else if !self.answers.is_empty() {
+            self.answers.take(sequence, buffer)
         } else {
-            self.attitude.take(sequence, buffer)
+            self.sample_was_last = is_sample;
+            if is_sample { self.samples.take(sequence, buffer) } else { self.attitude.take(sequence, buffer) }
         }?;
         self.sequence = sequence.wrapping_add(1);
         self.line.send(now_us, frame.len(), self.config.bytes_per_s);

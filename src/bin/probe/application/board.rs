@@ -2,7 +2,7 @@
 
 use super::{acquisition::SampleConsumer, stage::Stage};
 use embedded_storage::nor_flash::NorFlash;
-use meerkat_mwd::telemetry::ResetReason;
+use meerkat_mwd::telemetry::{ProbeId, ResetReason};
 
 /// A board. Its interrupt reads the sensors and fills the queue; everything else happens when the application calls.
 pub trait Board {
@@ -32,6 +32,9 @@ pub trait Board {
 
     /// Resets by the watchdog since power came.
     fn watchdog_resets(&self) -> u32;
+
+    /// The chip's unique number.
+    fn identity(&self) -> ProbeId;
 
     /// A stage begins. For boards that play a defect; the others do nothing.
     fn enter(&mut self, _stage: Stage) {}

@@ -3,10 +3,10 @@
 use super::{Application, Pipeline, board::Board, memory::refusal};
 use heapless::Vec;
 use meerkat_mwd::{
-    survey::{StationaryState, SurveyNews},
+    survey::StationaryState,
     telemetry::{
         Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, EarlierModel, Erasure,
-        FrameDecoder, Judgement, Key, LinkCounters, Outcome, SelfTest, Situation,
+        FrameDecoder, Judgement, Key, LinkCounters, Outcome, Recording, SelfTest, Situation,
     },
 };
 
@@ -22,8 +22,8 @@ pub struct Commands {
     gate: CommandGate,
     /// What is to be reported at once.
     pub self_test: Vec<SelfTest, 1>,
-    /// When the recording ends, microseconds; 0: when it is stopped.
-    recording_until_us: u64,
+    /// Who wants raw samples.
+    pub recording: Recording,
 }
 
 impl Commands {
@@ -32,11 +32,11 @@ impl Commands {
             decoder: FrameDecoder::new(),
             gate: CommandGate::new(None),
             self_test: Vec::new(),
-            recording_until_us: 0,
+            recording: Recording::new(),
         }
     }
 
-    /// With the key that was provisioned; without one, no command that changes calibration is carried out.
+    /// With the key that was provisioned; without one, no command that needs it is carried out.
     pub fn provision(&mut self, key: Option<Key>) {
         self.gate = CommandGate::new(key);
     }
@@ -68,11 +68,8 @@ impl CounterStore for NoCounter {
 impl<B: Board> Application<B> {
     /// Looks at what has come in; carries out one command at most.
     pub(super) fn receive(&mut self, now_us: u64) {
-        let commands = &mut *self.pipeline.commands;
-        if commands.recording_until_us != 0 && now_us >= commands.recording_until_us {
-            commands.recording_until_us = 0;
-            self.pipeline.line.record(false);
-        }
+        let Pipeline { commands, line, .. } = &mut self.pipeline;
+        line.record(commands.recording.is_on(now_us));
         for _ in 0..BYTES_A_ROUND {
             let Some(byte) = self.board.receive() else { return };
             if self.take(now_us, byte) {
@@ -85,7 +82,7 @@ impl<B: Board> Application<B> {
     #[inline(never)]
     fn take(&mut self, now_us: u64, byte: u8) -> bool {
         // Not known to stand still: then it may be drilling.
-        let drilling = self.pipeline.surveyor.state() == StationaryState::Moving;
+        let drilling = !self.pipeline.surveyor.stands_still(now_us);
         let Pipeline { commands, memory, .. } = &mut self.pipeline;
         let Commands { decoder, gate, .. } = &mut **commands;
         let Some(frame) = decoder.push(byte) else { return false };
@@ -95,9 +92,10 @@ impl<B: Board> Application<B> {
             None => gate.judge(&frame, situation, &mut NoCounter),
         };
         let answer = match judgement {
+            Judgement::Ignore => return true,
             Judgement::Refuse(answer) => answer,
-            Judgement::CarryOut { sequence, command } => {
-                let outcome = match self.carry_out(now_us, &command) {
+            Judgement::CarryOut { sequence, command, authentic } => {
+                let outcome = match self.carry_out(now_us, &command, authentic) {
                     Ok(()) => Outcome::Accepted,
                     Err(refusal) => Outcome::Refused(refusal),
                 };
@@ -109,7 +107,7 @@ impl<B: Board> Application<B> {
         true
     }
 
-    fn carry_out(&mut self, now_us: u64, command: &Command) -> Result<(), CommandRefusal> {
+    fn carry_out(&mut self, now_us: u64, command: &Command, authentic: bool) -> Result<(), CommandRefusal> {
         let Pipeline { probe, surveyor, line, commands, memory, .. } = &mut self.pipeline;
         let board = &mut self.board;
         // The gate has checked every field.
@@ -123,11 +121,14 @@ impl<B: Board> Application<B> {
             }
             Command::ConfigureStream(stream) => line.configure(stream).map_err(bounds)?,
             Command::StartRecording { for_s } => {
-                commands.recording_until_us = for_s.map_or(0, |s| now_us.saturating_add(u64::from(s) * 1_000_000));
+                commands.recording.start(now_us, *for_s, authentic);
                 line.record(true);
-                self.report_boot(now_us);
+                line.want_boot();
             }
-            Command::StopRecording => line.record(false),
+            Command::StopRecording => {
+                commands.recording.stop(authentic);
+                line.record(commands.recording.is_on(now_us));
+            }
             Command::Configure(config) => {
                 probe.configure(config).map_err(bounds)?;
                 let survey = surveyor.config().copied().unwrap_or_default();
@@ -135,7 +136,7 @@ impl<B: Board> Application<B> {
                 if let Some(memory) = memory {
                     memory.configured(config);
                 }
-                self.restarted(now_us);
+                self.restarted();
             }
             Command::ConfigureSurvey(survey) => {
                 surveyor.configure(&probe.config().earth, survey).map_err(bounds)?;
@@ -149,21 +150,21 @@ impl<B: Board> Application<B> {
                     memory.retire(probe.config()).map_err(refusal)?;
                 }
                 probe.restart(None).map_err(|_| CommandRefusal::NotSupported)?;
-                self.restarted(now_us);
+                self.restarted();
             }
             Command::RollBackModel { to: EarlierModel::Previous } => {
                 memory.as_mut().ok_or(CommandRefusal::NothingThere)?.roll_back(probe)?;
-                self.restarted(now_us);
+                self.restarted();
             }
             Command::AcceptModel { window_end_us } => {
                 if memory.as_mut().ok_or(CommandRefusal::NothingThere)?.accept(probe, *window_end_us)? {
-                    self.restarted(now_us);
+                    self.restarted();
                 }
             }
             Command::StationarySurvey { .. } => {
                 // Every stop gives a survey by itself; one that is over is sent again.
                 if surveyor.state() == StationaryState::Latched {
-                    line.surveys(SurveyNews::STATIONARY);
+                    line.survey_again();
                 }
             }
             _ => return Err(CommandRefusal::NotSupported),

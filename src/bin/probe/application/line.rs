@@ -16,11 +16,14 @@ use meerkat_mwd::{
     },
 };
 
-/// Bytes that wait: results (a diagnosis takes up to 1,000, a window 500: one of each), a recording, attitudes.
-type Queue = TelemetryQueue<1536, 512, 256>;
+/// Bytes that wait: results (a diagnosis takes up to 1,000), a recording, attitudes.
+type Queue = TelemetryQueue<1280, 512, 256>;
 
 /// More than a window's report, a survey or a window of dynamics takes.
 const RESULT: usize = 600;
+
+/// More than a boot takes, with a stored model of as many effects as there can be.
+const BOOT: usize = 1_100;
 
 /// The way out. All zero at first, so that a `static` of it costs no flash.
 pub struct Line {
@@ -32,6 +35,8 @@ pub struct Line {
     /// The report of a window that waits for room.
     window: Vec<WindowReport, 1>,
     surveys: SurveyNews,
+    /// Whether what the probe runs with is to be said. However often that was asked for, it is said once.
+    wants_boot: bool,
     /// Of the latest sample.
     flags: AttitudeFlags,
     recording: bool,
@@ -47,6 +52,7 @@ impl Line {
             sent: 0,
             window: Vec::new(),
             surveys: SurveyNews::empty(),
+            wants_boot: false,
             flags: AttitudeFlags::empty(),
             recording: false,
             results_lost: 0,
@@ -73,9 +79,20 @@ impl Line {
         self.results_lost
     }
 
-    /// What the probe starts with.
+    /// What the probe runs with is to be said.
+    pub const fn want_boot(&mut self) {
+        self.wants_boot = true;
+    }
+
+    /// Whether it is, and there is room, that no other result waits for.
+    pub fn takes_boot(&self) -> bool {
+        self.wants_boot && self.window.is_empty() && self.surveys.is_empty() && self.queue.results_room() >= BOOT
+    }
+
+    /// What the probe runs with; only when it is taken.
     #[inline(never)]
     pub fn boot(&mut self, now_us: u64, boot: &Boot) {
+        self.wants_boot = false;
         let sent = self.queue.push_result(now_us, boot);
         self.lost_unless(sent.is_ok());
     }
@@ -100,6 +117,11 @@ impl Line {
     pub fn surveys(&mut self, news: SurveyNews) {
         self.lost_unless(!self.surveys.intersects(news));
         self.surveys |= news;
+    }
+
+    /// The last stationary survey is to be said again.
+    pub fn survey_again(&mut self) {
+        self.surveys |= SurveyNews::STATIONARY;
     }
 
     /// What came of a window.
@@ -135,9 +157,8 @@ impl Line {
     }
 
     /// Gives the board what it takes. One frame at most in a call, so that the time of it is bounded.
-    pub fn transmit<B: Board>(&mut self, board: &mut B, surveyor: &Surveyor) {
+    pub fn transmit<B: Board>(&mut self, board: &mut B) {
         let now_us = board.now_us();
-        self.queue_results(now_us, surveyor);
         if self.sent == self.length {
             self.sent = 0;
             self.length = self.queue.pop(now_us, &mut self.frame).map_or(0, <[u8]>::len);
@@ -148,8 +169,9 @@ impl Line {
         }
     }
 
+    /// Hands the queue what waits for room in it.
     #[inline(never)]
-    fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor) {
+    pub fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor) {
         let queue = &mut self.queue;
         // Once there is room for any of them, none is refused.
         if queue.results_room() >= RESULT

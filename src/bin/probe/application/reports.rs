@@ -6,9 +6,9 @@ use meerkat_mwd::telemetry::{Boot, Health};
 
 impl<B: Board> Application<B> {
     /// After the pipeline has started afresh.
-    pub(super) fn restarted(&mut self, now_us: u64) {
+    pub(super) fn restarted(&mut self) {
         self.first_sequence = self.next_sequence;
-        self.report_boot(now_us);
+        self.pipeline.line.want_boot();
     }
 
     /// What the probe says of itself when it starts, and before a recording.
@@ -16,6 +16,7 @@ impl<B: Board> Application<B> {
     pub(super) fn report_boot(&mut self, now_us: u64) {
         let Pipeline { probe, line, memory, .. } = &mut self.pipeline;
         let boot = Boot {
+            probe: self.board.identity(),
             reset: self.board.reset_reason(),
             watchdog_resets: self.board.watchdog_resets(),
             restored_model: memory.as_ref().and_then(|memory| memory.restored()),
@@ -35,6 +36,7 @@ impl<B: Board> Application<B> {
         let [models_stored, storage_failures] =
             self.pipeline.memory.as_ref().map_or([0; 2], |memory| memory.stored_and_failed());
         let health = Health {
+            probe: self.board.identity(),
             t_us: now_us,
             counters: self.pipeline.probe.counters(),
             samples_acquired: COUNTS.acquired(),

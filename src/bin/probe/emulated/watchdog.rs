@@ -3,13 +3,21 @@
 use crate::reset_record::{self, Asked};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// Rounds of the sample clock that a stage may take: a second at 200 Hz.
-const ROUNDS: u32 = 200;
+/// How long a round of the program may take, microseconds: as the fastest watchdog of a real board has it.
+const PATIENCE_US: u32 = 1_000_000;
 
-static LEFT: AtomicU32 = AtomicU32::new(ROUNDS);
+/// The same in rounds of the sample clock, and those that are left.
+static ROUNDS: AtomicU32 = AtomicU32::new(0);
+static LEFT: AtomicU32 = AtomicU32::new(0);
+
+/// Before the sample clock.
+pub fn start(period_us: u32) {
+    ROUNDS.store(PATIENCE_US.checked_div(period_us).unwrap_or(0), Ordering::Relaxed);
+    feed();
+}
 
 pub fn feed() {
-    LEFT.store(ROUNDS, Ordering::Relaxed);
+    LEFT.store(ROUNDS.load(Ordering::Relaxed), Ordering::Relaxed);
 }
 
 /// One round less; resets when none is left.

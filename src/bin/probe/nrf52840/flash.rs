@@ -1,4 +1,5 @@
-//! The end of the internal flash: three sectors of four pages each for models, and one for the factory's records, which nothing here writes.
+//! The end of the internal flash: twelve pages of 4 KiB for models, four to a sector, and four for the
+//! factory's records, which nothing here writes.
 
 use core::slice;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
@@ -7,9 +8,9 @@ use nrf52840_hal::{
     pac::NVMC,
 };
 
-/// Four pages of 4 KiB: models take sectors of at least 8.
-const SECTOR: usize = 16 * 1024;
-const MODELS_BYTES: usize = 3 * SECTOR;
+const PAGE: usize = 4 * 1024;
+const MODELS_BYTES: usize = 12 * PAGE;
+const FACTORY_BYTES: usize = 4 * PAGE;
 
 #[allow(unsafe_code)]
 mod symbols {
@@ -33,7 +34,7 @@ pub fn split(nvmc: NVMC) -> (ModelFlash, FactoryFlash) {
     // overlap.
     #[allow(unsafe_code)]
     let (models, factory) = unsafe {
-        (slice::from_raw_parts_mut(start, MODELS_BYTES), slice::from_raw_parts(start.add(MODELS_BYTES), SECTOR))
+        (slice::from_raw_parts_mut(start, MODELS_BYTES), slice::from_raw_parts(start.add(MODELS_BYTES), FACTORY_BYTES))
     };
     (ModelFlash(Nvmc::new(nvmc, models)), FactoryFlash(factory))
 }
@@ -56,7 +57,7 @@ impl ReadNorFlash for ModelFlash {
 
 impl NorFlash for ModelFlash {
     const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = SECTOR;
+    const ERASE_SIZE: usize = PAGE;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NvmcError> {
         self.0.erase(from, to)

@@ -1,0 +1,142 @@
+//! The targets of the fuzzer, on its corpus, mutated a bounded number of times.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::{fs, path::PathBuf};
+
+use meerkat_mwd::{
+    Config, Sample,
+    compensation::{GyroModel, effects::LIBRARY},
+    storage::{Limits, ModelHistory, ModelStore, NotDrilling, Preparation, StoredModel},
+    telemetry::{
+        Acknowledgement, Boot, Command, EarlierModel, Erasure, Health, Key, Kind, MAX_FRAME, MAX_PAYLOAD, Outcome,
+        Payload, RawSample, StreamConfig, authenticate, encode_frame, encode_payload,
+    },
+};
+use mwd::{
+    fuzzed::{KEY, PROBE, TARGETS},
+    target::mock_flash::MockFlash,
+};
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+/// Mutations of each file of the corpus.
+const MUTATIONS: u32 = 400;
+
+fn corpus() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus")
+}
+
+fn encoded<P: Payload>(payload: &P) -> (Kind, Vec<u8>) {
+    let mut buffer = [0; MAX_PAYLOAD];
+    (P::KIND, encode_payload(payload, &mut buffer).unwrap().to_vec())
+}
+
+/// What a probe and a host say to each other.
+fn said() -> Vec<(Kind, Vec<u8>)> {
+    let signed = |counter, command| {
+        let mut buffer = [0; MAX_PAYLOAD];
+        let key = Key::new(&KEY, PROBE).unwrap();
+        (Kind::AuthenticatedCommand, authenticate(&key, counter, &command, &mut buffer).unwrap().to_vec())
+    };
+    vec![
+        encoded(&Boot { probe: PROBE, ..Boot::new(Config::default()) }),
+        encoded(&Health { probe: PROBE, t_us: 5_000_000, ..Health::default() }),
+        encoded(&RawSample::of(7, &Sample { t_us: 35_000, accel_m_s2: [0.1, -0.2, -9.8], ..Sample::default() })),
+        encoded(&Acknowledgement { sequence: 3, outcome: Outcome::Accepted }),
+        encoded(&Command::SelfTest),
+        encoded(&Command::StartRecording { for_s: Some(60) }),
+        encoded(&Command::ConfigureStream(StreamConfig::default())),
+        signed(1, Command::Configure(Config::default())),
+        signed(2, Command::RollBackModel { to: EarlierModel::Previous }),
+        signed(3, Command::Erase { what: Erasure::Models }),
+    ]
+}
+
+/// The beginning of a flash with models, counters and a retirement in it.
+fn stored() -> Vec<u8> {
+    let config = Config::default();
+    let mut store = ModelStore::<_, 3>::open(MockFlash::<4, 8192>::new(3, 1), Limits::new(&config, &LIBRARY)).unwrap();
+    while store.prepare(NotDrilling::PowerUp).unwrap() == Preparation::More {}
+    let gyro = GyroModel { b_rad_s: [0.01, -0.02, 0.03], ..GyroModel::IDENTITY };
+    let flying = *ModelHistory::of_factory(&gyro, &LIBRARY).latest();
+    for (t_us, temperature) in [(1, 20.0), (2, 60.0), (3, 61.0)] {
+        store.store_model(&StoredModel { t_us, temperature_c: Some([temperature; 2]), ..flying }).unwrap();
+        store.store_counter(t_us).unwrap();
+    }
+    store.retire_models_before(2).unwrap();
+    let mut flash = store.into_flash();
+    let used = flash.bytes_mut()[..8192].iter().rposition(|byte| *byte != 0xFF).unwrap();
+    flash.bytes_mut()[..used + 1].to_vec()
+}
+
+/// The corpus as it was made, for whom it has to be made anew.
+fn made() -> Vec<(&'static str, Vec<Vec<u8>>)> {
+    let framed = |(kind, payload): &(Kind, Vec<u8>)| {
+        let mut buffer = [0; MAX_FRAME];
+        encode_frame(*kind, 9, payload, &mut buffer).unwrap().to_vec()
+    };
+    let with = |head: &[u8], (kind, payload): &(Kind, Vec<u8>)| [head, &[kind.number()], payload].concat();
+    let said = said();
+    vec![
+        ("frame", said.iter().map(framed).collect()),
+        ("message", said.iter().take(4).map(|said| with(&[], said)).collect()),
+        ("command_gate", said.iter().skip(4).map(|said| with(&[0], said)).collect()),
+        ("stored_records", vec![stored()]),
+    ]
+}
+
+#[test]
+fn the_corpus_is_of_this_protocol() {
+    for (target, files) in made() {
+        let folder = corpus().join(target);
+        for (number, bytes) in files.iter().enumerate() {
+            let path = folder.join(format!("{number}.bin"));
+            if std::env::var_os("MWD_BLESS").is_some_and(|v| v == "1") {
+                fs::create_dir_all(&folder).unwrap();
+                fs::write(&path, bytes).unwrap();
+            }
+            let kept = fs::read(&path).unwrap_or_default();
+            assert!(kept == *bytes, "{}: another protocol; MWD_BLESS=1 writes it anew", path.display());
+        }
+    }
+}
+
+/// Bits that flip, bytes that are set, cut off, doubled, and spliced in from elsewhere.
+fn mutated(bytes: &[u8], rng: &mut Xoshiro128PlusPlus) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    let mut below = |n: usize| rng.next_u32() as usize % n.max(1);
+    for _ in 0..1 + below(6) {
+        let (at, other, length) = (below(bytes.len()), below(bytes.len()), below(40));
+        match below(6) {
+            0 if !bytes.is_empty() => bytes[at] ^= 1 << below(8),
+            1 if !bytes.is_empty() => bytes[at] = [0, 1, 0x7F, 0x80, 0xFF, below(256) as u8][below(6)],
+            2 => bytes.truncate(at),
+            3 => {
+                let end = bytes.len().min(at + length);
+                let piece = bytes[at..end].to_vec();
+                bytes.splice(other..other, piece);
+            }
+            4 => drop(bytes.drain(at..bytes.len().min(at + length))),
+            _ => bytes.extend((0..length).map(|_| below(256) as u8).collect::<Vec<_>>()),
+        }
+    }
+    bytes
+}
+
+#[test]
+fn nothing_that_comes_from_outside_breaks_what_holds() {
+    for (number, (name, target)) in (1..).zip(TARGETS) {
+        let mut rng = Xoshiro128PlusPlus::seed_from_u64(number);
+        let files = fs::read_dir(corpus().join(name)).unwrap().map(|file| file.unwrap().path());
+        let mut files: Vec<PathBuf> = files.collect();
+        files.sort();
+        assert!(!files.is_empty(), "{name}");
+        for path in &files {
+            let bytes = fs::read(path).unwrap();
+            target(&bytes);
+            (0..MUTATIONS).for_each(|_| target(&mutated(&bytes, &mut rng)));
+        }
+        (0..MUTATIONS).for_each(|_| target(&mutated(&[], &mut rng)));
+        println!("{name}: {} files, {MUTATIONS} mutations of each", files.len());
+    }
+}

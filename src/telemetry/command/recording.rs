@@ -1,0 +1,57 @@
+/// Who wants every raw sample, and until when.
+///
+/// One who has the key and one who has not ask apart: nobody without the key ends or shortens the recording
+/// of one who has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Recording {
+    /// Until when each records, microseconds; 0: it does not.
+    owner_until_us: u64,
+    guest_until_us: u64,
+}
+
+impl Recording {
+    /// Nobody does.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { owner_until_us: 0, guest_until_us: 0 }
+    }
+
+    /// Begins, for so many seconds or until it is stopped.
+    pub fn start(&mut self, now_us: u64, for_s: Option<u32>, authentic: bool) {
+        let until_us = for_s.map_or(u64::MAX, |s| now_us.saturating_add(u64::from(s) * 1_000_000));
+        *if authentic { &mut self.owner_until_us } else { &mut self.guest_until_us } = until_us;
+    }
+
+    /// Ends; with the key also that of one without.
+    pub const fn stop(&mut self, authentic: bool) {
+        self.guest_until_us = 0;
+        if authentic {
+            self.owner_until_us = 0;
+        }
+    }
+
+    /// Whether anybody does.
+    #[must_use]
+    pub const fn is_on(&self, now_us: u64) -> bool {
+        now_us < self.owner_until_us || now_us < self.guest_until_us
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_the_key_nobody_ends_the_recording_of_one_who_has_it() {
+        let mut recording = Recording::new();
+        assert!(!recording.is_on(0));
+        recording.start(1_000_000, Some(10), true);
+        recording.start(2_000_000, Some(1), false);
+        recording.stop(false);
+        assert!(recording.is_on(10_999_999) && !recording.is_on(11_000_000));
+        recording.start(3_000_000, None, false);
+        assert!(recording.is_on(u64::MAX - 1));
+        recording.stop(true);
+        assert!(!recording.is_on(3_000_001));
+    }
+}
