@@ -1,7 +1,10 @@
 //! Motion as the filter judges it, and the process noise that follows.
 
 use super::{
-    error_state::ProcessNoise, filter_step::FilterStep, rest::RestTracker, shaking::Shaking,
+    error_state::ProcessNoise,
+    filter_step::FilterStep,
+    rest::RestTracker,
+    shaking::{Shaking, UNSEEN_FORCE_DENSITY},
     sustained::SustainedRotation,
 };
 use crate::config::AttitudeConfig;
@@ -13,8 +16,6 @@ const SCALE_CORRELATION_S: f32 = 0.1;
 /// White noise of the accelerometer, m/s^2 per root hertz: the upper end of MEMS data sheets (1e-3 to 3e-3;
 /// MPU-9250 PS section 3.2: 300 ug). Vibration folded into it is measured separately.
 const FORCE_NOISE_M_S2_RTHZ: f32 = 0.003;
-/// Spectral density of the acceleration while no force is read, (m/s^2)^2/Hz: 1 m/s^2 correlated over 0.2 s.
-pub(super) const UNSEEN_FORCE_DENSITY: f32 = 0.4;
 
 /// Detectors of rest, sustained rotation and slow shaking.
 pub(super) struct Motion {

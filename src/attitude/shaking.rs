@@ -1,4 +1,3 @@
-use super::motion::UNSEEN_FORCE_DENSITY;
 use nalgebra::{Vector2, Vector3};
 
 /// Integration time of the force, seconds: a turn at 30 rpm, the slowest rotary drilling. A probe in its hole
@@ -7,6 +6,9 @@ const IMPULSE_S: f32 = 2.0;
 /// Weight of the newest impulse: the mean holds two axes of nine of them, 18 squares, whose relative
 /// deviation is a third.
 const WEIGHT: f32 = 0.2;
+
+/// Spectral density of the acceleration while no force is read, (m/s^2)^2/Hz: 1 m/s^2 correlated over 0.2 s.
+pub(super) const UNSEEN_FORCE_DENSITY: f32 = 0.4;
 
 /// Largest density, (m/s^2)^2/Hz: that of the acceleration assumed where no force is read.
 const MOST: f32 = UNSEEN_FORCE_DENSITY;

@@ -42,10 +42,7 @@ mod widths;
 mod window_cost;
 mod work;
 
-pub use candidates::{
-    Claim, EFFECTS,
-    evidence::{MAX_CLAIMED, MAX_CLAIMS},
-};
+pub use candidates::{Claim, EFFECTS, MAX_CLAIMED, MAX_CLAIMS};
 pub use drift::P_DRIFT;
 #[cfg(feature = "explanation")]
 pub use explanation::{MovedByRows, WidthEvidence};

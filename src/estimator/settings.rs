@@ -1,7 +1,7 @@
 //! What the estimator is told of the motion and of the sensors.
 
 use super::{
-    candidates::evidence::Rules,
+    candidates::Rules,
     columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, HARD_IRON, MAG_LAG, MAG_MATRIX, P},
     widths::Widths,
 };

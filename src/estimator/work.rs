@@ -151,7 +151,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Next;
         if self.has_diverged() || is_forsaken {
             self.begin();
-        } else if let Some(claim) = self.candidates.old_step(&self.evidence, self.weighed_us) {
+        } else if let Some(claim) = self.candidates.old_step(&self.evidence.claims, self.weighed_us) {
             let [x, y, z, ..] = claim.parameters;
             self.candidates.settle(&claim, &mut self.globals, &self.sigma);
             self.evidence.claims.retain(|other| other.step_us != claim.step_us);
@@ -262,7 +262,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             }
         }
         self.candidates.take_out(&x, &mut self.globals, &mut self.node);
-        self.candidates.note_steps(&self.evidence);
+        self.candidates.note_steps(&self.evidence.claims, &self.evidence.tried);
         self.linearise();
         self.task = Task::Next;
     }
@@ -278,7 +278,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             self.task = Task::Averaging;
             return;
         }
-        let spread = self.candidates.spread(of, &self.evidence, &self.globals);
+        let spread = self.candidates.spread(of, (&self.evidence.taken, &self.evidence.covariance), &self.globals);
         self.averaging.spread(&spread, &mut self.update.rows);
         self.task = Task::Spreading(of + 1);
     }

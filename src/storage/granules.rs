@@ -3,7 +3,7 @@
 use super::{
     StorageError,
     record::{GRANULE, Header, MAX_RECORD},
-    sector::sector_bytes,
+    sector_size::sector_bytes,
 };
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 

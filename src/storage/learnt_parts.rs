@@ -7,7 +7,7 @@ use super::{
     index::KEPT,
     little_endian::{Reader, Writer},
     record::{GRANULE, Header, Kind, MAX_RECORD, encode},
-    sector::granules_of,
+    sector_size::granules_of,
 };
 use crate::estimator::{Learnt, LearntHead, NUMBERS};
 use embedded_storage::nor_flash::NorFlash;

@@ -73,6 +73,7 @@ mod record;
 mod restoration;
 mod room;
 mod sector;
+mod sector_size;
 mod single_values;
 mod stability;
 mod stored_model;

@@ -4,7 +4,8 @@ use super::{
     index::{Index, KEPT, ScanCounts},
     learnt_parts::WritingLearnt,
     record::{GRANULE, Header, Kind, MAX_RECORD, encode},
-    sector::{Sector, State, granules_of, sector_bytes},
+    sector::{Sector, State},
+    sector_size::{granules_of, sector_bytes},
     stored_model,
 };
 use embedded_storage::nor_flash::NorFlash;

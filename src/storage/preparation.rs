@@ -5,7 +5,8 @@ use super::{
     granules::{Place, program},
     index::{Index, KEPT, Slot},
     record::{GRANULE, Kind},
-    sector::{State, granules_of},
+    sector::State,
+    sector_size::granules_of,
 };
 use embedded_storage::nor_flash::NorFlash;
 

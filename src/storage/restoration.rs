@@ -3,7 +3,8 @@ use super::{
     granules::{Place, walk},
     index::KEPT,
     record::Kind,
-    sector::{State, granules_of},
+    sector::State,
+    sector_size::granules_of,
 };
 use embedded_storage::nor_flash::NorFlash;
 

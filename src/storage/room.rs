@@ -1,10 +1,6 @@
 //! Where the next record goes.
 
-use super::{
-    ModelStore,
-    granules::Place,
-    sector::{State, granules_of},
-};
+use super::{ModelStore, granules::Place, sector::State, sector_size::granules_of};
 use embedded_storage::nor_flash::NorFlash;
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {

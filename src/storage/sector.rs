@@ -3,6 +3,7 @@ use super::{
     granules::{is_blank, program, read_record},
     little_endian::Reader,
     record::{GRANULE, Kind, MAX_RECORD, encode},
+    sector_size::{granules_of, sector_bytes},
 };
 use embedded_storage::nor_flash::NorFlash;
 
@@ -32,12 +33,6 @@ pub(super) struct Sector {
     /// Pages of an erasure under way that are erased.
     pub pages: u16,
 }
-
-/// Sectors made of smaller pages, bytes: those of the STM32F4, which take the models of every temperature and
-/// what the filter has learnt.
-const MADE_OF_PAGES: usize = 16 * 1024;
-/// Smallest page that is a sector of its own, bytes.
-const SMALLEST: usize = 8 * 1024;
 
 impl Sector {
     pub const UNREADY: Self = Self { state: State::Unready, sequence: 0, erases: 0, free: 0, pages: 0 };
@@ -79,20 +74,4 @@ impl Sector {
         *self = Self { state: State::Ready, sequence, erases, free: 1, pages: 0 };
         Ok(())
     }
-}
-
-/// Bytes of a sector: what the flash erases at a time, or several of that where it is small.
-pub(super) const fn sector_bytes<F: NorFlash>() -> usize {
-    if F::ERASE_SIZE >= SMALLEST {
-        return F::ERASE_SIZE;
-    }
-    match MADE_OF_PAGES.checked_next_multiple_of(F::ERASE_SIZE) {
-        Some(bytes) => bytes,
-        None => 0,
-    }
-}
-
-/// Granules of a sector.
-pub(super) const fn granules_of<F: NorFlash>() -> u16 {
-    (sector_bytes::<F>() / GRANULE) as u16
 }

@@ -4,8 +4,7 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
-    Candidates, STEPS,
-    evidence::{Evidence, MAX_CLAIMS, MAX_TAKEN},
+    Candidates, MAX_CLAIMS, MAX_TAKEN, STEPS,
     matrix::{LEAST_FACTOR, at, at_most},
 };
 use crate::{
@@ -139,21 +138,21 @@ impl<T: Real, const E: usize> Candidates<T, E> {
     }
 
     /// Notes how clearly the steps of the bias show.
-    pub fn note_steps(&mut self, evidence: &Evidence<T>) {
+    pub fn note_steps(&mut self, claims: &[Claim], tried: &[f32; MAX_CLAIMS]) {
         for step in 0..STEPS as u8 {
             let at_us = self.shocks.at_us(step);
-            let is_claimed = at_us.is_some_and(|us| evidence.claims.iter().any(|claim| claim.step_us == us));
-            let tried = self.claim_of_step(step).and_then(|claim| evidence.tried.get(claim));
+            let is_claimed = at_us.is_some_and(|us| claims.iter().any(|claim| claim.step_us == us));
+            let tried = self.claim_of_step(step).and_then(|claim| tried.get(claim));
             self.shocks.show(step, if is_claimed { f32::INFINITY } else { tried.copied().unwrap_or(0.0) });
         }
     }
 
     /// The step of the bias that has been taken out for so long that it is believed for good.
-    pub fn old_step(&self, evidence: &Evidence<T>, now_us: u64) -> Option<Claim> {
+    pub fn old_step(&self, claims: &[Claim], now_us: u64) -> Option<Claim> {
         let is_old = |claim: &&Claim| {
             claim.is_taken_out && claim.step_us > 0 && claim.step_us.saturating_add(SETTLED_US) < now_us
         };
-        evidence.claims.iter().find(is_old).copied()
+        claims.iter().find(is_old).copied()
     }
 
     /// The sign of the unknown of an effect that has one.
@@ -248,14 +247,14 @@ impl<T: Real, const E: usize> Candidates<T, E> {
     }
 
     /// What the uncertainty of the effects that are taken out adds to that of the globals: a vector for each of them, whose outer products add up.
-    pub fn spread(&self, of: usize, evidence: &Evidence<T>, globals: &Globals<T>) -> [T; GLOBALS] {
+    pub fn spread(&self, of: usize, (taken, covariance): (&[u8], &[T]), globals: &Globals<T>) -> [T; GLOBALS] {
         let mut by = [T::ZERO; GLOBALS];
-        let n = at_most(evidence.taken.len(), MAX_TAKEN);
-        let of_both = |i: usize, j: usize| at(&evidence.covariance, i * (i + 1) / 2 + j);
+        let n = at_most(taken.len(), MAX_TAKEN);
+        let of_both = |i: usize, j: usize| at(covariance, i * (i + 1) / 2 + j);
         let factor = Cholesky::<T, MAX_TAKEN>::new_or_least(n, of_both, T::of(LEAST_FACTOR));
         let mut right = [T::ZERO; GLOBALS];
         for (right, row) in right.iter_mut().zip(&self.globals) {
-            for (i, column) in evidence.taken.iter().enumerate() {
+            for (i, column) in taken.iter().enumerate() {
                 *right -= at(row, usize::from(*column).saturating_sub(NUISANCES)) * factor.at(i, of);
             }
         }

@@ -8,25 +8,20 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
-    Candidates,
+    Candidates, MAX_CLAIMED, MAX_CLAIMS, MAX_TAKEN,
     claims::{Claim, Units},
     entered::{Entered, Posterior},
     matrix::{Beside, Matrix, at_most, load, savage_dickey},
+    rules::Rules,
     steadiness::Steadiness,
 };
 use crate::{
-    compensation::{MAX_ACTIVE, effect::MAX_PARAMETERS},
+    compensation::effect::MAX_PARAMETERS,
     estimator::{columns::NUISANCES, globals::Globals, real::Real, rows::WIDTH, update::SCRATCH},
 };
 use core::ops::Range;
 use heapless::Vec;
 
-/// Most effects that are claimed at a time.
-pub const MAX_CLAIMED: usize = MAX_ACTIVE;
-/// Most effects that compete, each step of the bias for itself.
-pub const MAX_CLAIMS: usize = 32;
-/// Most columns of effects that are taken out.
-pub(in crate::estimator) const MAX_TAKEN: usize = 24;
 /// Two effects whose log Bayes factors differ by less cannot be told apart: one is 150 times likelier.
 const RIVALS: f32 = 5.0;
 /// An effect that is taken out stays so until its evidence is by this much less than what it takes to be found: no to and fro.
@@ -38,22 +33,6 @@ const AGAINST_UNNAMED: f32 = 3.0;
 /// Columns that are loaded, or eliminated, in one piece of work.
 const LOADED: usize = 6;
 const ELIMINATED: usize = 3;
-
-/// What the data were weighed with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rules {
-    /// Log Bayes factor from which on an effect is claimed.
-    pub least: f32,
-    /// Whether all nuisances are in before any effect is looked at: where every sensor has a little of each of them.
-    pub with_nuisances: bool,
-}
-
-impl Rules {
-    /// A drill string.
-    pub const DRILL_STRING: Self = Self { least: 5.0, with_nuisances: false };
-    /// By hand.
-    pub const HAND: Self = Self { least: 10.0, with_nuisances: true };
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {

@@ -9,6 +9,7 @@ pub(super) mod evidence;
 mod matrix;
 mod root;
 mod rows;
+mod rules;
 mod shocks;
 mod steadiness;
 mod terms;
@@ -17,14 +18,22 @@ use super::{
     columns::{GLOBALS, NODE},
     real::{Real, V3, zero3},
 };
-use crate::compensation::{ActiveEffects, Effect, Sensor};
+use crate::compensation::{ActiveEffects, Effect, MAX_ACTIVE, Sensor};
 pub use claims::Claim;
 pub(super) use claims::Units;
+pub use rules::Rules;
 use shocks::Shocks;
 pub(super) use terms::TakenOut;
 
 /// Columns of the library's effects, with three steps of the bias.
 pub const EFFECTS: usize = 44;
+
+/// Most effects that are claimed at a time.
+pub const MAX_CLAIMED: usize = MAX_ACTIVE;
+/// Most effects that compete, each step of the bias for itself.
+pub const MAX_CLAIMS: usize = 32;
+/// Most columns of effects that are taken out.
+pub(super) const MAX_TAKEN: usize = 24;
 
 /// Parameters of a library.
 const PARAMETERS: usize = 72;

@@ -1,7 +1,7 @@
 //! Steadiness of the effects' estimates: data that did not teach an estimate score it. What a further block of data changes of an estimate that
 //! is right has the variance by which that of the estimate falls; an effect that merely resembles what there is changes by more.
 
-use super::{PARAMETERS, evidence::MAX_CLAIMS};
+use super::{MAX_CLAIMS, PARAMETERS};
 
 /// Share of its variance that an estimate has to lose for its change to count: 200 times what f32's rounding may leave of a
 /// difference of variances after as many operations as a column has.

@@ -3,10 +3,7 @@
 extern crate std;
 
 use super::{
-    super::{
-        Units,
-        evidence::{Evidence, Rules},
-    },
+    super::{Rules, Units, evidence::Evidence},
     BENDS, COLUMNS, Candidates, E, GLOBALS, Globals, Known, LAGS, MADE, OF_BEND, OF_IRON, OF_LAG, OF_SHEAR, OF_STEP,
     OF_TWIST, Row, SCRATCH, SHEARS, STEPS_FROM, TWISTS, WIDTH, deviate, shake,
 };
@@ -298,14 +295,16 @@ fn a_step_is_looked_for_after_its_shock_and_has_as_many_chances_as_there_were_sh
     assert!((problem.known.candidates.stepped().x - 0.4).abs() < 0.1);
     // The first shows nothing and makes room for another; the second is claimed and stays.
     let Problem { known, evidence, .. } = &mut problem;
-    known.candidates.note_steps(evidence);
+    known.candidates.note_steps(&evidence.claims, &evidence.tried);
     for _ in 0..2 {
         now_us += 100_000_000;
         known.candidates.begin_step(now_us, 200.0);
     }
     assert_eq!((known.candidates.shocks.at_us(1), known.candidates.shocks.at_us(0)), (Some(second_us), Some(now_us)));
-    assert!(known.candidates.old_step(evidence, second_us + 1_000_000).is_none());
-    assert!(known.candidates.old_step(evidence, second_us + 1_000_000_000).is_some_and(|claim| claim.step == 1));
+    assert!(known.candidates.old_step(&evidence.claims, second_us + 1_000_000).is_none());
+    assert!(
+        known.candidates.old_step(&evidence.claims, second_us + 1_000_000_000).is_some_and(|claim| claim.step == 1)
+    );
 }
 
 /// The chip's numbers: the root rounded to them, and weighed in them.

@@ -261,7 +261,7 @@ fn what_is_not_known_of_what_is_taken_out_spreads_to_the_globals() {
     let root = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| known.globals.root[i][j]);
     let mut found = (root.transpose() * root).try_inverse().unwrap();
     for of in 0..taken.len() {
-        let by = SVector::from(known.candidates.spread(of, &evidence, &known.globals));
+        let by = SVector::from(known.candidates.spread(of, (&evidence.taken, &evidence.covariance), &known.globals));
         found += by * by.transpose();
     }
     let expected = covariance.fixed_view::<GLOBALS, GLOBALS>(0, 0);

@@ -1,0 +1,17 @@
+//! When an effect is claimed.
+
+/// What the data are weighed with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rules {
+    /// Log Bayes factor from which on an effect is claimed.
+    pub least: f32,
+    /// True if all nuisances are in before any effect is looked at: where every sensor has a little of each of them.
+    pub with_nuisances: bool,
+}
+
+impl Rules {
+    /// A drill string.
+    pub const DRILL_STRING: Self = Self { least: 5.0, with_nuisances: false };
+    /// By hand.
+    pub const HAND: Self = Self { least: 10.0, with_nuisances: true };
+}
