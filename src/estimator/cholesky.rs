@@ -1,7 +1,5 @@
 //! Cholesky factor of a small symmetric matrix, N = L L^T.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
-
 use super::real::Real;
 
 /// Lower triangle L of a matrix of at most `N` rows.
@@ -24,18 +22,15 @@ impl<T: Real, const N: usize> Cholesky<T, N> {
 
     fn factorise(count: usize, element: impl Fn(usize, usize) -> T, least: Option<T>) -> Option<Self> {
         let mut factor = Self { rows: [[T::ZERO; N]; N], count: if count < N { count } else { N } };
-        let rows = &mut factor.rows;
         for i in 0..factor.count {
-            for j in 0..=i {
-                let sum = (0..j).fold(element(i, j), |sum, k| sum - rows[i][k] * rows[j][k]);
-                rows[i][j] = if i != j {
-                    sum / rows[j][j]
-                } else if sum > T::ZERO {
-                    sum.root()
-                } else {
-                    least?
-                };
+            let (above, below) = factor.rows.split_at_mut_checked(i)?;
+            let row = below.first_mut()?;
+            for (j, other) in above.iter().enumerate() {
+                let value = less_products(element(i, j), row, other, j) / *other.get(j)?;
+                *row.get_mut(j)? = value;
             }
+            let sum = less_products(element(i, i), row, row, i);
+            *row.get_mut(i)? = if sum > T::ZERO { sum.root() } else { least? };
         }
         Some(factor)
     }
@@ -47,23 +42,28 @@ impl<T: Real, const N: usize> Cholesky<T, N> {
 
     /// Solves L y = x in place.
     pub fn solve_lower(&self, x: &mut [T; N]) {
-        for i in 0..self.count {
-            let sum = (0..i).fold(x[i], |sum, k| sum - self.rows[i][k] * x[k]);
-            x[i] = sum / self.rows[i][i];
+        for (i, row) in self.rows.iter().enumerate().take(self.count) {
+            let sum = x.get(i).map_or(T::ZERO, |value| less_products(*value, row, x, i));
+            if let Some(value) = x.get_mut(i) {
+                *value = sum / self.at(i, i);
+            }
         }
     }
 
     /// Solves L^T y = x in place.
     pub fn solve_upper(&self, x: &mut [T; N]) {
         for i in (0..self.count).rev() {
-            let sum = (i + 1..self.count).fold(x[i], |sum, k| sum - self.rows[k][i] * x[k]);
-            x[i] = sum / self.rows[i][i];
+            let below = x.iter().enumerate().take(self.count).skip(i + 1);
+            let sum = below.fold(T::ZERO, |sum, (k, x)| sum + self.at(k, i) * *x);
+            if let Some(value) = x.get_mut(i) {
+                *value = (*value - sum) / self.at(i, i);
+            }
         }
     }
 
     /// Half of the logarithm of the matrix's determinant.
     pub fn half_log_determinant(&self) -> T {
-        (0..self.count).fold(T::ZERO, |sum, i| sum + self.rows[i][i].logarithm())
+        (0..self.count).fold(T::ZERO, |sum, i| sum + self.at(i, i).logarithm())
     }
 
     /// Diagonal element `i` of the matrix's inverse.
@@ -77,8 +77,14 @@ impl<T: Real, const N: usize> Cholesky<T, N> {
     }
 }
 
+/// A value less the products of the first `n` elements of two rows.
+fn less_products<T: Real>(value: T, a: &[T], b: &[T], n: usize) -> T {
+    a.iter().zip(b).take(n).fold(value, |sum, (a, b)| sum - *a * *b)
+}
+
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::indexing_slicing)]
     use super::*;
     use nalgebra::{Matrix4, Vector4};
     use rand_core::{Rng, SeedableRng};

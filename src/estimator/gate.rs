@@ -55,7 +55,8 @@ impl<T: Real> Innovation<T> {
 
     /// They in units of their deviations: without correlation, and of variance 1.
     pub fn in_deviations(&self, noise: T) -> V3<T> {
-        let with_noise = |i, j| self.covariance[(i, j)] + if i == j { noise } else { T::ZERO };
+        let of = |i: usize, j: usize| -> T { self.covariance.get((i, j)).map_or(T::ZERO, |x: &T| *x) };
+        let with_noise = |i: usize, j: usize| of(i, j) + if i == j { noise } else { T::ZERO };
         let mut solved = [self.value.x, self.value.y, self.value.z];
         // With their own noise in, it is positive definite.
         let factor = Cholesky::<T, 3>::new_or_least(3, with_noise, noise.root());

@@ -114,15 +114,7 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     // A reading is a mean over some time between none and a sample period: across the axis it is shorter by up to angle^2 / 24.
     let turn = pre.angle / pre.seconds * T::of(settings.sample_period_s);
     let shorter = turn * turn / T::of(24.0);
-    let mut own = own * own + shorter * shorter;
-    if node.curved > 0 {
-        // Of an error x the linear model leaves x^2 / 2, of mean square half the squared sum of the variances. It goes with the rotation, and would
-        // be taken for iron.
-        let turned = attitude_variance(node, taken.globals);
-        let curvature = T::of(0.5) * turned * turned;
-        node.curved = if curvature < own { 0 } else { node.curved - 1 };
-        own += curvature;
-    }
+    let own = own * own + shorter * shorter;
     let scatter = pre.field_variance();
     rows::field(Block { rows: &mut *rows, weight: weight(own), sigma }, &reading);
     let expected = Innovation::new(rows, node, taken.globals);
@@ -140,7 +132,15 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     // What the readings' own scatter does not explain is the field's.
     let disturbed = deviation * deviation - scatter;
     let disturbed = if disturbed > T::ZERO { disturbed } else { T::ZERO };
-    let variance = own + disturbed + scatter;
+    let mut variance = own + disturbed + scatter;
+    if node.curved > 0 {
+        // Of an error x the linear model leaves x^2 / 2, of mean square half the squared sum of the variances. It goes with
+        // the rotation, and would be taken for iron.
+        let turned = attitude_variance(node, taken.globals);
+        let curvature = T::of(0.5) * turned * turned;
+        node.curved = if curvature < own { 0 } else { node.curved - 1 };
+        variance += curvature;
+    }
     let in_deviations = expected.in_deviations(variance / own);
     let freedom = T::of(noise.freedom);
     let variance = variance * (freedom + square(&innovation) / variance) / (freedom + T::of(3.0));

@@ -86,7 +86,11 @@ pub(super) fn savage_dickey<T: Real>(
     covariance: &[[T; MAX_PARAMETERS]; MAX_PARAMETERS],
     n: usize,
 ) -> T {
-    let factor = Cholesky::<T, MAX_PARAMETERS>::new_or_least(n, |i, j| covariance[i][j], T::of(LEAST_FACTOR));
+    let factor = Cholesky::<T, MAX_PARAMETERS>::new_or_least(
+        n,
+        |i, j| covariance.get(i).map_or(T::ZERO, |row| at(row, j)),
+        T::of(LEAST_FACTOR),
+    );
     let mut solved = *x;
     factor.solve_lower(&mut solved);
     half_square(&solved, n) + factor.half_log_determinant()
@@ -138,7 +142,7 @@ impl<T: Real> Beside<T> {
     pub fn estimate(&self) -> impl Iterator<Item = (f32, f32)> {
         let mut mean = self.solved;
         self.factor.solve_upper(&mut mean);
-        let both = move |i: usize| (-mean[i].narrow(), self.factor.inverse_diagonal(i).narrow());
+        let both = move |i: usize| (-at(&mean, i).narrow(), self.factor.inverse_diagonal(i).narrow());
         (0..self.count).map(both)
     }
 }
