@@ -4,7 +4,7 @@ extern crate std;
 
 use super::*;
 use crate::{
-    compensation::{ActiveEffects, FoundEffect, effects},
+    compensation::effects,
     config::{IdentificationConfig, Latency, Motion},
     identification::Decision,
 };
@@ -12,7 +12,7 @@ use core::fmt::Write;
 use nalgebra::UnitQuaternion;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
-use std::{boxed::Box, format, string::String, vec::Vec};
+use std::{boxed::Box, string::String, vec::Vec};
 
 /// 100 Hz.
 const PERIOD_US: u64 = 10_000;
@@ -146,13 +146,13 @@ fn another_library_takes_effect_with_the_next_configuration() {
         let mut model = StoredModel {
             gyro: config.gyro,
             sigma: [0.01; 12],
-            effects: ActiveEffects::none(),
+            effects: crate::compensation::ActiveEffects::none(),
             library: fingerprint(&effects::LIBRARY),
             temperature_c: None,
             t_us: 1,
             reason: StoreReason::Command,
         };
-        let mut found = FoundEffect { index: 0, ..FoundEffect::default() };
+        let mut found = crate::compensation::FoundEffect { index: 0, ..Default::default() };
         (found.parameters[0], found.sigma[0]) = (0.015, 0.001);
         assert!(model.effects.add(found));
         probe.restore(&model).unwrap();
@@ -161,7 +161,7 @@ fn another_library_takes_effect_with_the_next_configuration() {
             if change && k == 500 {
                 probe.set_library(&[&effects::HardIron]);
             }
-            heard += &format!("{:?}\n", probe.push(sample));
+            heard += &std::format!("{:?}\n", probe.push(sample));
         }
         (heard, probe)
     };
