@@ -4,7 +4,7 @@
  * hand. It is the prototype from which the library's filter was designed, with the terms that were added there since, so that both
  * should agree to rounding:
  *   - the first heading is fixed and the first field free, the start's velocity and position are as wide as their bounds;
- *   - the curvature of an uncertain rotation in its noise;
+ *   - the curvature of an uncertain rotation in its noise, and of the first attitude in the field's;
  *   - the field's scatter within a node in its noise, and the norm's deviation only as far as that does not explain it;
  *   - norms of single fields, not of their mean;
  *   - what a field that is a mean over a sample period loses in length, in its noise;
@@ -70,7 +70,7 @@ struct increment {
 struct node {
     matrix attitude;
     vector velocity, position, field;
-    int has_field, norms;
+    int has_field, norms, curved;
     float mean_norm, mean_scatter;
     float root[STATES][STATES + GLOBALS];
 };
@@ -315,6 +315,7 @@ static void start(void) {
     memcpy(node.attitude, east, sizeof east);
     cross(up, east, node.attitude + 3);
     memcpy(node.attitude + 6, up, sizeof up);
+    node.curved = 20;
     for (int i = 0; i < 3; i++) {
         node.root[i][i] = 1 / (i < 2 ? START_TILT : START_HEADING);
         node.root[3 + i][3 + i] = 1 / S.velocity;
@@ -357,6 +358,21 @@ static void global_rows(float (*b)[WIDTH], float (*by)[GLOBALS], float w) {
 static void scale_rows(float (*b)[WIDTH], float by) {
     for (int i = 0; i < 3; i++)
         for (int c = 0; c < WIDTH; c++) b[i][c] *= by;
+}
+
+/* Sum of the variances of the attitude's errors about the axes of the earth. */
+static float attitude_variance(void) {
+    float sum = 0;
+    for (int k = 0; k < 3; k++) {
+        float y[STATES + GLOBALS];
+        for (int j = 0; j < STATES + GLOBALS; j++) {
+            float s = j == k;
+            for (int i = 0; i < j; i++) s -= (i < STATES ? node.root[i][j] : root[i - STATES][j - STATES]) * y[i];
+            y[j] = s / (j < STATES ? node.root[j][j] : root[j - STATES][j - STATES]);
+            sum += y[j] * y[j];
+        }
+    }
+    return sum;
 }
 
 /* Whether the constants of three rows on old states and globals are larger than chance makes them: their covariance is that of the unknowns
@@ -449,6 +465,11 @@ static void update(int rest) {
         node.mean_scatter += (scatter - node.mean_scatter) / node.norms;
         float deviation = path.norms / n / node.mean_norm - 1, disturbed = deviation * deviation - scatter;
         float variance = own + (disturbed > 0 ? disturbed : 0) + scatter;
+        if (node.curved > 0) {
+            float turned = attitude_variance(), curvature = turned * turned / 2;
+            node.curved = curvature < own ? 0 : node.curved - 1;
+            variance += curvature;
+        }
         w = sqrtf((nu + 3) / (nu + dot(innovation, innovation) / variance) / variance);
         scale_rows(rows + 3, w * sqrtf(own));
     }

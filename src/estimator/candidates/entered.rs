@@ -75,6 +75,7 @@ impl Entered {
     }
 
     /// Posterior of an effect whose columns have been eliminated.
+    #[inline(never)]
     pub fn posterior<T: Real>(&self, matrix: &Matrix<T>, columns: Range<usize>) -> Posterior<T> {
         let mut rows = [[T::ZERO; MOST]; MAX_PARAMETERS];
         let mut mean = [T::ZERO; MAX_PARAMETERS];

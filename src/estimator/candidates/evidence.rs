@@ -181,6 +181,7 @@ impl<T: Real> Evidence<T> {
         self.stage != Stage::Idle
     }
 
+    #[inline(never)]
     fn choose<const E: usize>(&mut self, matrix: &Matrix<T>, candidates: &Candidates<T, E>) {
         // What the library has no name for is always in.
         for claim in candidates.named_claims()..candidates.claims() {
@@ -294,6 +295,7 @@ impl<T: Real> Evidence<T> {
     }
 
     /// What one of the chosen effects comes to.
+    #[inline(never)]
     fn tell<const E: usize>(
         &mut self,
         matrix: &Matrix<T>,
@@ -340,6 +342,7 @@ impl<T: Real> Evidence<T> {
     }
 
     /// Scores what was learnt before by what was learnt since: one claim, or effect that is none.
+    #[inline(never)]
     fn watch<const E: usize>(&mut self, matrix: &Matrix<T>, claim: usize, candidates: &Candidates<T, E>) {
         if claim == 0 {
             self.steadiness.start(self.chosen.iter().fold(0, |bits, chosen| bits | 1 << chosen.claim));

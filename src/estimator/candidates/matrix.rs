@@ -118,6 +118,7 @@ pub(super) struct Beside<T> {
 
 impl<T: Real> Beside<T> {
     /// An effect of these columns, where `done` rows are of those that are in. `None` where the data say nothing of one of them.
+    #[inline(never)]
     pub fn new(matrix: &Matrix<T>, columns: &[u8], done: usize) -> Option<Self> {
         let of = |i: usize| columns.get(i).map_or(0, |column| usize::from(*column));
         let count = at_most(columns.len(), MAX_PARAMETERS);
