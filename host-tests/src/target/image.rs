@@ -14,7 +14,7 @@ const BELOW_THE_STACK_BYTES: u64 = 12 * 1024;
 /// Size of the CCM, bytes.
 const CCM_BYTES: u64 = 64 * 1024;
 /// Limit of the firmware's stack, bytes.
-pub const STACK_LIMIT_BYTES: u64 = 13 * 1024;
+pub const STACK_LIMIT_BYTES: u64 = 12 * 1024;
 /// Limit of the time from a sample's acquisition to its attitude, microseconds.
 pub const DELAY_LIMIT_US: u64 = 2_000;
 /// Limit of static data, bytes: the STM32F405's contiguous SRAM.

@@ -247,6 +247,8 @@ impl<T: Real, const E: usize> Candidates<T, E> {
     }
 
     /// What the uncertainty of the effects that are taken out adds to that of the globals: a vector for each of them, whose outer products add up.
+    // Its factor would stand in the frame of all other work.
+    #[inline(never)]
     pub fn spread(&self, of: usize, (taken, covariance): (&[u8], &[T]), globals: &Globals<T>) -> [T; GLOBALS] {
         let mut by = [T::ZERO; GLOBALS];
         let n = at_most(taken.len(), MAX_TAKEN);
