@@ -18,7 +18,7 @@ pub(crate) fn filter() -> Option<Attitude> {
     let period_s = motion::PERIOD_US as f32 * 1e-6;
     let mut last = None;
     for sample in motion::samples(30.0, |_| Vector3::zeros()) {
-        let rate = Vector3::from(motion::TRUE.compensate(sample.gyro_rad_s.into()));
+        let rate = Vector3::from(motion::TRUE.compensate(sample.gyro_rad_s));
         filter.propagate(period_s, &(rate - filter.earth_rate_rad_s()));
         filter.observe(Some(&sample.accel_m_s2.into()), Some(&sample.mag_ut.into()));
         last = filter.attitude(AttitudeFlags::empty());

@@ -22,7 +22,10 @@ use meerkat_mwd::compensation::GyroModel;
 
 /// Largest differences of two models: of P, and of b in rad/s.
 fn apart(a: &GyroModel, b: &GyroModel) -> [f32; 2] {
-    let largest = |a: &[f32], b: &[f32]| a.iter().zip(b).fold(0.0, |most: f32, (a, b)| most.max((a - b).abs()));
+    let largest = |a: &[f32], b: &[f32]| {
+        let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+        differences.fold(0.0, |most, x| if x > most { x } else { most })
+    };
     [largest(a.p.as_flattened(), b.p.as_flattened()), largest(&a.b_rad_s, &b.b_rad_s)]
 }
 
