@@ -3,10 +3,7 @@
 //!
 //! `cargo run --example attitude_only`
 
-use meerkat_mwd::{
-    attitude::{Attitude, AttitudeFilter, AttitudeFlags},
-    config::{AttitudeConfig, Earth},
-};
+use meerkat_mwd::attitude::{Attitude, AttitudeFilter, AttitudeFlags};
 use nalgebra::Vector3;
 
 pub(crate) mod motion;
@@ -14,8 +11,9 @@ pub(crate) mod motion;
 /// Filters half a minute of motion and returns the last attitude.
 pub(crate) fn filter() -> Option<Attitude> {
     let mut filter = AttitudeFilter::new();
-    filter.start(&AttitudeConfig::default(), &Earth::default());
-    let period_s = motion::PERIOD_US as f32 * 1e-6;
+    let config = motion::config();
+    filter.start(&config.attitude, &config.earth);
+    let period_s = config.sample_period_us as f32 * 1e-6;
     let mut last = None;
     for sample in motion::samples(30.0, |_| Vector3::zeros()) {
         let rate = Vector3::from(motion::TRUE.compensate(sample.gyro_rad_s));

@@ -6,7 +6,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
 /// Sample period, microseconds.
-pub(crate) const PERIOD_US: u32 = 10_000;
+const PERIOD_US: u32 = 10_000;
 /// Rest before the motion, seconds.
 const REST_S: f32 = 8.0;
 /// Earth's field in the north-east-down frame, microtesla.

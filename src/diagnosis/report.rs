@@ -27,7 +27,8 @@ pub struct DiagnosisReport {
     pub tried: [f32; MAX_CLAIMS],
     /// Number of candidates.
     pub candidates: u8,
-    /// Mean squared innovation over its degrees of freedom with the gyro's parameters alone, and with all that was found.
+    /// Mean squared innovation over its degrees of freedom with the gyro's parameters alone, and with all that was
+    /// found.
     pub nis: [f32; 2],
     /// Quantities that the field's innovations go with; empty where only noise is left.
     pub remainder: RemainderReport,
@@ -68,7 +69,8 @@ pub struct EffectReport {
     pub size_rad: f32,
     /// Turn by the deviations of its parameters alone: radians rms.
     pub size_sigma_rad: f32,
-    /// Other effects of the library that are as likely, one bit each: with these sensors and this motion they cannot be told apart.
+    /// Other effects of the library that are as likely, one bit each: with these sensors and this motion they cannot
+    /// be told apart.
     pub rivals: u32,
     /// Time of a step of the bias, microseconds; 0 for other effects.
     pub step_us: u64,

@@ -181,7 +181,8 @@ impl Identifier {
         })
     }
 
-    /// Takes one sample: raw rate, calibrated specific force and field; temperature over the effects' reference temperature, K.
+    /// Takes one sample: raw rate, calibrated specific force and field; temperature over the effects' reference
+    /// temperature, K.
     pub fn push(&mut self, t_us: u64, readings: [Reading; 3], warming_k: Option<f32>) {
         if self.schedule.is_over() {
             return;

@@ -1,3 +1,5 @@
+//! Results take effect at their instants, however the work is sliced, across gaps and at a freeze.
+
 use super::*;
 
 const PERIOD_US: u64 = 10_000;
