@@ -1,3 +1,5 @@
+//! Attitude filter: the order of a step. Its parts (tilt, heading, motion, agreement) are one file each.
+
 use super::{
     Attitude, AttitudeFlags,
     agreement::Agreement,

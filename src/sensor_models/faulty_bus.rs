@@ -14,7 +14,8 @@ const OPERATIONS: usize = 10;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BusFault {
-    /// Nobody acknowledges; the part has seen nothing. An SPI bus has no such thing: there its driver reports some other error.
+    /// Nobody acknowledges; the part has seen nothing. An SPI bus has no such thing: there its driver reports some
+    /// other error.
     Nack,
     /// Another master was quicker (on SPI: a mode fault); the part has seen nothing.
     ArbitrationLoss,
@@ -27,8 +28,8 @@ pub enum BusFault {
         /// Bytes that are read rightly.
         whole: u16,
     },
-    /// One bit changes sides, of those that are written and read in the transaction, counted in that order; from the first again
-    /// where there are not so many.
+    /// One bit changes sides, of those that are written and read in the transaction, counted in that order; from the
+    /// first again where there are not so many.
     BitFlip {
         /// Which.
         bit: u16,

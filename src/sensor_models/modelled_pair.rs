@@ -1,4 +1,5 @@
-//! A gyro with accelerometer and a magnetometer as models, and the adapters that fly with the real ones, on them: truth in, samples out.
+//! A gyro with accelerometer and a magnetometer as models, and the adapters that fly with the real ones, on them:
+//! truth in, samples out.
 
 use super::{
     AtPeriod, BusFault, Conversions, FaultyBus, Ism330dhcx, OnI2c, OnSpi, PartError, Rm3100, Schedule, WireMeter,
@@ -20,7 +21,8 @@ use st_mems_bus::blocking::{i2c::I2cBus, spi::SpiBus};
 /// Without an interrupt a part is asked after so many of its periods.
 const OVERDUE_PERIODS: u64 = 3;
 
-/// The parts of a probe, their wires and the time: what a board has where it would have sensors. `WORDS` is the depth of the FIFO.
+/// The parts of a probe, their wires and the time: what a board has where it would have sensors. `WORDS` is the depth
+/// of the FIFO.
 pub struct ModelledParts<const WORDS: usize> {
     /// Gyro and accelerometer.
     pub inertial: RefCell<Ism330dhcx<WORDS>>,
@@ -139,8 +141,8 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
         }
     }
 
-    /// Time passes to `truth.t_us`, and the adapters take what there is, a burst of it. The samples of that are appended to `samples` as far as
-    /// there is room (8 are enough).
+    /// Time passes to `truth.t_us`, and the adapters take what there is, a burst of it. The samples of that are
+    /// appended to `samples` as far as there is room (8 are enough).
     pub fn play(&mut self, truth: &Sample, samples: &mut VecView<Sample>) {
         self.pass_to(truth);
         self.service(samples);
@@ -158,7 +160,8 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
         }
     }
 
-    /// What the main loop of a board does when an interrupt comes, or when none has come for long: this is the sampling path.
+    /// What the main loop of a board does when an interrupt comes, or when none has come for long: this is the
+    /// sampling path.
     pub fn service(&mut self, samples: &mut VecView<Sample>) {
         let [inertial_interrupt, magnetic_interrupt] = self.interrupts();
         let periods_us = [self.inertial.data().period_us, self.magnetic.data().period_us];

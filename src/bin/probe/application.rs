@@ -1,5 +1,5 @@
-//! The probe's program, the same on every board: samples first, then one bounded piece of identification or diagnosis, then
-//! telemetry, then sleep.
+//! The probe's program, the same on every board: samples first, then one bounded piece of identification or
+//! diagnosis, then telemetry, then sleep.
 
 pub mod acquisition;
 pub mod board;

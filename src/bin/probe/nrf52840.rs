@@ -1,5 +1,5 @@
-//! A board with an nRF52840 and a 32 MHz crystal: an ISM330DHCX on SPIM2 (P0.13 to P0.15, select P0.16), an RM3100 on SPIM1 (P0.19 to P0.21,
-//! select P0.22), the line on UART0 (P0.06, P0.08) at 921,600 baud, logs by RTT.
+//! A board with an nRF52840 and a 32 MHz crystal: an ISM330DHCX on SPIM2 (P0.13 to P0.15, select P0.16), an RM3100 on
+//! SPIM1 (P0.19 to P0.21, select P0.22), the line on UART0 (P0.06, P0.08) at 921,600 baud, logs by RTT.
 
 mod acquisition;
 mod flash;

@@ -67,7 +67,8 @@ mod words {
     field!(powered_rounds);
 }
 
-/// What a program asked for before this start; `None`: power came since, or nobody asked. Then nobody has asked any more.
+/// What a program asked for before this start; `None`: power came since, or nobody asked. Then nobody has asked any
+/// more.
 pub fn start() -> Option<ResetReason> {
     if words::read(words::magic) != MAGIC {
         words::write(words::magic, MAGIC);

@@ -1,5 +1,5 @@
-//! A board with an STM32F405 and an 8 MHz crystal: an ISM330DHCX on SPI1 (PA5 to PA7, select PA4), an RM3100 on SPI2 (PB13 to PB15, select PB12),
-//! the line on USART1 (PA9, PA10) at 921,600 baud, logs by RTT.
+//! A board with an STM32F405 and an 8 MHz crystal: an ISM330DHCX on SPI1 (PA5 to PA7, select PA4), an RM3100 on SPI2
+//! (PB13 to PB15, select PB12), the line on USART1 (PA9, PA10) at 921,600 baud, logs by RTT.
 
 mod acquisition;
 mod flash;

@@ -1,4 +1,5 @@
-//! From the interrupt that reads the sensors to the loop that flies: a lock-free queue, and a count of what did not get through.
+//! From the interrupt that reads the sensors to the loop that flies: a lock-free queue, and a count of what did not
+//! get through.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer, Queue};

@@ -46,7 +46,8 @@ impl<F: NorFlash> Memory<F> {
         Ok(Self { store, gate, history, restored: None, goes_on_after_s: None, reason: None })
     }
 
-    /// Opens the ring and makes it ready, in the RAM that is kept for it. Before the first sample: it may have to erase.
+    /// Opens the ring and makes it ready, in the RAM that is kept for it. Before the first sample: it may have to
+    /// erase.
     #[inline(never)]
     pub fn start(
         place: &'static mut MaybeUninit<Self>,
@@ -54,7 +55,8 @@ impl<F: NorFlash> Memory<F> {
         config: &Config,
         feed: impl FnMut(),
     ) -> Option<&'static mut Self> {
-        // A flash that fails is no reason not to fly; the boot's report then names no model, and health counts the failures.
+        // A flash that fails is no reason not to fly; the boot's report then names no model, and health counts the
+        // failures.
         let memory = place.write(Self::open(flash, config).ok()?);
         let _ = memory.prepare(NotDrilling::PowerUp, feed);
         Some(memory)
@@ -126,7 +128,8 @@ impl<F: NorFlash> Memory<F> {
         Ok(is_new)
     }
 
-    /// Flies the model before the one that flies, which is stored anew before all others are retired: whenever the power goes, one flies.
+    /// Flies the model before the one that flies, which is stored anew before all others are retired: whenever the
+    /// power goes, one flies.
     #[inline(never)]
     pub fn roll_back(&mut self, probe: &mut Probe) -> Result<(), CommandRefusal> {
         let model = match (self.history.previous(), self.restored) {
@@ -206,8 +209,8 @@ impl<F: NorFlash> Memory<F> {
         let _ = self.store.begin_model(&StoredModel { reason, ..*self.history.latest() });
     }
 
-    /// Programs the next piece. What fails is counted, and the next window offers the model again. Whether the filter has to stay as it is until
-    /// the next.
+    /// Programs the next piece. What fails is counted, and the next window offers the model again. Whether the filter
+    /// has to stay as it is until the next.
     #[inline(never)]
     pub fn step(&mut self, probe: &Probe) -> bool {
         if !self.store.is_writing() {
@@ -239,7 +242,8 @@ impl<F: NorFlash> Memory<F> {
         Ok(())
     }
 
-    /// No model that is stored is restored any more, and what they took is erased; the next stable one is stored as the first.
+    /// No model that is stored is restored any more, and what they took is erased; the next stable one is stored as
+    /// the first.
     pub fn erase(&mut self, config: &Config, feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
         self.store.retire_models()?;
         self.gate = StabilityGate::new(&config.gyro, None);

@@ -17,7 +17,8 @@ pub fn round() {
     }
 }
 
-/// Rounds since the start, and what `timer` says within the round. Not with interrupts masked: a round that ends meanwhile would not count.
+/// Rounds since the start, and what `timer` says within the round. Not with interrupts masked: a round that ends
+/// meanwhile would not count.
 pub fn rounds_and(timer: impl Fn() -> u32) -> (u64, u32) {
     let rounds = || (ROUNDS_HIGH.load(Ordering::Relaxed), ROUNDS.load(Ordering::Relaxed));
     loop {

@@ -1,5 +1,5 @@
-//! The sensors: register models, played a recording that goes on with the clock whatever the probe does, and the adapters on them, which are
-//! served in PendSV.
+//! The sensors: register models, played a recording that goes on with the clock whatever the probe does, and the
+//! adapters on them, which are served in PendSV.
 
 use super::boot::Hang;
 use crate::{

@@ -1,4 +1,5 @@
-//! The watchdog that the emulated chip lacks: the sample clock's exception counts it down, and nothing has a higher priority.
+//! The watchdog that the emulated chip lacks: the sample clock's exception counts it down, and nothing has a higher
+//! priority.
 
 use crate::reset_record::{self, Asked};
 use core::sync::atomic::{AtomicU32, Ordering};

@@ -1,4 +1,5 @@
-//! Where the samples come from: register models of the sensors, played the recording, and the adapters on them; or the recording itself.
+//! Where the samples come from: register models of the sensors, played the recording, and the adapters on them; or
+//! the recording itself.
 
 use super::{
     fault::Fault,
