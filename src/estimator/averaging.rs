@@ -1,6 +1,6 @@
-//! What is known of P and b, averaged over what is not known of the other sensors: the widths of their errors'
-//! priors, an inflation of the covariance, and the scale of P's own prior, each weighed by its evidence. The mean is
-//! what flies: where the data say nothing it stays at the factory's.
+//! Average of P and b over the unknown scales of the other errors: the widths of the other sensors' priors, an
+//! inflation of the covariance, and the scale of P's own prior, each weighed by its evidence. The mean flies: a
+//! direction that the data say nothing about stays at the factory's.
 //!
 //! From the root's inverse (`inverse_root`) comes the covariance; group by group the other sensors' variables are
 //! taken out of it (`levels`), for each of their widths; what is left of P and b is averaged over the inflations and
@@ -43,7 +43,7 @@ pub(super) struct Averaged<T> {
     pub widths: [T; GROUPS],
 }
 
-/// What is being averaged, in pieces.
+/// Piece of the averaging in progress.
 #[derive(Clone, Copy)]
 pub(super) struct Averaging<T> {
     stage: usize,
@@ -87,7 +87,8 @@ impl<T: Real> Averaging<T> {
         }
     }
 
-    /// Adds what is not known of the effects that are taken out: the covariance grows by the outer product of this vector, in the globals' order.
+    /// Adds what is not known of the effects that are taken out: the covariance grows by the outer product of this
+    /// vector, in the globals' order.
     pub fn spread(&self, by: &[T; GLOBALS], scratch: &mut [[T; WIDTH]]) {
         let mut rest = scratch.as_flattened_mut();
         let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return };
@@ -157,7 +158,7 @@ impl<T: Real> Averaging<T> {
         true
     }
 
-    /// Whether nothing has been averaged yet.
+    /// Returns true if nothing has been averaged yet.
     #[cfg(feature = "explanation")]
     pub const fn is_fresh(&self) -> bool {
         self.stage == 0
@@ -175,8 +176,8 @@ impl<T: Real> Averaging<T> {
     }
 }
 
-/// Narrows the priors of a group, the last of the variables, and takes these out of the mean and covariance that stay; the logarithm of the
-/// evidence.
+/// Narrows the priors of a group, the last of the variables, and takes these out of the mean and covariance that
+/// stay; the logarithm of the evidence.
 fn narrowed<T: Real>(all: &mut Slices<T>, variables: usize, group: usize, width: T, with_lags: bool) -> T {
     let mut evidence = T::ZERO;
     let (Some(count), Some(has_lag)) = (COUNTS.get(group), HAS_LAG.get(group)) else { return evidence };
