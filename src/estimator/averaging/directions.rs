@@ -69,7 +69,7 @@ impl<T: Real> Directions<T> {
 
     /// Averages over inflations and scales; `evidence` is the log evidence of the other sensors' widths.
     pub fn mixed(&self, inflations: &[f32], evidence: T) -> Mixed<T> {
-        // Of the prior that the posterior already has inside.
+        // The posterior already has this prior inside.
         let inside = self.likelihood(T::ONE, T::ONE);
         let mut mixed = Mixed::zero();
         for inflation in inflations.iter().copied().map(T::of) {
