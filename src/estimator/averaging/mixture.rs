@@ -21,7 +21,8 @@ pub(super) struct Sum<T> {
     /// Logarithm of the unit of the weights.
     log: T,
     weight: T,
-    /// Largest log weight so far, and at the widths it belongs to how many directions of P the data decide, and which of P and b they observe.
+    /// Largest log weight so far, and at the widths it belongs to how many directions of P the data decide, and which
+    /// of P and b they observe.
     best: T,
     decided: u8,
     observable: [bool; GYRO],
@@ -98,7 +99,7 @@ impl<T: Real> Sum<T> {
     /// Adds an average over inflations and scales, brought back from the directions to P and b.
     fn add_mixed(&mut self, of: &Gaussian<T>, directions: &Directions<T>, mixed: &Mixed<T>, widths: [T; GROUPS]) {
         let Directions { vectors, values, at, .. } = directions;
-        // How P and the bias change along each direction: P's rows are the directions, the bias follows by regression.
+        // Change of P and the bias along each direction: P's rows are the directions, the bias follows by regression.
         let mut by = [[T::ZERO; NINE]; GYRO];
         by[..NINE].copy_from_slice(vectors);
         let mut own = [T::ZERO; triangle(3)];
