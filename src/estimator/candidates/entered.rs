@@ -25,7 +25,7 @@ impl Entered {
         self.columns.clear();
     }
 
-    /// How many.
+    /// Returns the number of columns.
     pub fn count(&self) -> usize {
         self.columns.len()
     }
