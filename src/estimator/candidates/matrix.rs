@@ -1,4 +1,5 @@
-//! All that the data say of nuisances and effects whatever the gyro's parameters are: the root in another order, column by column.
+//! All that the data say of nuisances and effects whatever the gyro's parameters are: the root in another order,
+//! column by column.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -16,7 +17,7 @@ use core::ops::Range;
 
 /// Most rows of the matrix.
 pub(super) const MOST: usize = NUISANCES + EFFECTS;
-/// What a factor is where rounding leaves nothing.
+/// Value of a factor of which rounding leaves nothing.
 pub(super) const LEAST_FACTOR: f32 = 1e-10;
 /// P and b.
 const GYRO: usize = GLOBALS - NUISANCES;
@@ -80,7 +81,8 @@ impl<'a, T: Real> Matrix<'a, T> {
     }
 }
 
-/// Density of a posterior at zero against that of its prior, N(0, 1) (Savage and Dickey): x^T C^-1 x / 2 + log det C / 2.
+/// Density of a posterior at zero against that of its prior, N(0, 1) (Savage and Dickey): x^T C^-1 x / 2 + log det C
+/// / 2.
 pub(super) fn savage_dickey<T: Real>(
     x: &[T; MAX_PARAMETERS],
     covariance: &[[T; MAX_PARAMETERS]; MAX_PARAMETERS],
@@ -117,7 +119,8 @@ pub(super) struct Beside<T> {
 }
 
 impl<T: Real> Beside<T> {
-    /// An effect of these columns, where `done` rows are of those that are in. `None` where the data say nothing of one of them.
+    /// An effect of these columns, where `done` rows are of those that are in. `None` where the data say nothing of
+    /// one of them.
     #[inline(never)]
     pub fn new(matrix: &Matrix<T>, columns: &[u8], done: usize) -> Option<Self> {
         let of = |i: usize| columns.get(i).map_or(0, |column| usize::from(*column));
@@ -133,7 +136,7 @@ impl<T: Real> Beside<T> {
 
     /// Log Bayes factor; `None` where its only parameter has not the sign that it must have.
     pub fn evidence(&self, sign: Option<T>) -> Option<f32> {
-        // Of one parameter the optimum is minus what was solved.
+        // The optimum of one parameter is minus its solved value.
         let is_possible = sign.is_none_or(|sign| -self.solved[0] * sign >= T::ZERO);
         let evidence = half_square(&self.solved, self.count) - self.factor.half_log_determinant();
         is_possible.then(|| evidence.narrow())
