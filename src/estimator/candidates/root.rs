@@ -155,8 +155,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         node.shift(&change, &core::array::from_fn(|i| self.node.get(i).map_or(T::ZERO, &dot)));
     }
 
-    /// A step of the bias is believed for good: its place is free for another, and what is not known of it is not known of the bias. The bias
-    /// itself is to be moved by the step.
+    /// A step of the bias is believed for good: its place is free for another, and what is not known of it is not
+    /// known of the bias. The bias itself is to be moved by the step.
     pub fn settle(&mut self, claim: &Claim, globals: &mut Globals<T>, sigma: &[T; GLOBALS]) {
         for (column, deviation) in BIAS.columns().zip(claim.sigma) {
             let Some(sigma) = sigma.get(column).filter(|sigma| **sigma > T::ZERO) else { continue };
@@ -167,7 +167,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.drop_step(claim.step);
     }
 
-    /// A shock: a step of the bias is looked for from there on, see [`Shocks::begin_step`](super::shocks::Shocks::begin_step).
+    /// A shock: a step of the bias is looked for from there on, see
+    /// [`Shocks::begin_step`](super::shocks::Shocks::begin_step).
     pub fn begin_step(&mut self, at_us: u64, hard_m_s2: f32) {
         if let Some(step) = self.shocks.begin_step(at_us, hard_m_s2) {
             self.empty_step(step);
