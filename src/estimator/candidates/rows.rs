@@ -11,7 +11,8 @@ use crate::estimator::{
 };
 
 impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
-    /// Fills in the columns of rows that have been written, whose weights stand in the rows themselves: a row without weight is none here either.
+    /// Fills in the columns of rows that have been written, whose weights stand in the rows themselves: a row without
+    /// weight is none here either.
     pub fn fill(
         &self,
         further: &mut [[T; EFFECTS]; SCRATCH],
