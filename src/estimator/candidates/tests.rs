@@ -1,3 +1,5 @@
+//! The candidates against dense matrices in double precision.
+
 extern crate std;
 
 mod evidence;
@@ -120,13 +122,13 @@ impl Row {
         }
     }
 
-    /// Of globals and effects, which stand behind them.
+    /// Returns the coefficient of a global, or of an effect, which stand behind the globals.
     fn coefficient(&self, column: usize) -> f64 {
         if column < GLOBALS { self.globals[column] } else { self.effects[column - GLOBALS] }
     }
 }
 
-/// What the filter knows of globals and effects.
+/// Filter's knowledge of globals and effects.
 struct Known {
     globals: Globals<f64>,
     candidates: Candidates<f64, E>,
