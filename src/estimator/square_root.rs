@@ -1,10 +1,10 @@
-//! Triangular roots of information by Householder reflections. Normal equations are never formed: in f32 they lose their positive definiteness
-//! in three of four recordings.
+//! Triangular roots of information by Householder reflections. Normal equations are never formed: in f32 they lose
+//! their positive definiteness in three of four recordings.
 
 use super::real::Real;
 
-/// Reflects column `column` of `pivot` and `rows` into the pivot; all from `column` on are changed. Rows that are zero there are left alone. A
-/// pivot without any part in the column stays as it is.
+/// Reflects column `column` of `pivot` and `rows` into the pivot; all from `column` on are changed. Rows that are
+/// zero there are left alone. A pivot without any part in the column stays as it is.
 pub(super) fn reflect<T: Real, const W: usize>(pivot: &mut [T; W], rows: &mut [[T; W]], column: usize) {
     reflect_behind(pivot, rows, column, 0);
 }
