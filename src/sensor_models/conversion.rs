@@ -93,7 +93,7 @@ pub(super) const fn nanoseconds(t_us: u64) -> u64 {
 }
 
 /// A reading as a two's complement number of the part's: rounded to nearest, halves away from zero, held at `limits`.
-/// What is no number is 0.
+/// Quantises a value; one that is no number becomes 0.
 pub(super) fn quantised(value: f32, unit: f32, limits: (i32, i32)) -> i32 {
     let counts = libm::roundf(value / unit);
     // `as` saturates and makes 0 of NaN; both limits are exact in f32 (at most 24 bits).

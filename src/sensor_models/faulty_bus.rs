@@ -10,7 +10,7 @@ use embedded_hal::{i2c, spi};
 /// Operations that one transaction may have, with the two that a flipped bit adds.
 const OPERATIONS: usize = 10;
 
-/// What can go wrong on the wire.
+/// Fault of the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BusFault {
@@ -75,7 +75,7 @@ impl<E: i2c::Error> i2c::Error for InjectedError<E> {
 pub struct WireMeter {
     /// Reads a counter of 24 bits that counts up.
     pub count: fn() -> u32,
-    /// What has been spent so far.
+    /// Ticks spent so far.
     pub spent: u64,
 }
 
@@ -87,7 +87,7 @@ pub struct FaultyBus<'a, B> {
     meter: Option<&'a Cell<Option<WireMeter>>>,
 }
 
-/// What becomes of a transaction.
+/// Course of a transaction.
 enum Course {
     /// The bus inside does it, and then this is done to what was read.
     Through(Option<BusFault>),

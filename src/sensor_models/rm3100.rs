@@ -26,7 +26,7 @@ pub const SPI_CLOCK_HZ: u32 = 1_000_000;
 
 /// Range, microtesla (table 3-1).
 const RANGE_UT: f32 = 800.0;
-/// What the lower bits of STATUS read.
+/// Value of the lower bits of STATUS.
 const INDETERMINATE: u8 = 0x2A;
 
 /// A measurement of one or more axes that is under way.

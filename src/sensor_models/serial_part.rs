@@ -1,4 +1,4 @@
-//! What a register-level model offers to a serial bus.
+//! Interface of a register-level model to a serial bus.
 
 /// A part with 7-bit register addresses on a serial bus.
 pub trait SerialPart {

@@ -1,4 +1,4 @@
-//! What the emulated boards say, through semihosting, and how they end. Words and whole numbers only: `core::fmt`
+//! Console of the emulated boards, through semihosting, and their exit. Words and whole numbers only: `core::fmt`
 //! would take four kilobytes of flash for these few lines.
 
 use core::panic::PanicInfo;

@@ -1,4 +1,4 @@
-//! What no stage comes back from: noted for the next start, then reset.
+//! Faults that no stage comes back from: noted for the next start, then reset.
 
 use crate::reset_record::{Asked, reset};
 use core::panic::PanicInfo;

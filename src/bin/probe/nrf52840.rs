@@ -137,7 +137,7 @@ fn watchdog(wdt: WDT) -> WatchdogHandle<Hdl0> {
     }
 }
 
-/// What RESETREAS says (product specification, POWER), which then is cleared. No bit: power came.
+/// Reads and clears RESETREAS (product specification, POWER). No bit means that power came.
 fn reset_reason(power: &POWER) -> ResetReason {
     let asked = reset_record::start();
     let flags = power.resetreas.read();
@@ -162,7 +162,7 @@ fn reset_reason(power: &POWER) -> ResetReason {
     }
 }
 
-/// What is the chip's own of a board with sensors.
+/// Part of a board with sensors that is the chip's own.
 pub mod chip {
     pub use super::{
         acquisition::{Inertial, Magnetic},

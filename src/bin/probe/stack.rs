@@ -1,4 +1,4 @@
-//! How deep the stack has been: the start-up code paints it, and what is no longer paint has been used.
+//! Depth of the stack: the start-up code paints it, and memory without paint has been used.
 
 use cortex_m_rt::STACK_PAINT_VALUE;
 

@@ -4,7 +4,7 @@
 /// Words of an ISM330DHCX: 3 Kbyte of six data bytes each (DS13012, chapter on the FIFO).
 pub const DEPTH: usize = 512;
 
-/// What a word holds (DS13012, FIFO_DATA_OUT_TAG, table of the tags).
+/// Content of a word (DS13012, FIFO_DATA_OUT_TAG, table of the tags).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tag {
     /// Angular rate.

@@ -29,7 +29,7 @@ pub const TIMESTAMP3: u8 = 0x43;
 pub const FIFO_DATA_OUT_TAG: u8 = 0x78;
 pub const FIFO_DATA_OUT_Z_H: u8 = 0x7E;
 
-/// What WHO_AM_I reads (WHO_AM_I).
+/// Value of WHO_AM_I.
 pub const IDENTIFICATION: u8 = 0x6B;
 
 /// Bits of CTRL3_C.
@@ -68,7 +68,7 @@ pub const fn default_of(address: u8) -> u8 {
     }
 }
 
-/// Whether a write to it changes anything (the same table, column "type").
+/// Returns true if a write to the register changes anything (the same table, column "type").
 pub const fn is_writable(address: u8) -> bool {
     matches!(address, 0x01..=0x02 | 0x07..=0x0E | 0x10..=0x19 | 0x56..=0x5F | 0x6F..=0x75)
 }

@@ -17,12 +17,12 @@ pub const MX2: u8 = 0x24;
 pub const MZ0: u8 = 0x2C;
 /// Data ready in bit 7 (section 5.4.1).
 pub const STATUS: u8 = 0x34;
-/// What clears data ready (section 5.6.2).
+/// Events that clear data ready (section 5.6.2).
 pub const HSHAKE: u8 = 0x35;
 /// Revision (section 5.6.3).
 pub const REVID: u8 = 0x36;
 
-/// What REVID reads.
+/// Value of REVID.
 pub const REVISION: u8 = 0x22;
 
 /// CMM: bits of the axes x, y, z (table of section 5.2).
@@ -49,7 +49,7 @@ pub const fn default_of(address: u8) -> u8 {
     }
 }
 
-/// Whether a write to it changes anything.
+/// Returns true if a write to the register changes anything.
 pub const fn is_writable(address: u8) -> bool {
     matches!(address, 0x00..=0x01 | 0x04..=0x20 | 0x33 | HSHAKE)
 }

@@ -18,7 +18,7 @@ pub struct Acquired {
     pub sample: Sample,
 }
 
-/// What the interrupt counts; only it writes. Full counters go round.
+/// Counters of the interrupt; only it writes them. Full counters go round.
 pub struct AcquisitionCounts {
     acquired: AtomicU32,
     queue_full: AtomicU32,
@@ -27,7 +27,7 @@ pub struct AcquisitionCounts {
     faults: AtomicU32,
 }
 
-/// Of the one acquisition that there is.
+/// Counters of the only acquisition.
 pub static COUNTS: AcquisitionCounts = AcquisitionCounts {
     acquired: AtomicU32::new(0),
     queue_full: AtomicU32::new(0),

@@ -164,12 +164,12 @@ impl<F: NorFlash> Memory<F> {
         Ok(())
     }
 
-    /// Whether the flash holds what it should.
+    /// Returns true if the flash holds what it should.
     pub fn verify(&mut self) -> bool {
         matches!(self.store.verify(), Ok(true))
     }
 
-    /// What flies now, where it is not the factory's.
+    /// Returns the flown model if it is not the factory's.
     pub fn flies(&self, probe: &Probe) -> Option<StoredModel> {
         let (gyro, effects) = (probe.gyro_model(), probe.effects());
         let is_factory = *gyro == probe.config().gyro && effects.is_empty();
@@ -205,7 +205,7 @@ impl<F: NorFlash> Memory<F> {
     /// Begins to store the model of the latest window, with or without what the filter has learnt.
     fn begin_model(&mut self) {
         let Some(reason) = self.reason.take() else { return };
-        // What is refused, or cannot begin, the store counts.
+        // The store counts models that are refused or cannot begin.
         let _ = self.store.begin_model(&StoredModel { reason, ..*self.history.latest() });
     }
 
@@ -259,12 +259,12 @@ impl<F: NorFlash> Memory<F> {
     }
 }
 
-/// Of a probe that flies the factory's model.
+/// Makes the gate and the history of a probe that flies the factory's model.
 fn afresh(config: &Config) -> (StabilityGate, ModelHistory) {
     (StabilityGate::new(&config.gyro, None), ModelHistory::of_factory(&config.gyro, &LIBRARY))
 }
 
-/// What the memory's refusal is to who sent a command.
+/// Translates an error of the storage for the sender of a command.
 pub fn refusal<E>(error: StorageError<E>) -> CommandRefusal {
     match error {
         StorageError::Busy => CommandRefusal::Busy,
@@ -285,7 +285,7 @@ impl<F: NorFlash> CounterStore for Memory<F> {
     }
 }
 
-/// What the factory wrote; nothing, where it cannot be read.
+/// Reads the factory's records; nothing if they cannot be read.
 #[cfg(feature = "spi-sensors")]
 pub fn factory_records<R: ReadNorFlash>(region: &mut R) -> FactoryRecords {
     FactoryRecords::read(region).unwrap_or_default()

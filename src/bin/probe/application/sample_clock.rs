@@ -43,7 +43,7 @@ pub fn rounds() -> u64 {
 pub mod systick {
     use cortex_m::peripheral::{SCB, SYST, scb::SystemHandler, syst::SystClkSource};
 
-    /// Of the STM32F405 at its highest clock.
+    /// Ticks of the STM32F405 at its highest clock.
     const TICKS_PER_US: u32 = 168;
 
     /// Starts it. PendSV, which it is to call, gets the lowest priority.

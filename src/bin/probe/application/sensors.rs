@@ -50,7 +50,7 @@ impl<I: InertialSource, M: MagneticSource> Sensors<I, M> {
     }
 }
 
-/// What the parts' data sheets say of a sample's sensors.
+/// Figures of a sample's sensors, from the parts' data sheets.
 pub fn data_sheet<I: InertialSource, M: MagneticSource>(inertial: &I, magnetic: &M) -> (u32, FullScale, Latency) {
     let (inertial, magnetic) = (inertial.data(), magnetic.data());
     (inertial.period_us, FullScale::of_parts(&inertial, &magnetic), Latency::of_parts(&inertial, &magnetic))

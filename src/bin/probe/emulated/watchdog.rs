@@ -4,7 +4,7 @@
 use crate::reset_record::{self, Asked};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// How long a round of the program may take, microseconds: as the fastest watchdog of a real board has it.
+/// Longest round of the program, microseconds: that of the fastest watchdog of a real board.
 const PATIENCE_US: u32 = 1_000_000;
 
 /// The same in rounds of the sample clock, and those that are left.

@@ -58,7 +58,7 @@ impl InstructionCounter {
         }
     }
 
-    /// What `work` returns, and the ticks it took.
+    /// Returns the result of `work`, and the ticks it took.
     pub fn measure<T>(&self, work: impl FnOnce() -> T) -> (T, u64) {
         let start = now();
         compiler_fence(Ordering::SeqCst);
