@@ -135,7 +135,11 @@ mod tests {
             }
         };
         let sections: Vec<&str> = page.split("\n## ").collect();
-        let of = |name: &str| sections.iter().find(|section| section.lines().next().unwrap_or_default().contains(name));
+        // From the last on: the first headline has the word "command" in it, too.
+        let of = |name: &str| {
+            let is_of = |section: &&&str| section.lines().next().unwrap_or_default().contains(name);
+            sections.iter().rev().find(is_of)
+        };
         documented(&cli, of("Without a command").unwrap());
         for command in cli.get_subcommands() {
             let shares_its_options = command.get_name() == "emulate";
