@@ -219,7 +219,7 @@ fn a_page_of_measurements_is_what_the_command_in_its_first_line_prints() {
     let page = std::fs::read_to_string(folder.join("turntable.md")).unwrap();
     let command = "    cargo mwd bench --only turntable --seeds 1 --markdown docs/measurements\n";
     assert!(page.starts_with(command), "{page}");
-    assert!(page.ends_with(String::from_utf8(output.stdout).unwrap().trim_end_matches('\n')), "{page}");
+    assert!(page.trim_end().ends_with(String::from_utf8(output.stdout).unwrap().trim_end()), "{page}");
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
 }
 
