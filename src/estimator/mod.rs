@@ -36,6 +36,7 @@ mod settings;
 mod share;
 mod square_root;
 mod start;
+mod unrolled;
 mod update;
 mod walk;
 mod widths;

@@ -15,24 +15,20 @@ const BLOCK: usize = 9;
 const AXES: usize = 3;
 
 /// What turns a pivot and a block of rows so that the rows have nothing in one column.
-struct Reflection<T, const M: usize> {
+#[derive(Clone, Copy)]
+pub(super) struct Reflection<T, const M: usize> {
     /// Of each row; the pivot's is 1.
     factors: [T; M],
     scale: T,
 }
 
 impl<T: Real, const M: usize> Reflection<T, M> {
-    const NOTHING: Self = Self { factors: [T::ZERO; M], scale: T::ZERO };
+    /// What changes nothing.
+    pub const NOTHING: Self = Self { factors: [T::ZERO; M], scale: T::ZERO };
 
-    /// Takes a column of the block into the pivot; changes nothing where the block has nothing there.
-    fn eliminate<const L: usize>(pivot: &mut T, rows: &mut [[T; L]; M], column: usize) -> Self {
-        let mut factors = [T::ZERO; M];
-        for (x, row) in factors.iter_mut().zip(rows) {
-            if let Some(element) = row.get_mut(column) {
-                (*x, *element) = (*element, T::ZERO);
-            }
-        }
-        let below = factors.iter().fold(T::ZERO, |sum, x| sum + *x * *x);
+    /// Takes the elements of a column into the pivot's; changes nothing where they are zero.
+    pub fn new(pivot: &mut T, elements: &[T; M]) -> Self {
+        let below = elements.iter().fold(T::ZERO, |sum, x| sum + *x * *x);
         if below == T::ZERO {
             return Self::NOTHING;
         }
@@ -41,7 +37,18 @@ impl<T: Real, const M: usize> Reflection<T, M> {
         let own = *pivot - alpha;
         let inverse = T::ONE / own;
         *pivot = alpha;
-        Self { factors: factors.map(|x| x * inverse), scale: own / alpha }
+        Self { factors: elements.map(|x| x * inverse), scale: own / alpha }
+    }
+
+    /// Takes a column of a block into the pivot.
+    fn eliminate<const L: usize>(pivot: &mut T, rows: &mut [[T; L]; M], column: usize) -> Self {
+        let mut elements = [T::ZERO; M];
+        for (x, row) in elements.iter_mut().zip(rows) {
+            if let Some(element) = row.get_mut(column) {
+                (*x, *element) = (*element, T::ZERO);
+            }
+        }
+        Self::new(pivot, &elements)
     }
 
     fn is_nothing(&self) -> bool {
@@ -50,7 +57,7 @@ impl<T: Real, const M: usize> Reflection<T, M> {
 
     /// Reflects another column.
     #[inline(always)]
-    fn turn(&self, pivot: &mut T, column: &mut [T; M]) {
+    pub fn turn(&self, pivot: &mut T, column: &mut [T; M]) {
         let dot = self.factors.iter().zip(column.iter()).fold(*pivot, |sum, (f, x)| sum + *f * *x);
         let by = self.scale * dot;
         *pivot += by;
