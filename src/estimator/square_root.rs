@@ -5,7 +5,7 @@
 //! in registers. Two reflections at a time halve the loads and stores. What a Cortex-M4F can do at best is two instructions a multiply-add, its
 //! product and its sum.
 
-#![allow(clippy::indexing_slicing)] // Columns: a range that ends with the row's length bounds each index.
+#![allow(clippy::indexing_slicing)] // Columns: each is compared with the row's length before.
 
 use super::real::Real;
 
@@ -69,10 +69,15 @@ impl<T: Real, const M: usize> Reflection<T, M> {
     /// Reflects the columns of a pivot, which the rows have from `from` on.
     #[inline(never)]
     fn sweep<const L: usize>(&self, pivot: &mut [T], rows: &mut [[T; L]; M], from: usize) {
-        for (pivot, column) in pivot.iter_mut().zip(from..L) {
+        let mut column = from;
+        for pivot in pivot {
+            if column >= L {
+                break;
+            }
             let mut elements = elements(rows, column);
             self.turn(pivot, &mut elements);
             put(rows, column, &elements);
+            column += 1;
         }
     }
 
@@ -80,11 +85,16 @@ impl<T: Real, const M: usize> Reflection<T, M> {
     #[inline(never)]
     fn sweep_two<const L: usize>(both: &[Self; 2], pivots: (&mut [T], &mut [T]), rows: &mut [[T; L]; M], from: usize) {
         let [first, second] = both;
-        for ((one, two), column) in pivots.0.iter_mut().zip(pivots.1).zip(from..L) {
+        let mut column = from;
+        for (one, two) in pivots.0.iter_mut().zip(pivots.1) {
+            if column >= L {
+                break;
+            }
             let mut elements = elements(rows, column);
             first.turn(one, &mut elements);
             second.turn(two, &mut elements);
             put(rows, column, &elements);
+            column += 1;
         }
     }
 }

@@ -159,8 +159,9 @@ pub(super) fn load<T: Real, const E: usize>(
     for g in 0..GYRO {
         let mut column: [T; NUISANCES] = core::array::from_fn(|i| globals.root[i][BIAS.from + g]);
         let (before, own) = reflections.split_at_mut(g);
-        for (i, reflection) in before.iter().enumerate() {
-            reflection.turn(&mut globals.root[NUISANCES + i][BIAS.from + g].clone(), &mut column);
+        for (reflection, row) in before.iter().zip(globals.root.iter().skip(NUISANCES)) {
+            let mut pivot = row[BIAS.from + g];
+            reflection.turn(&mut pivot, &mut column);
         }
         let mut pivot = globals.root[NUISANCES + g][BIAS.from + g];
         own[0] = Reflection::new(&mut pivot, &column);
