@@ -69,15 +69,13 @@ impl<T: Real, const M: usize> Reflection<T, M> {
     /// Reflects the columns of a pivot, which the rows have from `from` on.
     #[inline(never)]
     fn sweep<const L: usize>(&self, pivot: &mut [T], rows: &mut [[T; L]; M], from: usize) {
-        let mut column = from;
-        for pivot in pivot {
+        for (column, pivot) in (from..).zip(pivot) {
             if column >= L {
                 break;
             }
             let mut elements = elements(rows, column);
             self.turn(pivot, &mut elements);
             put(rows, column, &elements);
-            column += 1;
         }
     }
 
@@ -85,8 +83,7 @@ impl<T: Real, const M: usize> Reflection<T, M> {
     #[inline(never)]
     fn sweep_two<const L: usize>(both: &[Self; 2], pivots: (&mut [T], &mut [T]), rows: &mut [[T; L]; M], from: usize) {
         let [first, second] = both;
-        let mut column = from;
-        for (one, two) in pivots.0.iter_mut().zip(pivots.1) {
+        for (column, (one, two)) in (from..).zip(pivots.0.iter_mut().zip(pivots.1)) {
             if column >= L {
                 break;
             }
@@ -94,7 +91,6 @@ impl<T: Real, const M: usize> Reflection<T, M> {
             first.turn(one, &mut elements);
             second.turn(two, &mut elements);
             put(rows, column, &elements);
-            column += 1;
         }
     }
 }
