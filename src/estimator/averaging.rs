@@ -19,6 +19,7 @@ use super::{
     globals::Globals,
     real::Real,
     rows::WIDTH,
+    unrolled::add_times,
     widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, VARIABLES, Widths, column},
 };
 use levels::{Levels, Slices, copy};
@@ -76,14 +77,14 @@ impl<T: Real> Averaging<T> {
         inverse_root::invert(&globals.root, inverse);
         let mut rest = front;
         let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return };
-        let mut elements = base.covariance.iter_mut();
         for (i, mean) in base.mean.iter_mut().enumerate() {
-            let a = column(i);
-            *mean = globals.x.get(a).copied().unwrap_or(T::ZERO);
-            for (j, covariance) in (0..=i).zip(&mut elements) {
-                let b = column(j);
-                *covariance = inverse_root::covariance(inverse, a, b);
-            }
+            *mean = globals.x.get(column(i)).copied().unwrap_or(T::ZERO);
+        }
+        base.covariance.fill(T::ZERO);
+        for c in 0..GLOBALS {
+            let own = inverse_root::column(inverse, c);
+            let by: [T; VARIABLES] = core::array::from_fn(|i| own.get(column(i)).copied().unwrap_or(T::ZERO));
+            add_outer(base.covariance, &by);
         }
     }
 
@@ -92,13 +93,7 @@ impl<T: Real> Averaging<T> {
     pub fn spread(&self, by: &[T; GLOBALS], scratch: &mut [[T; WIDTH]]) {
         let mut rest = scratch.as_flattened_mut();
         let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return };
-        let of = |variable: usize| by.get(column(variable)).copied().unwrap_or(T::ZERO);
-        let mut elements = base.covariance.iter_mut();
-        for i in 0..VARIABLES {
-            for (j, covariance) in (0..=i).zip(&mut elements) {
-                *covariance += of(i) * of(j);
-            }
-        }
+        add_outer(base.covariance, &core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
     }
 
     /// One width of each group; `false` when all are done. `scratch` must be left alone from one to the next.
@@ -176,8 +171,20 @@ impl<T: Real> Averaging<T> {
     }
 }
 
-/// Narrows the priors of a group, the last of the variables, and takes these out of the mean and covariance that
-/// stay; the logarithm of the evidence.
+/// Adds the outer product of a vector to a packed triangle.
+fn add_outer<T: Real>(covariance: &mut [T], by: &[T; VARIABLES]) {
+    let mut rest = covariance;
+    for (i, x) in by.iter().enumerate() {
+        let Some((row, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
+        if *x != T::ZERO {
+            add_times(row, *x, by);
+        }
+        rest = next;
+    }
+}
+
+/// Narrows the priors of a group, the last of the variables, and takes these out of the mean and covariance that stay; the logarithm of the
+/// evidence.
 fn narrowed<T: Real>(all: &mut Slices<T>, variables: usize, group: usize, width: T, with_lags: bool) -> T {
     let mut evidence = T::ZERO;
     let (Some(count), Some(has_lag)) = (COUNTS.get(group), HAS_LAG.get(group)) else { return evidence };

@@ -66,8 +66,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let mut none = [[T::ZERO; 0]; SCRATCH];
         let mut candidates = Candidates::zero();
         while update.eliminate(&candidates, &mut none) {}
-        for column in 0..GLOBALS {
-            candidates.absorb(&mut none, &mut globals, update.left_over(), column);
+        let mut column = 0;
+        while column < GLOBALS {
+            column = candidates.absorb(&mut none, &mut globals, update.left_over(), column);
         }
         let change = globals.solve();
         let mut moved = [0.0; 9];

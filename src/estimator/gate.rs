@@ -10,6 +10,7 @@ use super::{
     node::Node,
     real::{M3, Real, V3, square, zero33},
     rows::{CONSTANT, GLOBAL, WIDTH},
+    unrolled::add_times,
 };
 
 /// Chi-square of three innovations above which they contradict: one in 10,000 does by chance.
@@ -89,9 +90,7 @@ fn substitute<T: Real>(y: &mut [T], i: usize, root: &[T]) {
     let Some((x, below)) = y.get_mut(i..).and_then(<[T]>::split_first_mut) else { return };
     *x /= *diagonal;
     if *x != T::ZERO {
-        for (y, r) in below.iter_mut().zip(right) {
-            *y -= *r * *x;
-        }
+        add_times(below, -*x, right);
     }
 }
 

@@ -1,6 +1,6 @@
 //! A Gaussian of a few variables as mean and packed covariance, from which the last variable is taken out at a time.
 
-use super::real::Real;
+use super::{real::Real, unrolled::add_times};
 
 /// Elements of the lower triangle of `n` variables.
 pub(super) const fn triangle(n: usize) -> usize {
@@ -34,9 +34,7 @@ pub(super) fn narrow_last<T: Real>(mean: &mut [T], covariance: &mut [T], width: 
         let gain = *own / innovation;
         *other -= gain * *last;
         let Some((elements, next)) = core::mem::take(&mut lower).split_at_mut_checked(i + 1) else { break };
-        for (element, with) in elements.iter_mut().zip(row) {
-            *element -= gain * *with;
-        }
+        add_times(elements, -gain, row);
         lower = next;
     }
     let half = T::of(0.5);

@@ -38,6 +38,7 @@ mod settings;
 mod share;
 mod square_root;
 mod start;
+mod unrolled;
 mod update;
 mod walk;
 mod widths;

@@ -63,7 +63,7 @@ impl<T: Real> Update<T> {
         self.predicted = predict(node, taken);
         let (_, new) = self.rows.split_at_mut(NODE);
         let (blocks, _) = new.as_chunks_mut::<3>();
-        let [rotated, seen, walked, first, second, slow, near, still, ..] = blocks else {
+        let [rotated, seen, first, second, walked, slow, near, still, ..] = blocks else {
             return Agreement {
                 field: Readings::Missing,
                 force: Readings::Missing,
@@ -110,8 +110,8 @@ impl<T: Real> Update<T> {
         Agreement { field, force, is_turned, innovation }
     }
 
-    /// Eliminates the next column; `false` when all states are done. The rows from [`Update::left_over`] then say
-    /// what the node says of the globals.
+    /// Eliminates the next two columns; `false` when all states are done. The rows from [`Update::left_over`] then say what the node says of
+    /// the globals.
     pub fn eliminate<const E: usize>(
         &mut self,
         candidates: &Candidates<T, E>,
@@ -121,7 +121,7 @@ impl<T: Real> Update<T> {
             return false;
         }
         candidates.eliminate(further, &mut self.rows, self.next);
-        self.next += 1;
+        self.next += 2;
         true
     }
 

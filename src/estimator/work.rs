@@ -208,9 +208,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         if column == NUISANCES && self.kind == Kind::Moving {
             self.left_over.push(self.update.left_over(), &self.globals.x);
         }
-        self.candidates.absorb(&mut self.further, &mut self.globals, self.update.left_over(), column);
-        if column + 1 < GLOBALS {
-            self.task = Task::Absorbing(column + 1);
+        let next = self.candidates.absorb(&mut self.further, &mut self.globals, self.update.left_over(), column);
+        if next < GLOBALS {
+            self.task = Task::Absorbing(next);
             return;
         }
         if self.kind == Kind::Moving {
@@ -223,7 +223,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     fn absorb_own(&mut self, column: usize) {
         if self.candidates.absorb_own(&mut self.further, self.update.left_over(), column) {
-            self.task = Task::AbsorbingOwn(column + 1);
+            self.task = Task::AbsorbingOwn(column + 2);
             return;
         }
         if self.kind == Kind::Moving {

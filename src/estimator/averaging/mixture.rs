@@ -4,7 +4,7 @@
 
 use super::{
     Averaged, GYRO, Gaussian, NINE,
-    directions::{Directions, Mixed},
+    directions::{Directions, Mixed, NEGLIGIBLE},
 };
 use crate::estimator::{
     gaussian::{element, triangle},
@@ -77,7 +77,10 @@ impl<T: Real> Sum<T> {
                 *observable = element(&of.covariance, i, i) < T::of(OBSERVED);
             }
         }
-        self.add_mixed(of, &directions, &mixed, widths);
+        let log = mixed.log + mixed.weight.logarithm();
+        if self.weight == T::ZERO || log >= self.log - T::of(NEGLIGIBLE) {
+            self.add_mixed(of, &directions, &mixed, (log, widths));
+        }
     }
 
     /// The average of all that was added.
@@ -97,7 +100,13 @@ impl<T: Real> Sum<T> {
     }
 
     /// Adds an average over inflations and scales, brought back from the directions to P and b.
-    fn add_mixed(&mut self, of: &Gaussian<T>, directions: &Directions<T>, mixed: &Mixed<T>, widths: [T; GROUPS]) {
+    fn add_mixed(
+        &mut self,
+        of: &Gaussian<T>,
+        directions: &Directions<T>,
+        mixed: &Mixed<T>,
+        (log, widths): (T, [T; GROUPS]),
+    ) {
         let Directions { vectors, values, at, .. } = directions;
         // Change of P and the bias along each direction: P's rows are the directions, the bias follows by regression.
         let mut by = [[T::ZERO; NINE]; GYRO];
@@ -128,11 +137,12 @@ impl<T: Real> Sum<T> {
         // Covariance of the directions about their mean.
         let mut spread = [[T::ZERO; NINE]; NINE];
         for k in 0..NINE {
-            for l in 0..NINE {
+            for l in 0..=k {
                 spread[k][l] = mixed.square[k][l] * share - mixed.mean[k] * mixed.mean[l] * share * share;
+                spread[l][k] = spread[k][l];
             }
         }
-        let weight = self.weight(mixed.log + mixed.weight.logarithm());
+        let weight = self.weight(log);
         self.weight += weight;
         for (sum, x) in self.mean.iter_mut().zip(&mean) {
             *sum += weight * *x;

@@ -32,7 +32,7 @@ const STAYS: f32 = 3.0;
 /// which the library lacks, the largest log Bayes factor was 17 (40 simulated runs).
 const AGAINST_UNNAMED: f32 = 3.0;
 /// Columns that are loaded, or eliminated, in one piece of work.
-const LOADED: usize = 6;
+const LOADED: usize = 24;
 const ELIMINATED: usize = 3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

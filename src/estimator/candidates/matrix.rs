@@ -11,6 +11,8 @@ use crate::{
         columns::{BIAS, GLOBALS, NUISANCES},
         globals::Globals,
         real::Real,
+        square_root::Reflection,
+        unrolled::{add_times, dot},
     },
 };
 use core::ops::Range;
@@ -52,31 +54,28 @@ impl<'a, T: Real> Matrix<'a, T> {
     }
 
     pub fn dot(&self, a: usize, b: usize, from: usize) -> T {
-        self.column(a).iter().zip(self.column(b)).skip(from).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
+        let of = |column: usize| self.column(column).get(from..).unwrap_or_default();
+        dot(of(a), of(b))
     }
 
-    /// Eliminates a column from the rows from `from` on.
-    pub fn eliminate(&mut self, column: usize, from: usize) {
+    /// Eliminates a column from the rows from `from` on. What has been eliminated before stays as it is.
+    pub fn eliminate(&mut self, column: usize, from: usize, is_done: impl Fn(usize) -> bool) {
         let mut v = [T::ZERO; MOST];
         for (v, x) in v.iter_mut().zip(self.column(column)) {
             *v = *x;
         }
-        let square = v.iter().skip(from).fold(T::ZERO, |sum, x| sum + *x * *x);
-        let Some(x) = v.get_mut(from) else { return };
-        let norm = square.root();
-        if norm <= T::ZERO {
-            return;
-        }
+        // Rows below have nothing in this column: those of later effects.
+        let end = v.iter().rposition(|x| *x != T::ZERO).map_or(0, |last| last + 1);
+        let Some(v) = v.get_mut(from..end) else { return };
+        let norm = dot(v, v).root();
+        let Some(x) = v.first_mut().filter(|_| norm > T::ZERO) else { return };
         let alpha = if *x > T::ZERO { -norm } else { norm };
         *x -= alpha;
         let beta = T::ONE / (alpha * *x);
-        for c in 0..=self.rows {
-            let column = self.column_mut(c);
-            let dot = column.iter().zip(&v).skip(from).fold(T::ZERO, |sum, (a, v)| sum + *a * *v);
-            let factor = beta * dot;
-            for (a, v) in column.iter_mut().zip(&v).skip(from) {
-                *a += factor * *v;
-            }
+        for c in (0..=self.rows).filter(|c| !is_done(*c)) {
+            let column = self.column_mut(c).get_mut(from..end).unwrap_or_default();
+            let factor = beta * dot(column, v);
+            add_times(column, factor, v);
         }
     }
 }
@@ -158,26 +157,17 @@ pub(super) fn load<T: Real, const E: usize>(
     globals: &Globals<T>,
     candidates: &Candidates<T, E>,
 ) {
-    // Reflections that eliminate the gyro's columns.
-    let mut reflections = [[T::ZERO; GLOBALS]; GYRO];
-    let mut betas = [T::ZERO; GYRO];
-    let apply = |reflections: &[[T; GLOBALS]; GYRO], betas: &[T; GYRO], count: usize, column: &mut [T; GLOBALS]| {
-        for (v, beta) in reflections.iter().zip(betas).take(count) {
-            let dot = v.iter().zip(column.iter()).fold(T::ZERO, |sum, (v, x)| sum + *v * *x);
-            for (x, v) in column.iter_mut().zip(v) {
-                *x += *beta * dot * *v;
-            }
-        }
-    };
+    // Reflections that take the gyro's columns of the nuisances' rows into its own rows, which are triangular.
+    let mut reflections = [Reflection::<T, NUISANCES>::NOTHING; GYRO];
     for g in 0..GYRO {
-        let mut column: [T; GLOBALS] = core::array::from_fn(|i| globals.root[i][BIAS.from + g]);
-        apply(&reflections, &betas, g, &mut column);
-        column.iter_mut().take(g).for_each(|x| *x = T::ZERO);
-        let norm = column.iter().fold(T::ZERO, |sum, x| sum + *x * *x).root();
-        let alpha = if column[g] > T::ZERO { -norm } else { norm };
-        column[g] -= alpha;
-        betas[g] = T::ONE / (alpha * column[g]);
-        reflections[g] = column;
+        let mut column: [T; NUISANCES] = core::array::from_fn(|i| globals.root[i][BIAS.from + g]);
+        let (before, own) = reflections.split_at_mut(g);
+        for (reflection, row) in before.iter().zip(globals.root.iter().skip(NUISANCES)) {
+            let mut pivot = row[BIAS.from + g];
+            reflection.turn(&mut pivot, &mut column);
+        }
+        let mut pivot = globals.root[NUISANCES + g][BIAS.from + g];
+        own[0] = Reflection::new(&mut pivot, &column);
     }
     let count = candidates.used();
     for c in columns {
@@ -193,9 +183,13 @@ pub(super) fn load<T: Real, const E: usize>(
                 }
             };
         }
-        apply(&reflections, &betas, GYRO, &mut column);
+        let (column, of_gyro) = column.split_at_mut(NUISANCES);
+        let Some(column) = column.first_chunk_mut::<NUISANCES>() else { return };
+        for (reflection, pivot) in reflections.iter().zip(of_gyro) {
+            reflection.turn(pivot, column);
+        }
         let to = matrix.column_mut(c);
-        for (to, x) in to.iter_mut().zip(column.iter().skip(GYRO)) {
+        for (to, x) in to.iter_mut().zip(column) {
             *to = *x;
         }
         for (row, to) in to.iter_mut().skip(NUISANCES).enumerate().take(count) {

@@ -56,9 +56,9 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.increments = self.increments.saturating_add(1);
         let mut out = TakenOut::nothing();
         let mut before = 0;
+        let mut terms = [Vector3::zeros(); MAX_PARAMETERS];
         for (index, effect) in self.library().iter().enumerate() {
             let count = effect.parameters().len();
-            let mut terms = [Vector3::zeros(); MAX_PARAMETERS];
             let mut is_there = false;
             for (k, term) in terms.iter_mut().enumerate().take(count) {
                 *term = effect.term(k, &moment);

@@ -155,12 +155,13 @@ impl Known {
     /// Takes what is left of the rows of a node into globals and effects.
     fn absorb(&mut self) -> f64 {
         let left = &mut self.rows[2 * NODE..NODE + ROWS];
-        for column in 0..GLOBALS {
-            self.candidates.absorb(&mut self.further, &mut self.globals, left, column);
+        let mut column = 0;
+        while column < GLOBALS {
+            column = self.candidates.absorb(&mut self.further, &mut self.globals, left, column);
         }
         let mut column = 0;
         while self.candidates.absorb_own(&mut self.further, left, column) {
-            column += 1;
+            column += 2;
         }
         left.iter().map(|row| row[CONSTANT] * row[CONSTANT]).sum()
     }
