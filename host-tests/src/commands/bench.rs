@@ -11,7 +11,7 @@ use serde_json::json;
 use crate::{
     bench::{
         Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, coverage, drilling, effects, hour,
-        rate_error, recordings, sensors, swaps, target, turntable,
+        multi_station, rate_error, recordings, sensors, swaps, target, turntable,
     },
     failure::Failure,
     research::{contaminated, evaluations, inclination, paper},
@@ -75,6 +75,7 @@ const SECTIONS: &[Section] = &[
     Section::on_host("recordings", recordings::run),
     Section::on_host("benefit", benefit::run),
     Section::on_host("attitude", attitude::run),
+    Section::on_host("multi_station", multi_station::run),
     Section::on_host("bus_faults", bus_faults::run),
     Section::on_host("sensors", sensors::run),
     Section { name: "target", place: Place::Target, run: target::run },
