@@ -39,8 +39,9 @@ pub struct RunSettings {
     pub sag: Option<Sag>,
     /// Azimuth of the vertical section, degrees from the north of positions; where absent, that of the last station.
     pub vertical_section_deg: Option<f64>,
-    /// Position of the first station: north, east, true vertical depth, metres.
-    pub start_m: [f64; 3],
+    /// Position of the first station: north, east, true vertical depth, metres; where absent, straight below depth zero
+    /// at its measured depth.
+    pub start_m: Option<[f64; 3]>,
     /// Errors of sensors and reference.
     pub errors: SurveyErrors,
     /// Errors of depth and alignment.
@@ -64,7 +65,7 @@ impl Default for RunSettings {
             correction: Correction::default(),
             sag: None,
             vertical_section_deg: None,
-            start_m: [0.0; 3],
+            start_m: None,
             errors: SurveyErrors::default(),
             position_errors: PositionErrors::default(),
             multi_station: MultiStationSettings::default(),

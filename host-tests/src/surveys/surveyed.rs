@@ -121,6 +121,11 @@ struct Pending {
 pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Reference) -> Result<SurveyedRun, Failure> {
     let pending = pending(read, settings, reference)?;
     let mut warnings = reference.warnings.clone();
+    if let (None, Some(first)) = (settings.start_m, pending.first())
+        && first.md_m > 0.0
+    {
+        warnings.push(format!("no start_m: the hole above {:.1} m is taken as vertical", first.md_m));
+    }
     let (report, places) = analysed(&pending, settings, &mut warnings);
     let convergence_deg = reference.convergence_deg()?;
     let mut stations: Vec<SurveyedStation> = pending
@@ -155,7 +160,7 @@ fn pending(read: &[ReadStation], settings: &RunSettings, reference: &Reference) 
             .ok_or_else(|| Failure::BadInput(format!("station {}: no usable gravity and field", k + 1)))?;
         directions.push(Direction { md_m, inclination_rad, azimuth_rad });
     }
-    let path = minimum_curvature(&directions, Vector3::from(settings.start_m));
+    let path = minimum_curvature(&directions, start(settings, directions.first()));
     let with_reference = read.iter().zip(&directions).zip(&path).map(|((read, direction), point)| {
         let reference = reference.at(point.position_m.z)?;
         let station = match read.measured {
@@ -202,6 +207,12 @@ fn analysed(
     }
     let wanted = settings.correction == Correction::MultiStation;
     (wanted.then(|| all.analyse(&settings.errors, &settings.multi_station)).flatten(), places)
+}
+
+/// Position of the first station.
+fn start(settings: &RunSettings, first: Option<&Direction>) -> Vector3<f64> {
+    let below = [0.0, 0.0, first.map_or(0.0, |first| first.md_m)];
+    Vector3::from(settings.start_m.unwrap_or(below))
 }
 
 /// Inclination and magnetic azimuth, radians.
@@ -324,7 +335,7 @@ fn place_all(stations: &mut [SurveyedStation], settings: &RunSettings, vertical_
             azimuth_rad: station.azimuth_deg.to_radians(),
         })
         .collect();
-    let path = minimum_curvature(&directions, Vector3::from(settings.start_m));
+    let path = minimum_curvature(&directions, start(settings, directions.first()));
     let model: Vec<ModelStation> = (stations.iter().zip(&directions).zip(&path))
         .map(|((station, direction), point)| ModelStation {
             direction: *direction,
