@@ -69,3 +69,45 @@ impl Sag {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPAN_M: f64 = 18.0;
+
+    fn beam(from_lower_support_m: f64) -> Sag {
+        Sag::Beam {
+            span_m: SPAN_M,
+            from_lower_support_m,
+            outer_m: 0.17,
+            inner_m: 0.08,
+            mud_kg_m3: 1_200.0,
+            young_pa: austenitic_pa(),
+            steel_kg_m3: austenitic_kg_m3(),
+        }
+    }
+
+    /// The slopes add up to the deflection in the middle, 5 w L^4 / (384 E J), and are opposite at the two supports.
+    #[test]
+    fn the_beam_bends_as_the_textbooks_does() {
+        let level = std::f64::consts::FRAC_PI_2;
+        let steps = 10_000;
+        let step = SPAN_M / 2.0 / f64::from(steps);
+        let middle: f64 = (0..steps).map(|k| -beam((f64::from(k) + 0.5) * step).correction_rad(level) * step).sum();
+        let second_moment = std::f64::consts::PI / 64.0 * (0.17_f64.powi(4) - 0.08_f64.powi(4));
+        let area = std::f64::consts::FRAC_PI_4 * (0.17 * 0.17 - 0.08 * 0.08);
+        let load = area * (7_900.0 - 1_200.0) * GRAVITY_M_S2;
+        let published = 5.0 * load * SPAN_M.powi(4) / (384.0 * 1.93e11 * second_moment);
+        assert!((middle / published - 1.0).abs() < 1e-6, "{middle} {published}");
+        let [lower, upper] = [0.0, SPAN_M].map(|x| beam(x).correction_rad(level));
+        assert!(lower < 0.0 && (lower + upper).abs() < 1e-12);
+        assert!(beam(SPAN_M / 2.0).correction_rad(level).abs() < 1e-12 && beam(3.0).correction_rad(0.0) == 0.0);
+    }
+
+    #[test]
+    fn a_stated_sag_goes_with_the_sine_of_the_inclination() {
+        let sag = Sag::Stated { level_deg: 0.3 };
+        assert!((sag.correction_rad(30.0_f64.to_radians()).to_degrees() - 0.15).abs() < 1e-12);
+    }
+}
