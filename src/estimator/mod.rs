@@ -9,7 +9,7 @@
 mod alignment;
 mod averaging;
 mod candidates;
-mod cholesky;
+pub(crate) mod cholesky;
 pub mod columns;
 mod disagreement;
 mod drift;

@@ -14,6 +14,7 @@ mod record;
 mod replay;
 mod same_file;
 pub mod simulate;
+mod survey;
 mod toml_file;
 
 use std::{io, process::ExitCode};
@@ -58,6 +59,8 @@ pub enum Command {
     Command(command::CommandArgs),
     /// Print a place's reference field and gravity as a configuration
     Field(field::FieldArgs),
+    /// Correct a run's surveys, work out the path with its uncertainty, and write the files that others read
+    Survey(survey::SurveyArgs),
 }
 
 /// Runs the program with the process's arguments.
@@ -103,6 +106,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         Some(Command::Monitor(args)) => monitor::run(args),
         Some(Command::Command(args)) => command::run(args),
         Some(Command::Field(args)) => field::run(args),
+        Some(Command::Survey(args)) => survey::run(args),
     }
 }
 

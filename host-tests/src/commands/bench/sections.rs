@@ -3,7 +3,7 @@
 use crate::{
     bench::{
         Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, coverage, drilling, effects, hour,
-        rate_error, recordings, sensors, swaps, target, turntable,
+        multi_station, rate_error, recordings, sensors, swaps, target, turntable,
     },
     research::{contaminated, evaluations, inclination, paper},
 };
@@ -64,6 +64,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section::on_recordings("recordings", "Findings on recordings of real sensors", recordings::run),
     Section::on_recordings("benefit", "Share of the attainable benefit that flies", benefit::run),
     Section::on_recordings("attitude", "Attitude on recordings, beside VQF", attitude::run),
+    Section::on_host("multi_station", "Azimuths of a run, corrected by all of its stations", multi_station::run),
     Section::on_host("bus_faults", "Faults of sensors and wires", bus_faults::run),
     Section::on_host("sensors", "Load of the bus", sensors::run),
     Section::on_target("target", "Instructions of a minute of drilling on the emulated chip", target::run),
