@@ -16,3 +16,4 @@ pub mod score;
 pub mod simulate;
 pub mod target;
 pub mod trace;
+pub mod whole_probe;

@@ -67,6 +67,11 @@ impl Line {
         self.queue.configure(stream)
     }
 
+    /// The clock has gone back.
+    pub(super) const fn clock_went_back(&mut self) {
+        self.queue.clock_went_back();
+    }
+
     /// Whether raw samples are sent.
     pub(super) const fn record(&mut self, recording: bool) {
         self.recording = recording;

@@ -105,6 +105,8 @@ pub struct Application<'a, B: Board> {
     served: u32,
     /// When the next report of health is due.
     health_us: u64,
+    /// When the last round began.
+    round_us: u64,
     counts: Counts,
 }
 
@@ -135,12 +137,17 @@ impl<'a, B: Board> Application<'a, B> {
             progress: Progress::default(),
             // The first words are the boot's, unless the sensors are dead.
             health_us: SILENT_US,
+            round_us: 0,
             counts: Counts::default(),
         })
     }
 
     /// One round of the loop; sleeps when nothing is left to do.
     pub fn turn(&mut self) {
+        let now_us = self.board.now_us();
+        if now_us < core::mem::replace(&mut self.round_us, now_us) {
+            self.clock_went_back(now_us);
+        }
         self.enter(Stage::Samples);
         // One queue of them at most: where they come faster than they are flown the others are lost and
         // counted, and the rest goes on.
@@ -160,6 +167,17 @@ impl<'a, B: Board> Application<'a, B> {
         if !more {
             self.board.idle();
         }
+    }
+
+    /// What waits for a time that has been would wait for long, and evidence of rest would look fresh when that time comes again. The pipeline
+    /// looks after itself.
+    #[inline(never)]
+    fn clock_went_back(&mut self, now_us: u64) {
+        let Pipeline { surveyor, line, commands, .. } = &mut self.pipeline;
+        surveyor.restart();
+        line.clock_went_back();
+        commands.recording.stop(true);
+        self.health_us = now_us;
     }
 
     fn enter(&mut self, stage: Stage) {
@@ -183,12 +201,19 @@ impl<'a, B: Board> Application<'a, B> {
         }
         let output = probe.push(sample);
         let now_us = self.board.now_us();
+        let began_afresh = output.is_some() && probe.began_afresh();
+        if began_afresh && let Some(memory) = memory {
+            memory.configured(probe.config());
+        }
         if let Some(output) = &output {
             self.counts.delays.add(now_us.saturating_sub(sample.t_us));
             line.surveys(surveyor.push(&probe.survey_input(sample, output)));
         }
         line.sample(now_us, acquired.sequence, sample, output.as_ref());
         self.counts.processed = self.counts.processed.wrapping_add(1);
+        if began_afresh {
+            self.restarted();
+        }
         let budget = self.pipeline.probe.poll_budget();
         let most = budget.saturating_mul(OWED_SAMPLES);
         self.owed_units = self.owed_units.saturating_add(budget);

@@ -11,7 +11,7 @@ use serde_json::json;
 use crate::{
     bench::{
         Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, coverage, drilling, effects, hour,
-        rate_error, recordings, sensors, swaps, target, turntable,
+        rate_error, recordings, sensors, swaps, target, turntable, whole_probe,
     },
     failure::Failure,
     research::{contaminated, evaluations, inclination, paper},
@@ -77,6 +77,7 @@ const SECTIONS: &[Section] = &[
     Section::on_host("attitude", attitude::run),
     Section::on_host("bus_faults", bus_faults::run),
     Section::on_host("sensors", sensors::run),
+    Section::on_host("whole_probe", whole_probe::run),
     Section { name: "target", place: Place::Target, run: target::run },
     Section { name: "bus", place: Place::Target, run: bus::run },
     Section::on_host("drilling", drilling::run),
