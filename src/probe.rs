@@ -36,7 +36,7 @@ use survey::Calibrated;
 /// to 48 % of a Cortex-M4F at 168 MHz while there is work.
 const WORK_UNITS_PER_SECOND: u32 = 160_000;
 
-/// Step of time that counts as a gap, in nominal sample periods.
+/// Step of time that counts as a gap, in nominal sample periods; and refused samples in a row that do.
 pub const GAP_PERIODS: u32 = 3;
 
 /// Longest gap that one timestamp is believed, microseconds; a longer one needs two stamps in a row. It leaves nothing
@@ -67,6 +67,8 @@ struct Session {
     last_us: u64,
     /// Time of the sample before, which was too far from the last one to be believed alone; 0: it was not.
     doubted_us: u64,
+    /// Samples refused since the last one.
+    refused: u32,
     /// True before the first sample of a time base.
     is_new: bool,
     /// True if the last sample began a new time base because the clock went back.
@@ -88,6 +90,7 @@ impl Session {
         counters: Counters::ZERO,
         last_us: 0,
         doubted_us: 0,
+        refused: 0,
         is_new: true,
         began_afresh: false,
         last_valid_us: 0,
@@ -165,6 +168,7 @@ impl Probe {
         if if is_far { !is_confirmed } else { is_old } {
             self.session.doubted_us = if is_far { sample.t_us } else { 0 };
             count(&mut self.session.counters.out_of_order);
+            count(&mut self.session.refused);
             return None;
         }
         if is_old {
@@ -173,7 +177,9 @@ impl Probe {
         let first = self.session.is_new;
         self.session.is_new = false;
         let step_us = if first { 0 } else { sample.t_us - last_us };
-        let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
+        // While samples were refused time went by, whatever they said of it.
+        let refused = core::mem::replace(&mut self.session.refused, 0);
+        let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us) || refused > GAP_PERIODS && !first;
         if first {
             self.identifier.start(sample.t_us);
             self.watch.start(sample.t_us);
@@ -203,7 +209,8 @@ impl Probe {
         let rate = corrected.rate_rad_s;
 
         if gap {
-            self.filter.gap(step_s);
+            let refused_s = refused as f32 * self.config.sample_period_us as f32 * 1e-6;
+            self.filter.gap(if refused_s > step_s { refused_s } else { step_s });
             flags.insert(AttitudeFlags::AFTER_GAP);
             self.session.unread_s = 0.0;
         } else {

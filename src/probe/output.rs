@@ -21,7 +21,7 @@ pub struct Counters {
     /// Samples refused because of their time: it did not increase, or was more than ten seconds ahead or behind
     /// and no other had said so.
     pub out_of_order: u32,
-    /// Steps of time over three nominal periods, and steps back.
+    /// Steps of time over three nominal periods, steps back, and more than three refused samples in a row.
     pub gaps: u32,
     /// Samples with a clipped sensor.
     pub clipped: u32,

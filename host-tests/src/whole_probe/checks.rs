@@ -1,6 +1,6 @@
 //! What has to hold, looked at with every message that is heard and after every round of the program.
 
-use super::{EVIDENCE_S, machine::Machine, tally::Violation};
+use super::{EVIDENCE_S, machine::Machine, plan::Trouble, tally::Violation};
 use meerkat_mwd::{
     application::{Application, Board},
     attitude::AttitudeFlags,
@@ -13,6 +13,8 @@ use std::f64::consts::TAU;
 const SIGMAS: f64 = 5.0;
 /// Error of the angles' encoding, radians: half a step of angle, and half a step of sigma five times.
 const STEP_RAD: f64 = 0.5 * TAU / 65_536.0 + 2.5e-4;
+/// Time after the start and the last fault of sensors, clock or computing time from which it has to be, microseconds.
+const SETTLED_US: u64 = 15_000_000;
 /// Age of a stationary survey at which it has to be on the line, microseconds.
 const SURVEY_US: u64 = 1_000_000;
 
@@ -37,7 +39,10 @@ fn note(machine: &mut Machine<'_, '_>, what: Violation, holds: bool, words: impl
     tally.now_us = machine.chip.now_us.get();
     tally.checked(what);
     if !holds {
-        tally.violated(what, words);
+        let struck: Vec<_> =
+            (machine.day.struck.iter().rev()).filter(|(_, it)| *it != Trouble::Owner).take(4).collect();
+        let started_us = machine.chip.started_us.get();
+        tally.violated(what, || format!("{}; started at {started_us} us; struck {struck:?}", words()));
     }
 }
 
@@ -64,6 +69,13 @@ fn attitude(machine: &mut Machine<'_, '_>, frame: &AttitudeFrame) {
     let truth = truth.radians;
     let errors = errors_in_sigmas(&angles, &truth);
     let holds = errors.iter().all(|error| error.abs() <= SIGMAS);
+    let sound_since_us = machine.sound_since_us();
+    if now_us < sound_since_us + SETTLED_US {
+        let [checked, outside] = &mut machine.day.tally.soon;
+        *checked += 1;
+        *outside += u64::from(!holds);
+        return;
+    }
     note(machine, Violation::Attitude, holds, || {
         format!("{errors:.1?} sigma of {:?} rad, truth {truth:?}", angles.sigmas_rad())
     });

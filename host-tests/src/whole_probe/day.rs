@@ -11,6 +11,8 @@ pub struct Day {
     pub host: Host,
     pub tally: Tally,
     pub plan: VecDeque<(u64, Trouble)>,
+    /// What struck last, and when.
+    pub struck: Vec<(u64, Trouble)>,
     pub bytes_per_s: u32,
     /// Since the power came.
     pub watchdog_resets: u32,

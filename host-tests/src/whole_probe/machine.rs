@@ -104,6 +104,11 @@ impl<'c, 'd> Machine<'c, 'd> {
         self.chip.now_us.get() < self.until.stalled_us + 3_000_000
     }
 
+    /// When the last fault of sensors, clock or computing time ended; at least the start.
+    pub fn sound_since_us(&self) -> u64 {
+        self.unsound_us.unwrap_or(0).max(self.until.overload.1).max(self.chip.started_us.get())
+    }
+
     /// Whether work takes longer than it should, or did lately.
     pub fn overloaded(&self) -> bool {
         self.chip.now_us.get() < self.until.overload.1 + 1_000_000
@@ -175,6 +180,7 @@ impl<'c, 'd> Machine<'c, 'd> {
 
     fn strike(&mut self, trouble: Trouble) {
         let now_us = self.chip.now_us.get();
+        self.day.struck.push((now_us, trouble));
         let tally = &mut self.day.tally;
         match tally.troubles.get_mut(trouble.kind()) {
             Some(count) => *count += 1,

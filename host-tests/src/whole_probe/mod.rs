@@ -92,6 +92,7 @@ fn fly_to_the_end(seed: u64) -> anyhow::Result<Run> {
         host,
         tally: Tally::default(),
         plan: plan.into(),
+        struck: Vec::new(),
         bytes_per_s: settings.stream.bytes_per_s,
         watchdog_resets: 0,
         flown: Vec::new(),

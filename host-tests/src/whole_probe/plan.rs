@@ -143,8 +143,8 @@ impl Trouble {
             11 | 12 => Self::Replay,
             13 => Self::WrongKey,
             14 => Self::OtherProbe,
-            15 => Self::ClockStep(lasting(random, 0.02, 30.0) as i64),
-            16 => Self::ClockStep(-(lasting(random, 0.02, 30.0) as i64)),
+            15 => Self::ClockStep(lasting(random, 0.05, 30.0) as i64),
+            16 => Self::ClockStep(-(lasting(random, 0.05, 30.0) as i64)),
             17 => Self::Overload(4 + one_of(random, 21) as u64, lasting(random, 0.3, 3.0)),
             _ => Self::Hang([Stage::Acquisition, Stage::Samples, Stage::Work, Stage::Telemetry][one_of(random, 4)]),
         }

@@ -47,7 +47,7 @@ pub const VIOLATIONS: [(Violation, &str); 14] = [
     (Violation::ErasedWhileDrilling, "nothing is erased while drilling"),
     (Violation::ModelNotCompleted, "the model that is restored was completed"),
     (Violation::StorageRefused, "a flash that can be read is used"),
-    (Violation::Attitude, "an attitude without a flag is within 5 sigma"),
+    (Violation::Attitude, "an attitude without a flag is within 5 sigma, 15 s after start and faults"),
     (Violation::WatchdogReset, "the watchdog resets a stage that hangs, and nothing else"),
     (Violation::Silent, "attitude is back 3 s after the start"),
     (Violation::Panic, "nothing panics"),
@@ -62,6 +62,8 @@ pub struct Tally {
     pub checks: [u64; VIOLATIONS.len()],
     /// Those that did not hold, in the same order.
     pub violations: [u64; VIOLATIONS.len()],
+    /// Attitudes without a flag that came before they had to be within their deviations, and those that were not.
+    pub soon: [u64; 2],
     /// Commands of the owner.
     pub commands: u64,
     /// Starts of the program.
@@ -102,6 +104,7 @@ impl Tally {
             (&mut self.troubles[..], &other.troubles[..]),
             (&mut self.checks[..], &other.checks[..]),
             (&mut self.violations[..], &other.violations[..]),
+            (&mut self.soon[..], &other.soon[..]),
         ];
         for (sums, others) in sums {
             sums.iter_mut().zip(others).for_each(|(sum, other)| *sum += other);
