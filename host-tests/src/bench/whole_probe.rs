@@ -57,7 +57,7 @@ fn flown(all: &Tally) -> Table {
         ("of these lost and counted", all.lost),
         ("most that waited, of 31", all.queue),
         ("commands of the owner", all.commands),
-        ("attitudes without a flag in the 15 s after a start or a fault", all.soon[0]),
+        ("attitudes without a flag in the 30 s after a start or a fault", all.soon[0]),
         ("of these beyond 5 sigma", all.soon[1]),
         ("models stored", all.models),
         ("models restored", all.restored),

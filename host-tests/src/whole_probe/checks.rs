@@ -13,8 +13,9 @@ use std::f64::consts::TAU;
 const SIGMAS: f64 = 5.0;
 /// Error of the angles' encoding, radians: half a step of angle, and half a step of sigma five times.
 const STEP_RAD: f64 = 0.5 * TAU / 65_536.0 + 2.5e-4;
-/// Time after the start and the last fault of sensors, clock or computing time from which it has to be, microseconds.
-const SETTLED_US: u64 = 15_000_000;
+/// Time after the start and the last fault of sensors, clock or computing time from which it has to be, microseconds: no P is learnt from
+/// less than 14 s of motion, which with stops, a window of 10 s and its latency take this long.
+const SETTLED_US: u64 = 30_000_000;
 /// Age of a stationary survey at which it has to be on the line, microseconds.
 const SURVEY_US: u64 = 1_000_000;
 
@@ -48,6 +49,8 @@ fn note(machine: &mut Machine<'_, '_>, what: Violation, holds: bool, words: impl
 
 /// The model that was restored is one that was completed.
 fn started(machine: &mut Machine<'_, '_>, boot: &Boot) {
+    // A command may have started the pipeline afresh.
+    machine.boot_us = machine.chip.now_us.get();
     let (Some(number), Some(model)) = (boot.restored_model, boot.flies) else { return };
     machine.day.tally.restored += 1;
     let completed = machine.day.flown.contains(&model.gyro.p);

@@ -56,6 +56,8 @@ pub struct Machine<'c, 'd> {
     received: VecDeque<u8>,
     /// Stamps of the latest samples, and the truth at each.
     pub truths: VecDeque<(u64, Angles)>,
+    /// Time at which the probe last said what it runs with.
+    pub boot_us: u64,
     /// Time of the last fault of a sensor or of the clock, microseconds of the chip.
     pub unsound_us: Option<u64>,
 }
@@ -85,6 +87,7 @@ impl<'c, 'd> Machine<'c, 'd> {
             given: 0,
             received: VecDeque::new(),
             truths: VecDeque::new(),
+            boot_us: chip.now_us.get(),
             unsound_us: None,
         }
     }
@@ -104,9 +107,9 @@ impl<'c, 'd> Machine<'c, 'd> {
         self.chip.now_us.get() < self.until.stalled_us + 3_000_000
     }
 
-    /// When the last fault of sensors, clock or computing time ended; at least the start.
+    /// When the last fault of sensors, clock or computing time ended, or the pipeline started afresh.
     pub fn sound_since_us(&self) -> u64 {
-        self.unsound_us.unwrap_or(0).max(self.until.overload.1).max(self.chip.started_us.get())
+        self.unsound_us.unwrap_or(0).max(self.until.overload.1).max(self.boot_us)
     }
 
     /// Whether work takes longer than it should, or did lately.

@@ -1,7 +1,7 @@
 //! The whole probe under attack, deterministically: one seed gives a day of drilling and stops with everything that goes wrong in it, and
 //! what has to hold is looked at after every round of the program. What runs is the firmware's own program over a [`Board`] of this machine.
 //!
-//! Time is compressed: a day of drilling is a minute and a half of stretches of 5 to 16 s with stops of 4 to 8 s, surveys settle and
+//! Time is compressed: a day of drilling is three minutes of stretches of 5 to 16 s with stops of 4 to 8 s, surveys settle and
 //! average in 2 s, windows are 10 s long, sectors of the flash have 8 KiB and are nearly full at the start, and troubles come every few seconds.
 //!
 //! [`Board`]: meerkat_mwd::application::Board
@@ -43,7 +43,7 @@ use std::{
 use truth::Truth;
 
 /// Length of a run, microseconds.
-const DAY_US: u64 = 90_000_000;
+const DAY_US: u64 = 180_000_000;
 /// Time after which evidence of rest is none any more, and what is decided on it has been answered, seconds: a second of the interlock, and a
 /// second for the answer.
 const EVIDENCE_S: f64 = 2.0;

@@ -53,8 +53,8 @@ pub enum Trouble {
 /// Names of the kinds of trouble, in the order of the table.
 pub const KINDS: [&str; 19] = [
     "power cut",
-    "power cut that tears a word or a sector",
-    "power cut before or after a word or a sector",
+    "power cut planned within the next 80 words or sectors, tearing one",
+    "the same, before or after one",
     "marginal bit in the word of the cut",
     "bit of the flash that changes",
     "fault of a sensor's bus",

@@ -47,7 +47,7 @@ pub const VIOLATIONS: [(Violation, &str); 14] = [
     (Violation::ErasedWhileDrilling, "nothing is erased while drilling"),
     (Violation::ModelNotCompleted, "the model that is restored was completed"),
     (Violation::StorageRefused, "a flash that can be read is used"),
-    (Violation::Attitude, "an attitude without a flag is within 5 sigma, 15 s after start and faults"),
+    (Violation::Attitude, "an attitude without a flag is within 5 sigma, 30 s after start and faults"),
     (Violation::WatchdogReset, "the watchdog resets a stage that hangs, and nothing else"),
     (Violation::Silent, "attitude is back 3 s after the start"),
     (Violation::Panic, "nothing panics"),
