@@ -179,7 +179,9 @@ impl Probe {
         let step_us = if first { 0 } else { sample.t_us - last_us };
         // While samples were refused time went by, whatever they said of it.
         let refused = core::mem::replace(&mut self.session.refused, 0);
-        let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us) || refused > GAP_PERIODS && !first;
+        let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us)
+            || refused > GAP_PERIODS && !first
+            || self.session.began_afresh;
         if first {
             self.identifier.start(sample.t_us);
             self.watch.start(sample.t_us);
@@ -193,7 +195,6 @@ impl Probe {
 
         self.take_effect(sample.t_us);
         let mut flags = self.flags(&sample);
-        flags.set(AttitudeFlags::AFTER_GAP, self.session.began_afresh);
         if !sample.flags.contains(SampleFlags::GYRO_MISSING) {
             self.session.last_raw_rad_s = sample.gyro_rad_s;
         }
