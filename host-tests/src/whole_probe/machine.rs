@@ -311,7 +311,7 @@ impl<'c> Board for Machine<'c, '_> {
 
     fn idle(&mut self) {
         self.catch_up();
-        if self.waiting.len() == 0 {
+        if self.waiting.is_empty() {
             let next_us = (self.since_start_us() / PERIOD_US + 1) * PERIOD_US;
             self.chip.pass(next_us - self.since_start_us());
             self.catch_up();
