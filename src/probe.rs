@@ -69,8 +69,8 @@ struct Session {
     doubted_us: u64,
     /// Samples refused since the last one.
     refused: u32,
-    /// True before the first sample of a time base.
-    is_new: bool,
+    /// True from the first sample of a time base on; false in a static.
+    has_begun: bool,
     /// True if the last sample began a new time base because the clock went back.
     began_afresh: bool,
     /// Time of validity of the last output.
@@ -91,7 +91,7 @@ impl Session {
         last_us: 0,
         doubted_us: 0,
         refused: 0,
-        is_new: true,
+        has_begun: false,
         began_afresh: false,
         last_valid_us: 0,
         last_raw_rad_s: [0.0; 3],
@@ -160,11 +160,11 @@ impl Probe {
         let mut sample = sample.sanitised();
         self.session.checks.mark_clipped(&mut sample, &self.config.full_scale);
         self.session.began_afresh = false;
-        let last_us = if self.session.is_new { sample.t_us } else { self.session.last_us };
+        let last_us = if self.session.has_begun { self.session.last_us } else { sample.t_us };
         let is_far = sample.t_us.abs_diff(last_us) > UNCONFIRMED_GAP_US;
         let doubted_us = core::mem::replace(&mut self.session.doubted_us, 0);
         let is_confirmed = doubted_us > 0 && doubted_us < sample.t_us && sample.t_us - doubted_us <= UNCONFIRMED_GAP_US;
-        let is_old = sample.t_us <= last_us && !self.session.is_new;
+        let is_old = sample.t_us <= last_us && self.session.has_begun;
         if if is_far { !is_confirmed } else { is_old } {
             self.session.doubted_us = if is_far { sample.t_us } else { 0 };
             count(&mut self.session.counters.out_of_order);
@@ -174,8 +174,8 @@ impl Probe {
         if is_old {
             self.begin_afresh();
         }
-        let first = self.session.is_new;
-        self.session.is_new = false;
+        let first = !self.session.has_begun;
+        self.session.has_begun = true;
         let step_us = if first { 0 } else { sample.t_us - last_us };
         // While samples were refused time went by, whatever they said of it.
         let refused = core::mem::replace(&mut self.session.refused, 0);
