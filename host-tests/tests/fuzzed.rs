@@ -72,9 +72,8 @@ fn stored() -> Vec<u8> {
 /// Samples of a tool that turns, a hundred of them at 100 Hz.
 fn flown() -> Vec<u8> {
     let of = |k: u16| {
-        let x = f32::from(k) * 0.05;
-        let numbers =
-            [0.01, -0.02, 5.0, 2.0 * x.cos(), 2.0 * x.sin(), -9.6, 20.0 * x.cos(), 20.0 * x.sin(), 40.0, 25.0];
+        let (sine, cosine) = libm::sincosf(f32::from(k) * 0.05);
+        let numbers = [0.01, -0.02, 5.0, 2.0 * cosine, 2.0 * sine, -9.6, 20.0 * cosine, 20.0 * sine, 40.0, 25.0];
         let numbers = numbers.iter().flat_map(|number: &f32| number.to_le_bytes());
         10_000_i32.to_le_bytes().into_iter().chain(numbers).chain([0, 0]).collect::<Vec<u8>>()
     };
