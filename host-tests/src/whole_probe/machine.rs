@@ -10,7 +10,7 @@ use meerkat_mwd::{
     Sample,
     application::{Acquired, Acquisition, AcquisitionCounts, Board, SampleConsumer, Stage},
     sensor_models::{BusFault, Injection, ModelledParts, RecordingPlayer, Schedule},
-    telemetry::{ProbeId, ResetReason},
+    telemetry::{Message, ProbeId, ResetReason},
 };
 use std::collections::VecDeque;
 
@@ -60,6 +60,8 @@ pub struct Machine<'c, 'd> {
     pub boot_us: u64,
     /// Time of the last fault of a sensor or of the clock, microseconds of the chip.
     pub unsound_us: Option<u64>,
+    /// Judge of every message that the host hears.
+    judge: fn(&mut Self, &Message),
 }
 
 impl<'c, 'd> Machine<'c, 'd> {
@@ -69,6 +71,7 @@ impl<'c, 'd> Machine<'c, 'd> {
         (parts, mut player): (&'c ModelledParts<WORDS>, RecordingPlayer<'c, WORDS>),
         (acquisition, waiting, counts): (Acquisition<'c>, SampleConsumer<'c>, &'c AcquisitionCounts),
         reason: ResetReason,
+        judge: fn(&mut Self, &Message),
     ) -> Self {
         player.settle(&Sample { t_us: PERIOD_US, ..day.truth.sample() });
         Self {
@@ -89,6 +92,7 @@ impl<'c, 'd> Machine<'c, 'd> {
             truths: VecDeque::new(),
             boot_us: chip.now_us.get(),
             unsound_us: None,
+            judge,
         }
     }
 
@@ -294,7 +298,7 @@ impl<'c> Board for Machine<'c, '_> {
             let byte = self.spoilt(*byte);
             self.day.digest(byte);
             if let Some(message) = self.day.host.hear(byte) {
-                super::checks::heard(self, &message);
+                (self.judge)(self, &message);
             }
         }
         taken

@@ -161,7 +161,7 @@ fn power_up(chip: &Chip, day: &mut Day, settings: &Settings, reason: ResetReason
     }
     let before = Round { stored: 0, erased: chip.erased_us.borrow().len() };
     let acquisition = (Acquisition::new(producer, &counts), waiting, &counts);
-    let machine = Machine::new(chip, day, (&parts, player), acquisition, reason);
+    let machine = Machine::new(chip, day, (&parts, player), acquisition, reason, checks::heard);
     let (mut probe, mut surveyor, mut line, mut commands) =
         (Box::new(Probe::new()), Surveyor::new(), Line::new(), Commands::new());
     let pipeline =
