@@ -36,6 +36,9 @@ use survey::Calibrated;
 /// to 48 % of a Cortex-M4F at 168 MHz while there is work.
 const WORK_UNITS_PER_SECOND: u32 = 160_000;
 
+/// Time that the estimator has for its attitude, microseconds: as much as its increments may wait.
+const LOOK_LATENCY_US: u64 = 400_000;
+
 /// Step of time that counts as a gap, in nominal sample periods.
 pub const GAP_PERIODS: u32 = 3;
 
@@ -69,6 +72,8 @@ struct Session {
     doubted_us: u64,
     /// Time of validity of the last output.
     last_valid_us: u64,
+    /// When the estimator's attitude is compared; 0: it was not asked for.
+    look_due_us: u64,
     last_raw_rad_s: [f32; 3],
     /// Time since the last believable rate, seconds.
     unread_s: f32,
@@ -85,6 +90,7 @@ impl Session {
         last_us: 0,
         doubted_us: 0,
         last_valid_us: 0,
+        look_due_us: 0,
         last_raw_rad_s: [0.0; 3],
         unread_s: 0.0,
         checks: ReadingChecks::ZERO,
@@ -175,6 +181,12 @@ impl Probe {
         self.session.counters.samples += 1;
 
         self.take_effect(sample.t_us);
+        if self.session.look_due_us > 0 && sample.t_us >= self.session.look_due_us {
+            self.session.look_due_us = 0;
+            if let Some(known) = self.identifier.known_attitude() {
+                self.filter.compare(known);
+            }
+        }
         let mut flags = self.flags(&sample);
         if !sample.flags.contains(SampleFlags::GYRO_MISSING) {
             self.session.last_raw_rad_s = sample.gyro_rad_s;
@@ -215,7 +227,10 @@ impl Probe {
         let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         let warming_k = is_warm.then_some(sample.temperature_c - REFERENCE_TEMPERATURE_C);
         // Uncorrected: the estimator takes out by itself what it has found.
-        self.identifier.push(sample.t_us, [gyro, accel, mag], warming_k);
+        if self.identifier.push(sample.t_us, [gyro, accel, mag], warming_k) {
+            self.filter.mark();
+            self.session.look_due_us = sample.t_us.saturating_add(LOOK_LATENCY_US);
+        }
 
         let delay_s = self.effects().gyro_delay_s(self.library()) + self.config.latency.gyro_s.unwrap_or(0.0);
         // No output is valid later than its sample: a gyro ahead of its time means two late vector sensors.

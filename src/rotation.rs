@@ -103,6 +103,31 @@ pub(crate) fn matrix(q: &Quaternion<f32>) -> Matrix3<f32> {
     )
 }
 
+/// Unit quaternion of a rotation matrix (Shepperd, J. Guidance and Control 1(3), 1978).
+pub(crate) fn quaternion(m: &Matrix3<f32>) -> Quaternion<f32> {
+    let trace = m.m11 + m.m22 + m.m33;
+    let root = |x: f32| libm::sqrtf(if x > 0.0 { x } else { 0.0 });
+    let q = if trace > 0.0 {
+        Quaternion::new(1.0 + trace, m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12)
+    } else if m.m11 >= m.m22 && m.m11 >= m.m33 {
+        Quaternion::new(m.m32 - m.m23, 1.0 + m.m11 - m.m22 - m.m33, m.m12 + m.m21, m.m13 + m.m31)
+    } else if m.m22 >= m.m33 {
+        Quaternion::new(m.m13 - m.m31, m.m12 + m.m21, 1.0 + m.m22 - m.m11 - m.m33, m.m23 + m.m32)
+    } else {
+        Quaternion::new(m.m21 - m.m12, m.m13 + m.m31, m.m23 + m.m32, 1.0 + m.m33 - m.m11 - m.m22)
+    };
+    q / root(q.norm_squared())
+}
+
+/// Rotation vector of a unit quaternion, radians, at most pi long.
+pub(crate) fn rotation_vector(q: &Quaternion<f32>) -> Vector3<f32> {
+    let q = if q.w < 0.0 { -*q } else { *q };
+    let sine = libm::sqrtf(q.imag().norm_squared());
+    // Of a small angle twice the imaginary part.
+    let per_sine = if sine > 1e-4 { 2.0 * libm::atan2f(sine, q.w) / sine } else { 2.0 };
+    q.imag() * per_sine
+}
+
 /// Normalises a quaternion whose norm is within 1e-3 of one, by one Newton step to within rounding.
 pub(crate) fn renormalised(q: &Quaternion<f32>) -> Quaternion<f32> {
     q * (1.5 - 0.5 * q.norm_squared())

@@ -16,8 +16,10 @@ use super::{
 use crate::{
     compensation::GyroModel,
     config::{AttitudeConfig, Earth},
+    estimator::KnownAttitude,
     rest::UNSEEN_RATE_RAD_S,
-    rotation::rotate_back,
+    rotation::{exp_quaternion, quaternion, rotate_back, rotation_vector},
+    statistics::chi_square::IN_A_THOUSAND,
 };
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Vector3};
@@ -309,6 +311,37 @@ impl AttitudeFilter {
     /// Restarts the average of the field's reference, after a change in what is taken out of the field.
     pub const fn field_changed(&mut self) {
         self.heading.relearn_reference();
+    }
+
+    /// Marks this instant: the estimator is asked for its attitude.
+    pub const fn mark(&mut self) {
+        self.state.propagation.mark();
+    }
+
+    /// Takes the attitude that the estimator had at the mark: body to NED, counted from magnetic north, and the covariance of its error,
+    /// NED, rad^2. It takes the place of the filter's where it excludes that: its P and bias are estimated beside it, the filter's are what
+    /// flies.
+    pub fn compare(&mut self, known: &KnownAttitude) {
+        let Self { state, heading, settings, .. } = self;
+        let north = Vector3::new(0.0, 0.0, settings.earth.declination_rad.unwrap_or(0.0));
+        let rotation = exp_quaternion(&north) * quaternion(&known.rotation);
+        let Some(by) = state.propagation.since_mark(&rotation) else { return };
+        if !self.tilt.aligned || !heading.is_settled() {
+            return;
+        }
+        let error = rotation_vector(&by);
+        let Some(information) = known.covariance.try_inverse() else { return };
+        let square = error.dot(&(information * error));
+        if !matches!(square.partial_cmp(&IN_A_THOUSAND), Some(core::cmp::Ordering::Greater)) {
+            return;
+        }
+        state.propagation.turn(&by);
+        state.errors.reset_attitude(&known.covariance);
+        state.bias_rad_s = Vector3::zeros();
+        state.reset_bias(&settings.config);
+        state.refresh_rotation();
+        self.stop();
+        self.report.is_stale = true;
     }
 
     /// Sets whether the gyro's delay is known. If not, the attitude is uncertain by the turn of half a sample

@@ -85,6 +85,11 @@ impl Heading {
         self.steps > 0
     }
 
+    /// Returns true once the first heading has been averaged.
+    pub const fn is_settled(&self) -> bool {
+        self.steps >= ALIGNMENT_STEPS
+    }
+
     /// Returns true if the field recently agreed with the attitude, so that the tilt cannot be far off.
     pub const fn agrees(&self) -> bool {
         self.disagreed_s < AGREEMENT_S && self.steps >= ALIGNMENT_STEPS

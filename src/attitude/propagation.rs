@@ -1,4 +1,4 @@
-use crate::rotation::{exp_quaternion, renormalised};
+use crate::rotation::{IDENTITY, exp_quaternion, renormalised};
 use nalgebra::{Quaternion, Vector3, Vector4};
 
 /// Body-to-earth quaternion, integrated from body rates sample by sample.
@@ -13,6 +13,10 @@ pub(crate) struct Propagation {
     pub(crate) q: Quaternion<f32>,
     increment_rad: Vector3<f32>,
     moving: bool,
+    /// Attitude at the mark, and the product of the corrections since, in the earth frame.
+    marked: Quaternion<f32>,
+    corrected: Quaternion<f32>,
+    has_mark: bool,
 }
 
 impl Propagation {
@@ -22,12 +26,29 @@ impl Propagation {
             q: Quaternion::from_vector(Vector4::new(0.0, 0.0, 0.0, 0.0)),
             increment_rad: Vector3::new(0.0, 0.0, 0.0),
             moving: false,
+            marked: Quaternion::from_vector(Vector4::new(0.0, 0.0, 0.0, 0.0)),
+            corrected: Quaternion::from_vector(Vector4::new(0.0, 0.0, 0.0, 0.0)),
+            has_mark: false,
         }
     }
 
     /// Forgets the previous sample, so that the next step adds no coning term across a gap.
     pub(crate) const fn interrupt(&mut self) {
         self.moving = false;
+        self.has_mark = false;
+    }
+
+    /// Marks the attitude of this instant.
+    pub(crate) const fn mark(&mut self) {
+        (self.marked, self.corrected, self.has_mark) = (self.q, IDENTITY, true);
+    }
+
+    /// Takes the mark. Returns the rotation, earth frame, that brings the attitude now to where it would be if it had been
+    /// `rotation` (body to earth) at the mark, with the same increments since; `None` without a mark.
+    pub(crate) fn since_mark(&mut self, rotation: &Quaternion<f32>) -> Option<Quaternion<f32>> {
+        // The attitude now is corrected * marked * increments.
+        core::mem::replace(&mut self.has_mark, false)
+            .then(|| rotation * self.marked.conjugate() * self.corrected.conjugate())
     }
 
     /// Advances by the `dt_s` seconds that end now, at their mean rate.
@@ -44,14 +65,20 @@ impl Propagation {
 
     /// Rotates the estimate by a rotation vector in the earth frame.
     pub(crate) fn correct(&mut self, rotation_vector_rad: &Vector3<f32>) {
-        self.q = renormalised(&(exp_quaternion(rotation_vector_rad) * self.q));
+        self.turn(&exp_quaternion(rotation_vector_rad));
+    }
+
+    /// Rotates the estimate in the earth frame.
+    pub(crate) fn turn(&mut self, by: &Quaternion<f32>) {
+        self.q = renormalised(&(by * self.q));
+        self.corrected = renormalised(&(by * self.corrected));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rotation::{IDENTITY, matrix};
+    use crate::rotation::matrix;
 
     const DT_S: f32 = 0.005;
 

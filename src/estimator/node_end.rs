@@ -99,7 +99,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// Variance of the node's rotation by what is not known of bias and P, rad^2.
-    fn unknown_rotation(&self) -> T {
+    pub(super) fn unknown_rotation(&self) -> T {
         let sigma = self.sigma.iter().skip(NUISANCES);
         let mut by = [[T::ZERO; GYRO]; 3];
         for ((k, of), sigma) in self.pre.by_gyro.iter().enumerate().zip(sigma) {

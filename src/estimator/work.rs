@@ -101,6 +101,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 self.gap(seconds);
                 INCREMENT_UNITS
             }
+            Some(Item::Look) => {
+                self.note_attitude();
+                INCREMENT_UNITS
+            }
             Some(Item::Close) => {
                 self.average();
                 START_UNITS
