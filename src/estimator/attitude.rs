@@ -66,7 +66,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         };
         let since = self.unknown_rotation();
         let covariance = Matrix3::from_fn(product) + Matrix3::from_diagonal_element(since);
-        let last = self.parameters.p * (held.rate - self.parameters.bias) * held.seconds;
+        // A reading of an instant stands for the interval about it, so that an increment ends half a period after its last sample.
+        let late = if self.settings.is_instant { T::of(0.5 * self.settings.sample_period_s) } else { T::ZERO };
+        let last = self.parameters.p * (held.rate - self.parameters.bias) * (held.seconds - late);
         let attitude = turn * self.node.attitude * self.pre.rotation * rotation(&last);
         let known = KnownAttitude {
             rotation: attitude.map(|x| x.narrow()),
