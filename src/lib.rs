@@ -47,9 +47,7 @@ pub use config::Config;
 pub use probe::Probe;
 pub use sample::{Sample, SampleFlags};
 
-/// Code of the README and the guides, compiled and run as tests.
+/// Code of the README, compiled and run as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
-#[doc = include_str!("../docs/effects.md")]
-#[cfg_attr(feature = "bus", doc = include_str!("../docs/sensors.md"))]
 pub struct Readme;

@@ -36,7 +36,7 @@ use survey::Calibrated;
 /// to 48 % of a Cortex-M4F at 168 MHz while there is work.
 const WORK_UNITS_PER_SECOND: u32 = 160_000;
 
-/// Time that the estimator has for its attitude, microseconds: as much as its increments may wait.
+/// Time that the estimator has for its attitude, microseconds: less than the period of the instants that it is of.
 const LOOK_LATENCY_US: u64 = 400_000;
 
 /// Step of time that counts as a gap, in nominal sample periods.

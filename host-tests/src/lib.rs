@@ -14,5 +14,6 @@ pub mod report;
 pub mod research;
 pub mod score;
 pub mod simulate;
+pub mod surveys;
 pub mod target;
 pub mod trace;

@@ -209,6 +209,20 @@ fn every_section_runs_and_says_in_json_what_they_print() {
     assert!(printed.starts_with(&*String::from_utf8(again.stdout).unwrap()), "the same whoever shares the seeds");
 }
 
+#[test]
+fn a_page_of_measurements_is_what_the_command_in_its_first_line_prints() {
+    let directory = TempDir::new().unwrap();
+    let folder = directory.path().join("pages");
+    let arguments = ["--seeds", "1", "--only", "turntable", "--markdown", folder.to_str().unwrap()];
+    let output = mwd(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let page = std::fs::read_to_string(folder.join("turntable.md")).unwrap();
+    let command = "    cargo mwd bench --only turntable --seeds 1 --markdown docs/measurements\n";
+    assert!(page.starts_with(command), "{page}");
+    assert!(page.trim_end().ends_with(String::from_utf8(output.stdout).unwrap().trim_end()), "{page}");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+}
+
 /// Checks that a cell has a text, and either one value, or median and worst, or no number.
 fn check_cell(cell: &Value) {
     let fields: Vec<&str> = cell.as_object().unwrap().keys().map(String::as_str).collect();

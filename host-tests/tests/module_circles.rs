@@ -87,7 +87,7 @@ fn only_the_bench_command_calls_settled_research() {
     let is_research = |file: &PathBuf| file.starts_with("research");
     let callers = arrows.iter().filter(|(from, to)| !is_research(from) && to.iter().any(is_research));
     let callers: Vec<_> = callers.map(|(from, _)| from.display().to_string()).collect();
-    assert_eq!(callers, ["commands/bench.rs"]);
+    assert_eq!(callers, ["commands/bench/sections.rs"]);
 }
 
 #[test]

@@ -1,3 +1,5 @@
+//! Symmetric matrices, stored as lower triangles: half of the memory, and no half that could disagree.
+
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::cholesky::{factorise, solve_lower, solve_upper};

@@ -1,3 +1,5 @@
+//! Quantile of a few values.
+
 /// Value below which `share` (0 to 1) of the values lie: the upper of two, 0 of none. Sorts the values in
 /// place by insertion, because they are about a hundred and this sort cannot panic.
 pub(crate) fn quantile(values: &mut [f32], share: f32) -> f32 {

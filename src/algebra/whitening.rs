@@ -1,3 +1,5 @@
+//! Whitening of vectors by a covariance.
+
 #![allow(clippy::indexing_slicing)] // Constant indices into a 3x3 matrix.
 
 use nalgebra::{Matrix3, Vector3};

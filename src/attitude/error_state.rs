@@ -1,3 +1,5 @@
+//! Covariance of the error state, and the scalar Kalman update of the attitude filter.
+
 #![allow(clippy::indexing_slicing)] // constant sizes, indices from loops over them
 
 use nalgebra::{Matrix3, Vector2, Vector3};

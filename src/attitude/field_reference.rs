@@ -1,3 +1,5 @@
+//! Reference of the earth's field, norm and dip, as it is learnt; a passing disturbance does not enter it.
+
 use crate::{
     config::{AttitudeConfig, Earth},
     rest::TURNING_RAD_S,

@@ -1,3 +1,5 @@
+//! Attitude filter: the order of a step. Its parts (tilt, heading, motion, agreement) are one file each.
+
 use super::{
     Attitude, AttitudeFlags,
     agreement::Agreement,
@@ -318,9 +320,9 @@ impl AttitudeFilter {
         self.state.propagation.mark();
     }
 
-    /// Takes the attitude that the estimator had at the mark: body to NED, counted from magnetic north, and the covariance of its error,
-    /// NED, rad^2. It takes the place of the filter's where it excludes that: its P and bias are estimated beside it, the filter's are what
-    /// flies.
+    /// Compares the filter's attitude at the mark with the estimator's. If that excludes it (chi-square, once in a
+    /// thousand by chance), the filter goes on from the estimator's, with its covariance: the estimator knows P and
+    /// bias better than the model that flies.
     pub fn compare(&mut self, known: &KnownAttitude) {
         let Self { state, heading, settings, .. } = self;
         let north = Vector3::new(0.0, 0.0, settings.earth.declination_rad.unwrap_or(0.0));

@@ -1,3 +1,5 @@
+//! Filter step: samples of 0.05 s, summed before the filter updates.
+
 use nalgebra::{Matrix3, Vector3};
 
 /// Samples of one filter step, summed in the earth frame. Rotation within the step is removed sample by

@@ -1,3 +1,5 @@
+//! Propagation of the attitude by the compensated rate, sample by sample.
+
 use crate::rotation::{IDENTITY, exp_quaternion, renormalised};
 use nalgebra::{Quaternion, Vector3, Vector4};
 

@@ -1,3 +1,6 @@
+//! Rest, as the attitude filter and the surveys judge it: readings that stay the same. The estimator has its own,
+//! `estimator/rest.rs`.
+
 use nalgebra::Vector3;
 
 /// Smoothing of the readings' own mean, seconds (VQF's default).

@@ -1,3 +1,5 @@
+//! Settings that the filter derives from its configuration and the earth.
+
 use crate::{
     config::{AttitudeConfig, Earth},
     rotation::sine_and_cosine,

@@ -1,3 +1,5 @@
+//! Shaking: the part of the specific force that is no gravity, and the noise that follows from it.
+
 use nalgebra::{Vector2, Vector3};
 
 /// Integration time of the force, seconds: a turn at 30 rpm, the slowest rotary drilling. A probe in its hole

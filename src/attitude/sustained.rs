@@ -1,3 +1,5 @@
+//! Sustained rotation, told from a drill string's swing.
+
 use super::filter_step::FilterStep;
 use nalgebra::Vector3;
 

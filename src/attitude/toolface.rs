@@ -1,3 +1,6 @@
+//! Tool angles of an attitude, with their deviations: inclination, azimuth, gravity and magnetic toolface (frames and
+//! signs: docs/architecture.md).
+
 use core::f32::consts::{PI, TAU};
 use nalgebra::Matrix3;
 

@@ -1,3 +1,5 @@
+//! Field turned by more than the gyro says: the doubt about either, and how long it lasts.
+
 use crate::statistics::chi_square::IN_A_THOUSAND;
 use nalgebra::Vector3;
 

@@ -1,3 +1,5 @@
+//! Correction of readings by the effects that are taken out.
+
 use super::effect::{Effect, MAX_PARAMETERS, Sensor, Snapshot};
 use nalgebra::Vector3;
 

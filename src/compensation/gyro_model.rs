@@ -1,3 +1,5 @@
+//! Gyro model: P and b, the twelve parameters that are identified (paper, eq 1 to 4).
+
 use crate::sample::BEYOND_ANY_GYRO_RAD_S;
 use nalgebra::{Matrix3, Vector3};
 

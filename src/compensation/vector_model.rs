@@ -1,3 +1,5 @@
+//! Calibration of a vector sensor, from the factory or `cargo mwd calibrate`.
+
 use nalgebra::{Matrix3, Vector3};
 
 /// Calibration of a vector sensor (accelerometer or magnetometer): `v = M (v_raw - offset)`.

@@ -1,3 +1,5 @@
+//! Settings of the attitude filter.
+
 use super::{ConfigError, all_positive};
 
 /// Settings of the attitude filter. Standard deviations are those of errors left after compensation and

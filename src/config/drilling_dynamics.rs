@@ -1,3 +1,5 @@
+//! Settings of the drilling dynamics.
+
 use super::{ConfigError, all_positive};
 use crate::units::STANDARD_GRAVITY_M_S2;
 

@@ -1,3 +1,5 @@
+//! Earth at the probe: gravity, field, latitude, declination.
+
 use crate::units::STANDARD_GRAVITY_M_S2;
 
 /// Earth at the probe. `None` means unknown, and nothing is assumed.

@@ -1,3 +1,5 @@
+//! Error of a configuration.
+
 /// Reason to refuse a [`Config`](super::Config): the field, and what it must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]

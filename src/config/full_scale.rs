@@ -1,3 +1,5 @@
+//! Full scales of the sensors.
+
 /// Full scales of the sensors; `None` if unknown, in which case that sensor's clipping goes unseen.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]

@@ -1,3 +1,5 @@
+//! Settings of the identification.
+
 use super::{ConfigError, Motion, OptimizerKind, VectorErrors, all_positive};
 
 /// Settings of the estimator of the gyro's errors, of the instants at which it takes effect, and of the

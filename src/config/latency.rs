@@ -1,3 +1,5 @@
+//! Delays of the sensors' readings, from the parts' data.
+
 use super::ConfigError;
 
 /// Longest delay that can be configured, seconds.

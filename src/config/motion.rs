@@ -1,3 +1,5 @@
+//! Kinds of motion.
+
 /// Kind of motion: how much the probe's turning and its accelerations may change between two nodes of the
 /// estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

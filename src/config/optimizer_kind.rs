@@ -1,3 +1,5 @@
+//! Search methods.
+
 /// Search method of a window. All but `Imoa`, `Lm` and `Ls` need the feature `baseline-searches`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]

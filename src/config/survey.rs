@@ -1,3 +1,5 @@
+//! Settings of surveys.
+
 use super::{ConfigError, DynamicsConfig, SurveyErrors, SurveyLimits, all_positive};
 use core::f32::consts::TAU;
 

@@ -1,3 +1,5 @@
+//! Error model of surveys: the sensor terms of the ISCWSA MWD error model.
+
 use super::{ConfigError, all_positive};
 
 /// Errors left in the calibrated sensors and in the reference field, one standard deviation each, by the

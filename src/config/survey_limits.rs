@@ -1,3 +1,5 @@
+//! Limits of a survey's quality.
+
 use super::{ConfigError, all_positive};
 use crate::units::STANDARD_GRAVITY_M_S2;
 

@@ -1,3 +1,5 @@
+//! Errors that calibrations leave in accelerometer and magnetometer.
+
 use super::ConfigError;
 
 /// Errors left by the calibrations of accelerometer and magnetometer, one standard deviation each: the prior

@@ -1,4 +1,5 @@
-//! What has been found so far: the effects that fly, since when, and the reports of the windows.
+//! Effects that fly and since when, and the reports of the windows that say so. The evidence itself is computed in
+//! `estimator/candidates/evidence.rs`; an effect is named and taken out here, at the instant of an update.
 
 use super::{DiagnosisReport, EffectReport, Verdict};
 use crate::{
@@ -11,12 +12,12 @@ use heapless::Vec;
 /// Reports waiting to be taken.
 const PENDING: usize = 2;
 
-/// The effects that fly, and what is reported of them.
+/// Effects that fly, and their reports.
 pub(crate) struct Findings {
     flown: ActiveEffects,
-    /// What the latest update found, that waits for its instant: its report, and whether its effects are to fly.
+    /// Report of the latest update, which waits for its instant, and whether its effects are to fly.
     waiting: Vec<(DiagnosisReport, bool), 1>,
-    /// What the report before had found.
+    /// Effects that the report before had found.
     known: [EffectReport; MAX_CLAIMED],
     known_count: usize,
     pending: Vec<DiagnosisReport, PENDING>,
@@ -46,7 +47,7 @@ impl Findings {
         }
     }
 
-    /// Begins anew.
+    /// Forgets everything found, at a new configuration.
     pub fn start(&mut self) {
         self.flown = ActiveEffects::none();
         self.waiting.clear();
@@ -55,18 +56,18 @@ impl Findings {
         self.lost = 0;
     }
 
-    /// The effects that are taken out.
+    /// Returns the effects that are taken out.
     pub const fn flown(&self) -> &ActiveEffects {
         &self.flown
     }
 
-    /// Flies these from the first sample on.
+    /// Flies restored effects from the first sample on.
     #[cfg(feature = "storage")]
     pub const fn restore(&mut self, effects: &ActiveEffects) {
         self.flown = *effects;
     }
 
-    /// What a posterior says of the effects. `flies`: whether its model, and with it they, are to fly.
+    /// Reports the effects of a posterior. `flies` says that its model, and with it its effects, are to fly.
     #[inline(never)]
     pub fn judge(
         &mut self,
@@ -97,18 +98,19 @@ impl Findings {
             report.count += 1;
         }
         self.waiting.clear();
-        // Just emptied, so there is room.
+        // The list was just emptied, so there is room.
         let _ = self.waiting.push((report, flies));
     }
 
-    /// A claim as it is reported.
+    /// Turns a claim into its report.
     fn told(&self, effect: &dyn Effect, claim: &Claim, t_us: u64, field_ut: f32, config: &Config) -> EffectReport {
         let mut found = FoundEffect { index: claim.effect, parameters: claim.parameters, sigma: claim.sigma };
         if effect.gyro_delay_s(&found.parameters) != 0.0
             && config.latency.gyro_s.is_none()
             && let Some(delay_s) = found.parameters.first_mut()
         {
-            // A rate whose time is unknown is taken for a mean over the interval that it ends: it is half of that late already.
+            // A rate of unknown time is taken as the mean over the interval that it ends, so it is half an interval
+            // late already.
             *delay_s += config.sample_period_us as f32 * 0.5e-6;
         }
         let unit = match effect.sensor() {
@@ -126,13 +128,14 @@ impl Findings {
             rivals: claim.rivals,
             step_us: claim.step_us,
             found_us: known.map_or(t_us, |known| known.found_us),
-            // Known at the instant at which it takes effect.
+            // The time is set when the update takes effect.
             taken_out_us: if claim.is_taken_out { known.map_or(0, |known| known.taken_out_us) } else { 0 },
         }
         .marked(claim.is_taken_out)
     }
 
-    /// The result of an update takes effect. Returns whether what is taken out changes, and whether other effects of the magnetometer are.
+    /// Lets the result of an update take effect. Returns `None` if the effects taken out stay the same, else whether
+    /// effects of the magnetometer are among those that changed.
     pub fn take_effect(&mut self, t_us: u64, is_window: bool, library: &[&dyn Effect]) -> Option<bool> {
         let (mut report, flies) = self.waiting.pop()?;
         report.t_effect_us = t_us;
@@ -152,7 +155,7 @@ impl Findings {
                 self.pending.remove(0);
                 self.lost = self.lost.saturating_add(1);
             }
-            // There is room now.
+            // The list has room now.
             let _ = self.pending.push(report);
         }
         let of_field = |effects: &ActiveEffects| {
@@ -165,18 +168,18 @@ impl Findings {
         (self.flown != before).then(|| of_field(&self.flown) != of_field(&before))
     }
 
-    /// The result of an update is not there in time.
+    /// Drops the result of an update that was not ready in time.
     pub fn drop_waiting(&mut self) {
         self.waiting.clear();
     }
 
-    /// The oldest report that nobody has taken.
+    /// Returns the oldest report that nobody has taken.
     pub fn take(&mut self) -> Option<DiagnosisReport> {
         (!self.pending.is_empty()).then(|| self.pending.remove(0))
     }
 }
 
-/// Of an effect that is to be taken out for the first time.
+/// Time of an effect that is to be taken out for the first time.
 const TO_BE_TAKEN_OUT: u64 = u64::MAX;
 
 impl EffectReport {

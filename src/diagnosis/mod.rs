@@ -1,5 +1,6 @@
-//! Which physical effects the model lacks, said from the estimator's evidence: what was found, since when it is taken out, what it may be instead,
-//! and what is left that nothing explains.
+//! Account of the physical effects that the model lacks, from the estimator's evidence: effects found, the instant
+//! since when each is taken out, rivals that the data cannot tell from it, and the remainder that nothing explains.
+//! `findings` keeps it from update to update; `report` is what a user gets.
 
 mod report;
 mod findings;

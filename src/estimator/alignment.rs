@@ -1,12 +1,13 @@
-//! The first attitude, at a start and after a turn that nobody saw: from the mean force and field over seconds, turned to their beginning.
+//! The first attitude, at a start and after a turn that nobody saw: from the mean force and field over seconds,
+//! turned to their beginning.
 
 use super::{
     preintegration::Preintegration,
     real::{M3, Real, V3, identity, zero3, zero33},
 };
 
-/// Seconds over which force and field are averaged at a start. What moves within a metre a second has a mean acceleration of 0.5 m/s^2 over
-/// two seconds: 3 deg. From one instant the filter would converge to a wrong point.
+/// Seconds over which force and field are averaged at a start. What moves within a metre a second has a mean
+/// acceleration of 0.5 m/s^2 over two seconds: 3 deg. From one instant the filter would converge to a wrong point.
 const START_S: f32 = 2.0;
 /// The same after a gap, when P and b are known and the field's heading is.
 const AFTER_GAP_S: f32 = 1.0;

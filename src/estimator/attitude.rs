@@ -1,5 +1,7 @@
-//! The attitude that the filter itself has, at instants of the samples' own time, with what is known of it: P, bias and the errors of the
-//! vector sensors are estimated beside it, so that it is right before a wrong P has been replaced.
+//! The estimator's own attitude at instants of the samples' time, with its covariance.
+//!
+//! P, bias and the errors of the vector sensors are estimated beside it, so that it is right before a wrong P has been
+//! replaced in flight.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -10,9 +12,9 @@ use super::{
 };
 use nalgebra::Matrix3;
 
-/// How often the attitude is asked for, microseconds: two nodes.
+/// Period of these instants, microseconds: a node.
 pub(super) const LOOK_EVERY_US: u64 = 500_000;
-/// Least square of the level field over that of the whole: within 6 deg of a magnetic pole there is no heading.
+/// Least square of the horizontal field over that of the whole: within 6 deg of a magnetic pole there is no heading.
 const LEAST_LEVEL_SQUARE: f32 = 0.01;
 
 /// Attitude of the body at one instant.
@@ -25,7 +27,7 @@ pub struct KnownAttitude {
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// Asks for the attitude after every whole period of the samples' time, at the increment that ends there. `true`: this is such an instant.
+    /// Returns true if the attitude of this instant is to be known: the first end of an increment after a period.
     pub(super) fn look(&mut self, t_us: u64) -> bool {
         if t_us < self.next_look_us {
             return false;
@@ -35,18 +37,20 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         true
     }
 
-    /// The attitude that was asked for last; `None` until the work has come so far, and where there is none.
+    /// Attitude that was asked for last; `None` until the work has come so far, and where there is none.
     pub fn known_attitude(&self) -> Option<&KnownAttitude> {
         self.known_attitude.first()
     }
 
-    /// The attitude now, after all increments that were taken and the one that is held.
+    /// Notes the attitude now, after all increments that were taken and the one that is held.
     pub(super) fn note_attitude(&mut self) {
         self.known_attitude.clear();
         let field = self.node.field;
         let level = field.x * field.x + field.y * field.y;
         let is_level = level > T::of(LEAST_LEVEL_SQUARE) * (level + field.z * field.z);
-        let Some(held) = self.held.first().filter(|_| self.is_aligned && self.node.has_field && is_level) else { return };
+        let Some(held) = self.held.first().filter(|_| self.is_aligned && self.node.has_field && is_level) else {
+            return;
+        };
         let (north, west) = (field.x / level.root(), field.y / level.root());
         // Rows: north, east and down in the node's own frame, whose z is up.
         let turn = Matrix3::new(north, west, T::ZERO, west, -north, T::ZERO, T::ZERO, T::ZERO, -T::ONE);
@@ -70,15 +74,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let late = if self.settings.is_instant { T::of(0.5 * self.settings.sample_period_s) } else { T::ZERO };
         let last = self.parameters.p * (held.rate - self.parameters.bias) * (held.seconds - late);
         let attitude = turn * self.node.attitude * self.pre.rotation * rotation(&last);
-        let known = KnownAttitude {
-            rotation: attitude.map(|x| x.narrow()),
-            covariance: covariance.map(|x| x.narrow()),
-        };
+        let known =
+            KnownAttitude { rotation: attitude.map(|x| x.narrow()), covariance: covariance.map(|x| x.narrow()) };
         // Just emptied, so there is room.
         let _ = self.known_attitude.push(known);
     }
 
-    /// R^-T d, of the root R of node and globals and a combination d of the node's states: its square is the variance of d x.
+    /// Returns R^-T d for the root R of node and globals and a combination d of the node's states, in which the
+    /// square of the result is the variance of d x.
     fn solved(&self, by: &[T; NODE]) -> [T; NODE + GLOBALS] {
         let mut solved = [T::ZERO; NODE + GLOBALS];
         solved[..NODE].copy_from_slice(by);

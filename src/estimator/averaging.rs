@@ -1,6 +1,6 @@
-//! What is known of P and b, averaged over what is not known of the other sensors: the widths of their errors'
-//! priors, an inflation of the covariance, and the scale of P's own prior, each weighed by its evidence. The mean is
-//! what flies: where the data say nothing it stays at the factory's.
+//! Average of P and b over the unknown scales of the other errors: the widths of the other sensors' priors, an
+//! inflation of the covariance, and the scale of P's own prior, each weighed by its evidence. The mean flies: a
+//! direction that the data say nothing about stays at the factory's.
 //!
 //! From the root's inverse (`inverse_root`) comes the covariance; group by group the other sensors' variables are
 //! taken out of it (`levels`), for each of their widths; what is left of P and b is averaged over the inflations and
@@ -19,6 +19,7 @@ use super::{
     globals::Globals,
     real::Real,
     rows::WIDTH,
+    unrolled::add_times,
     widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, VARIABLES, Widths, column},
 };
 use levels::{Levels, Slices, copy};
@@ -43,7 +44,7 @@ pub(super) struct Averaged<T> {
     pub widths: [T; GROUPS],
 }
 
-/// What is being averaged, in pieces.
+/// Piece of the averaging in progress.
 #[derive(Clone, Copy)]
 pub(super) struct Averaging<T> {
     stage: usize,
@@ -76,28 +77,23 @@ impl<T: Real> Averaging<T> {
         inverse_root::invert(&globals.root, inverse);
         let mut rest = front;
         let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return };
-        let mut elements = base.covariance.iter_mut();
         for (i, mean) in base.mean.iter_mut().enumerate() {
-            let a = column(i);
-            *mean = globals.x.get(a).copied().unwrap_or(T::ZERO);
-            for (j, covariance) in (0..=i).zip(&mut elements) {
-                let b = column(j);
-                *covariance = inverse_root::covariance(inverse, a, b);
-            }
+            *mean = globals.x.get(column(i)).copied().unwrap_or(T::ZERO);
+        }
+        base.covariance.fill(T::ZERO);
+        for c in 0..GLOBALS {
+            let own = inverse_root::column(inverse, c);
+            let by: [T; VARIABLES] = core::array::from_fn(|i| own.get(column(i)).copied().unwrap_or(T::ZERO));
+            add_outer(base.covariance, &by);
         }
     }
 
-    /// Adds what is not known of the effects that are taken out: the covariance grows by the outer product of this vector, in the globals' order.
+    /// Adds what is not known of the effects that are taken out: the covariance grows by the outer product of this
+    /// vector, in the globals' order.
     pub fn spread(&self, by: &[T; GLOBALS], scratch: &mut [[T; WIDTH]]) {
         let mut rest = scratch.as_flattened_mut();
         let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return };
-        let of = |variable: usize| by.get(column(variable)).copied().unwrap_or(T::ZERO);
-        let mut elements = base.covariance.iter_mut();
-        for i in 0..VARIABLES {
-            for (j, covariance) in (0..=i).zip(&mut elements) {
-                *covariance += of(i) * of(j);
-            }
-        }
+        add_outer(base.covariance, &core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
     }
 
     /// One width of each group; `false` when all are done. `scratch` must be left alone from one to the next.
@@ -157,7 +153,7 @@ impl<T: Real> Averaging<T> {
         true
     }
 
-    /// Whether nothing has been averaged yet.
+    /// Returns true if nothing has been averaged yet.
     #[cfg(feature = "explanation")]
     pub const fn is_fresh(&self) -> bool {
         self.stage == 0
@@ -172,6 +168,18 @@ impl<T: Real> Averaging<T> {
     /// The average.
     pub fn result(&self) -> Averaged<T> {
         self.sum.averaged()
+    }
+}
+
+/// Adds the outer product of a vector to a packed triangle.
+fn add_outer<T: Real>(covariance: &mut [T], by: &[T; VARIABLES]) {
+    let mut rest = covariance;
+    for (i, x) in by.iter().enumerate() {
+        let Some((row, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
+        if *x != T::ZERO {
+            add_times(row, *x, by);
+        }
+        rest = next;
     }
 }
 

@@ -3,7 +3,7 @@
 use super::real::Real;
 
 /// Lower triangle L of a matrix of at most `N` rows.
-pub(super) struct Cholesky<T, const N: usize> {
+pub(crate) struct Cholesky<T, const N: usize> {
     rows: [[T; N]; N],
     count: usize,
 }

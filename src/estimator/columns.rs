@@ -1,4 +1,5 @@
-//! The unknowns: one table, in the order of the matrix. The last rows of the root are then P's marginal, free of charge.
+//! The unknowns: one table, in the order of the matrix. The last rows of the root are then P's marginal, free of
+//! charge.
 
 use core::ops::Range;
 
@@ -21,9 +22,9 @@ pub const NUISANCES: usize = 25;
 /// A run of columns that belong together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Group {
-    /// What it is.
+    /// Name of the group.
     pub name: &'static str,
-    /// Of its columns.
+    /// Unit of its columns.
     pub unit: &'static str,
     /// First column.
     pub from: usize,
@@ -41,8 +42,8 @@ impl Group {
     }
 }
 
-/// Magnetometer matrix: soft iron, scale and misalignment. Trace-free, or it would be a scale of the field: two diagonal terms along
-/// (1, -1, 0) / sqrt 2 and (1, 1, -2) / sqrt 6, then xy xz yx yz zx zy.
+/// Magnetometer matrix: soft iron, scale and misalignment. Trace-free, or it would be a scale of the field: two
+/// diagonal terms along (1, -1, 0) / sqrt 2 and (1, 1, -2) / sqrt 6, then xy xz yx yz zx zy.
 pub const MAG_MATRIX: Group = Group {
     name: "magnetometer matrix",
     unit: "1",
@@ -64,8 +65,8 @@ pub const MAG_LAG: Group =
 /// By how much the accelerometer is later than the gyro.
 pub const ACCEL_LAG: Group =
     Group { name: "accelerometer lag", unit: "s", from: 12, count: 1, source: "difference of low-passes, 5 ms" };
-/// Accelerometer matrix: xx yy zz, then the symmetric and the antisymmetric parts of xy xz yz, each over sqrt 2 so that a prior of equal
-/// widths is one of independent elements. The antisymmetric part turns the frame.
+/// Accelerometer matrix: xx yy zz, then the symmetric and the antisymmetric parts of xy xz yz, each over sqrt 2 so
+/// that a prior of equal widths is one of independent elements. The antisymmetric part turns the frame.
 pub const ACCEL_MATRIX: Group = Group {
     name: "accelerometer matrix",
     unit: "1",

@@ -1,4 +1,5 @@
-//! How long a sensor has contradicted everything else: a disturbance passes, what stays is a change.
+//! Duration of a sensor's contradiction: a disturbance passes; a contradiction that stays is a change, and is learnt
+//! anew.
 
 use super::real::Real;
 
@@ -12,7 +13,7 @@ const OVER_S: f32 = 5.0;
 pub(super) struct Disagreement<T> {
     /// Since it began; 0: there is none.
     seconds: T,
-    /// Of agreement since.
+    /// Agreement since, seconds.
     agreed_s: T,
 }
 

@@ -28,10 +28,10 @@ pub(super) fn diagonalise<T: Real, const D: usize>(a: &mut [[T; D]; D]) -> [[T; 
     v
 }
 
-/// Makes element (p, q) zero; `false` where it is next to nothing beside the diagonal.
+/// Makes element (p, q) zero; `false` where it is next to nothing beside the diagonal: what f32 rounds.
 fn rotate<T: Real, const D: usize>(a: &mut [[T; D]; D], v: &mut [[T; D]; D], p: usize, q: usize) -> bool {
     let off = a[p][q];
-    if off * off <= T::of(1e-16) * a[p][p] * a[q][q] {
+    if off * off <= T::of(f32::EPSILON * f32::EPSILON / 4.0) * a[p][p] * a[q][q] {
         return false;
     }
     let tau = (a[q][q] - a[p][p]) / (off + off);
@@ -39,12 +39,15 @@ fn rotate<T: Real, const D: usize>(a: &mut [[T; D]; D], v: &mut [[T; D]; D], p: 
     let t = if tau >= T::ZERO { T::ONE / (tau + root) } else { -T::ONE / (root - tau) };
     let c = T::ONE / (T::ONE + t * t).root();
     let s = t * c;
-    for row in a.iter_mut() {
-        (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
-    }
+    let diagonal = (a[p][p] - t * off, a[q][q] + t * off);
     for k in 0..D {
-        (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
+        let (of_p, of_q) = (a[k][p], a[k][q]);
+        (a[k][p], a[k][q]) = (c * of_p - s * of_q, s * of_p + c * of_q);
+        // It is symmetric.
+        (a[p][k], a[q][k]) = (a[k][p], a[k][q]);
     }
+    (a[p][p], a[q][q]) = diagonal;
+    (a[p][q], a[q][p]) = (T::ZERO, T::ZERO);
     for row in v.iter_mut() {
         (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
     }

@@ -1,4 +1,5 @@
-//! What an update rests on, for tools on a host: which rows moved P, and what the data say of the widths. Nothing here changes the filter.
+//! Explanation of an update, for tools on a host: rows that moved P, and the evidence of the widths. Nothing here
+//! changes the filter.
 
 use super::{
     Estimator, Task,
@@ -11,11 +12,13 @@ use super::{
     widths::{GROUPS, Widths},
 };
 
-/// By how much each kind of rows moved P, row-major, in a node or in several. Their sum is by how much the filter's mean moved.
+/// By how much each kind of rows moved P, row-major, in a node or in several. Their sum is by how much the filter's
+/// mean moved.
 ///
-/// A node's update is linear: gain times the constants of its rows, which are their residuals at the linearisation point. Each kind's share is
-/// the gain of all rows times the constants of that kind. Rows of rotation, of the field's walk, and of the path have none, as the next
-/// states are predicted with them: they say how the others' residuals are shared among attitude, P and the rest, and move nothing themselves.
+/// A node's update is linear: gain times the constants of its rows, which are their residuals at the linearisation
+/// point. Each kind's share is the gain of all rows times the constants of that kind. Rows of rotation, of the
+/// field's walk, and of the path have none, as the next states are predicted with them: they say how the others'
+/// residuals are shared among attitude, P and the rest, and move nothing themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MovedByRows {
@@ -25,25 +28,27 @@ pub struct MovedByRows {
     pub velocity: [f32; 9],
     /// Position is bounded.
     pub position: [f32; 9],
-    /// What the gyro reads at rest is its bias.
+    /// Change of P by rows of rests.
     pub rest: [f32; 9],
 }
 
-/// Evidence that the widths of the vector sensors' errors are others than the data sheets': log Bayes factors of a width that is anywhere on the
-/// grid, each equally likely, over the data sheet's. Negative where the data sheet is right, though no lower than minus the logarithm of how
-/// many widths there are. Positive where a sensor is worse than its data sheet, and where it is better: [`super::Posterior::widths`] say which.
+/// Evidence that the widths of the vector sensors' errors are others than the data sheets': log Bayes factors of a
+/// width that is anywhere on the grid, each equally likely, over the data sheet's. Negative where the data sheet is
+/// right, though no lower than minus the logarithm of how many widths there are. Positive where a sensor is worse
+/// than its data sheet, and where it is better: [`super::Posterior::widths`] say which.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WidthEvidence {
-    /// Of all groups together.
+    /// Evidence of all groups together.
     pub all: f32,
-    /// Of each alone, averaged over the widths of the others: magnetometer matrix, hard iron, accelerometer.
+    /// Evidence of each group alone, averaged over the widths of the others: magnetometer matrix, hard iron,
+    /// accelerometer.
     pub of_group: [f32; GROUPS],
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// Which rows move P in the node whose rows have just been written; `None` at any other step of the work. To be asked after each
-    /// [`Estimator::step`].
+    /// Which rows move P in the node whose rows have just been written; `None` at any other step of the work. To be
+    /// asked after each [`Estimator::step`].
     #[must_use]
     pub fn moved_by_rows(&self) -> Option<MovedByRows> {
         let is_fresh = self.task == Task::Eliminating && self.update.is_fresh();
@@ -61,8 +66,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let mut none = [[T::ZERO; 0]; SCRATCH];
         let mut candidates = Candidates::zero();
         while update.eliminate(&candidates, &mut none) {}
-        for column in 0..GLOBALS {
-            candidates.absorb(&mut none, &mut globals, update.left_over(), column);
+        let mut column = 0;
+        while column < GLOBALS {
+            column = candidates.absorb(&mut none, &mut globals, update.left_over(), column);
         }
         let change = globals.solve();
         let mut moved = [0.0; 9];
@@ -73,8 +79,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         moved
     }
 
-    /// Evidence about the widths, when the posterior is about to be averaged; `None` at any other step of the work. To be asked after each
-    /// [`Estimator::step`].
+    /// Evidence about the widths, when the posterior is about to be averaged; `None` at any other step of the work.
+    /// To be asked after each [`Estimator::step`].
     #[must_use]
     pub fn width_evidence(&self) -> Option<WidthEvidence> {
         if self.task != Task::Averaging || !self.averaging.is_fresh() {
@@ -94,7 +100,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             all.add(log);
             let sheets = grid.sheets(set);
             for (group, mean) in of_group.iter_mut().enumerate() {
-                // Of the sheet's width alone: below the mean of all, group by group.
+                // The sheet's width alone counts here; below, the mean of all, group by group.
                 if sheets.get(group) == Some(&true) {
                     mean.add(log);
                 }

@@ -1,6 +1,6 @@
-//! What is usual of the field that is read: a node whose norm differs is disturbed.
+//! Norm of the field that is read, against its usual value: a node whose norm differs is disturbed.
 //!
-//! The paper's eq 8 refuses what errs by more than half; here what the norm errs by widens the field's noise.
+//! The paper's eq 8 refuses a field that errs by more than half; here the error of the norm widens the field's noise.
 
 use super::{preintegration::Preintegration, real::Real};
 

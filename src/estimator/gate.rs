@@ -1,4 +1,5 @@
-//! Whether three readings agree with everything known: their innovations have the covariance of all the unknowns and their own noise.
+//! Gate of a node's readings: three innovations are held against the covariance of all the unknowns and their own
+//! noise.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -9,6 +10,7 @@ use super::{
     node::Node,
     real::{M3, Real, V3, square, zero33},
     rows::{CONSTANT, GLOBAL, WIDTH},
+    unrolled::add_times,
 };
 
 /// Chi-square of three innovations above which they contradict: one in 10,000 does by chance.
@@ -23,7 +25,7 @@ pub(super) struct Innovation<T> {
 }
 
 impl<T: Real> Innovation<T> {
-    /// Of three rows on old states and globals, weighted with their own noise.
+    /// Makes the innovation of three rows on old states and globals, weighted with their own noise.
     pub fn new(rows: &[[T; WIDTH]], node: &Node<T>, globals: &Globals<T>) -> Self {
         // R^-T h of each row's coefficients h.
         let mut solved = [[T::ZERO; NODE + GLOBALS]; 3];
@@ -48,7 +50,8 @@ impl<T: Real> Innovation<T> {
         Self { value, covariance }
     }
 
-    /// Whether they are larger than chance makes them where the readings' noise has so many times the variance that the rows have.
+    /// Returns true if the innovations are larger than chance makes them, with readings of so many times the rows'
+    /// variance.
     pub fn is_contradicted(&self, noise: T) -> bool {
         square(&self.in_deviations(noise)) > T::of(CONTRADICTED)
     }
@@ -64,7 +67,8 @@ impl<T: Real> Innovation<T> {
         solved.into()
     }
 
-    /// Whether an innovation along a direction (of length 1), weighted as the rows are, is.
+    /// Returns true if an innovation along a direction (of length 1), weighted as the rows are, is larger than chance
+    /// makes it.
     pub fn is_contradicted_along(&self, direction: &V3<T>, innovation: T) -> bool {
         let variance = direction.dot(&(self.covariance * direction)) + T::ONE;
         innovation * innovation > T::of(CONTRADICTED_ALONG) * variance
@@ -86,9 +90,7 @@ fn substitute<T: Real>(y: &mut [T], i: usize, root: &[T]) {
     let Some((x, below)) = y.get_mut(i..).and_then(<[T]>::split_first_mut) else { return };
     *x /= *diagonal;
     if *x != T::ZERO {
-        for (y, r) in below.iter_mut().zip(right) {
-            *y -= *r * *x;
-        }
+        add_times(below, -*x, right);
     }
 }
 

@@ -1,6 +1,6 @@
 //! A Gaussian of a few variables as mean and packed covariance, from which the last variable is taken out at a time.
 
-use super::real::Real;
+use super::{real::Real, unrolled::add_times};
 
 /// Elements of the lower triangle of `n` variables.
 pub(super) const fn triangle(n: usize) -> usize {
@@ -12,11 +12,12 @@ pub(super) fn element<T: Real>(covariance: &[T], i: usize, j: usize) -> T {
     covariance.get(triangle(i) + j).copied().unwrap_or(T::ZERO)
 }
 
-/// Makes the prior of the last variable, which is N(0, 1) inside the Gaussian, N(0, width^2), and takes the variable out: what is left are the
-/// others. Returns the logarithm of the evidence of the new width over that of 1. A width of 1 changes nothing.
+/// Makes the prior of the last variable, which is N(0, 1) inside the Gaussian, N(0, width^2), and takes the variable
+/// out: what is left are the others. Returns the logarithm of the evidence of the new width over that of 1. A width
+/// of 1 changes nothing.
 ///
-/// N(0, width^2) is N(0, 1) times a reading of 0 with variance r = width^2 / (1 - width^2): one scalar Kalman update; the evidence is the
-/// reading's likelihood over the one that it has before any data.
+/// N(0, width^2) is N(0, 1) times a reading of 0 with variance r = width^2 / (1 - width^2): one scalar Kalman update;
+/// the evidence is the reading's likelihood over the one that it has before any data.
 pub(super) fn narrow_last<T: Real>(mean: &mut [T], covariance: &mut [T], width: T) -> T {
     let Some((last, others)) = mean.split_last_mut() else { return T::ZERO };
     let n = others.len();
@@ -33,9 +34,7 @@ pub(super) fn narrow_last<T: Real>(mean: &mut [T], covariance: &mut [T], width: 
         let gain = *own / innovation;
         *other -= gain * *last;
         let Some((elements, next)) = core::mem::take(&mut lower).split_at_mut_checked(i + 1) else { break };
-        for (element, with) in elements.iter_mut().zip(row) {
-            *element -= gain * *with;
-        }
+        add_times(elements, -gain, row);
         lower = next;
     }
     let half = T::of(0.5);

@@ -1,5 +1,5 @@
-//! What is known of the globals: their deviations from the prior's mean in units of the prior's width, and the root of their information, the
-//! prior inside. A column whose width is 0 is not there: nothing ever reaches it.
+//! Globals: their deviations from the prior's mean in units of the prior's width, and the root of their information,
+//! the prior inside. A column whose width is 0 is not there: nothing ever reaches it.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -31,7 +31,7 @@ impl<T: Real> Globals<T> {
         }
     }
 
-    /// Whether every number is one and every global has some information.
+    /// Returns true if every number is finite and every global has some information.
     pub fn is_root(&self) -> bool {
         let mut numbers = self.x.iter().chain(self.root.as_flattened());
         let mut diagonal = self.root.iter().enumerate().filter_map(|(i, row)| row.get(i));
@@ -58,7 +58,7 @@ impl<T: Real> Globals<T> {
 
     /// Variance of a quantity that depends on bias and P alone, by these derivatives, in units of the prior's widths.
     pub fn variance(&self, by: &[T; GLOBALS - NUISANCES]) -> T {
-        // Of R^-T d the squared length.
+        // The squared length of R^-T d.
         let mut solved = *by;
         let mut sum = T::ZERO;
         for i in 0..solved.len() {
@@ -72,8 +72,8 @@ impl<T: Real> Globals<T> {
         sum
     }
 
-    /// What process noise of this variance (in squared units of the prior's width) of one global takes: C + q e e^T is, of the information's root,
-    /// (I - beta u u^T) R with u = R e. `None`: nothing.
+    /// Adds process noise of this variance (in squared units of the prior's width) to one global: C + q e e^T is, of
+    /// the information's root, (I - beta u u^T) R with u = R e. Returns `None` for no noise.
     pub fn widening(&self, global: usize, variance: T) -> Option<([T; GLOBALS], T)> {
         let mut u = [T::ZERO; GLOBALS];
         for (u, row) in u.iter_mut().zip(&self.root) {
@@ -105,8 +105,9 @@ impl<T: Real> Globals<T> {
         }
     }
 
-    /// One global drifted: x' = kept x + w, where w has the variance 1 - kept^2 in squared units of the prior's width, so that a kept share of
-    /// 1 changes nothing and one of 0 leaves the prior. What is known of the others stays, and so does the triangle.
+    /// One global drifted: x' = kept x + w, where w has the variance 1 - kept^2 in squared units of the prior's
+    /// width, so that a kept share of 1 changes nothing and one of 0 leaves the prior. What is known of the others
+    /// stays, and so does the triangle.
     pub fn relax(&mut self, global: usize, kept: T) {
         if kept >= T::ONE || global >= GLOBALS {
             return;

@@ -1,4 +1,5 @@
-//! Samples become increments of 40 ms: what the gyro turned, and the vectors' means turned to the middle. Nothing else of them is kept.
+//! Samples become increments of 40 ms: what the gyro turned, and the vectors' means turned to the middle. Nothing
+//! else of them is kept.
 
 use super::real::{M3, Real, V3, identity, norm, rotation, rotation_vector, square, widened, zero3, zero33};
 use crate::{compensation::GyroModel, sample::Reading};
@@ -8,8 +9,8 @@ use nalgebra::Matrix3;
 const INCREMENTS_PER_S: f32 = 25.0;
 /// Most that a probe can turn between two readings for its rotation to be known, rad.
 const MOST_RAD: f32 = 1.5;
-/// From this angle on an increment ends early, rad: of a scale that is off by d from that of the P that it is composed with the angles across
-/// the axis of rotation are off by d angle^2 / 6.
+/// From this angle on an increment ends early, rad: of a scale that is off by d from that of the P that it is
+/// composed with the angles across the axis of rotation are off by d angle^2 / 6.
 const LONGEST_TURN_RAD: f32 = 0.5;
 /// A longer gap is told piece by piece, seconds.
 const LONGEST_GAP_S: f32 = 1.0;
@@ -40,7 +41,7 @@ pub struct Increment<T> {
     pub warming_k: Option<T>,
 }
 
-/// What the samples of an increment come to.
+/// Sum of the samples of an increment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Item<T> {
     /// An increment.
@@ -85,7 +86,7 @@ impl<T: Real> Composition<T> {
 pub struct Builder<T> {
     period_s: T,
     per_increment: u16,
-    /// Whether a rate stands for the interval about its time; else for the one that ends with it.
+    /// True if a rate stands for the interval about its time; else it stands for the one that ends with it.
     is_instant: bool,
     /// Angle of the interval before, rad.
     turn_before: V3<T>,
@@ -93,7 +94,7 @@ pub struct Builder<T> {
     force_before: Option<V3<T>>,
     /// Since the last usable rate.
     waiting_s: T,
-    /// Of it, and of what is lost, without any sample.
+    /// Part of it, and of the lost time, without any sample.
     silent_s: T,
     is_lost: bool,
     samples: u16,
@@ -177,7 +178,7 @@ impl<T: Real> Builder<T> {
         if step_s > longest {
             self.silent_s += step_s;
         }
-        // What turns by more from one reading to the next is no rotation that they show.
+        // A turn by more from one reading to the next is no rotation that they show.
         let shown = |rate: &V3<T>| norm(rate) * self.period_s < T::of(MOST_RAD);
         let Some(rate) = good(rate).filter(shown) else {
             self.waiting_s = interval_s;
@@ -209,7 +210,7 @@ impl<T: Real> Builder<T> {
         Some(Item::Increment(increment))
     }
 
-    /// What was gathered, and waited for, is a gap.
+    /// Turns the gathered and the awaited into a gap.
     fn gap(&mut self, with: &Composition<T>) -> Item<T> {
         let lost_s = self.seconds + self.waiting_s;
         self.waiting_s = T::ZERO;
@@ -238,14 +239,16 @@ impl<T: Real> Builder<T> {
     fn add(&mut self, seconds: T, rate: &V3<T>, [force_before, force]: [Option<V3<T>>; 2], field: Option<V3<T>>) {
         let centred = rate - self.with.bias;
         let turn = self.with.p * centred * seconds;
-        // The mean rate of an interval through which the axis itself turns is not yet its rotation: Bortz, to second order.
+        // The mean rate of an interval through which the axis itself turns is not yet its rotation: Bortz, to second
+        // order.
         let coning = self.turn_before.cross(&turn) / T::of(12.0);
         self.turn_before = turn;
         let half = rotation(&((turn + coning) * T::of(0.5)));
         let middle = self.rotation * half;
         let end = middle * half;
         let at = if self.is_instant { middle } else { end };
-        // A sensor's reading is a mean as the gyro's is, over a sample period: what turns through it is shorter by angle^2 / 24 across the axis.
+        // A sensor's reading is a mean as the gyro's is, over a sample period: what turns through it is shorter by
+        // angle^2 / 24 across the axis.
         let turned = |read: &V3<T>| at * (read - turn.cross(&turn.cross(read)) / T::of(24.0));
         if let Some(force) = force {
             self.force += turned(&force);

@@ -1,5 +1,5 @@
-//! What the filter has learnt, out of it and back into it: the globals' mean and the root of their information, number by number, so that
-//! nobody needs room for all of them.
+//! State of the filter out of it and back into it: the globals' mean and the root of their information, number by
+//! number, so that no buffer holds all of them. `storage/learnt_parts.rs` writes them to flash.
 
 use super::{
     Estimator, Task,
@@ -12,10 +12,10 @@ use crate::config::Config;
 /// Numbers of a root that is triangular, and of the mean before it.
 pub const NUMBERS: usize = GLOBALS * (GLOBALS + 1) / 2 + GLOBALS;
 
-/// Of the order of the numbers, and of what they mean.
+/// Version of the numbers' order and meaning.
 const LAYOUT: u32 = 1;
 
-/// What belongs to the numbers.
+/// Head of the numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearntHead {
     /// Names what the numbers are relative to: [`LearntHead::fingerprint`] of the configuration.
@@ -26,10 +26,10 @@ pub struct LearntHead {
     pub motion_s: f32,
 }
 
-/// What the filter has learnt, between two of its updates.
+/// State of the filter between two of its updates.
 #[derive(Clone, Copy)]
 pub struct Learnt<'a> {
-    /// What belongs to the numbers.
+    /// Head of the numbers.
     pub head: LearntHead,
     globals: &'a Globals<f32>,
 }
@@ -50,7 +50,8 @@ pub enum NotContinued {
 }
 
 impl LearntHead {
-    /// Names everything that the numbers are relative to: the unknowns, their priors, and the calibrations that they are deviations from.
+    /// Names everything that the numbers are relative to: the unknowns, their priors, and the calibrations that they
+    /// are deviations from.
     #[must_use]
     pub fn fingerprint(config: &Config) -> u32 {
         let settings = super::Settings::new(config);
@@ -103,7 +104,7 @@ impl Learnt<'_> {
 }
 
 impl Estimator<f32> {
-    /// What has been learnt; `None` while an update changes it.
+    /// Returns the state; `None` while an update changes it.
     #[must_use]
     pub fn learnt(&self, fingerprint: u32) -> Option<Learnt<'_>> {
         let is_whole = !matches!(self.task, Task::Absorbing(_) | Task::Walking(_));
@@ -133,9 +134,10 @@ impl Estimator<f32> {
         self.globals.start();
     }
 
-    /// Goes on from the numbers that were set, with the drift of the time that the probe was off. Of P nothing is taken from them: where it
-    /// begins is what [`Estimator::restore`] was told of the model that flew. That is the mean over widths, inflations and scales, as the
-    /// numbers alone are not; drawn from them anew, P would begin nearer to the factory's than it had ended.
+    /// Goes on from the numbers that were set, with the drift of the time that the probe was off. Of P nothing is
+    /// taken from them: where it begins is what [`Estimator::restore`] was told of the model that flew. That is the
+    /// mean over widths, inflations and scales, as the numbers alone are not; drawn from them anew, P would begin
+    /// nearer to the factory's than it had ended.
     ///
     /// # Errors
     /// They are no root; the filter then starts without them.

@@ -1,5 +1,5 @@
-//! The rows that the nodes of the last 50 s of motion left over, when their states and the nuisances were eliminated: what each says of P and b
-//! alone. For the population search.
+//! The rows that the nodes of the last 50 s of motion left over, when their states and the nuisances were eliminated:
+//! what each says of P and b alone. For the population search.
 
 use super::{
     columns::{BIAS, GLOBALS, P},

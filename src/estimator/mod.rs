@@ -1,14 +1,16 @@
-//! One forward filter that identifies P and b beside the errors of the accelerometer and the magnetometer: a square root of the information
-//! of all of them, a node every half second, nothing stored. Its posterior says what may fly, and how well that is known.
+//! One forward filter that identifies P and b beside the errors of the accelerometer and the magnetometer: a square
+//! root of the information of all of them, a node every half second, nothing stored. Its posterior says what may fly,
+//! and how well that is known.
 //!
-//! Samples become increments (`increment`), these are pre-integrated from node to node (`preintegration`), a node's rows (`rows`) are taken into
-//! the root (`globals`), and from the root comes the posterior (`averaging`, `posterior`) whenever it is asked for.
+//! Samples become increments (`increment`), these are pre-integrated from node to node (`preintegration`), a node's
+//! rows (`rows`) are taken into the root (`globals`), and from the root comes the posterior (`averaging`,
+//! `posterior`) whenever it is asked for.
 
 mod alignment;
 mod attitude;
 mod averaging;
 mod candidates;
-mod cholesky;
+pub(crate) mod cholesky;
 pub mod columns;
 mod disagreement;
 mod drift;
@@ -37,6 +39,7 @@ mod settings;
 mod share;
 mod square_root;
 mod start;
+mod unrolled;
 mod update;
 mod walk;
 mod widths;
@@ -83,16 +86,16 @@ use window_cost::Centre;
 /// Increments that wait for work: 0.9 s.
 const WAITING: usize = 24;
 
-/// What is being worked on.
+/// Piece of work in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Task {
     /// The next item.
     Next,
     /// A node's rows lose their states.
     Eliminating,
-    /// What is left of them goes into the globals, from this column on.
+    /// Adds the remaining rows to the globals, from this column on.
     Absorbing(usize),
-    /// What is left goes into the effects' own rows, from this column on.
+    /// Adds the remaining rows to the effects' own, from this column on.
     AbsorbingOwn(usize),
     /// The effects are weighed.
     Weighing,
@@ -106,7 +109,8 @@ enum Task {
     Bounding(usize),
 }
 
-/// The filter, in `f32` on the chip, with the rows of the last `NODES` nodes of motion for the search. All zero bytes before [`Estimator::configure`].
+/// The filter, in `f32` on the chip, with the rows of the last `NODES` nodes of motion for the search. All zero bytes
+/// before [`Estimator::configure`].
 pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize = EFFECTS> {
     settings: Settings,
     /// The prior's widths, and its centre of P: the factory's, or those of a model that was stored.
@@ -127,7 +131,7 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     rate_before: Option<V3<T>>,
     /// Field's unit, the norm at the start; 0: no field yet.
     field_unit: T,
-    /// Whether the node's states stand for something, and whether they ever did.
+    /// True if the node's states are aligned; then true if they ever were.
     is_aligned: bool,
     has_begun: bool,
     alignment: Alignment<T>,
@@ -146,10 +150,10 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     /// When the effects were weighed.
     weighed_us: u64,
     remainder: Remainder,
-    /// Whether more than noise was left at the end of the window before.
+    /// True if more than noise was left at the end of the window before.
     was_unexplained: bool,
     globals: Globals<T>,
-    /// How often the globals have changed.
+    /// Number of changes of the globals.
     updates: u32,
     averaging: Averaging<T>,
     left_over: LeftOver<NODES>,
@@ -159,7 +163,8 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     known_attitude: Vec<KnownAttitude, 1>,
     next_look_us: u64,
     motion_s: T,
-    /// Shares of the latest time whose rates came to no node, of the latest motion whose rates contradict the field, and of the latest motion without a field.
+    /// Shares of the latest time whose rates came to no node, of the latest motion whose rates contradict the field,
+    /// and of the latest motion without a field.
     unread: Share<T>,
     turned: Share<T>,
     fieldless: Share<T>,
@@ -169,14 +174,15 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     of_gyro: Disagreement<T>,
     /// Seconds through which nobody knows how the probe turned, until the attitude is aligned anew.
     gap_s: T,
-    /// What rotations are composed with: what flies, so that it changes at the instants at which that does.
+    /// Model with which rotations are composed: the flown one, so that it changes at the instants at which that does.
     composed_with: Composition<T>,
     /// Since the globals last walked.
     unwalked_s: T,
     /// Mean of the squared innovations over their number, and the nodes that it is of.
     innovation: T,
     innovations: u16,
-    /// What neither globals nor effects can explain since the start: squared innovations, and the nodes that they are of.
+    /// Innovations since the start that neither globals nor effects can explain: their squares, and the number of
+    /// nodes.
     unexplained: T,
     nodes: u32,
 }
@@ -242,8 +248,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
-    /// Takes one sample: raw rate, rad/s; specific force, m/s^2, and field, microtesla, calibrated; temperature over the effects' reference
-    /// temperature, K. Time must increase. `true`: the attitude of this instant will be known.
+    /// Takes one sample: raw rate, rad/s; specific force, m/s^2, and field, microtesla, calibrated; temperature over
+    /// the effects' reference temperature, K. Time must increase. Returns true if the attitude of this instant will be
+    /// known.
     pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3], warming_k: Option<f32>) -> bool {
         self.builder.warm(warming_k);
         let step_s = if self.has_sample { t_us.saturating_sub(self.last_us) as f32 * 1e-6 } else { 0.0 };
@@ -258,7 +265,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         false
     }
 
-    /// What flies from now on, which rotations are composed with: it changes at instants of the samples' own time.
+    /// Sets the flown model, with which rotations are composed: it changes at instants of the samples' own time.
     pub fn compose_with(&mut self, model: &GyroModel) {
         if let Some(composition) = Composition::new(model) {
             self.composed_with = composition;
@@ -271,7 +278,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.linearise();
     }
 
-    /// Asks for the posterior of all samples so far. It is there once [`Estimator::step`] has worked up to here, and until then there is none.
+    /// Asks for the posterior of all samples so far. It is there once [`Estimator::step`] has worked up to here, and
+    /// until then there is none.
     pub fn close(&mut self) {
         self.posterior.clear();
         self.queue(Item::Close);
@@ -285,7 +293,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
         if let Err(item) = self.waiting.push_back(item) {
             self.lost = self.lost.saturating_add(1);
-            // What was lost is a gap to those after it.
+            // A lost increment is a gap to those after it.
             self.dropped_s += match item {
                 Item::Increment(increment) => increment.seconds,
                 Item::Gap { seconds, .. } => seconds,
@@ -294,7 +302,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
-    /// What the last [`Estimator::close`] asked for, once it is done.
+    /// Returns the posterior that the last [`Estimator::close`] asked for, once it is done.
     #[must_use]
     pub fn posterior(&self) -> Option<&Posterior> {
         self.posterior.first()
@@ -306,13 +314,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         &self.evidence.claims
     }
 
-    /// Log Bayes factors of all that were tried, beside those that are claimed: the library's, then further steps of the bias.
+    /// Log Bayes factors of all that were tried, beside those that are claimed: the library's, then further steps of
+    /// the bias.
     #[must_use]
     pub const fn tried(&self) -> &[f32; MAX_CLAIMS] {
         &self.evidence.tried
     }
 
-    /// How many were tried.
+    /// Returns the number of candidates that were tried.
     #[must_use]
     pub fn candidates(&self) -> u8 {
         self.candidates.named_claims() as u8
@@ -330,20 +339,21 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.field_unit.narrow()
     }
 
-    /// Mean squared innovation of all nodes of motion, over its degrees of freedom, with neither nuisances nor effects, and with the claims.
+    /// Mean squared innovation of all nodes of motion, over its degrees of freedom, with neither nuisances nor
+    /// effects, and with the claims.
     #[must_use]
     pub fn nis_of_claims(&self) -> [f32; 2] {
         let freedom = if self.nodes > 0 { T::of(work::FREEDOM * self.nodes as f32) } else { T::ONE };
         self.evidence.residual.map(|of_claims| ((self.unexplained + of_claims) / freedom).narrow())
     }
 
-    /// What the field's innovations go with since [`Estimator::start_remainder`].
+    /// Returns the quantities that the field's innovations go with since [`Estimator::start_remainder`].
     #[must_use]
     pub fn remainder(&self) -> RemainderReport {
         self.remainder.report()
     }
 
-    /// Whether more than noise is left of them, or what the library has no name for.
+    /// Returns true if more than noise is left of them, or an error that the library has no name for.
     #[must_use]
     pub fn is_unexplained(&self) -> bool {
         let [_, nis] = self.nis_of_claims();
@@ -375,7 +385,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         Some(self.rests.latest_us).filter(|us| *us > 0)
     }
 
-    /// How many of the last `seconds`, at most 64, were at rest.
+    /// Returns the number of the last `seconds`, at most 64, that were at rest.
     #[must_use]
     pub fn rest_seconds(&self, seconds: u32) -> u32 {
         self.rests.seconds(seconds)

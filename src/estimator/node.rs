@@ -28,7 +28,8 @@ pub(super) struct Node<T> {
     /// Earth field, of the norm.
     pub field: V3<T>,
     pub has_field: bool,
-    /// Nodes with a field from the start until the attitude is known so closely that a linear model of its errors holds; 0: it is.
+    /// Nodes with a field from the start until the attitude is known so closely that a linear model of its errors
+    /// holds; 0: it is.
     pub curved: u8,
     pub norms: FieldNorm<T>,
     /// Rows of the root: the states, then the globals.
@@ -38,7 +39,7 @@ pub(super) struct Node<T> {
 /// Most that an update turns an attitude, rad: a linear correction is worth nothing beyond.
 const MOST_TURN_RAD: f32 = 0.5;
 
-/// What a node's time was.
+/// Kind of a node's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Moving,
@@ -76,7 +77,8 @@ impl<T: Real> Node<T> {
         }
     }
 
-    /// Moves the states to the optimum where the globals have moved, and all else has added so much to the rows' constants.
+    /// Moves the states to the optimum where the globals have moved, and all else has added so much to the rows'
+    /// constants.
     pub fn shift(&mut self, change: &[T; GLOBALS], constants: &[T; NODE]) {
         let mut by = [T::ZERO; NODE];
         for j in (0..NODE).rev() {
@@ -116,8 +118,9 @@ impl<T: Real> Node<T> {
         (self.velocity, self.position) = (zero3(), zero3());
     }
 
-    /// After an unknown turn: gravity and field align the attitude anew. What is known of earth field and globals stays. Without a field
-    /// in either the heading is a new gauge. Returns how much of what the field's rows hold is kept; `None`: nothing is.
+    /// After an unknown turn: gravity and field align the attitude anew. What is known of earth field and globals
+    /// stays. Without a field in either the heading is a new gauge. Returns how much of what the field's rows hold is
+    /// kept; `None`: nothing is.
     pub fn realign(&mut self, force: &V3<T>, field: &V3<T>, gap_s: T, noise: &Noise) -> Option<T> {
         let up = force / norm(force);
         let (body, earth) = (field.cross(&up), self.field.cross(&V3::z()));

@@ -1,4 +1,4 @@
-//! What becomes of the increments between two nodes: a rest to start from, an attitude, or the rows of an update.
+//! End of a node: its increments become a rest to start from, an attitude, or the rows of an update.
 
 use super::{
     Estimator, Kind, Task,
@@ -71,8 +71,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Eliminating;
     }
 
-    /// What has contradicted the readings of field or force for too long to be right is forgotten: the attitude, and for the field the earth's and
-    /// the hard iron, of which a shock may have made another.
+    /// Forgets estimates that have contradicted the readings of field or force for too long to be right: the
+    /// attitude, and for the field the earth's and the hard iron, which a shock may have changed.
     fn is_contradicted_for_good(&mut self, agreement: &Agreement<T>) -> bool {
         let seconds = self.pre.seconds;
         let is_for_good = |readings, of: &mut Disagreement<T>| match readings {

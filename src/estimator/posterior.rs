@@ -1,4 +1,5 @@
-//! What all samples so far say of the gyro's errors, and whether that may fly.
+//! Posterior: the gyro's errors from all samples so far, and the decision whether they may fly. This is where P is
+//! accepted or refused; the reasons are in `refusal.rs`, the mean in `averaging.rs`.
 
 use super::{
     Estimator, Refusal,
@@ -11,32 +12,32 @@ use super::{
 use crate::compensation::GyroModel;
 use nalgebra::Vector3;
 
-/// Motion before which nothing flies, seconds: of 26 recordings two were made worse after 4 to 20 s of it, and none after 14.
+/// Motion before which nothing flies, seconds: of 26 recordings two were made worse after 4 to 20 s of it, and none
+/// after 14.
 const LEAST_MOTION_S: f32 = 14.0;
-/// The same where the data exclude the P that the filter began with: as many nodes as P has elements, and the linear model of the start
-/// holds.
+/// Least motion where the data exclude the P that the filter began with, seconds: as many nodes as P has elements.
 const LEAST_MOTION_EXCLUDED_S: f32 = 4.5;
-/// Chi-square of nine degrees of freedom that is exceeded once in a thousand.
+/// Chi-square of nine degrees of freedom, exceeded once in a thousand.
 const EXCLUDED: f32 = 27.88;
-/// Mean squared innovation, over its degrees of freedom, of a filter that has diverged: four deviations of the mean of 120 nodes of nine
-/// over 1. Sound runs stay under 1.07.
+/// Mean squared innovation, over its degrees of freedom, of a filter that has diverged: four deviations of the mean
+/// of 120 nodes of nine over 1. Sound runs stay under 1.07.
 pub(super) const DIVERGED: f32 = 1.2;
 /// The same before there are so many nodes: this over the root of their number.
 const DIVERGED_EARLY: f32 = 1.9;
 /// Share of the latest time without a rate at which the gyro is of no use.
 const MOST_LOST: f32 = 0.5;
-/// Share of the latest motion whose rates contradict the field at which they are no bursts: after each that does the attitude is aligned anew, so
-/// that a gyro that is always wrong contradicts half of the time.
+/// Share of the latest motion whose rates contradict the field at which they are no bursts: after each that does the
+/// attitude is aligned anew, so that a gyro that is always wrong contradicts half of the time.
 const MOST_TURNED: f32 = 0.25;
 /// Share of the latest motion without a field at which there is no magnetometer.
 const MOST_FIELDLESS: f32 = 0.8;
-/// Deviations of the prior from its centre, the factory's P or a stored model's, at which a P is none that a data sheet allows: one in 16,000
-/// by chance.
+/// Deviations of the prior from its centre, the factory's P or a stored model's, at which a P is none that a data
+/// sheet allows: one in 16,000 by chance.
 const MOST_SIGMAS: f32 = 4.0;
 /// Hard iron, of the earth's field, at which the magnetometer needs a calibration first.
 const MOST_HARD_IRON: f32 = 0.5;
 
-/// What all samples so far say of the gyro's errors.
+/// Gyro's errors, from all samples so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Posterior {
     /// The mean that may fly.
@@ -51,18 +52,18 @@ pub struct Posterior {
     pub decided: u8,
     /// Which of the twelve parameters are observed.
     pub observable: [bool; 12],
-    /// Widths that the data choose for the magnetometer's matrix, the hard iron and the accelerometer, over the data sheet's.
+    /// Widths that the data choose for the magnetometer's matrix, the hard iron and the accelerometer, over the data
+    /// sheet's.
     pub widths: [f32; 3],
     /// Mean squared innovation over its degrees of freedom.
     pub nis: f32,
     /// Seconds of motion that it comes from.
     pub motion_s: f32,
-    /// Whether it may fly.
+    /// Decision whether it may fly, and the reason if not.
     pub fitness: Result<(), Refusal>,
 }
 
-/// Whether the P that the filter began with is as far from the mean as chance allows once in a thousand: deviations in units of the prior's
-/// widths.
+/// Returns true if the P that the filter began with is as far from the mean as chance allows once in a thousand.
 fn excludes_start<T: Real>(averaged: &Averaged<T>) -> bool {
     let covariance = |i: usize, j: usize| averaged.covariance.get(triangle(i) + j).copied().unwrap_or(T::ZERO);
     let Some(factor) = Cholesky::<T, 9>::new(9, covariance) else { return false };
@@ -122,7 +123,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             return Err(Refusal::NoAccelerometer);
         }
         let motion_s = self.motion_s.narrow();
-        // What was learnt before the power was off counts, but says nothing new before the first motion.
+        // State learnt before the power was off counts, but says nothing new before the first motion.
         let motion_s = if self.innovations == 0 { 0.0 } else { motion_s };
         let needed_s = if excludes_start(averaged) { LEAST_MOTION_EXCLUDED_S } else { LEAST_MOTION_S };
         if motion_s < needed_s {
@@ -152,7 +153,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         Ok(())
     }
 
-    /// Whether the innovations say that the filter is wrong.
+    /// Returns true if the innovations say that the filter is wrong.
     pub(super) fn has_diverged(&self) -> bool {
         self.innovations >= super::remainder::INNOVATIONS && self.innovation > T::of(DIVERGED)
     }

@@ -1,8 +1,8 @@
-//! Increments from one node to the next, composed with the present parameters: rotation, field, velocity and position, each with its
-//! derivatives. All vectors are in the frame of the body at the first node.
+//! Increments from one node to the next, composed with the present parameters: rotation, field, velocity and
+//! position, each with its derivatives. All vectors are in the frame of the body at the first node.
 //!
-//! The paper's eq 7 for the field and eq 15 for the specific force, with the exact rotation in the place of its first order, and with
-//! the sign that an earth-fixed vector needs.
+//! The paper's eq 7 for the field and eq 15 for the specific force, with the exact rotation in the place of its first
+//! order, and with the sign that an earth-fixed vector needs.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -136,8 +136,9 @@ impl<T: Real> Preintegration<T> {
         self.rotation = identity();
     }
 
-    /// Adds an increment less what the effects add to it. `force_rate`: derivative of specific force, m/s^3. `gravity`: specific force at rest as
-    /// predicted at the first node, where that multiplies the accelerometer's errors in the place of what was read.
+    /// Adds an increment less what the effects add to it. `force_rate`: derivative of specific force, m/s^3.
+    /// `gravity`: specific force at rest as predicted at the first node, where that multiplies the accelerometer's
+    /// errors in the place of what was read.
     pub fn add(
         &mut self,
         increment: &Increment<T>,

@@ -1,4 +1,4 @@
-//! What a node's readings say: the predicted states, and the rows of rotation, field and path with their noise.
+//! Readings of a node: the predicted states, and the rows of rotation, field and path with their noise.
 
 use super::{
     columns::GLOBALS,
@@ -20,7 +20,7 @@ pub(super) struct Predicted<T> {
     pub position: V3<T>,
 }
 
-/// What a node is made from.
+/// Parts of a node.
 pub(super) struct Taken<'a, T> {
     pub pre: &'a Preintegration<T>,
     pub parameters: &'a Parameters<T>,
@@ -33,7 +33,7 @@ pub(super) struct Taken<'a, T> {
     pub kind: Kind,
 }
 
-/// What came of a sensor's readings.
+/// Fate of a sensor's readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Readings {
     /// None, or too few.
@@ -43,7 +43,7 @@ pub(super) enum Readings {
     Contradicted,
 }
 
-/// What came of a node's readings.
+/// Fate of a node's readings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Agreement<T> {
     pub field: Readings,
@@ -80,13 +80,13 @@ pub(super) fn rotate<T: Real>(rows: &mut [[T; WIDTH]], node: &Node<T>, taken: &T
     let Taken { pre, settings, sigma, unknown, .. } = *taken;
     let noise = &settings.noise;
     let angle = T::of(noise.rotation_share) * pre.angle;
-    // Of a Gaussian error x the linear model leaves x^2 / 2, of mean square 3 / 4 of the squared variance.
+    // A Gaussian error x leaves x^2 / 2 in the linear model, of mean square 3 / 4 of the squared variance.
     let curvature = T::of(0.75) * unknown * unknown;
     let variance = T::of(noise.rotation_rad_rts * noise.rotation_rad_rts) * pre.seconds + angle * angle + curvature;
     rows::rotation(Block { rows, weight: weight(variance / peak(noise)), sigma }, &node.attitude, &pre.by_gyro);
 }
 
-/// What came of the field that was read.
+/// Fate of the field that was read.
 pub(super) struct Seen<T> {
     pub readings: Readings,
     pub is_turned: bool,
@@ -111,7 +111,8 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     let reading = FieldReading { attitude: &node.attitude, pre, share, mean, innovation };
     let at_rest = if taken.kind == Kind::Rest { noise.field_at_rest } else { 1.0 };
     let own = T::of(noise.field_share * at_rest);
-    // A reading is a mean over some time between none and a sample period: across the axis it is shorter by up to angle^2 / 24.
+    // A reading is a mean over some time between none and a sample period: across the axis it is shorter by up to
+    // angle^2 / 24.
     let turn = pre.angle / pre.seconds * T::of(settings.sample_period_s);
     let shorter = turn * turn / T::of(24.0);
     let own = own * own + shorter * shorter;
@@ -129,13 +130,13 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     node.norms.add(pre, share);
     let usual = if noise.field_is_even { norm(&node.field) } else { node.norms.of_their_time() };
     let deviation = length / usual - T::ONE;
-    // What the readings' own scatter does not explain is the field's.
+    // Scatter beyond the readings' own is the field's.
     let disturbed = deviation * deviation - scatter;
     let disturbed = if disturbed > T::ZERO { disturbed } else { T::ZERO };
     let mut variance = own + disturbed + scatter;
     if node.curved > 0 {
-        // Of an error x the linear model leaves x^2 / 2, of mean square half the squared sum of the variances. It goes with
-        // the rotation, and would be taken for iron.
+        // An error x leaves x^2 / 2 in the linear model, of mean square half the squared sum of the variances. It
+        // goes with the rotation, and would be taken for iron.
         let turned = attitude_variance(node, taken.globals);
         let curvature = T::of(0.5) * turned * turned;
         node.curved = if curvature < own { 0 } else { node.curved - 1 };
@@ -154,7 +155,8 @@ fn aliased_variance<T: Real>(taken: &Taken<T>) -> T {
     least * least + taken.pre.mean_vibration() * T::of(taken.settings.sample_period_s) * taken.pre.seconds
 }
 
-/// Whether the velocity that the readings of force lead to contradicts its bound. Leaves rows behind that are to be written anew.
+/// Returns true if the velocity from the readings of force contradicts its bound. The caller has to write the rows
+/// anew.
 pub(super) fn is_path_contradicted<T: Real>(
     path: &mut [[T; WIDTH]; 6],
     node: &Node<T>,

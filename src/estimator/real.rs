@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, RealField, Vector3};
 
-/// `f32` or `f64`. Functions come from `libm` by path: a method such as `sqrt` would become the standard library's on a host.
+/// `f32` or `f64`. Functions come from `libm` by path: a method such as `sqrt` would become the standard library's on
+/// a host.
 pub trait Real: RealField + Copy {
     /// 0.
     const ZERO: Self;
@@ -102,8 +103,9 @@ pub(super) fn cross_matrix<T: Real>(v: &V3<T>) -> M3<T> {
     Matrix3::new(T::ZERO, -v.z, v.y, v.z, T::ZERO, -v.x, -v.y, v.x, T::ZERO)
 }
 
-/// The rotation matrix of a rotation vector, radians: Rodrigues' formula, its two coefficients as Taylor series of five terms. Up to 1 rad the
-/// next terms are 1 / 11! and 1 / 12!, 2.5e-8; a longer vector is halved and the rotation squared.
+/// The rotation matrix of a rotation vector, radians: Rodrigues' formula, its two coefficients as Taylor series of
+/// five terms. Up to 1 rad the next terms are 1 / 11! and 1 / 12!, 2.5e-8; a longer vector is halved and the rotation
+/// squared.
 pub(super) fn rotation<T: Real>(v: &V3<T>) -> M3<T> {
     let t2 = square(v);
     if t2 > T::ONE && t2 < T::of(1e4) {

@@ -1,4 +1,7 @@
-/// Why P was refused. Telemetry numbers the reasons in this order.
+//! Reasons for which P is refused. They are found in `posterior.rs` (`Estimator::fitness`), but for `Overrun`, which
+//! `identification/schedule.rs` finds.
+
+/// Reason for which P was refused. Telemetry numbers the reasons in this order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -6,9 +9,9 @@
 pub enum Refusal {
     /// Too little motion with a gyro that can be used.
     NotEnoughMotion {
-        /// How much there was since the start, seconds.
+        /// Motion since the start, seconds.
         motion_s: f32,
-        /// How much there has to be, seconds.
+        /// Motion needed, seconds.
         needed_s: f32,
     },
     /// The result was not ready at the instant at which it would have taken effect. The estimator itself never
@@ -33,7 +36,7 @@ pub enum Refusal {
     },
     /// P is farther from the factory's than any part's data sheet allows.
     Implausible {
-        /// How many deviations of the prior.
+        /// Distance from the factory's P, in deviations of the prior.
         sigmas: f32,
     },
     /// The magnetometer's offset is too large: it needs a calibration first.

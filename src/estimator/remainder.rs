@@ -1,4 +1,5 @@
-//! What innovations that no effect explains go with.
+//! Remainder: innovations that no effect explains, and the quantities that they go with (docs/effects.md, "The
+//! verdict").
 
 mod conditions;
 mod correlate;
@@ -17,7 +18,8 @@ use whiteness::Whiteness;
 /// Nodes over which innovations are averaged: a minute.
 pub(super) const INNOVATIONS: u16 = 120;
 
-/// Rate at which anything is said of a white remainder. Half of it is for its memory, half is shared out among the quantities (Bonferroni).
+/// Rate at which anything is said of a white remainder. Half of it is for its memory, half is shared out among the
+/// quantities (Bonferroni).
 const FALSE_ALARMS: f32 = 0.01;
 
 /// The same of the memory.
@@ -26,7 +28,7 @@ const LIMIT_OF_MEMORY: f32 = FALSE_ALARMS / 2.0;
 /// The same of one quantity.
 const LIMIT: f32 = FALSE_ALARMS / (2 * COUNT) as f32;
 
-/// What the innovations of the latest nodes go with, in sums of fixed size.
+/// Sums, of fixed size, of the latest nodes' innovations and conditions.
 pub(super) struct Remainder {
     conditions: Conditions,
     moments: Moments,
@@ -70,7 +72,8 @@ impl Remainder {
         self.conditions.start();
     }
 
-    /// Ends a node with the field's innovations, as turns about the axes of the body and as vectors of the earth, in units of their deviations.
+    /// Ends a node with the field's innovations, as turns about the axes of the body and as vectors of the earth, in
+    /// units of their deviations.
     pub fn add(&mut self, seconds: f32, [body, earth]: [Vector3<f32>; 2]) {
         self.moments.add(&self.conditions.of_node(self.seconds), &[body, earth]);
         self.whiteness.add(self.nodes, &body);
@@ -85,17 +88,19 @@ impl Remainder {
         self.contradicted = self.contradicted.saturating_add(1);
     }
 
-    /// Whether more fields contradicted than one in 10,000 does by chance: two in a window are one in 20,000 windows.
+    /// Returns true if more fields contradicted than one in 10,000 does by chance: two in a window are one in 20,000
+    /// windows.
     pub const fn is_contradicted(&self) -> bool {
         self.contradicted > 1
     }
 
-    /// Variance of the field's innovations over the latest minute, over the one that they should have: 1 where all is as it is said to be.
+    /// Variance of the field's innovations over the latest minute, over the one that they should have: 1 where all is
+    /// as it is said to be.
     pub const fn dispersion(&self) -> f32 {
         self.dispersion
     }
 
-    /// What they go with.
+    /// Returns the quantities that they go with.
     #[inline(never)]
     pub fn report(&self) -> RemainderReport {
         let mut report = RemainderReport::default();
@@ -116,7 +121,7 @@ impl Remainder {
     }
 }
 
-/// Whether a finding is less likely to be chance; of two that cannot be it at all, whether it takes more.
+/// Returns true if a finding is less likely to be chance; of two that cannot be chance at all, if it explains more.
 fn is_clearer(a: &GoesWith, b: &GoesWith) -> bool {
     a.p_value < b.p_value || (a.p_value <= b.p_value && a.share > b.share)
 }

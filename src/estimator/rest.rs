@@ -1,4 +1,5 @@
-//! Which nodes were a rest: two in succession with a quiet gyro, a mean rate that a bias can be, and vectors that do not turn.
+//! Rest, as the estimator judges it: two nodes in succession with a quiet gyro, a mean rate that a bias can be, and
+//! vectors that do not turn. The attitude filter has its own, `attitude/rest.rs`.
 
 use super::{
     preintegration::{Preintegration, largest, squared_angle},
@@ -11,7 +12,7 @@ const LEAST_S: f32 = 0.4;
 /// A vector that turns by more in half a second turns: a degree.
 const LEAST_TURN_RAD: f32 = 0.017;
 
-/// What a node read; a vector without readings is zero.
+/// Readings of a node; a vector without readings is zero.
 #[derive(Clone, Copy)]
 struct Half<T> {
     rate: V3<T>,
@@ -43,18 +44,18 @@ impl<T: Real> Rests<T> {
         *self = Self::zero();
     }
 
-    /// What comes next does not follow on what was before.
+    /// Forgets the node before: the next one does not follow it.
     pub fn interrupt(&mut self) {
         self.before = None;
     }
 
-    /// How many of the last `seconds` (at most 64) were at rest.
+    /// Returns the number of the last `seconds` (at most 64) that were at rest.
     pub fn seconds(&self, seconds: u32) -> u32 {
         let mask = if seconds >= 64 { u64::MAX } else { (1 << seconds) - 1 };
         (self.history & mask).count_ones()
     }
 
-    /// Whether the node that ends, and the one before it, were at rest.
+    /// Returns true if the node that ends, and the one before it, were at rest.
     pub fn judge(&mut self, pre: &Preintegration<T>, settings: &Settings) -> bool {
         let is_rest = self.is_rest(pre, settings);
         self.second_s += pre.seconds;

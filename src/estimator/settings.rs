@@ -1,4 +1,4 @@
-//! What the estimator is told of the motion and of the sensors.
+//! Settings of the estimator: noise of the motion and errors of the sensors.
 
 use super::{
     candidates::Rules,
@@ -13,8 +13,9 @@ use crate::{
 /// No gyro is better, rad/s/rtHz: 2e-4 deg a root hour.
 const LEAST_GYRO_NOISE: f32 = 5e-8;
 
-/// Noise of the sensors and bounds of the motion. It is of the sensor and the motion and is configured: evidence would choose a drill string's
-/// constants for motion by hand by 1,500 log units, and be wrong by a factor of 14 to 58 in variance.
+/// Noise of the sensors and bounds of the motion. It is of the sensor and the motion and is configured: evidence
+/// would choose a drill string's constants for motion by hand by 1,500 log units, and be wrong by a factor of 14 to
+/// 58 in variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Rotation, rad per root second: the gyro's noise, and by hand at least what the model leaves out.
@@ -43,11 +44,13 @@ pub struct Noise {
     pub acceleration_freedom: f32,
     /// Freedom of Student's t of field and rotation.
     pub freedom: f32,
-    /// Whether the earth's field is the same over the whole path. Then one is disturbed where its norm differs from that of the estimated
-    /// field, and where it contradicts by a turn alone the gyro is wrong. Else it is disturbed where its norm differs from the mean of the norms
-    /// as they were calibrated at their time, which widens the noise as long as the calibration moves, too.
+    /// True if the earth's field is the same over the whole path. Then a field is disturbed if its norm differs from
+    /// that of the estimated field, and if it contradicts by a turn alone the gyro is wrong. Else it is disturbed if
+    /// its norm differs from the mean of the norms as they were calibrated at their time, which widens the noise as
+    /// long as the calibration moves, too.
     pub field_is_even: bool,
-    /// Whether gravity as it is predicted, not as it is read, multiplies the accelerometer's errors: where vibration is larger than gravity.
+    /// True if predicted gravity, not the read one, multiplies the accelerometer's errors: where vibration is larger
+    /// than gravity.
     pub predicted_gravity: bool,
 }
 
@@ -90,7 +93,8 @@ impl Noise {
         predicted_gravity: true,
     };
 
-    /// By hand, with vectors that a reference attitude of 0.1 deg stands for (an optical one): what is left is the gyro's.
+    /// By hand, with vectors that a reference attitude of 0.1 deg stands for (an optical one): what is left is the
+    /// gyro's.
     pub const REFERENCE: Self = Self {
         rotation_share: 0.001,
         field_share: 0.002,
@@ -120,12 +124,12 @@ impl Noise {
     };
 }
 
-/// What the estimator needs to know before the first sample.
+/// Settings before the first sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Nominal sample period, seconds.
     pub sample_period_s: f32,
-    /// Whether the gyro's readings are of an instant.
+    /// True if the gyro's readings are of an instant.
     pub is_instant: bool,
     /// Gravity, m/s^2.
     pub gravity_m_s2: f32,
@@ -179,7 +183,8 @@ impl Settings {
         let [of_mag, of_iron, of_accel] = widths.sheet;
         put(MAG_MATRIX.from, &[errors.mag_matrix / of_mag; MAG_MATRIX.count]);
         put(HARD_IRON.from, &[errors.hard_iron / of_iron; HARD_IRON.count]);
-        // On a drill string the antisymmetric part is left out, which defines the body frame; by hand the bias, which the matrix holds.
+        // On a drill string the antisymmetric part is left out, which defines the body frame; by hand the bias, which
+        // the matrix holds.
         let accel_matrix = [errors.accel_matrix / of_accel; ACCEL_MATRIX.count];
         put(ACCEL_MATRIX.from, if drilling { &accel_matrix[..6] } else { &accel_matrix });
         if drilling {

@@ -1,109 +1,216 @@
 //! Triangular roots of information by Householder reflections. Normal equations are never formed: in f32 they lose their positive definiteness
 //! in three of four recordings.
+//!
+//! Rows go into a pivot by blocks of a fixed number, column by column: the factors of the reflection, and the block's part of the column, then stay
+//! in registers. Two reflections at a time halve the loads and stores. What a Cortex-M4F can do at best is two instructions a multiply-add, its
+//! product and its sum.
+
+#![allow(clippy::indexing_slicing)] // Columns: each is compared with the row's length before.
 
 use super::real::Real;
 
-/// Reflects column `column` of `pivot` and `rows` into the pivot; all from `column` on are changed. Rows that are zero there are left alone. A
-/// pivot without any part in the column stays as it is.
-pub(super) fn reflect<T: Real, const W: usize>(pivot: &mut [T; W], rows: &mut [[T; W]], column: usize) {
-    reflect_behind(pivot, rows, column, 0);
+/// Rows of the first block: with two reflections they take 27 of 32 registers.
+const BLOCK: usize = 9;
+/// Rows of the blocks after it: rows come in threes, one for each axis.
+const AXES: usize = 3;
+
+/// What turns a pivot and a block of rows so that the rows have nothing in one column.
+#[derive(Clone, Copy)]
+pub(super) struct Reflection<T, const M: usize> {
+    /// Of each row; the pivot's is 1.
+    factors: [T; M],
+    scale: T,
 }
 
-/// The same where the rows have `skip` columns before those of the pivot.
-pub(super) fn reflect_behind<T: Real, const W: usize, const L: usize>(
-    pivot: &mut [T; W],
+impl<T: Real, const M: usize> Reflection<T, M> {
+    /// What changes nothing.
+    pub const NOTHING: Self = Self { factors: [T::ZERO; M], scale: T::ZERO };
+
+    /// Takes the elements of a column into the pivot's; changes nothing where they are zero.
+    pub fn new(pivot: &mut T, elements: &[T; M]) -> Self {
+        let below = elements.iter().fold(T::ZERO, |sum, x| sum + *x * *x);
+        if below == T::ZERO {
+            return Self::NOTHING;
+        }
+        let norm = (*pivot * *pivot + below).root();
+        let alpha = if *pivot > T::ZERO { -norm } else { norm };
+        let own = *pivot - alpha;
+        let inverse = T::ONE / own;
+        *pivot = alpha;
+        Self { factors: elements.map(|x| x * inverse), scale: own / alpha }
+    }
+
+    /// Takes a column of a block into the pivot.
+    fn eliminate<const L: usize>(pivot: &mut T, rows: &mut [[T; L]; M], column: usize) -> Self {
+        let mut elements = [T::ZERO; M];
+        for (x, row) in elements.iter_mut().zip(rows) {
+            if let Some(element) = row.get_mut(column) {
+                (*x, *element) = (*element, T::ZERO);
+            }
+        }
+        Self::new(pivot, &elements)
+    }
+
+    fn is_nothing(&self) -> bool {
+        self.scale == T::ZERO
+    }
+
+    /// Reflects another column.
+    #[inline(always)]
+    pub fn turn(&self, pivot: &mut T, column: &mut [T; M]) {
+        let dot = self.factors.iter().zip(column.iter()).fold(*pivot, |sum, (f, x)| sum + *f * *x);
+        let by = self.scale * dot;
+        *pivot += by;
+        for (x, f) in column.iter_mut().zip(&self.factors) {
+            *x += *f * by;
+        }
+    }
+
+    /// Reflects the columns of a pivot, which the rows have from `from` on.
+    #[inline(never)]
+    fn sweep<const L: usize>(&self, pivot: &mut [T], rows: &mut [[T; L]; M], from: usize) {
+        for (column, pivot) in (from..).zip(pivot) {
+            if column >= L {
+                break;
+            }
+            let mut elements = elements(rows, column);
+            self.turn(pivot, &mut elements);
+            put(rows, column, &elements);
+        }
+    }
+
+    /// The same with two pivots: into the first, then into the second.
+    #[inline(never)]
+    fn sweep_two<const L: usize>(both: &[Self; 2], pivots: (&mut [T], &mut [T]), rows: &mut [[T; L]; M], from: usize) {
+        let [first, second] = both;
+        for (column, (one, two)) in (from..).zip(pivots.0.iter_mut().zip(pivots.1)) {
+            if column >= L {
+                break;
+            }
+            let mut elements = elements(rows, column);
+            first.turn(one, &mut elements);
+            second.turn(two, &mut elements);
+            put(rows, column, &elements);
+        }
+    }
+}
+
+#[inline(always)]
+fn elements<T: Real, const L: usize, const M: usize>(rows: &[[T; L]; M], column: usize) -> [T; M] {
+    let mut elements = [T::ZERO; M];
+    for (x, row) in elements.iter_mut().zip(rows) {
+        *x = row[column];
+    }
+    elements
+}
+
+#[inline(always)]
+fn put<T: Real, const L: usize, const M: usize>(rows: &mut [[T; L]; M], column: usize, elements: &[T; M]) {
+    for (row, x) in rows.iter_mut().zip(elements) {
+        row[column] = *x;
+    }
+}
+
+/// Pivots that take rows block by block.
+trait Pivots<T, const L: usize, const E: usize> {
+    /// Takes a block of rows and their further columns.
+    fn take<const M: usize>(&mut self, rows: &mut [[T; L]; M], further: &mut [[T; E]; M]);
+}
+
+/// A pivot from a column on, which the rows have at `at`, and its further columns, which they have from `from` on.
+pub(super) struct Pivot<'a, T> {
+    pub own: &'a mut [T],
+    pub at: usize,
+    pub further: &'a mut [T],
+    pub from: usize,
+}
+
+impl<T: Real, const L: usize, const E: usize> Pivots<T, L, E> for Pivot<'_, T> {
+    #[inline(always)]
+    fn take<const M: usize>(&mut self, rows: &mut [[T; L]; M], further: &mut [[T; E]; M]) {
+        let Some((pivot, own)) = self.own.split_first_mut() else { return };
+        let reflection = Reflection::eliminate(pivot, rows, self.at);
+        if !reflection.is_nothing() {
+            reflection.sweep(own, rows, self.at + 1);
+            reflection.sweep(self.further, further, self.from);
+        }
+    }
+}
+
+/// Two pivots, of which the second begins one column after the first.
+struct Two<'a, T> {
+    first: Pivot<'a, T>,
+    second: Pivot<'a, T>,
+}
+
+impl<T: Real, const L: usize, const E: usize> Pivots<T, L, E> for Two<'_, T> {
+    #[inline(always)]
+    fn take<const M: usize>(&mut self, rows: &mut [[T; L]; M], further: &mut [[T; E]; M]) {
+        let at = self.first.at;
+        let ([a, next, first @ ..], [b, second @ ..]) = (&mut *self.first.own, &mut *self.second.own) else { return };
+        let one = Reflection::eliminate(a, rows, at);
+        if !one.is_nothing() && at + 1 < L {
+            let mut column = elements(rows, at + 1);
+            one.turn(next, &mut column);
+            put(rows, at + 1, &column);
+        }
+        let two = Reflection::eliminate(b, rows, at + 1);
+        if one.is_nothing() && two.is_nothing() {
+            return;
+        }
+        let both = [one, two];
+        Reflection::sweep_two(&both, (first, second), rows, at + 2);
+        Reflection::sweep_two(&both, (self.first.further, self.second.further), further, self.first.from);
+    }
+}
+
+/// Takes all rows: a block, then threes, then one by one.
+fn take_all<T, const L: usize, const E: usize>(
+    into: &mut impl Pivots<T, L, E>,
     rows: &mut [[T; L]],
-    column: usize,
-    skip: usize,
+    further: &mut [[T; E]],
 ) {
-    reflect_with(pivot, rows, column, skip, Further::<T, 0> { pivot: &mut [], rows: &mut [], columns: 0 });
+    let first = if rows.len() < BLOCK || further.len() < BLOCK { 0 } else { BLOCK };
+    let (block, rows) = rows.split_at_mut(first);
+    let (beside, further) = further.split_at_mut(first);
+    if let (Some(block), Some(beside)) = (block.first_chunk_mut::<BLOCK>(), beside.first_chunk_mut::<BLOCK>()) {
+        into.take(block, beside);
+    }
+    let (threes, rows) = rows.as_chunks_mut::<AXES>();
+    let (threes_beside, further) = further.as_chunks_mut::<AXES>();
+    for (block, beside) in threes.iter_mut().zip(threes_beside) {
+        into.take(block, beside);
+    }
+    for (row, beside) in rows.iter_mut().zip(further) {
+        into.take(core::array::from_mut(row), core::array::from_mut(beside));
+    }
 }
 
-/// Further columns of the pivot and of the rows, and how many of them are in use.
-pub(super) struct Further<'a, T, const E: usize> {
-    pub pivot: &'a mut [T; E],
-    pub rows: &'a mut [[T; E]],
-    pub columns: usize,
-}
-
-/// The same with further columns, which take part and are never eliminated here.
-pub(super) fn reflect_with<T: Real, const W: usize, const L: usize, const E: usize>(
-    pivot: &mut [T; W],
+/// Takes a column of the rows into a pivot. Further columns take part and are not eliminated: there are as many rows of them.
+pub(super) fn reflect<T: Real, const L: usize, const E: usize>(
+    mut pivot: Pivot<T>,
     rows: &mut [[T; L]],
-    column: usize,
-    skip: usize,
-    further: Further<T, E>,
+    further: &mut [[T; E]],
 ) {
-    let of = |row: &[T; L]| row.get(skip + column).copied().unwrap_or(T::ZERO);
-    let below = rows.iter().fold(T::ZERO, |sum, row| sum + of(row) * of(row));
-    if below == T::ZERO {
-        return;
-    }
-    let Some((x, right)) = pivot.get_mut(column..).and_then(<[T]>::split_first_mut) else { return };
-    let norm = (*x * *x + below).root();
-    let alpha = if *x > T::ZERO { -norm } else { norm };
-    let v = *x - alpha;
-    let beta = T::ONE / (alpha * v);
-    *x = alpha;
-    let mut dots = [T::ZERO; E];
-    let (dots, _) = dots.split_at_mut(if further.columns < E { further.columns } else { E });
-    for (dot, x) in dots.iter_mut().zip(further.pivot.iter()) {
-        *dot = v * *x;
-    }
-    for (row, further) in rows.iter().zip(further.rows.iter()) {
-        let factor = of(row);
-        if factor != T::ZERO {
-            for (dot, x) in dots.iter_mut().zip(further) {
-                *dot += factor * *x;
-            }
-        }
-    }
-    for (dot, x) in dots.iter_mut().zip(further.pivot.iter_mut()) {
-        *dot *= beta;
-        *x += v * *dot;
-    }
-    for (row, further) in rows.iter().zip(further.rows.iter_mut()) {
-        let factor = of(row);
-        if factor != T::ZERO {
-            for (dot, x) in dots.iter().zip(further) {
-                *x += factor * *dot;
-            }
-        }
-    }
-    let mut dots = [T::ZERO; W];
-    for (dot, x) in dots.iter_mut().zip(right.iter()) {
-        *dot = v * *x;
-    }
-    for row in rows.iter() {
-        let factor = of(row);
-        if factor != T::ZERO {
-            for (dot, x) in dots.iter_mut().zip(row.iter().skip(skip + column + 1)) {
-                *dot += factor * *x;
-            }
-        }
-    }
-    for (dot, x) in dots.iter_mut().zip(right.iter_mut()) {
-        *dot *= beta;
-        *x += v * *dot;
-    }
-    for row in rows.iter_mut() {
-        let factor = of(row);
-        if factor != T::ZERO {
-            for (dot, x) in dots.iter().zip(row.iter_mut().skip(skip + column + 1)) {
-                *x += factor * *dot;
-            }
-            if let Some(x) = row.get_mut(skip + column) {
-                *x = T::ZERO;
-            }
-        }
-    }
+    take_all(&mut pivot, rows, further);
 }
 
-/// The same where pivot and rows stand in one slice, the pivot first.
-pub(super) fn reflect_first<T: Real, const W: usize>(rows: &mut [[T; W]], column: usize) {
-    if let Some((pivot, rest)) = rows.split_first_mut() {
-        reflect(pivot, rest, column);
-    }
+/// Takes two columns of the rows into two pivots, of which the second has nothing in the first column.
+pub(super) fn reflect_two<T: Real, const L: usize, const E: usize>(
+    [first, second]: [Pivot<T>; 2],
+    rows: &mut [[T; L]],
+    further: &mut [[T; E]],
+) {
+    take_all(&mut Two { first, second }, rows, further);
+}
+
+/// The rows below the first into that.
+pub(super) fn reflect_first<T: Real, const L: usize>(rows: &mut [[T; L]], column: usize) {
+    let Some((pivot, rest)) = rows.split_first_mut() else { return };
+    let own = pivot.get_mut(column..).unwrap_or_default();
+    let mut none = [[]; BLOCK + AXES];
+    let none = none.get_mut(..rest.len()).unwrap_or_default();
+    reflect(Pivot { own, at: column, further: &mut [], from: 0 }, rest, none);
 }
 
 #[cfg(test)]

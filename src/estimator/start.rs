@@ -1,4 +1,4 @@
-//! How the filter starts: from the factory's prior, or about a model that was stored.
+//! Start of the filter: from the factory's prior, or about a stored model.
 
 use super::{
     Estimator, Settings, Task,
@@ -71,8 +71,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.parameters = Parameters::new(&x, &self.bias, &self.prior_p);
     }
 
-    /// A model that was stored, with its deviations (P row-major, then b): P's prior is about it, as wide as it was known and may have drifted.
-    /// The bias is another one at every start, and is as unknown as without. The effects that were taken out still are. Forgotten where the samples contradict it.
+    /// A model that was stored, with its deviations (P row-major, then b): P's prior is about it, as wide as it was
+    /// known and may have drifted. The bias is another one at every start, and is as unknown as without. The effects
+    /// that were taken out still are. Forgotten where the samples contradict it.
     pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12], effects: &ActiveEffects) {
         self.prior_p = widened_matrix(model);
         for (column, deviation) in P.columns().zip(deviations) {

@@ -14,7 +14,8 @@ use super::{
     rows::{self, Block, CONSTANT, GLOBAL, NEW, ROWS, WIDTH},
 };
 
-/// Zero rate of a rest beyond the gyro's own noise: 0.05 deg/s, the least that a second's reading of the vectors can rule out.
+/// Zero rate of a rest beyond the gyro's own noise: 0.05 deg/s, the least that a second's reading of the vectors can
+/// rule out.
 const REST_RATE_RAD_S: f32 = 8.7e-4;
 /// Speed at rest, m/s.
 const REST_SPEED_M_S: f32 = 0.01;
@@ -62,7 +63,7 @@ impl<T: Real> Update<T> {
         self.predicted = predict(node, taken);
         let (_, new) = self.rows.split_at_mut(NODE);
         let (blocks, _) = new.as_chunks_mut::<3>();
-        let [rotated, seen, walked, first, second, slow, near, still, ..] = blocks else {
+        let [rotated, seen, first, second, walked, slow, near, still, ..] = blocks else {
             return Agreement {
                 field: Readings::Missing,
                 force: Readings::Missing,
@@ -109,7 +110,7 @@ impl<T: Real> Update<T> {
         Agreement { field, force, is_turned, innovation }
     }
 
-    /// Eliminates the next column; `false` when all states are done. The rows from [`Update::left_over`] then say what the node says of
+    /// Eliminates the next two columns; `false` when all states are done. The rows from [`Update::left_over`] then say what the node says of
     /// the globals.
     pub fn eliminate<const E: usize>(
         &mut self,
@@ -120,11 +121,11 @@ impl<T: Real> Update<T> {
             return false;
         }
         candidates.eliminate(further, &mut self.rows, self.next);
-        self.next += 1;
+        self.next += 2;
         true
     }
 
-    /// Whether the rows have been written and none of their states eliminated.
+    /// Returns true if the rows have been written and none of their states is eliminated.
     #[cfg(feature = "explanation")]
     pub const fn is_fresh(&self) -> bool {
         self.next == 0

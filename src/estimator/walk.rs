@@ -1,11 +1,11 @@
-//! What the globals may change by while the filter runs.
+//! Random walks of the globals while the filter runs.
 
 use super::{
     columns::{BIAS, P},
     settings::Noise,
 };
 
-/// How often they walk, seconds.
+/// Interval of the walks, seconds.
 pub(super) const EVERY_S: f32 = 10.0;
 /// Variance that a global gains in a second, in squared units of its width.
 pub(super) fn variance_per_s(column: usize, sigma: f32, noise: &Noise) -> f32 {

@@ -7,20 +7,22 @@ use super::columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, Group, HARD_IRON
 /// Groups whose width is averaged over: magnetometer matrix, hard iron, accelerometer.
 pub(super) const GROUPS: usize = 3;
 
-/// Widths of each group - magnetometer matrix, hard iron, accelerometer - as parts of the one that the filter runs with.
+/// Widths of each group - magnetometer matrix, hard iron, accelerometer - as parts of the one that the filter runs
+/// with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Widths {
     /// The widths.
     pub parts: [[f32; 3]; GROUPS],
-    /// How many of them.
+    /// Number of widths of each group.
     pub count: [usize; GROUPS],
     /// Inflations of the covariance.
     pub inflations: [f32; 3],
-    /// How many of them.
+    /// Number of inflations.
     pub inflation_count: usize,
     /// The data sheet's.
     pub sheet: [f32; GROUPS],
-    /// Whether the lags of magnetometer and accelerometer are as good as the rest of them, and narrowed with it.
+    /// True if the lags of magnetometer and accelerometer are as well known as the rest of these sensors, and
+    /// narrowed with it.
     pub with_lags: bool,
 }
 
@@ -34,7 +36,8 @@ impl Widths {
         with_lags: false,
     };
 
-    /// By hand: a third, once and thrice the data sheets' 3 %, 10 % of the norm and 0.5 % (that: 0.3, 1, 4), of 10 %, 30 % and 2 %.
+    /// By hand: a third, once and thrice the data sheets' 3 %, 10 % of the norm and 0.5 % (that: 0.3, 1, 4), of 10 %,
+    /// 30 % and 2 %.
     pub const HAND: Self = Self {
         parts: [[0.09, 0.3, 0.9], [0.1, 1.0 / 3.0, 1.0], [0.075, 0.25, 1.0]],
         count: [3, 3, 3],
@@ -45,8 +48,9 @@ impl Widths {
         with_lags: false,
     };
 
-    /// In a drill string: from the data sheets' to next to nothing, which is a third of a percent of it: less, f32 does not tell apart. In steady rotation the data sheets' widths equal the third
-    /// column of P, and a sensor that is better has to show it. The formal covariance is honest (0 to 70 deg, 30 to 180 rpm).
+    /// In a drill string: from the data sheets' to next to nothing, which is a third of a percent of it: less, f32
+    /// does not tell apart. In steady rotation the data sheets' widths equal the third column of P, and a sensor that
+    /// is better has to show it. The formal covariance is honest (0 to 70 deg, 30 to 180 rpm).
     pub const DRILL_STRING: Self = Self {
         parts: [[0.003, 0.05, 1.0]; GROUPS],
         count: [3; GROUPS],
@@ -78,8 +82,8 @@ impl Widths {
     }
 }
 
-/// The order of the variables whose covariance is looked at: P and bias first, then group by group, each group's lag behind it, to be taken out
-/// from the end.
+/// The order of the variables whose covariance is looked at: P and bias first, then group by group, each group's lag
+/// behind it, to be taken out from the end.
 pub(super) const VARIABLES: usize = 12 + COUNTS[2] + COUNTS[1] + COUNTS[0];
 /// Variables of a group.
 pub(super) const COUNTS: [usize; GROUPS] =

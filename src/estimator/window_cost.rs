@@ -1,7 +1,8 @@
-//! What the search of a window minimises: the filter's own quadratic, but with Student's t in the place of the Gaussian for each node as a whole.
+//! Cost that the search of a window minimises: the filter's own quadratic, with Student's t in the place of the
+//! Gaussian for each node as a whole.
 //!
-//! It stands in the place of the paper's eq 5, the angle between gravity dead-reckoned over the window and the measured specific force,
-//! which cannot see a rotation about gravity and in drilling is blind.
+//! It stands in the place of the paper's eq 5, the angle between gravity dead-reckoned over the window and the
+//! measured specific force, which cannot see a rotation about gravity and in drilling is blind.
 
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -48,21 +49,23 @@ pub(super) fn gather<const NODES: usize>(rows: &LeftOver<NODES>, nodes: Range<us
     }
 }
 
-/// What makes the cost one about the posterior's mean.
+/// Terms that make the cost one about the posterior's mean.
 #[derive(Clone, Copy)]
 pub(super) struct Centre {
     /// The mean, in units of the prior's widths.
     mean: [f32; GYRO],
-    /// Of the posterior's information.
+    /// Factor of the posterior's information.
     factor: Cholesky<12, 78>,
-    /// Share of the rows' information that is in the posterior's whatever the inflation, and wherever the nodes' weights go.
+    /// Share of the rows' information that is in the posterior's whatever the inflation, and wherever the nodes'
+    /// weights go.
     share: f32,
     /// Mean weight of the nodes at the mean.
     usual: f32,
 }
 
 impl Centre {
-    /// Of a posterior with this covariance, inflated by `inflation` at most; `None` where that is not positive definite.
+    /// Makes the terms of a posterior with this covariance, inflated by `inflation` at most; `None` if that is not
+    /// positive definite.
     pub fn new<const NODES: usize>(
         rows: &LeftOver<NODES>,
         mean: &[f32; GYRO],
@@ -86,9 +89,10 @@ impl Centre {
         information.cholesky().map(|factor| Self { mean: *mean, factor, share: 1.0 / inflation, usual })
     }
 
-    /// Lowers the share until the cost has a minimum. Far away no node has any weight, and what is left is the posterior's information less the
-    /// rows' (`left`) at their usual weight. In the rows' there can be more of some direction: a posterior that is averaged over widths, or whose P
-    /// has walked since, knows less. A cost without a bound then has its best point at the edge of the search box.
+    /// Lowers the share until the cost has a minimum. Far away no node has any weight, and what is left is the
+    /// posterior's information less the rows' (`left`) at their usual weight. In the rows' there can be more of some
+    /// direction: a posterior that is averaged over widths, or whose P has walked since, knows less. A cost without a
+    /// bound then has its best point at the edge of the search box.
     #[inline(never)]
     pub fn bound(&mut self, left: &Information) {
         // In posterior deviations, where the posterior's own information is the identity.
@@ -120,11 +124,12 @@ impl Centre {
     }
 }
 
-/// Cost of a change of (P row-major, b) from the posterior's mean, in posterior deviations. Half the squared distance, which is the posterior
-/// with all that is older than the rows and with how far it was shrunk; and for each node of the window what a heavier tail changes of it:
-/// s / 2 log(1 + |e|^2 / s) - u |e|^2 / 2, s = nu + 9, u the mean weight of the nodes there, times the share of the rows' information that the
-/// posterior surely has. What the search then finds is what weights change that differ from node to node, and nothing else: of nodes that
-/// are all as quiet, or all as noisy, the mean is the optimum.
+/// Cost of a change of (P row-major, b) from the posterior's mean, in posterior deviations. Half the squared
+/// distance, which is the posterior with all that is older than the rows and with how far it was shrunk; and for each
+/// node of the window what a heavier tail changes of it: s / 2 log(1 + |e|^2 / s) - u |e|^2 / 2, s = nu + 9, u the
+/// mean weight of the nodes there, times the share of the rows' information that the posterior surely has. What the
+/// search then finds is what weights change that differ from node to node, and nothing else: of nodes that are all as
+/// quiet, or all as noisy, the mean is the optimum.
 pub struct WindowCost<'a, const NODES: usize = WINDOW_NODES> {
     rows: &'a LeftOver<NODES>,
     centre: &'a Centre,
@@ -134,7 +139,8 @@ pub struct WindowCost<'a, const NODES: usize = WINDOW_NODES> {
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// The rows of the last 50 s of motion: what the population search minimises. `None` before a posterior, or without motion.
+    /// The rows of the last 50 s of motion: what the population search minimises. `None` before a posterior, or
+    /// without motion.
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
         let centre = self.centre.first().filter(|_| !self.posterior.is_empty())?;
@@ -214,7 +220,7 @@ impl<const NODES: usize> LeastSquaresCost<12, 78> for WindowCost<'_, NODES> {
             normal.add(k, k, 1.0);
         }
         for (index, innovations, square) in self.squares(&change) {
-            // Of the rows' own information only by how much it differs from the usual.
+            // The rows' own information counts only by its difference from the usual.
             let weight = self.centre.share * (weight(square) - self.centre.usual);
             for (row, innovation) in self.rows.node(index).iter().zip(innovations) {
                 let [row @ .., _] = *row;

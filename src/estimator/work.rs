@@ -24,7 +24,7 @@ const COLUMN_UNITS: u32 = 45;
 const START_UNITS: u32 = 120;
 const WEIGHING_UNITS: u32 = 400;
 const SPREADING_UNITS: u32 = 100;
-/// How often the effects are weighed, microseconds.
+/// Interval at which the effects are weighed, microseconds.
 const WEIGHED_EVERY_US: u64 = 5_000_000;
 const WIDTHS_UNITS: u32 = 150;
 const CENTRE_UNITS: u32 = 500;
@@ -125,8 +125,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
-    /// Sees to it that the search's cost has a minimum: gathers the information of so many nodes' rows at a time, in scratch memory, and bounds
-    /// the cost by it; `true` when that is done.
+    /// Sees to it that the search's cost has a minimum: gathers the information of so many nodes' rows at a time, in
+    /// scratch memory, and bounds the cost by it; `true` when that is done.
     fn bound(&mut self, from: usize) -> bool {
         let Some(centre) = self.centre.first_mut() else { return true };
         let scratch = self.update.rows.as_flattened_mut();
@@ -212,9 +212,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         if column == NUISANCES && self.kind == Kind::Moving {
             self.left_over.push(self.update.left_over(), &self.globals.x);
         }
-        self.candidates.absorb(&mut self.further, &mut self.globals, self.update.left_over(), column);
-        if column + 1 < GLOBALS {
-            self.task = Task::Absorbing(column + 1);
+        let next = self.candidates.absorb(&mut self.further, &mut self.globals, self.update.left_over(), column);
+        if next < GLOBALS {
+            self.task = Task::Absorbing(next);
             return;
         }
         if self.kind == Kind::Moving {
@@ -227,7 +227,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     fn absorb_own(&mut self, column: usize) {
         if self.candidates.absorb_own(&mut self.further, self.update.left_over(), column) {
-            self.task = Task::AbsorbingOwn(column + 1);
+            self.task = Task::AbsorbingOwn(column + 2);
             return;
         }
         if self.kind == Kind::Moving {
@@ -276,7 +276,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Spreading(0);
     }
 
-    /// What is not known of an effect that is taken out is not known of the gyro.
+    /// Widens the gyro's covariance by an effect's: an unknown part of an effect that is taken out is unknown of the
+    /// gyro.
     fn spread(&mut self, of: usize) {
         if of >= self.evidence.taken.len() {
             self.task = Task::Averaging;

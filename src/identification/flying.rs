@@ -1,4 +1,6 @@
-//! What flies: the estimator's mean where it may, else the P that flew, with a bias that a rest has told since.
+//! Decision about what flies after an update: the estimator's mean where it is fit to fly, else the P that flew, with
+//! a bias that a rest has given since. Whether a posterior is fit is decided in `estimator/posterior.rs`; when it
+//! flies, in `schedule.rs`.
 
 use super::{Decision, Refusal, WindowReport, schedule::Update};
 use crate::{
@@ -7,20 +9,20 @@ use crate::{
     estimator::Posterior,
 };
 
-/// What is known beside the posterior when an update is judged.
+/// Facts beside the posterior from which an update is judged.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flight<'a> {
     pub config: &'a Config,
-    /// What has flown so far.
+    /// Model flown so far.
     pub flown: &'a GyroModel,
     pub bias_only: &'a GyroModel,
-    /// Whether there was a rest since what the flown bias comes from.
+    /// True if there was a rest after the samples that the flown bias comes from.
     pub rest_is_news: bool,
     pub rest_s: f32,
 }
 
 impl Flight<'_> {
-    /// What an update comes to, before any search.
+    /// Judges an update before any search.
     #[inline(never)]
     pub fn judged(&self, update: &Update, posterior: &Posterior) -> WindowReport {
         let (decision, flown) = decide(self.flown, posterior, self.rest_is_news);
@@ -45,7 +47,7 @@ impl Flight<'_> {
         }
     }
 
-    /// The report of an update without a result: what flies stays.
+    /// Reports an update without a result: the flown model stays.
     #[inline(never)]
     pub fn without_result(&self, update: &Update, refusal: Refusal) -> WindowReport {
         let id = &self.config.identification;
@@ -103,10 +105,10 @@ fn decide(flown: &GyroModel, posterior: &Posterior, rest_is_news: bool) -> (Deci
     (Decision::Refused(refusal), GyroModel { b_rad_s: if is_told { b_rad_s } else { flown.b_rad_s }, ..*flown })
 }
 
-/// By how much a whole turn about an axis is another one with a new P, degrees: rms of the three axes.
+/// Change of P as error of a whole turn about an axis, degrees: rms of the three axes.
 pub(super) fn deg_per_turn(before: &GyroModel, after: &GyroModel) -> f32 {
     let Some(inverse) = before.p_matrix().try_inverse() else { return 0.0 };
-    // What was a rate w is now P' P^-1 w.
+    // A rate w becomes P' P^-1 w.
     let change = (after.p_matrix() - before.p_matrix()) * inverse;
     360.0 * libm::sqrtf(change.norm_squared() / 3.0)
 }

@@ -1,3 +1,6 @@
+//! Identifier: passes samples to the estimator, does its work in pieces, and lets each result fly at the instant that
+//! the schedule has fixed. It holds no statistics of its own.
+
 use super::{
     Decision, Refusal, WindowCost, WindowReport,
     flying::{Flight, deg_per_turn},
@@ -22,35 +25,35 @@ const PENDING: usize = 3;
 /// Work units of one evaluation of a window's cost: some 100 nodes of nine rows.
 const EVALUATION_UNITS: u32 = 100;
 
-/// Work units of judging a posterior, or what a search came to.
+/// Work units of judging a posterior, or the result of a search.
 const JUDGE_UNITS: u32 = 20;
 
-/// What has taken effect.
+/// Facts about an update that has taken effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Taken {
     /// Deviations of the model that flies now, P row-major, then b, rad/s.
     pub sigma: [f32; 12],
-    /// Whether what is taken out of the readings has changed.
+    /// True if the effects that are taken out have changed.
     pub effects: bool,
-    /// Whether other effects of the magnetometer are taken out than before.
+    /// True if the effects of the magnetometer that are taken out have changed.
     pub of_field: bool,
-    /// Whether a window closed with it.
+    /// True if a window closed with it.
     pub is_window: bool,
 }
 
-/// What the estimator learns from samples, made to fly at fixed instants.
+/// Makes the estimator's results fly at fixed instants.
 pub(crate) struct Identifier {
     estimator: Estimator,
     schedule: Schedule<WindowReport>,
     findings: Findings,
     flown: GyroModel,
     bias_only: GyroModel,
-    /// Latest sample that the flown bias comes from; 0: none.
+    /// Latest sample that the flown bias comes from, microseconds; 0 for none.
     bias_known_us: u64,
-    /// The report of the window that is being searched.
+    /// Report of the window that is being searched.
     searched: Vec<WindowReport, 1>,
     search: Search,
-    /// Cost of the posterior's mean on it.
+    /// Cost of the posterior's mean on that window.
     cost_of_mean: f32,
     pending: Deque<WindowReport, PENDING>,
     /// Reports dropped because nobody polled them.
@@ -76,7 +79,7 @@ impl Identifier {
         }
     }
 
-    /// Begins anew, and looks for the effects of a library.
+    /// Forgets everything learnt, and looks for the effects of a library.
     pub fn configure(&mut self, config: &Config, library: &'static [&'static dyn Effect]) {
         self.estimator.configure(&Settings::new(config), if config.effects { library } else { &[] });
         self.schedule.configure(config);
@@ -90,8 +93,8 @@ impl Identifier {
         self.overruns = 0;
     }
 
-    /// Flies this model, known with these deviations (P row-major, then b), from the first sample on; to be called between `configure` and
-    /// `start`.
+    /// Flies this model, known with these deviations (P row-major, then b), from the first sample on. Call it between
+    /// `configure` and `start`.
     #[cfg(feature = "storage")]
     pub fn restore(&mut self, gyro: &GyroModel, sigma: &[f32; 12], effects: &ActiveEffects) {
         self.flown = *gyro;
@@ -100,16 +103,17 @@ impl Identifier {
         self.estimator.compose_with(gyro);
     }
 
-    /// What the estimator has learnt; `None` while it is being updated.
+    /// Returns what the estimator has learnt; `None` while it is being updated.
     #[cfg(feature = "storage")]
     pub fn learnt(&self, config: &Config) -> Option<Learnt<'_>> {
         self.estimator.learnt(LearntHead::fingerprint(config))
     }
 
-    /// Goes on from what was learnt before, as `read` hands it out number by number; to be called between `configure` and `start`.
+    /// Goes on from what was learnt before, as `read` hands it out number by number. Call it between `configure` and
+    /// `start`.
     ///
     /// # Errors
-    /// The estimator then starts without.
+    /// The estimator then starts without it.
     #[cfg(feature = "storage")]
     pub fn go_on(
         &mut self,
@@ -132,7 +136,7 @@ impl Identifier {
         &self.flown
     }
 
-    /// Increments that the estimator has lost.
+    /// Returns the number of increments that the estimator has lost.
     pub const fn increments_lost(&self) -> u32 {
         self.estimator.lost()
     }
@@ -142,15 +146,15 @@ impl Identifier {
         self.schedule.start(t_us);
     }
 
-    /// A gap in time.
+    /// Tells the schedule of a gap in time.
     pub fn gap(&mut self, last_us: u64, t_us: u64) {
         self.schedule.gap(last_us, t_us);
     }
 
-    /// Before a sample is compensated: a result that is due takes effect.
+    /// Lets a result that is due take effect, before a sample is compensated.
     pub fn take_effect(&mut self, t_us: u64, config: &Config) -> Option<Taken> {
         let (update, result) = self.schedule.take_effect(t_us)?;
-        // What is still being searched comes too late.
+        // A search that still runs comes too late.
         self.searched.clear();
         let Some(mut report) = result else {
             self.findings.drop_waiting();
@@ -177,8 +181,8 @@ impl Identifier {
         })
     }
 
-    /// Takes one sample: raw rate, calibrated specific force and field; temperature over the effects' reference temperature, K. `true`: the
-    /// attitude of this instant will be known.
+    /// Takes one sample: raw rate, calibrated specific force and field; temperature over the effects' reference
+    /// temperature, K. Returns true if the attitude of this instant will be known.
     pub fn push(&mut self, t_us: u64, readings: [Reading; 3], warming_k: Option<f32>) -> bool {
         if self.schedule.is_over() {
             return false;
@@ -190,16 +194,16 @@ impl Identifier {
         is_looked_at
     }
 
-    /// The attitude at the last instant for which it was asked, if the work has come so far.
+    /// Attitude at the last instant for which it was asked, if the work has come so far.
     pub fn known_attitude(&self) -> Option<&KnownAttitude> {
         self.estimator.known_attitude()
     }
 
-    /// One bounded piece of work; returns its size in units, 0 when there is nothing to do.
+    /// Does one bounded piece of work; returns its size in units, 0 when there is nothing to do.
     pub fn step(&mut self, config: &Config) -> u32 {
         let Some(update) = self.schedule.asked() else { return self.estimator.step() };
         if !self.searched.is_empty() {
-            // The estimator stands still meanwhile: what is searched is the window as it closed.
+            // The estimator stands still during a search, so the window is searched as it closed.
             return self.step_search();
         }
         if self.estimator.posterior().is_none() {
@@ -208,7 +212,7 @@ impl Identifier {
         self.judge(&update, config)
     }
 
-    /// The posterior is there: the result of an update, or the beginning of a window's search.
+    /// Judges the posterior: it is the result of an update, or the beginning of a window's search.
     #[inline(never)]
     fn judge(&mut self, update: &Update, config: &Config) -> u32 {
         let Some(posterior) = self.estimator.posterior() else { return 0 };
@@ -230,12 +234,12 @@ impl Identifier {
         report.cost_after = finite(self.cost_of_mean);
         let id = &config.identification;
         self.search = Search::new(id.optimizer, id.max_evaluations, config.seed ^ update.since_start_us);
-        // Emptied when the update before took effect, so there is room.
+        // The slot was emptied when the update before took effect, so there is room.
         let _ = self.searched.push(report);
         2 * EVALUATION_UNITS + JUDGE_UNITS
     }
 
-    /// A piece of the search. What it finds flies where it is better than the posterior's mean.
+    /// Does a piece of the search. Its result flies where it costs less than the posterior's mean.
     #[inline(never)]
     fn step_search(&mut self) -> u32 {
         let cost = self.estimator.window_cost();
@@ -279,22 +283,22 @@ impl Identifier {
         }
     }
 
-    /// The oldest report that nobody has taken.
+    /// Returns the oldest report that nobody has taken.
     pub fn take_report(&mut self) -> Option<WindowReport> {
         self.pending.pop_front()
     }
 
-    /// The effects that are taken out.
+    /// Returns the effects that are taken out.
     pub const fn effects(&self) -> &ActiveEffects {
         self.findings.flown()
     }
 
-    /// The oldest report of the effects that nobody has taken.
+    /// Returns the oldest report of the effects that nobody has taken.
     pub fn take_diagnosis(&mut self) -> Option<DiagnosisReport> {
         self.findings.take()
     }
 
-    /// Reports of the effects that nobody took.
+    /// Returns the number of reports of the effects that nobody took.
     pub const fn diagnoses_lost(&self) -> u32 {
         self.findings.lost
     }
@@ -304,7 +308,7 @@ impl Identifier {
         &self.estimator
     }
 
-    /// What the search of the latest window minimises.
+    /// Returns the cost that the search of the latest window minimises.
     pub fn window_cost(&self) -> Option<WindowCost<'_>> {
         self.estimator.window_cost()
     }

@@ -1,4 +1,6 @@
-//! When what the estimator has learnt flies, and what the population search adds to it window by window.
+//! Identification: instants at which the estimator's results fly (`schedule`), the decision whether they do
+//! (`flying`), and the population search of each window (`search`). The learning itself is in
+//! [`estimator`](crate::estimator).
 
 mod flying;
 mod identifier;

@@ -1,41 +1,46 @@
+//! Schedule of updates and windows. A result takes effect at an instant that is fixed when it is asked for, in the
+//! samples' own time, so that attitude does not depend on how fast the work is done (docs/architecture.md, "A fixed
+//! swap instant").
+
 use crate::config::{Config, micros};
 use heapless::Vec;
 
-/// One update of what flies.
+/// One update of the flown model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Update {
-    /// The latest sample that it may know, microseconds.
+    /// Latest sample that it may know, microseconds.
     pub t_us: u64,
-    /// When its result takes effect, microseconds.
+    /// Instant at which its result takes effect, microseconds.
     pub effect_us: u64,
-    /// Whether a window closes with it, and since when that was open.
+    /// True if a window closes with it; then that window's start.
     pub is_window: bool,
     pub window_start_us: u64,
-    /// Of `t_us`, since the first sample of all.
+    /// `t_us` since the first sample of all, microseconds.
     pub since_start_us: u64,
 }
 
-/// What is being done about an update.
+/// Progress of an update.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Idle,
-    /// It is asked for, and has no result yet.
+    /// The update is asked for, and has no result yet.
     Asked,
     /// The result waits for its instant.
     Ready,
 }
 
-/// When updates are asked for, and when their results `T` take effect: instants of the samples' own time, whatever is done between them.
+/// Instants at which updates are asked for, and at which their results `T` take effect: instants of the samples' own
+/// time, whatever work is done between them.
 pub(super) struct Schedule<T> {
     update_us: u64,
     window_us: u64,
     step_us: u64,
     latency_us: u64,
     start_us: u64,
-    /// When the next update is due, and the next window.
+    /// Instants of the next update and of the next window.
     next_us: u64,
     next_window_us: u64,
-    /// When the last update before a freeze is.
+    /// Instant of the last update before a freeze.
     final_us: u64,
     freeze_us: u64,
     state: State,
@@ -80,8 +85,9 @@ impl<T> Schedule<T> {
         self.schedule(t_us, t_us);
     }
 
-    /// Sets the next update after `now_us`: a regular one, so many periods after `due_us`, or the last one before the freeze where that comes
-    /// first or so soon after it that the regular one's result would not have landed.
+    /// Sets the next update after `now_us`: a regular one, whole periods after `due_us`. The last one before the
+    /// freeze takes its place where it comes first, or so soon after it that the regular one's result would not have
+    /// landed.
     fn schedule(&mut self, now_us: u64, due_us: u64) {
         let regular_us = after(now_us, due_us, self.update_us);
         self.next_us = if now_us >= self.final_us {
@@ -93,22 +99,22 @@ impl<T> Schedule<T> {
         };
     }
 
-    /// A gap from `last_us` to `t_us`: nobody works during one, so it does not count into a result's latency. But after a freeze nothing new
-    /// takes effect, except a result that was due in the gap and is ready.
+    /// Delays a pending result by a gap from `last_us` to `t_us`: no work is done in a gap, so it does not count into
+    /// the latency. After a freeze nothing new takes effect, except a result that was due in the gap and is ready.
     pub fn gap(&mut self, last_us: u64, t_us: u64) {
         let latest_us = if self.freeze_us > t_us { self.freeze_us } else { t_us };
         let delayed_us = self.update.effect_us.saturating_add(t_us.saturating_sub(last_us));
         self.update.effect_us = if delayed_us > latest_us { latest_us } else { delayed_us };
     }
 
-    /// After a sample: the update that is to be asked for with it. One that is due before the result of the last has taken effect waits for
-    /// that.
+    /// Returns the update to be asked for with this sample. One that is due before the last result has taken effect
+    /// waits for that.
     pub fn push(&mut self, t_us: u64) -> Option<Update> {
         if t_us < self.next_us || self.state != State::Idle {
             return None;
         }
         if t_us >= self.freeze_us {
-            // It was due in a gap, and what it gave would come after the freeze.
+            // The update was due in a gap, and its result would come after the freeze.
             self.next_us = u64::MAX;
             return None;
         }
@@ -121,7 +127,7 @@ impl<T> Schedule<T> {
         let window_start_us = t_us.saturating_sub(self.window_us);
         self.update = Update {
             t_us,
-            // By less than a sample period the last one's would come after the freeze.
+            // By less than a sample period the last result would come after the freeze.
             effect_us: if effect_us < self.freeze_us { effect_us } else { self.freeze_us },
             is_window,
             window_start_us: if window_start_us > self.start_us { window_start_us } else { self.start_us },
@@ -133,31 +139,32 @@ impl<T> Schedule<T> {
         Some(self.update)
     }
 
-    /// The update that is asked for and has no result.
+    /// Returns the update that is asked for and has no result.
     pub fn asked(&self) -> Option<Update> {
         (self.state == State::Asked).then_some(self.update)
     }
 
-    /// Whether no update is asked for or waits.
+    /// Returns true if no update is asked for or waits.
     pub fn is_idle(&self) -> bool {
         self.state == State::Idle
     }
 
-    /// Whether none will be any more.
+    /// Returns true if there will be no further update.
     pub fn is_over(&self) -> bool {
         self.is_idle() && self.next_us == u64::MAX
     }
 
-    /// The result of the update that is asked for.
+    /// Stores the result of the update that is asked for.
     pub fn conclude(&mut self, result: T) {
         if self.state == State::Asked {
-            // Emptied when it was asked for, so there is room.
+            // The slot was emptied when the update was asked for, so there is room.
             let _ = self.result.push(result);
             self.state = State::Ready;
         }
     }
 
-    /// Before a sample is compensated: the update that is due, with its result; `None` in its place: an overrun.
+    /// Returns the update that is due before this sample, with its result; `None` in the result's place is an
+    /// overrun.
     pub fn take_effect(&mut self, t_us: u64) -> Option<(Update, Option<T>)> {
         if self.state == State::Idle || t_us < self.update.effect_us {
             return None;
@@ -167,7 +174,7 @@ impl<T> Schedule<T> {
     }
 }
 
-/// The first instant after `now_us` of those that are whole periods after `due_us`.
+/// Returns the first instant after `now_us` that is whole periods after `due_us`.
 fn after(now_us: u64, due_us: u64, period_us: u64) -> u64 {
     let passed = now_us.saturating_sub(due_us).checked_div(period_us).unwrap_or(0);
     due_us.saturating_add(period_us.saturating_mul(passed.saturating_add(1)))

@@ -1,3 +1,7 @@
+//! Population search of a window's cost (paper, section 3): IMOA, or one of the searches it is compared with, from
+//! the posterior's mean. It is done in slices and adds no accuracy on sound recordings; docs/identification.md, step
+//! 8.
+
 #[cfg(feature = "baseline-searches")]
 mod baseline;
 
@@ -9,32 +13,34 @@ use crate::{
 #[cfg(feature = "baseline-searches")]
 use baseline::Baseline;
 
-/// Members of a population: IMOA's moves alone did best with 12 on simulated windows; with its exchange 1 to 12 do equally well.
+/// Members of a population: IMOA's moves alone did best with 12 on simulated windows; with its exchange 1 to 12 do
+/// equally well.
 const POPULATION: usize = 12;
 
 /// Half width of the search box in posterior deviations: the posterior's mean is within a few of the optimum.
 pub const RADIUS: f32 = 10.0;
 
-/// A window's cost as a population searches it: the box [-1, 1]^12 reaches [`RADIUS`] posterior deviations in each whitened coordinate.
+/// Window's cost as a population searches it: the box [-1, 1]^12 reaches [`RADIUS`] posterior deviations in each
+/// whitened coordinate.
 pub struct Searched<'b, 'a>(pub &'b WindowCost<'a>);
 
 impl Cost<12> for Searched<'_, '_> {
-    /// Not inlined: one copy on the chip, whichever optimiser calls it.
+    /// Not inlined, so that the chip has one copy for all optimisers.
     #[inline(never)]
     fn evaluate(&self, y: &[f32; 12]) -> f32 {
         self.0.evaluate(&y.map(|y| RADIUS * y))
     }
 }
 
-/// The search in progress, whichever it is: only one takes memory. Each begins at the posterior's mean.
+/// Search in progress; only one takes memory. Each begins at the posterior's mean.
 #[expect(
     clippy::large_enum_variant,
     reason = "the memory of the largest is there for all, and nothing here can be boxed"
 )]
-// None is all zeros.
+// `None` is all zeros.
 #[repr(u32)]
 pub(super) enum Search {
-    /// The posterior's mean stands.
+    /// No search: the posterior's mean stands.
     None,
     Imoa(Imoa<12, POPULATION>),
     Lm(LevenbergMarquardt<12, 78>),
@@ -52,7 +58,7 @@ impl Search {
             OptimizerKind::Lm => Self::Lm(LevenbergMarquardt::new([0.0; 12], most)),
             #[cfg(feature = "baseline-searches")]
             kind => Baseline::new(kind, most, seed).map_or(Self::None, Self::Baseline),
-            // A configuration that names another is refused.
+            // `Config::validate` refuses a configuration that names another search.
             #[cfg(not(feature = "baseline-searches"))]
             _ => Self::None,
         }
@@ -68,7 +74,7 @@ impl Search {
         }
     }
 
-    /// The best point found, in posterior deviations, and its cost; `None`: nothing searched.
+    /// Returns the best point found, in posterior deviations, and its cost; `None` without a search.
     pub fn best(&self) -> Option<([f32; 12], f32)> {
         let (y, cost) = match self {
             Self::None => return None,

@@ -1,3 +1,5 @@
+//! Accumulator: samples become increments of the grid.
+
 use super::{grid::Grid, increment::Increment};
 use crate::sample::Reading;
 use nalgebra::Vector3;

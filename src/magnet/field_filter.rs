@@ -1,3 +1,5 @@
+//! Filter of the field in the gyro's frame, with 19 states (docs/magnets.md).
+
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::field_node::{FieldNode, GYRO};

@@ -1,3 +1,5 @@
+//! Node of the field filter: rotation and mean field of a fifth of a second, with derivatives.
+
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use crate::{

@@ -1,3 +1,5 @@
+//! Noise of a node's field, from its scatter at rest and in motion.
+
 use super::field_node::FieldNode;
 use crate::{rest::TURNING_RAD_S, statistics::chi_square::IN_TWENTY};
 use nalgebra::Matrix3;

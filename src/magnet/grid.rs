@@ -1,3 +1,5 @@
+//! Grid of the increments in time.
+
 /// Nominal interval of one increment: sums at 50 Hz lose nothing of the identification, at 10 Hz most of it.
 const NOMINAL_INTERVAL_US: u32 = 20_000;
 

@@ -1,3 +1,5 @@
+//! Interval in which a magnet was on the probe.
+
 use nalgebra::Vector3;
 
 /// A body-fixed magnetic offset (hard iron) that came while the probe ran: a magnet was brought to it, and

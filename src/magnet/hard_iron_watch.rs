@@ -1,3 +1,5 @@
+//! Watch for magnets: notices a jump of the field, follows two hypotheses, and decides (docs/magnets.md).
+
 mod kept_intervals;
 mod offsets;
 mod suspicion;

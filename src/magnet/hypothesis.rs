@@ -1,3 +1,5 @@
+//! Hypotheses about a jump of the field.
+
 use super::{field_filter::FieldFilter, field_node::FieldNode};
 use crate::statistics::chi_square::{IN_A_MILLION, IN_A_THOUSAND, IN_TWENTY};
 use nalgebra::Matrix3;

@@ -1,3 +1,5 @@
+//! Increment of the watch.
+
 use nalgebra::Vector3;
 
 /// Means over one interval of the grid, valid at its middle.

@@ -1,3 +1,5 @@
+//! Bias of the raw gyro from rests, as the watch uses it.
+
 use crate::rest::Rest;
 use nalgebra::Vector3;
 

@@ -1,3 +1,5 @@
+//! Differential evolution, one of the searches that IMOA is compared with.
+
 use super::{
     Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost, population::Population, random::uniform,
 };

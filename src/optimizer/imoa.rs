@@ -1,3 +1,5 @@
+//! IMOA, the improved meerkat optimisation algorithm, in our reading of the paper (docs/equations.md).
+
 mod guided_spiral;
 mod migration;
 mod refraction;

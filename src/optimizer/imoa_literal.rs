@@ -1,3 +1,5 @@
+//! IMOA as the paper prints it, to compare with our reading.
+
 use super::{
     Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
     population::{Incumbent, Population},

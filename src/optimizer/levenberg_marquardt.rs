@@ -1,3 +1,5 @@
+//! Levenberg-Marquardt, for costs that are sums of squares.
+
 use super::{Cost, Found, Optimizer, Progress, finite_cost};
 use crate::algebra::Packed;
 

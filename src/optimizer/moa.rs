@@ -1,3 +1,5 @@
+//! MOA, the meerkat optimisation algorithm that the paper improves, as printed.
+
 use super::{
     Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
     population::{Incumbent, Population},

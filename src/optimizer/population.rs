@@ -1,3 +1,5 @@
+//! Population of a search.
+
 #![allow(clippy::indexing_slicing)] // Members are indexed by numbers reduced modulo the population.
 
 use super::{OptimizerError, SearchSpace, random::normal};

@@ -1,3 +1,5 @@
+//! Particle swarm, one of the searches that IMOA is compared with.
+
 #![allow(clippy::indexing_slicing)] // Particles are indexed by numbers reduced modulo the swarm.
 
 use super::{

@@ -1,3 +1,5 @@
+//! Random deviates of the searches, from a seeded generator.
+
 use rand_core::Rng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 

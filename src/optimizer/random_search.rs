@@ -1,3 +1,5 @@
+//! Random search, the lower bar for every method.
+
 use super::{
     Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost, population::Incumbent, random::uniform,
 };

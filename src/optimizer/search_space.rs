@@ -1,3 +1,5 @@
+//! Search space of a cost.
+
 use super::random::uniform;
 use rand_xoshiro::Xoshiro128PlusPlus;
 

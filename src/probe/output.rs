@@ -1,3 +1,5 @@
+//! Output of a sample, and the probe's counters.
+
 use crate::attitude::Attitude;
 
 /// Output of one sample.

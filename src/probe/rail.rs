@@ -1,3 +1,5 @@
+//! Rail of a gyro: a largest reading that repeats bit by bit, whether a full scale is declared or not.
+
 /// Bit-exact repeats of a gyro's largest reading that make it a rail, declared or not: a live gyro has noise.
 const RAIL_REPEATS: u32 = 10;
 

@@ -1,3 +1,5 @@
+//! Staleness: a sensor that repeats its readings, or an axis that is dead. `reading_checks.rs` sets the times.
+
 /// Repeats after which an axis is dead, while the other two axes change and the probe turns: a live axis
 /// turns too and has noise. At rest a good sensor's noise may be below its resolution, but an exact zero is
 /// what a dead axis reads.

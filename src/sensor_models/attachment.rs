@@ -4,7 +4,7 @@ use super::serial_part::{Cursor, SerialPart};
 use core::cell::{Cell, RefCell};
 use embedded_hal::{i2c, spi};
 
-/// What these buses answer that a part cannot.
+/// Error of a bus that a part cannot give.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PartError {

@@ -5,8 +5,8 @@ use crate::sample::Sample;
 /// When a part converts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Conversions {
-    /// At the output data rate that its registers ask for, from the instant it was switched on. The truth between two samples is on the
-    /// straight line between them.
+    /// At the output data rate that its registers ask for, from the instant it was switched on. The truth between two
+    /// samples is on the straight line between them.
     #[default]
     AtItsRate,
     /// Once with every sample that is played, whatever the rate in the registers (powered down it converts nothing): a
@@ -92,8 +92,8 @@ pub(super) const fn nanoseconds(t_us: u64) -> u64 {
     t_us.saturating_mul(1_000)
 }
 
-/// A reading as a two's complement number of the part's: rounded to nearest, halves away from zero, held at `limits`. What is
-/// no number is 0.
+/// A reading as a two's complement number of the part's: rounded to nearest, halves away from zero, held at `limits`.
+/// Quantises a value; one that is no number becomes 0.
 pub(super) fn quantised(value: f32, unit: f32, limits: (i32, i32)) -> i32 {
     let counts = libm::roundf(value / unit);
     // `as` saturates and makes 0 of NaN; both limits are exact in f32 (at most 24 bits).

@@ -1,6 +1,6 @@
 //! Faults of a part, and when they strike.
 
-/// What can go wrong inside a sensor.
+/// Fault inside a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PartFault {

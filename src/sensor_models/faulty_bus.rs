@@ -10,11 +10,12 @@ use embedded_hal::{i2c, spi};
 /// Operations that one transaction may have, with the two that a flipped bit adds.
 const OPERATIONS: usize = 10;
 
-/// What can go wrong on the wire.
+/// Fault of the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BusFault {
-    /// Nobody acknowledges; the part has seen nothing. An SPI bus has no such thing: there its driver reports some other error.
+    /// Nobody acknowledges; the part has seen nothing. An SPI bus has no such thing: there its driver reports some
+    /// other error.
     Nack,
     /// Another master was quicker (on SPI: a mode fault); the part has seen nothing.
     ArbitrationLoss,
@@ -27,8 +28,8 @@ pub enum BusFault {
         /// Bytes that are read rightly.
         whole: u16,
     },
-    /// One bit changes sides, of those that are written and read in the transaction, counted in that order; from the first again
-    /// where there are not so many.
+    /// One bit changes sides, of those that are written and read in the transaction, counted in that order; from the
+    /// first again where there are not so many.
     BitFlip {
         /// Which.
         bit: u16,
@@ -74,7 +75,7 @@ impl<E: i2c::Error> i2c::Error for InjectedError<E> {
 pub struct WireMeter {
     /// Reads a counter of 24 bits that counts up.
     pub count: fn() -> u32,
-    /// What has been spent so far.
+    /// Ticks spent so far.
     pub spent: u64,
 }
 
@@ -86,7 +87,7 @@ pub struct FaultyBus<'a, B> {
     meter: Option<&'a Cell<Option<WireMeter>>>,
 }
 
-/// What becomes of a transaction.
+/// Course of a transaction.
 enum Course {
     /// The bus inside does it, and then this is done to what was read.
     Through(Option<BusFault>),

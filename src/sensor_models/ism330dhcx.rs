@@ -1,11 +1,14 @@
 //! The ST ISM330DHCX, gyro and accelerometer: data sheet DS13012 and application note AN5398.
 //!
-//! Modelled: identification, control registers with defaults, software reset, output data rates and ranges, output and status registers,
-//! temperature (256 LSB per degree, 0 at 25), timestamp (25 us), and the FIFO with tagged words, batch rates, watermark,
-//! bypass, FIFO and continuous mode, and overrun. A word saturates at its 16 bits, which is some 15 % beyond the named range of the gyro. The modes of the FIFO that wait for an interrupt behave as before it.
+//! Modelled: identification, control registers with defaults, software reset, output data rates and ranges, output
+//! and status registers, temperature (256 LSB per degree, 0 at 25), timestamp (25 us), and the FIFO with tagged
+//! words, batch rates, watermark, bypass, FIFO and continuous mode, and overrun. A word saturates at its 16 bits,
+//! which is some 15 % beyond the named range of the gyro. The modes of the FIFO that wait for an interrupt behave as
+//! before it.
 //!
-//! Not modelled: block data update (a transaction sees one instant, so a burst is never torn; reading low and high byte in two
-//! transactions can be), compression, filters, the pages of FUNC_CFG_ACCESS, and power modes (all rates are exact).
+//! Not modelled: block data update (a transaction sees one instant, so a burst is never torn; reading low and high
+//! byte in two transactions can be), compression, filters, the pages of FUNC_CFG_ACCESS, and power modes (all rates
+//! are exact).
 
 mod convert;
 pub mod fifo;

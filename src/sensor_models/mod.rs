@@ -1,17 +1,19 @@
 //! Sensors at register level, to run real driver code without a sensor: the ST ISM330DHCX and the PNI RM3100 behind
 //! `embedded_hal`'s [`SpiDevice`](embedded_hal::spi::SpiDevice) and [`I2c`](embedded_hal::i2c::I2c).
 //!
-//! A model is played a truth in SI units ([`Sample`](crate::Sample)s, body axes, time passed in) and converts it as the data sheet says:
-//! sensitivity, rounding, saturation, output data rate, FIFO, flags. Nothing here knows a driver: every address, bit and
-//! sensitivity stands here a second time, with the section that it is from, so that a driver's typing error shows.
+//! A model is played a truth in SI units ([`Sample`](crate::Sample)s, body axes, time passed in) and converts it as
+//! the data sheet says: sensitivity, rounding, saturation, output data rate, FIFO, flags. Nothing here knows a
+//! driver: every address, bit and sensitivity stands here a second time, with the section that it is from, so that a
+//! driver's typing error shows.
 //!
-//! Not modelled: noise, filters' delays, self-test, interrupts other than data ready, the sensor hub and the machine-learning core.
+//! Not modelled: noise, filters' delays, self-test, interrupts other than data ready, the sensor hub and the
+//! machine-learning core.
 //!
-//! Faults are injected at a numbered transaction: those of the part by its model ([`PartFault`]), those of the wire by a wrapper around
-//! any bus ([`FaultyBus`]).
+//! Faults are injected at a numbered transaction: those of the part by its model ([`PartFault`]), those of the wire
+//! by a wrapper around any bus ([`FaultyBus`]).
 //!
-//! A [`ModelledPair`] is both parts with the adapters of [`sensors`](crate::sensors) on them: truth in, samples out, the same on a host
-//! and on a chip. A [`RecordingPlayer`] plays a recording through it.
+//! A [`ModelledPair`] is both parts with the adapters of [`sensors`](crate::sensors) on them: truth in, samples out,
+//! the same on a host and on a chip. A [`RecordingPlayer`] plays a recording through it.
 
 mod at_period;
 mod attachment;

@@ -1,4 +1,5 @@
-//! A gyro with accelerometer and a magnetometer as models, and the adapters that fly with the real ones, on them: truth in, samples out.
+//! A gyro with accelerometer and a magnetometer as models, and the adapters that fly with the real ones, on them:
+//! truth in, samples out.
 
 use super::{
     AtPeriod, BusFault, Conversions, FaultyBus, Ism330dhcx, OnI2c, OnSpi, PartError, Rm3100, Schedule, WireMeter,
@@ -20,7 +21,8 @@ use st_mems_bus::blocking::{i2c::I2cBus, spi::SpiBus};
 /// Without an interrupt a part is asked after so many of its periods.
 const OVERDUE_PERIODS: u64 = 3;
 
-/// The parts of a probe, their wires and the time: what a board has where it would have sensors. `WORDS` is the depth of the FIFO.
+/// The parts of a probe, their wires and the time: what a board has where it would have sensors. `WORDS` is the depth
+/// of the FIFO.
 pub struct ModelledParts<const WORDS: usize> {
     /// Gyro and accelerometer.
     pub inertial: RefCell<Ism330dhcx<WORDS>>,
@@ -32,7 +34,7 @@ pub struct ModelledParts<const WORDS: usize> {
     pub inertial_wire: Cell<Schedule<BusFault>>,
     /// Transactions with the magnetometer, and what goes wrong with them.
     pub magnetic_wire: Cell<Schedule<BusFault>>,
-    /// What the wires and the models behind them take, where someone counts.
+    /// Meter of the time that wires and models take, if somebody counts it.
     pub meter: Cell<Option<WireMeter>>,
 }
 
@@ -81,9 +83,9 @@ pub struct ModelledPair<'a, const WORDS: usize, I = InertialOnSpi<'a, WORDS>, M 
 /// Periods of the parts where they are not their own, microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Periods {
-    /// Of gyro and accelerometer.
+    /// Period of gyro and accelerometer.
     pub inertial_us: Option<u32>,
-    /// Of the magnetometer.
+    /// Period of the magnetometer.
     pub magnetic_us: Option<u32>,
 }
 
@@ -139,8 +141,8 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
         }
     }
 
-    /// Time passes to `truth.t_us`, and the adapters take what there is, a burst of it. The samples of that are appended to `samples` as far as
-    /// there is room (8 are enough).
+    /// Time passes to `truth.t_us`, and the adapters take what there is, a burst of it. The samples of that are
+    /// appended to `samples` as far as there is room (8 are enough).
     pub fn play(&mut self, truth: &Sample, samples: &mut VecView<Sample>) {
         self.pass_to(truth);
         self.service(samples);
@@ -158,7 +160,8 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
         }
     }
 
-    /// What the main loop of a board does when an interrupt comes, or when none has come for long: this is the sampling path.
+    /// Does the work of a board's main loop when an interrupt comes, or when none has come for long: the sampling
+    /// path.
     pub fn service(&mut self, samples: &mut VecView<Sample>) {
         let [inertial_interrupt, magnetic_interrupt] = self.interrupts();
         let periods_us = [self.inertial.data().period_us, self.magnetic.data().period_us];
@@ -208,19 +211,19 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
         }
     }
 
-    /// How gyro and accelerometer, and the magnetometer, are.
+    /// Returns the condition of gyro with accelerometer, and of the magnetometer.
     #[must_use]
     pub const fn conditions(&self) -> [Condition; 2] {
         self.conditions
     }
 
-    /// What the last call of each adapter failed with.
+    /// Returns the errors of each adapter's last call.
     #[must_use]
     pub const fn last_errors(&self) -> [Option<PairError>; 2] {
         self.last_errors
     }
 
-    /// What has gone wrong so far.
+    /// Returns the counters of faults.
     #[must_use]
     pub fn counters(&self) -> [Counters; 2] {
         [*self.inertial.counters(), *self.magnetic.counters()]

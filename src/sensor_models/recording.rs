@@ -7,7 +7,7 @@ use crate::{
 };
 use heapless::Vec;
 
-/// How a recording is played.
+/// Playback of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Recording {
@@ -17,7 +17,7 @@ pub struct Recording {
     pub magnetic_us: u32,
 }
 
-/// What came of it so far.
+/// Counters of the playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct PlayedCounts {
     /// Samples of the recording.
@@ -28,13 +28,13 @@ pub struct PlayedCounts {
     pub stamp_error_us: u64,
 }
 
-/// The parts are switched on so long before the recording, microseconds, so that they have settled when it begins; their time is that much
-/// later.
+/// The parts are switched on so long before the recording, microseconds, so that they have settled when it begins;
+/// their time is that much later.
 pub const WARM_UP_US: u64 = 1_000_000;
 /// Samples in which they settle.
 const SETTLING: u32 = 48;
-/// What a part at rest shows in any case, so that its adapter can see that it lives: some codes either way, of the ISM330DHCX's gyro and
-/// accelerometer, rad/s and m/s^2, and of the RM3100, microtesla.
+/// Least noise of a part at rest, so that its adapter can see that it lives: some codes either way, of the
+/// ISM330DHCX's gyro and accelerometer, rad/s and m/s^2, and of the RM3100, microtesla.
 pub const DITHER: [f32; 3] = [0.005, 0.02, 0.1];
 
 /// One conversion gives one; another may come with it after a pause.
@@ -42,13 +42,13 @@ const SAMPLES: usize = 2;
 
 /// Plays a recording.
 ///
-/// A part with a FIFO puts out gyro and accelerometer together, always. Where the recording lacks one of them its values are still played (a truth
-/// between those before and after), and the sample is flagged as it was recorded.
+/// A part with a FIFO puts out gyro and accelerometer together, always. Where the recording lacks one of them its
+/// values are still played (a truth between those before and after), and the sample is flagged as it was recorded.
 pub struct RecordingPlayer<'a, const WORDS: usize> {
     pair: ModelledPair<'a, WORDS>,
     recording: Recording,
     truth_us: u64,
-    /// What the recording lacks there.
+    /// Readings that the recording lacks there.
     lacks: SampleFlags,
     counts: PlayedCounts,
 }
@@ -89,7 +89,8 @@ impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
         self.pair.pass_to(&Sample { t_us: self.truth_us, flags: truth.flags - INERTIAL_MISSING, ..*truth });
     }
 
-    /// What the adapters make of that: its sample, at the time it was recorded at, with everything flagged missing if none came.
+    /// Returns the sample that the adapters make, at the time at which it was recorded, with everything flagged
+    /// missing if none came.
     pub fn service(&mut self) -> Sample {
         let mut out = Vec::<Sample, SAMPLES>::new();
         self.pair.service(&mut out);
@@ -105,18 +106,18 @@ impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
         Sample { t_us, flags: came.flags | self.lacks, ..*came }
     }
 
-    /// What came of it so far.
+    /// Returns the counters of the playback.
     #[must_use]
     pub const fn counts(&self) -> PlayedCounts {
         self.counts
     }
 
-    /// What has gone wrong so far: gyro and accelerometer, magnetometer.
+    /// Returns the adapters' counters of faults: gyro and accelerometer, magnetometer.
     #[must_use]
     pub fn counters(&self) -> [Counters; 2] {
         self.pair.counters()
     }
 }
 
-/// What a part with a FIFO never lacks alone.
+/// Readings that a part with a FIFO never lacks alone.
 const INERTIAL_MISSING: SampleFlags = SampleFlags::GYRO_MISSING.union(SampleFlags::ACCEL_MISSING);

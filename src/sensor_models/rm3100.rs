@@ -1,11 +1,13 @@
 //! The PNI RM3100, magnetometer: PNI document 1017252 (r03), "RM3100 & RM2100 Sensor Suite User Manual".
 //!
-//! Modelled: revision, cycle counts with their gain and time, continuous mode with its update rate and the order of the axes (each axis
-//! has the field of the middle of its own time), single measurements, data ready with what clears it, and two traps of section 5.2: reading CMM, or
-//! writing TMRC, ends the continuous mode. The lower bits of STATUS are indeterminate (section 5.4.1) and read as something.
+//! Modelled: revision, cycle counts with their gain and time, continuous mode with its update rate and the order of
+//! the axes (each axis has the field of the middle of its own time), single measurements, data ready with what clears
+//! it, and two traps of section 5.2: reading CMM, or writing TMRC, ends the continuous mode. The lower bits of STATUS
+//! are indeterminate (section 5.4.1) and read as something.
 //!
-//! Not modelled: alarms, built-in self-test, the reasons of a refusal (HSHAKE's NACK bits), DRDY after a single axis, the 7 % spread of the
-//! update rate. Beyond its range of 800 uT (table 3-1) nothing is documented: the model holds the reading there.
+//! Not modelled: alarms, built-in self-test, the reasons of a refusal (HSHAKE's NACK bits), DRDY after a single axis,
+//! the 7 % spread of the update rate. Beyond its range of 800 uT (table 3-1) nothing is documented: the model holds
+//! the reading there.
 
 mod registers;
 
@@ -24,7 +26,7 @@ pub const SPI_CLOCK_HZ: u32 = 1_000_000;
 
 /// Range, microtesla (table 3-1).
 const RANGE_UT: f32 = 800.0;
-/// What the lower bits of STATUS read.
+/// Value of the lower bits of STATUS.
 const INDETERMINATE: u8 = 0x2A;
 
 /// A measurement of one or more axes that is under way.
@@ -82,7 +84,8 @@ impl Rm3100 {
         &self.schedule
     }
 
-    /// Time passes to `sample.t_us`, at which the truth is `sample`. Where its magnetometer is missing nothing is converted.
+    /// Time passes to `sample.t_us`, at which the truth is `sample`. Where its magnetometer is missing nothing is
+    /// converted.
     pub fn play(&mut self, sample: &Sample) {
         self.played.take(sample);
         let now_ns = nanoseconds(sample.t_us);

@@ -1,4 +1,4 @@
-//! What a register-level model offers to a serial bus.
+//! Interface of a register-level model to a serial bus.
 
 /// A part with 7-bit register addresses on a serial bus.
 pub trait SerialPart {
@@ -17,9 +17,10 @@ pub trait SerialPart {
 
 /// Where in its registers a transaction is.
 ///
-/// Both parts speak the same protocol. SPI: the first byte is the register address with bit 7 set to read, cleared to write, then data
-/// (ISM330DHCX DS13012, SPI interface; RM3100 manual section 4.4). I2C: the first byte written is the address, and what follows is written or,
-/// after a repeated start, read (DS13012, I2C interface; RM3100 manual sections 4.5.1, 4.5.2).
+/// Both parts speak the same protocol. SPI: the first byte is the register address with bit 7 set to read, cleared to
+/// write, then data (ISM330DHCX DS13012, SPI interface; RM3100 manual section 4.4). I2C: the first byte written is
+/// the address, and what follows is written or, after a repeated start, read (DS13012, I2C interface; RM3100 manual
+/// sections 4.5.1, 4.5.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Cursor {
     address: u8,

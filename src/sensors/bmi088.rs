@@ -1,3 +1,5 @@
+//! Adapter of Bosch's gyro and accelerometer BMI088.
+
 use bmi088::{Error, SensorInterface, SpiInterface};
 
 use super::{Part, SpiDevice};

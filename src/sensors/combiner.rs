@@ -1,3 +1,5 @@
+//! Combiner: readings of a pair of sources become samples.
+
 use heapless::Deque;
 
 use crate::{

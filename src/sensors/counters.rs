@@ -1,3 +1,5 @@
+//! Counters of a source's faults.
+
 /// Counters of a source's faults since it was made. They stop at their largest value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[non_exhaustive]

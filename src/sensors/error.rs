@@ -1,3 +1,5 @@
+//! Errors of a start.
+
 /// Reason for which a part could not be started; `E` is the bus's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]

@@ -1,3 +1,5 @@
+//! Frames of a part, and bursts of them.
+
 /// Largest number of frames in one burst.
 pub const BURST_FRAMES: usize = 8;
 

@@ -1,3 +1,5 @@
+//! Frozen sensors of a part, told by codes that do not change.
+
 /// Factor of the frames after which a single axis counts as frozen: by chance one axis repeats itself more
 /// easily than three.
 const AXIS: u16 = 3;

@@ -1,3 +1,5 @@
+//! Adapter of TDK's gyro and accelerometer ICM-42688-P.
+
 use icm426xx::{
     fifo::FifoPacket4,
     register_bank::{

@@ -1,3 +1,5 @@
+//! Adapter of ST's magnetometer IIS2MDC.
+
 use iis2mdc_rs::blocking::register::main::{CfgRegA, CfgRegB, CfgRegC, Md, Odr, Reg, SetRst, StatusReg};
 
 use super::{BusOperation, I2c, I2cBus, Part, SpiBus, SpiDevice, bisync, st_start::reset};

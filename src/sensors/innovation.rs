@@ -1,3 +1,5 @@
+//! Innovations of a part's codes: a reading that moves as nothing can is not believed.
+
 /// Largest believable innovation, in usual ones.
 const SIGMAS: f32 = 6.0;
 /// Averaging length of the usual innovation, frames.

@@ -1,3 +1,5 @@
+//! Adapter of ST's gyro and accelerometer ISM330DHCX.
+
 use ism330dhcx_rs::blocking::register::main::{
     BdrXl, Ctrl1Xl, Ctrl2G, Ctrl3C, Ctrl9Xl, FifoCtrl3, FifoCtrl4, FifoMode, FifoStatus2, FsGy, FsXl, Int1Ctrl, OdrGy,
     OdrXl, Reg,

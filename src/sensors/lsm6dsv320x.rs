@@ -1,3 +1,5 @@
+//! Adapter of ST's gyro and accelerometer LSM6DSV320X.
+
 use lsm6dsv320x_rs::blocking::register::main::{
     CounterBdrReg1, Ctrl1, Ctrl1XlHg, Ctrl2, Ctrl3, Ctrl6, Ctrl8, DataRate, FifoBatch, FifoCtrl3, FifoCtrl4, FifoMode,
     FifoStatusReg, GyFullScale, HgXlDataRate, HgXlFullScale, Int1Ctrl, Reg, Tag, XlFullScale,

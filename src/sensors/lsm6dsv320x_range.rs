@@ -1,3 +1,5 @@
+//! Range of an LSM6DSV320X.
+
 /// Accelerometer of an LSM6DSV320X that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]

@@ -1,3 +1,5 @@
+//! Mounting of a part in the tool.
+
 /// Mounting: the rotation of a part's axes into the body's, `body = C part`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mounting {

@@ -1,3 +1,5 @@
+//! Part: the interface that a driver or adapter implements (docs/sensors.md).
+
 use super::bisync;
 use crate::sensors::{Burst, PartData, StartError, StartStep};
 

@@ -1,3 +1,5 @@
+//! Figures of a part from its data sheet.
+
 /// Vector sensor of a part, by its data sheet, at the settings that its driver makes. SI: rad/s of a gyro,
 /// m/s^2 of an accelerometer, microtesla of a magnetometer.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,3 +1,5 @@
+//! Readings of sources.
+
 use crate::sample::SampleFlags;
 
 /// Reading of an inertial source at one time.

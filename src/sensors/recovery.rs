@@ -1,3 +1,5 @@
+//! Recovery: when a part that failed is started again.
+
 /// Pause before the second start, microseconds; each further one is twice as long.
 const FIRST_PAUSE_US: u32 = 10_000;
 /// Longest pause, microseconds.

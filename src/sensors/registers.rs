@@ -1,3 +1,5 @@
+//! Registers of a part over SPI or I2C.
+
 use super::{I2c, I2cOperation, SpiDevice, SpiOperation, bisync};
 
 /// Registers of a part: eight-bit addresses that count up within a transaction.

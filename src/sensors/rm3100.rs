@@ -1,3 +1,5 @@
+//! Driver of PNI's magnetometer RM3100.
+
 use super::{I2c, I2cRegisters, Part, Registers, SpiDevice, SpiRegisters, bisync};
 use crate::sensors::{Burst, Frame, MagneticData, Rm3100Settings, StartError, StartStep};
 

@@ -1,3 +1,5 @@
+//! Settings of the RM3100: rate and cycle counts.
+
 use super::{MagneticData, PartData, SensorData};
 
 /// Rate of the RM3100 in continuous mode: its TMRC register (user manual 5.2.1, table 5-4). The rates of its

@@ -1,3 +1,5 @@
+//! Sample clock: times of a part's frames, from the times at which it is read.
+
 /// Meaning of the time at which a source is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]

@@ -1,3 +1,5 @@
+//! Scaling of codes to SI units in the body's axes.
+
 use crate::{
     sample::SampleFlags,
     sensors::{InertialReading, MagneticReading},

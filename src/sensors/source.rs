@@ -1,3 +1,5 @@
+//! Sources: interfaces of what gives readings in bursts.
+
 use heapless::VecView;
 
 use super::bisync;

@@ -1,3 +1,5 @@
+//! FIFO of ST's inertial modules.
+
 use super::{Burst, Frame};
 
 /// Bytes of one word in the FIFO of ST's inertial modules: a tag, and three axes of two bytes, low byte

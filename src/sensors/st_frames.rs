@@ -1,3 +1,5 @@
+//! Frames from the FIFO of ST's inertial modules.
+
 use super::{BusOperation, bisync};
 use crate::sensors::{
     BURST_FRAMES, Burst,

@@ -1,3 +1,5 @@
+//! Start of ST's parts.
+
 use super::{BusOperation, bisync};
 use crate::sensors::StartError;
 

@@ -1,3 +1,5 @@
+//! Supervised part: a source with times, units, flags and restarts.
+
 use heapless::VecView;
 
 use super::{InertialSource, MagneticSource, Part, bisync};

@@ -1,3 +1,5 @@
+//! Supervision of a part without its bus: silence, freezing, doubt, restarts.
+
 use crate::sensors::{
     Burst, Condition, Counters, Frame, Mounting, PartData, Scaled, StartError, Trigger,
     frozen::Frozen,

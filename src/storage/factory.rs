@@ -1,4 +1,5 @@
-//! What the factory writes once: calibrations and the key of authenticated commands, apart from what the probe writes.
+//! Factory's records: calibrations and the key of authenticated commands. The factory writes them once, in a region
+//! apart from the probe's own records, which a flying firmware cannot write.
 
 use super::{
     StorageError,
@@ -9,43 +10,42 @@ use super::{
 use crate::compensation::{GyroModel, VectorModel};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
-/// How far the region is looked at: room for both records and for several that were cut off.
+/// Part of the region that is searched: room for both records and for several that were cut off.
 const GRANULES: u16 = 64;
 
 /// Bytes of a key.
 pub const KEY_BYTES: usize = 32;
 
-/// Least different bytes in a key. Of 32 bytes that are drawn at random fewer differ once in 10^24 times (256
-/// choose 11, times (11 / 256)^32); memory that nobody wrote, a counter or a word that was repeated has
-/// fewer.
+/// Fewest different bytes in a key. Of 32 bytes that are drawn at random fewer differ once in 10^24 times (256 choose
+/// 11, times (11 / 256)^32); memory that nobody wrote, a counter or a repeated word has fewer.
 const LEAST_DIFFERENT: usize = 12;
 
-/// Whether bytes can be a key that was drawn at random.
+/// Returns true if bytes can be a key that was drawn at random.
 #[must_use]
 pub fn can_be_key(bytes: &[u8; KEY_BYTES]) -> bool {
     let firsts = bytes.iter().enumerate().filter(|(k, byte)| !bytes.iter().take(*k).any(|before| before == *byte));
     firsts.count() >= LEAST_DIFFERENT
 }
 
-/// The factory's calibration of a probe's sensors.
+/// Factory's calibration of a probe's sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FactoryCalibration {
-    /// Gyro: what flies until something better is accepted, and the centre of the prior.
+    /// Gyro model: flown until a better one is accepted, and the centre of the prior.
     pub gyro: GyroModel,
     /// Accelerometer.
     pub accel: VectorModel,
     /// Magnetometer.
     pub mag: VectorModel,
-    /// Of the probe.
+    /// Serial number of the probe.
     pub serial_number: u32,
 }
 
-/// What the factory's region holds.
+/// Content of the factory's region.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FactoryRecords {
-    /// `None`: there is none that is whole and can be used.
+    /// Calibration; `None` if none is whole and usable.
     pub calibration: Option<FactoryCalibration>,
-    /// `None`: no key has been provisioned, and no command that needs one is to be believed.
+    /// Key; `None` if none was provisioned, and then no command that needs one is believed.
     pub key: Option<[u8; KEY_BYTES]>,
     /// Places where a record was cut off or has rotted.
     pub damaged: u32,
@@ -56,10 +56,10 @@ pub struct FactoryRecords {
 }
 
 impl FactoryRecords {
-    /// Reads the region, which this cannot write.
+    /// Reads the region, which this type cannot write.
     ///
     /// # Errors
-    /// Nothing of it can be read, or it is too small.
+    /// Nothing of the region can be read, or it is too small.
     pub fn read<R: ReadNorFlash>(region: &mut R) -> Result<Self, StorageError<R::Error>> {
         if region.capacity() < usize::from(GRANULES) * GRANULE || !GRANULE.is_multiple_of(R::READ_SIZE) {
             return Err(StorageError::Geometry("of 2 KiB or more, read in words of 1 to 32 bytes"));
@@ -67,7 +67,7 @@ impl FactoryRecords {
         let mut records = Self::default();
         let mut buffer = [0; MAX_RECORD];
         let walked = walk(region, 0, (0, GRANULES), &mut buffer, &mut |header, payload, _| {
-            // The first of each is the one: nothing that comes after it can take its place.
+            // The first record of each kind counts: no later one can replace it.
             match (header.kind, header.version) {
                 (Kind::FACTORY, 1) => records.calibration = records.calibration.or_else(|| calibration(payload)),
                 (Kind::KEY, 1) => records.key = records.key.or_else(|| Reader(payload).bytes()),
@@ -96,28 +96,28 @@ fn calibration(payload: &[u8]) -> Option<FactoryCalibration> {
 }
 
 impl FactoryCalibration {
-    /// Whether every number is finite and every matrix can be inverted.
+    /// Returns true if every number is finite and every matrix can be inverted.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.gyro.is_valid() && self.accel.is_valid() && self.mag.is_valid()
     }
 }
 
-/// The only way to write the factory's region; a firmware that flies has no use for it. What is there is never written over, and nothing
-/// is erased. Afterwards the sector is to be protected by the chip itself (STM32F4: option bytes, nWRP).
+/// Writer of the factory's region, the only one; a firmware that flies has no use for it. It never overwrites and
+/// never erases. Afterwards the chip itself has to protect the sector (STM32F4: option bytes, nWRP).
 pub struct Provisioning<F> {
     region: F,
 }
 
 impl<F: NorFlash> Provisioning<F> {
-    /// Of a region; nothing is read or written yet.
+    /// Takes a region; nothing is read or written yet.
     pub const fn new(region: F) -> Self {
         Self { region }
     }
 
     /// Writes the calibration.
     ///
-    /// # Errors
+    /// There is a calibration already, this one cannot be used, or the flash failed: then it can be tried again.
     /// There is one already, it cannot be used, or the flash failed: then it can be tried again.
     pub fn write_calibration(&mut self, factory: &FactoryCalibration) -> Result<(), StorageError<F::Error>> {
         if !factory.is_valid() {
@@ -137,8 +137,7 @@ impl<F: NorFlash> Provisioning<F> {
     /// Writes the key of authenticated commands.
     ///
     /// # Errors
-    /// There is one already, nobody drew these bytes at random, or the flash failed: then it can be tried
-    /// again.
+    /// There is a key already, nobody drew these bytes at random, or the flash failed: then it can be tried again.
     pub fn write_key(&mut self, key: &[u8; KEY_BYTES]) -> Result<(), StorageError<F::Error>> {
         if !can_be_key(key) {
             return Err(StorageError::WeakKey);
@@ -167,7 +166,7 @@ impl<F: NorFlash> Provisioning<F> {
         program(&mut self.region, u32::from(records.free) * GRANULE as u32, bytes)
     }
 
-    /// Gives the region back.
+    /// Returns the region.
     pub fn into_region(self) -> F {
         self.region
     }

@@ -9,7 +9,7 @@ use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
 const BLANK: [u8; GRANULE] = [0xFF; GRANULE];
 
-/// Where a record begins.
+/// Place where a record begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Place {
     pub sector: u8,
@@ -22,27 +22,27 @@ impl Place {
     }
 }
 
-/// What a walk found beside the records.
+/// Findings of a walk beside the records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Walked<E> {
     /// First granule of the blank ones at the end.
     pub free: u16,
     /// Runs of granules that are neither blank nor a record, or cannot be read.
     pub damaged: u32,
-    /// Why nothing at all could be read; `None`: something could.
+    /// Error if nothing at all could be read; `None` if something could.
     pub silent: Option<E>,
 }
 
-/// Reads, a second time where the first one fails: a wire that was disturbed is not a word that is lost.
+/// Reads, and once more if that fails: a wire that was disturbed is no word that is lost.
 fn read<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &mut [u8]) -> Result<(), R::Error> {
     flash.read(address, bytes).or_else(|_| flash.read(address, bytes))
 }
 
-/// Walks over the records in the granules from `first` to before `end` of what begins at `base`.
+/// Walks over the records of the sector at `base`, in the granules from `first` to before `end`.
 ///
-/// A record begins where a header with the right check does; what lies between two is a record that was cut
-/// off or has rotted. So is a granule that cannot be read: flash with error correction gives an error for a
-/// word that was torn (STM32H7, STM32G4: a double ECC error).
+/// A record begins at a header with a right check. Granules between two records are a record that was cut off or has
+/// rotted. So is a granule that cannot be read: flash with error correction gives an error for a word that was torn
+/// (STM32H7, STM32G4: a double ECC error).
 #[inline(never)]
 pub(super) fn walk<R: ReadNorFlash>(
     flash: &mut R,
@@ -96,7 +96,7 @@ pub(super) fn walk<R: ReadNorFlash>(
     walked
 }
 
-/// Whether so many granules are erased; what cannot be read is not.
+/// Returns true if so many granules are erased; one that cannot be read is not.
 pub(super) fn is_blank<R: ReadNorFlash>(flash: &mut R, base: u32, granules: u16) -> bool {
     (0..granules).all(|granule| {
         let mut bytes = [0; GRANULE];
@@ -104,7 +104,7 @@ pub(super) fn is_blank<R: ReadNorFlash>(flash: &mut R, base: u32, granules: u16)
     })
 }
 
-/// Whether the flash reads as these whole granules.
+/// Returns true if the flash reads as these whole granules.
 #[inline(never)]
 pub(super) fn holds<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &[u8]) -> bool {
     (0..).zip(bytes.chunks(GRANULE)).all(|(k, expected)| {
@@ -113,7 +113,7 @@ pub(super) fn holds<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &[u8]) 
     })
 }
 
-/// Reads the record at an address into the buffer; `None` where there is no whole one.
+/// Reads the record at an address into the buffer; `None` without a whole one.
 #[inline(never)]
 pub(super) fn read_record<R: ReadNorFlash>(
     flash: &mut R,

@@ -1,3 +1,6 @@
+//! Index of the records that count: the newest model of each temperature, the counter, and the retirements. It is
+//! built by reading every record once; the order does not matter.
+
 use super::{
     Implausible, Limits, StoredModel,
     granules::Place,
@@ -6,14 +9,15 @@ use super::{
     stored_model,
 };
 
-/// Models that are kept, of different temperatures.
+/// Number of models that are kept, of different temperatures.
 pub(super) const KEPT: usize = 8;
 
-/// Models whose temperatures are no farther apart are of the same temperature, kelvin: scale factors go by 0.03 % per kelvin (MPU-9250
-/// product specification PS-MPU-9250A-01, section 3.1: 4 % over 125 K), so over this they go by less than they are known.
+/// Largest distance of two temperatures that count as the same, kelvin. Scale factors change by 0.03 % per kelvin
+/// (MPU-9250 product specification PS-MPU-9250A-01, section 3.1: 4 % over 125 K), so over this distance by less than
+/// they are known.
 pub(super) const BAND_K: f32 = 10.0;
 
-/// A model that is kept.
+/// Model that is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slot {
     pub number: u32,
@@ -21,7 +25,7 @@ pub(super) struct Slot {
     pub temperature_c: Option<[f32; 2]>,
 }
 
-/// A single value, as it stands in one sector.
+/// Single value in one sector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Single {
     pub value: u64,
@@ -29,22 +33,22 @@ pub(super) struct Single {
     copies: u8,
 }
 
-/// A value that only rises, each written twice.
+/// Value that only rises, and is written twice.
 ///
-/// One copy alone may have been cut off: it reads whole, and a bit of it may not last. It counts, and the
-/// last value of which both copies are whole is kept until the new one has been written anew.
+/// A single copy may have been cut off: it reads whole, and a bit of it may not last. It counts, and the last value
+/// with two whole copies is kept until the new one has been written anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rising {
     latest: Option<Single>,
     settled: Option<Single>,
-    /// The copy that was noted last.
+    /// Copy that was noted last.
     noted: Option<Single>,
 }
 
 impl Rising {
     const NONE: Self = Self { latest: None, settled: None, noted: None };
 
-    /// Takes note of a whole copy; of equal values the last sector counts.
+    /// Notes a whole copy; of equal values the last sector counts.
     pub fn note(&mut self, value: u64, sector: u8) {
         let before = self.noted.filter(|noted| (noted.value, noted.sector) == (value, sector));
         let copies = before.map_or(1, |noted| noted.copies.saturating_add(1));
@@ -59,7 +63,7 @@ impl Rising {
         }
     }
 
-    /// The highest of which a copy is whole.
+    /// Returns the highest value with a whole copy.
     pub const fn value(&self) -> Option<u64> {
         match self.latest {
             Some(latest) => Some(latest.value),
@@ -67,7 +71,7 @@ impl Rising {
         }
     }
 
-    /// The value to be written anew before anything is erased, or, with a sector, before that is.
+    /// Returns the value to be written anew before anything is erased or, with a sector, before that sector is.
     pub fn unsettled(&self, before_erasing: Option<u8>) -> Option<u64> {
         let latest = self.latest?;
         let settled = self.settled.filter(|settled| settled.value == latest.value);
@@ -75,33 +79,33 @@ impl Rising {
         (!stays).then_some(latest.value)
     }
 
-    /// Whether what counts is the same.
+    /// Returns true if the same counts.
     fn says_the_same_as(&self, other: &Self) -> bool {
         let value = |single: Option<Single>| single.map(|single| single.value);
         value(self.latest) == value(other.latest) && value(self.settled) == value(other.settled)
     }
 }
 
-/// What was found when the storage was read.
+/// Findings when the storage was read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ScanCounts {
-    /// Records that are whole, copies included.
+    /// Whole records, copies included.
     pub records: u32,
     /// Places where a record was cut off or has rotted.
     pub damaged: u32,
-    /// Whole records of a layout that this firmware does not know: a later one wrote them.
+    /// Whole records of an unknown layout: a later firmware wrote them.
     pub from_the_future: u32,
-    /// Whole records that are not laid out as they say.
+    /// Whole records whose payload contradicts their layout.
     pub malformed: u32,
     /// Models that may not fly.
     pub implausible: u32,
-    /// Number of the first of them, and why.
+    /// Number of the first of them, and the reason.
     pub first_implausible: Option<(u32, Implausible)>,
     /// Models that were found and retired.
     pub retired: u32,
 }
 
-/// What of the records counts: the newest model of each temperature, the counter, and what has been retired.
+/// Records that count: the newest model of each temperature, the counter, and the retirements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Index {
     pub kept: [Option<Slot>; KEPT],
@@ -117,7 +121,7 @@ impl Slot {
         self.temperature_c.map(|[low, high]| libm::floorf((0.5 * low + 0.5 * high) / BAND_K) as i16)
     }
 
-    /// How far a temperature is from those of the model, kelvin; `None` where one is not known.
+    /// Returns the distance of a temperature from those of the model, kelvin; `None` if one is not known.
     pub fn distance_k(&self, temperature_c: Option<f32>) -> Option<f32> {
         let (t, [low, high]) = (temperature_c?, self.temperature_c?);
         Some(if t < low {
@@ -144,7 +148,7 @@ impl Index {
         Self { kept: [None; KEPT], counter: Rising::NONE, retired: Rising::NONE, last_number: 0, counts }
     }
 
-    /// Takes note of a whole record. In whatever order they come, the same is kept.
+    /// Notes a whole record. The order of the records does not matter.
     pub fn note(&mut self, header: &Header, payload: &[u8], place: Place, limits: &Limits) {
         let counts = &mut self.counts;
         counts.records = counts.records.saturating_add(1);
@@ -172,13 +176,13 @@ impl Index {
                 Some(value) => self.retired.note(value, place.sector),
                 None => counts.malformed = counts.malformed.saturating_add(1),
             },
-            // They are looked for when their model is chosen.
+            // Parts are looked up when their model is chosen.
             Kind::LEARNT => {}
             _ => counts.malformed = counts.malformed.saturating_add(1),
         }
     }
 
-    /// Takes a model in; the one before of its temperature goes, or the oldest when there are too many.
+    /// Adds a model; the earlier one of its temperature goes, or the oldest when there are too many.
     pub fn keep(&mut self, number: u32, place: Place, temperature_c: Option<[f32; 2]>) {
         let new = Slot { number, place, temperature_c };
         let same_band = |slot: &&mut Option<Slot>| slot.is_some_and(|slot| slot.band() == new.band());
@@ -192,7 +196,7 @@ impl Index {
         }
     }
 
-    /// Drops what has been retired.
+    /// Drops retired models.
     pub fn retire(&mut self) {
         let Some(last) = self.retired.value() else { return };
         for slot in &mut self.kept {
@@ -202,7 +206,7 @@ impl Index {
         }
     }
 
-    /// Whether all that counts in `other` is here, too.
+    /// Returns true if all that counts in `other` is here, too.
     pub fn holds_all_of(&self, other: &Self) -> bool {
         let held = |slot: &Slot| self.kept.iter().flatten().any(|own| own.number == slot.number);
         other.kept.iter().flatten().all(held)
@@ -210,9 +214,9 @@ impl Index {
             && self.retired.says_the_same_as(&other.retired)
     }
 
-    /// The model for a temperature: the nearest, of those as near the newest.
+    /// Returns the model for a temperature: the nearest, and of equally near ones the newest.
     pub fn nearest(&self, temperature_c: Option<f32>) -> Option<Slot> {
-        // Where a temperature is not known, beyond all that are, unless none is.
+        // A model of unknown temperature comes after all others, unless no temperature is known.
         let rank = |slot: &Slot| {
             let bands = slot.distance_k(temperature_c).map_or(i16::MAX, |k| (k / BAND_K) as i16);
             (core::cmp::Reverse(bands), slot.number)
@@ -254,12 +258,12 @@ mod tests {
         // Cut off after the first copy, in another sector.
         counter.note(8, 1);
         assert_eq!((counter.value(), counter.unsettled(None)), (Some(8), Some(8)));
-        // A copy in each of two sectors is not two in one: each may have been cut off.
+        // A copy in each of two sectors is no pair in one: each may have been cut off.
         counter.note(8, 2);
         assert_eq!(counter.unsettled(None), Some(8));
         counter.note(8, 2);
         assert_eq!((counter.unsettled(None), counter.unsettled(Some(2))), (None, Some(8)));
-        // A lower one that is found later changes nothing.
+        // A lower value that is found later changes nothing.
         (0..2).for_each(|_| counter.note(5, 1));
         assert_eq!((counter.value(), counter.unsettled(None)), (Some(8), None));
     }

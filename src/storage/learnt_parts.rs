@@ -1,5 +1,5 @@
-//! What the filter had learnt, in parts beside the model with which it was stored: written before the model, whose record makes them count.
-//! Parts without their model are as if there were none, and so are parts that are not all there.
+//! State of the filter in parts beside a model. The parts are written before the model, whose record makes them
+//! count; parts without their model, or not all there, count for nothing.
 
 use super::{
     ModelStore, StorageError,
@@ -16,29 +16,29 @@ use embedded_storage::nor_flash::NorFlash;
 pub(super) const VERSION: u8 = 1;
 /// Numbers in a part: 608 bytes, which with both heads is no more than the longest record.
 const IN_A_PART: usize = 152;
-/// Parts.
+/// Number of parts.
 pub(super) const PARTS: usize = NUMBERS.div_ceil(IN_A_PART);
-/// Granules of all parts, at most.
+/// Largest number of granules of all parts.
 pub(super) const GRANULES: u16 = (PARTS * MAX_RECORD / GRANULE) as u16;
 
-/// Where they are.
+/// Places of the parts.
 type Places = [Place; PARTS];
 
 /// Parts on their way into the flash.
 #[derive(Clone, Copy)]
 pub(super) struct WritingLearnt {
-    /// Of the model that is to follow.
+    /// Number of the model that is to follow.
     number: u32,
-    /// Of the numbers of the first part; those of another update do not belong to it.
+    /// Update that the first part's numbers are of; those of another one do not belong to it.
     update: Option<u32>,
     part: u8,
-    /// Where the part is that is in the buffer, its granules, and those that are programmed.
+    /// Place of the part in the buffer, its granules, and those that are programmed.
     place: Place,
     granules: u16,
     done: u16,
 }
 
-/// How far the parts have been written.
+/// Progress of writing the parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
@@ -47,7 +47,7 @@ pub enum LearntProgress {
     Idle,
     /// The filter is being updated; nothing was written, and [`Probe::poll`](crate::Probe::poll) brings it on.
     Waiting,
-    /// There is more to be programmed; the filter has to stay as it is.
+    /// More is to be programmed; the filter has to stay as it is.
     More,
     /// All parts are there, and [`ModelStore::begin_model`] makes them count.
     Whole,
@@ -64,7 +64,7 @@ fn encode_part(writer: &mut Writer<'_>, learnt: &Learnt<'_>, part: u8) {
     (first..NUMBERS).take(IN_A_PART).for_each(|k| writer.f32s(&[learnt.number(k)]));
 }
 
-/// A part's number and what belongs to it; `None`: not what [`encode_part`] writes.
+/// Returns a part's number and content; `None` for bytes that [`encode_part`] does not write.
 fn decode_head(reader: &mut Reader<'_>) -> Option<(usize, LearntHead)> {
     let (part, parts, numbers) = (usize::from(reader.u8()?), usize::from(reader.u8()?), usize::from(reader.u16()?));
     let head = LearntHead { fingerprint: reader.u32()?, update: reader.u32()?, motion_s: reader.f32()? };
@@ -72,10 +72,12 @@ fn decode_head(reader: &mut Reader<'_>) -> Option<(usize, LearntHead)> {
 }
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
-    /// Begins to store what the filter has learnt, for the model that is stored next; [`ModelStore::step_learnt`] programs it piece by piece.
+    /// Begins to store the filter's state for the model that is stored next; [`ModelStore::step_learnt`] programs it
+    /// piece by piece.
     ///
     /// # Errors
-    /// Nothing is written: there is no room (counted), which in sectors under 16 KiB there never is, or something is being written.
+    /// Nothing is written: something is being written, or there is no room (counted), as always in sectors under 16
+    /// KiB.
     pub fn begin_learnt(&mut self) -> Result<(), StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
@@ -92,11 +94,11 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(())
     }
 
-    /// Programs the next 32 bytes of what the filter has learnt, which is `None` while it is updated.
+    /// Programs the next 32 bytes of the filter's state, which is `None` while it is updated.
     ///
     /// # Errors
-    /// It will not be stored, and a model stands alone: the filter went on meanwhile, there is no room any more, or the flash failed
-    /// (counted).
+    /// The state will not be stored, and its model stands alone: the filter went on meanwhile, there is no room any
+    /// more, or the flash failed (counted).
     #[inline(never)]
     pub fn step_learnt(&mut self, learnt: Option<Learnt<'_>>) -> Result<LearntProgress, StorageError<F::Error>> {
         let Some(mut writing) = self.writing_learnt.take() else { return Ok(LearntProgress::Idle) };
@@ -130,19 +132,19 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(LearntProgress::More)
     }
 
-    /// Whether numbers of the filter are being written, so that it has to stay as it is.
+    /// Returns true if the filter's numbers are being written, so that it has to stay as it is.
     #[must_use]
     pub fn holds_filter(&self) -> bool {
         self.writing_learnt.is_some_and(|writing| writing.update.is_some())
     }
 
-    /// Whether what the filter has learnt is to be written, or is being.
+    /// Returns true if the filter's state is to be written, or is being written.
     #[must_use]
     pub const fn is_writing_learnt(&self) -> bool {
         self.writing_learnt.is_some()
     }
 
-    /// What belongs to the numbers that were stored with a model; `None`: there are none, or not all of them.
+    /// Returns the head of the numbers stored with a model; `None` if there are none, or not all of them.
     ///
     /// # Errors
     /// Something is being written.
@@ -153,7 +155,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(self.parts_of(number, None).map(|(head, _)| head))
     }
 
-    /// Hands out all numbers that were stored with a model, each with its place in their order. Returns whether they were all there.
+    /// Hands out all numbers stored with a model, each with its place in their order. Returns true if all were there.
     ///
     /// # Errors
     /// Something is being written.
@@ -181,7 +183,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(true)
     }
 
-    /// Where the parts that go with a model are, the latest copy of each, in all sectors but one; `None`: not all of them.
+    /// Finds the places of a model's parts, the latest copy of each, in all sectors but one; `None` if any is
+    /// missing.
     #[inline(never)]
     fn parts_of(&mut self, number: u32, but: Option<u8>) -> Option<(LearntHead, Places)> {
         let mut found: [Option<(Place, LearntHead)>; PARTS] = [None; PARTS];
@@ -202,7 +205,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Some((head, places))
     }
 
-    /// The newest model that is kept and has all its parts; and where they are.
+    /// Finds the newest kept model with all its parts, and their places.
     #[inline(never)]
     pub(super) fn newest_parts(&mut self, but: Option<u8>) -> Option<(u32, Places)> {
         let mut below = u32::MAX;
@@ -217,7 +220,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         None
     }
 
-    /// Copies the parts of the newest model that has them, where they are in this sector.
+    /// Copies those parts of the newest complete model that are in this sector.
     #[inline(never)]
     pub(super) fn evacuate_parts(&mut self, from: u8) -> Result<(), StorageError<F::Error>> {
         let Some((_, places)) = self.newest_parts(None) else { return Ok(()) };
@@ -229,8 +232,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(())
     }
 
-    /// Whether there is room for all parts that models need not: while drilling one sector at least can be begun, or the last one is not half
-    /// full.
+    /// Returns true if there is room for all parts that models do not need: while drilling at least one sector can be
+    /// begun, or the last one is not half full.
     fn has_room_for_parts(&self) -> bool {
         let kept = KEPT as u16 * (MAX_RECORD / GRANULE) as u16;
         // A sector has to take all that counts: models, parts, the mark and single values.
@@ -242,7 +245,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 }
 
-/// What parts leave of the last sector to models.
+/// Room that parts leave to models in the last sector.
 const fn half_of<F: NorFlash>() -> u16 {
     granules_of::<F>() / 2
 }

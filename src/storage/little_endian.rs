@@ -1,6 +1,6 @@
 //! Fixed little-endian fields: the layout of a record does not depend on a compiler, a crate or the order of an enum.
 
-/// Writes fields one after another; what has no room is left out and remembered.
+/// Writer of fields, one after another; a field without room is left out and remembered.
 pub(super) struct Writer<'a> {
     bytes: &'a mut [u8],
     at: usize,
@@ -51,13 +51,13 @@ impl<'a> Writer<'a> {
         self.f32s(&[x.unwrap_or(f32::NAN)]);
     }
 
-    /// How many bytes were written; `None` when they did not fit.
+    /// Returns the number of bytes written; `None` if they did not fit.
     pub fn finish(self) -> Option<usize> {
         (!self.overflowed).then_some(self.at)
     }
 }
 
-/// Reads fields one after another; `None` at the end of the bytes.
+/// Reader of fields, one after another; `None` at the end of the bytes.
 pub(super) struct Reader<'a>(pub &'a [u8]);
 
 impl Reader<'_> {

@@ -6,10 +6,12 @@
 //!            ModelStore::open(flash, limits)         reads all sectors, writes nothing
 //!            prepare(NotDrilling::PowerUp)           until it says Ready: the only calls that erase
 //!            restore(temperature) -> Probe::restore  the nearest temperature's model, or why there is none
-//!            learnt_with(number), read_learnt -> Probe::go_on    the filter goes on, too, or starts from the factory's prior
+//!            learnt_with(number), read_learnt -> Probe::go_on    the filter goes on, or starts from the factory's prior
 //! each sample   StabilityGate::sample; step()        32 bytes of a model that is being written
-//! each window   ModelHistory::window; Probe::model_worth_storing -> begin_learnt, step_learnt until it is whole, begin_model
-//! commands      store_counter before the action; ModelHistory -> store_model; retire_models; prepare(NotDrilling::Command)
+//! each window   ModelHistory::window
+//!               Probe::model_worth_storing -> begin_learnt, step_learnt until it is whole, begin_model
+//! commands      store_counter before the action; ModelHistory -> store_model; retire_models
+//!               prepare(NotDrilling::Command)
 //! ```
 //!
 //! # Timing budget
@@ -41,13 +43,14 @@
 //! million models.
 //!
 //! # Why a log of its own
-//! `sequential-storage` 8 erases inside `store_item` as soon as a page is full, and inside its repair, which a read can start: half a second
-//! without a sample while drilling. Its queue never erases to push where it may not overwrite, but both skip what has rotted without
-//! counting it, and a page counts as erased when its first and last words read so, as they can after an erasure that was cut off. `ekv`
-//! erases as it compacts, too. Erasing kept apart, what is left of the problem is small: records that are only appended, each in whole
-//! 32-byte granules with a CRC-32C; copies that are the original to the bit; an erasure is believed by the mark that was written after it.
-//! The flash is driven through `embedded-storage`'s blocking trait: on the chip the processor is what blocks, so there is nothing that a
-//! future could wait for.
+//! `sequential-storage` 8 erases inside `store_item` as soon as a page is full, and inside its repair, which a read
+//! can start: half a second without a sample while drilling. Its queue never erases to push where it may not
+//! overwrite, but both skip what has rotted without counting it, and a page counts as erased when its first and last
+//! words read so, as they can after an erasure that was cut off. `ekv` erases as it compacts, too. Erasing kept
+//! apart, what is left of the problem is small: records that are only appended, each in whole 32-byte granules with a
+//! CRC-32C; copies that are the original to the bit; an erasure is believed by the mark that was written after it.
+//! The flash is driven through `embedded-storage`'s blocking trait: on the chip the processor is what blocks, so
+//! there is nothing that a future could wait for.
 //!
 //! # What a power cut leaves
 //! A record counts when its check holds, so one that was cut off is skipped and counted, and the one before

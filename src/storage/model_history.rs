@@ -1,19 +1,21 @@
+//! History of models that commands can ask for: the flown one, the one before, and the fit of the latest window.
+
 use super::{StoreReason, StoredModel, fingerprint, stability::agrees};
 use crate::{
     compensation::{ActiveEffects, Effect, GyroModel},
     identification::{Decision, WindowReport},
 };
 
-/// Models that a command can ask for: what flew before, and what a window gave. All as they would be stored on a command.
+/// Models that a command can ask for, as they would be stored on a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelHistory {
-    /// At the end of the latest window.
+    /// Model at the end of the latest window.
     flying: StoredModel,
     previous: Option<StoredModel>,
     proposal: Option<Proposal>,
 }
 
-/// What a window gave, beside the effects that flew then.
+/// Fit of a window, beside the effects that flew then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Proposal {
     window_end_us: u64,
@@ -22,13 +24,13 @@ struct Proposal {
 }
 
 impl ModelHistory {
-    /// Of a probe that starts afresh with this model; `previous` flew before.
+    /// History of a probe that starts afresh with this model; `previous` flew before.
     #[must_use]
     pub const fn new(flying: &StoredModel, previous: Option<StoredModel>) -> Self {
         Self { flying: StoredModel { reason: StoreReason::Command, ..*flying }, previous, proposal: None }
     }
 
-    /// Of one that starts with the factory's.
+    /// History of a probe that starts with the factory's model.
     #[must_use]
     pub fn of_factory(factory: &GyroModel, library: &[&dyn Effect]) -> Self {
         let flying = StoredModel {
@@ -43,7 +45,8 @@ impl ModelHistory {
         Self::new(&flying, None)
     }
 
-    /// Takes a window's report, once it has taken effect, with what flies then and the temperatures that it comes from.
+    /// Takes a window's report once it has taken effect, with the flown model and the temperatures that it comes
+    /// from.
     pub fn window(
         &mut self,
         report: &WindowReport,
@@ -75,8 +78,9 @@ impl ModelHistory {
         }
     }
 
-    /// What a window gave, its fit whether or not it was accepted. `None`: not the latest of those that could look, or effects have changed
-    /// since. Too little motion, sensors that cannot judge and an overrun leave a window that could not look, and the one before stands.
+    /// Returns the fit of a window, accepted or not. `None` if it is not the latest window that could judge, or
+    /// effects have changed since. Too little motion, sensors that cannot judge and an overrun leave a window that
+    /// could not, and the one before stands.
     #[must_use]
     pub fn proposed(&self, window_end_us: u64, effects: &ActiveEffects) -> Option<StoredModel> {
         let proposal = self.proposal.filter(|_| self.flying.effects == *effects);
@@ -85,19 +89,19 @@ impl ModelHistory {
         Some(StoredModel { gyro, sigma, t_us: window_end_us, ..self.flying })
     }
 
-    /// What flew before P or the list of effects changed; `None`: nothing has changed since the start.
+    /// Returns the model before P or the list of effects changed; `None` if nothing has changed since the start.
     #[must_use]
     pub const fn previous(&self) -> Option<&StoredModel> {
         self.previous.as_ref()
     }
 
-    /// What flew at the end of the latest window.
+    /// Returns the model at the end of the latest window.
     #[must_use]
     pub const fn latest(&self) -> &StoredModel {
         &self.flying
     }
 
-    /// What flies, with this gyro model and these effects by now.
+    /// Returns the flown model, with this gyro model and these effects by now.
     #[must_use]
     pub fn flying(&self, gyro: &GyroModel, effects: &ActiveEffects) -> StoredModel {
         StoredModel { gyro: *gyro, effects: *effects, ..self.flying }

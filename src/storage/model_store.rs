@@ -1,3 +1,6 @@
+//! Store of accepted models and the command counter in a ring of flash sectors. `mod.rs` explains its use, its
+//! timing, and power cuts; erasing is in `preparation.rs`, choosing a model in `restoration.rs`.
+
 use super::{
     Limits, StorageError, StoredModel,
     granules::{Place, holds, read_record, walk},
@@ -23,21 +26,20 @@ pub struct ModelStore<F, const SECTORS: usize = 3> {
     pub(super) limits: Limits,
     pub(super) sectors: [Sector; SECTORS],
     pub(super) index: Index,
-    /// The record that is being written, or has been read.
+    /// Record that is being written, or has been read.
     pub(super) buffer: [u8; MAX_RECORD],
     writing: Option<Writing>,
     pub(super) writing_learnt: Option<WritingLearnt>,
-    /// Number under which all parts of what the filter has learnt are there, and their model is not.
+    /// Number of the filter's parts that are all there while their model is not.
     pub(super) learnt_number: Option<u32>,
-    /// The last record before the room that was free when the storage was opened: the power may have been cut
-    /// in it.
+    /// Last record before the free room when the storage was opened: the power may have been cut in it.
     pub(super) last_found: Option<Place>,
-    /// Where records were whole once and are not any more.
+    /// Places of records that were whole and are not any more.
     pub(super) rotten: [Option<Place>; KEPT],
     pub(super) counts: StoreCounts,
 }
 
-/// A model on its way into the flash.
+/// Model on its way into the flash.
 #[derive(Clone, Copy)]
 struct Writing {
     temperature_c: Option<[f32; 2]>,
@@ -47,44 +49,44 @@ struct Writing {
     done: u16,
 }
 
-/// What has been written, and what has not, since the storage was opened.
+/// Counters of written and refused records since the storage was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StoreCounts {
     /// Models stored.
     pub stored: u32,
     /// Models, counters and retirements refused for want of room.
     pub refused_full: u32,
-    /// What the filter had learnt, refused because models need the room.
+    /// States of the filter, refused because models need the room.
     pub learnt_refused: u32,
     /// Models refused because they would not be restored.
     pub refused_implausible: u32,
-    /// Writes and erasures that failed, or were not found in the flash afterwards.
+    /// Writes and erasures that failed, or did not read back.
     pub failed: u32,
     /// Models given up because the flash had lost its marks and no room was left to copy them.
     pub abandoned: u32,
 }
 
-/// How far a model has been written.
+/// Progress of writing a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Progress {
     /// Nothing is being written.
     Idle,
-    /// There is more to be programmed.
+    /// More is to be programmed.
     More,
-    /// It is stored, and was read back.
+    /// The model is stored, and was read back.
     Stored {
-        /// Its number.
+        /// Number of the model.
         number: u32,
     },
 }
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
-    /// Reads what the flash holds; writes nothing.
+    /// Reads the flash; writes nothing.
     ///
     /// # Errors
-    /// A flash that does not suit, or that cannot be read.
+    /// The flash does not suit, or cannot be read.
     #[inline(never)]
     pub fn open(flash: F, limits: Limits) -> Result<Self, StorageError<F::Error>> {
         let problem = if F::ERASE_SIZE > 1 << 20 || !F::ERASE_SIZE.is_multiple_of(GRANULE) || sector_bytes::<F>() == 0 {
@@ -118,8 +120,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(store)
     }
 
-    /// States of the sectors. Returns how many places in them are damaged. An error: nothing at all can be
-    /// read, and what says nothing is not to be erased.
+    /// Reads the states of the sectors. Returns the number of damaged places in them. Fails if nothing at all can be
+    /// read: a sector that says nothing must not be erased.
     #[inline(never)]
     fn read_sectors(&mut self) -> Result<u32, StorageError<F::Error>> {
         let (mut damaged, mut newest) = (0_u32, 0);
@@ -156,7 +158,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
     }
 
-    /// What counts of all sectors but one.
+    /// Builds the index of all sectors but one.
     #[inline(never)]
     pub(super) fn scan(&mut self, but: Option<u8>) -> Index {
         let (mut index, limits, rotten) = (Index::empty(), self.limits, self.rotten);
@@ -169,7 +171,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         index
     }
 
-    /// Every whole record of all sectors but one, in the order in which these were begun, so that the latest copy comes last.
+    /// Visits every whole record of all sectors but one, in the order in which the sectors were begun, so that the
+    /// latest copy comes last.
     #[inline(never)]
     pub(super) fn each_record(&mut self, but: Option<u8>, each: &mut dyn FnMut(&Header, &[u8], Place)) {
         let mut after = None;
@@ -186,7 +189,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
     }
 
-    /// The used sector after one of this sequence and number, and its sequence.
+    /// Returns the used sector after one of this sequence and number, and its sequence.
     fn next_used(&self, after: Option<(u32, u8)>) -> Option<(u8, u32)> {
         let used = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == State::Used);
         let keys = used.map(|(number, sector)| (sector.sequence, number));
@@ -196,7 +199,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// Begins to store a model; [`ModelStore::step`] programs it piece by piece.
     ///
     /// # Errors
-    /// Nothing is written: it would not be restored, there is no room (both counted), or another one is being written.
+    /// Nothing is written: the model would not be restored, there is no room (both counted), or another one is being
+    /// written.
     #[inline(never)]
     pub fn begin_model(&mut self, model: &StoredModel) -> Result<(), StorageError<F::Error>> {
         if self.is_writing() {
@@ -206,7 +210,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             self.counts.refused_implausible = self.counts.refused_implausible.saturating_add(1);
             return Err(StorageError::Implausible(reason));
         }
-        // With the number of its parts the model makes them count.
+        // The number of its parts in the model makes them count.
         let number = self.learnt_number.take().unwrap_or_else(|| self.index.last_number.saturating_add(1));
         let encoded = encode(&mut self.buffer, Kind::MODEL, stored_model::VERSION, number, |w| model.encode(w));
         let placed = encoded.and_then(|granules| Some((granules, self.take_room(granules, 1, FOR_COUNTERS)?)));
@@ -234,7 +238,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(Progress::Stored { number: writing.number })
     }
 
-    /// Stores a model at once, for where nothing is sampled meanwhile. Returns its number.
+    /// Stores a model at once, where nothing is sampled meanwhile. Returns its number.
     ///
     /// # Errors
     /// As [`ModelStore::begin_model`] and [`ModelStore::step`].
@@ -247,12 +251,12 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
     }
 
-    /// Reads a record into the buffer; `None` where there is no whole one.
+    /// Reads a record into the buffer; `None` without a whole one.
     pub(super) fn read_record(&mut self, place: Place) -> Option<Header> {
         read_record(&mut self.flash, place.address::<F>(), &mut self.buffer)
     }
 
-    /// Programs the next 32 bytes of the buffered record; after the last of them reads it back, and returns `true`.
+    /// Programs the next 32 bytes of the buffered record. After the last of them reads it back, and returns `true`.
     pub(super) fn program_next(
         &mut self,
         record: Place,
@@ -287,36 +291,36 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Err(error)
     }
 
-    /// Whether a model is being written, or what the filter has learnt.
+    /// Returns true if a model or the filter's state is being written.
     #[must_use]
     pub const fn is_writing(&self) -> bool {
         self.writing.is_some() || self.writing_learnt.is_some()
     }
 
-    /// What was found when the storage was opened.
+    /// Returns the findings when the storage was opened.
     #[must_use]
     pub const fn scan_counts(&self) -> ScanCounts {
         self.index.counts
     }
 
-    /// What has been written since.
+    /// Returns the counters since then.
     #[must_use]
     pub const fn counts(&self) -> StoreCounts {
         self.counts
     }
 
-    /// Erasures of each sector, of all its pages; what a mark that cannot be read said is not in it.
+    /// Returns the erasures of each sector, of all its pages, without those in a mark that cannot be read.
     #[must_use]
     pub fn erases(&self) -> [u32; SECTORS] {
         self.sectors.map(|sector| sector.erases)
     }
 
-    /// The flash's driver, for what is not reading or writing; what it holds may not change.
+    /// Returns the flash's driver, to be used for anything but reading or writing; its content must not change.
     pub const fn flash_mut(&mut self) -> &mut F {
         &mut self.flash
     }
 
-    /// Gives the flash back.
+    /// Returns the flash.
     pub fn into_flash(self) -> F {
         self.flash
     }

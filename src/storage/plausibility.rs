@@ -1,3 +1,5 @@
+//! Limits that a stored model has to keep before it may fly, so that a damaged or foreign one never does.
+
 use super::{StoredModel, fingerprint};
 use crate::{
     compensation::{Effect, GyroModel},
@@ -5,29 +7,30 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// How far a parameter may lie from the factory's, in deviations of the prior, to which what is learnt is drawn back. With the default prior these are 30 % of scale, 15 % of coupling and 6 deg/s of bias; a common part's
-/// data sheet allows 3 %, 2 % and 5 deg/s (MPU-9250 product specification PS-MPU-9250A-01, section 3.1), so what lies beyond is not wear.
+/// Largest distance of a parameter from the factory's, in deviations of the prior. With the default prior these are
+/// 30 % of scale, 15 % of coupling and 6 deg/s of bias. A common part's data sheet allows 3 %, 2 % and 5 deg/s
+/// (MPU-9250 product specification PS-MPU-9250A-01, section 3.1), so a larger distance is not wear.
 const PLAUSIBLE_SIGMAS: f32 = 5.0;
 
-/// Coldest and hottest that a probe's electronics can be, degrees Celsius: storage limits of parts for drilling (silicon-on-insulator
-/// parts end at 225 to 250).
+/// Lowest and highest temperature of a probe's electronics, degrees Celsius: storage limits of parts for drilling
+/// (silicon-on-insulator parts end at 225 to 250).
 const TEMPERATURES_C: [f32; 2] = [-65.0, 250.0];
 
-/// What a stored model is held against before it may fly.
+/// Limits for a stored model.
 #[derive(Clone, Copy)]
 pub struct Limits {
     factory: GyroModel,
-    /// Of P's diagonal, dimensionless.
+    /// Limit of P's diagonal, dimensionless.
     scale: f32,
-    /// Of P's other elements, dimensionless.
+    /// Limit of P's other elements, dimensionless.
     coupling: f32,
-    /// Of P b, rad/s.
+    /// Limit of P b, rad/s.
     bias_rad_s: f32,
     library: &'static [&'static dyn Effect],
     pub(super) fingerprint: u32,
 }
 
-/// Why a stored model may not fly.
+/// Reason for which a stored model may not fly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
@@ -40,40 +43,40 @@ pub enum Implausible {
         row: u8,
         /// Column.
         column: u8,
-        /// How far.
+        /// Distance.
         off: f32,
-        /// How far it may be.
+        /// Largest distance allowed.
         limit: f32,
     },
     /// The bias is too far from the factory's.
     Bias {
         /// Axis.
         axis: u8,
-        /// How far, rad/s.
+        /// Distance, rad/s.
         off_rad_s: f32,
-        /// How far it may be, rad/s.
+        /// Largest distance allowed, rad/s.
         limit_rad_s: f32,
     },
     /// A deviation is negative or larger than the limit of its parameter.
     Sigma {
-        /// Of the twelve parameters.
+        /// Index of the parameter, of twelve.
         index: u8,
     },
     /// The temperatures are not a range, or no electronics works there.
     Temperature,
     /// Its effects count in another library than this firmware's.
     OtherLibrary,
-    /// An effect is not in the library, is there twice, or has a parameter that is not believed.
+    /// An effect is not in the library, is there twice, or has an implausible parameter.
     Effect {
-        /// Its place in the library.
+        /// Place of the effect in the library.
         index: u8,
-        /// The parameter; `None`: the effect itself.
+        /// Parameter; `None` for the effect itself.
         parameter: Option<u8>,
     },
 }
 
 impl Limits {
-    /// Those of a configuration that has been checked, with the effects that are looked for.
+    /// Limits of a valid configuration, with the library of effects.
     #[must_use]
     pub fn new(config: &Config, library: &'static [&'static dyn Effect]) -> Self {
         let prior = &config.identification;
@@ -87,10 +90,10 @@ impl Limits {
         }
     }
 
-    /// Whether a model may fly.
+    /// Checks that a model may fly.
     ///
     /// # Errors
-    /// The first thing that is wrong with it.
+    /// Names the first violation.
     pub fn check(&self, model: &StoredModel) -> Result<(), Implausible> {
         if !model.gyro.is_valid() {
             return Err(Implausible::NotAModel);

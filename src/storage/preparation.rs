@@ -1,4 +1,5 @@
-//! Sectors are erased only here.
+//! Preparation: the only place where sectors are erased, never while drilling. Records that count are copied out of a
+//! sector before it is erased.
 
 use super::{
     ModelStore, StorageError,
@@ -10,7 +11,7 @@ use super::{
 };
 use embedded_storage::nor_flash::NorFlash;
 
-/// The caller's word that nothing is sampled that matters: erasing stops the processor for as long as the data sheet says.
+/// Promise of the caller that no sample matters now: erasing stops the processor for as long as the data sheet says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
@@ -21,7 +22,7 @@ pub enum NotDrilling {
     Command,
 }
 
-/// How far the storage is prepared.
+/// Progress of the preparation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
@@ -30,24 +31,24 @@ pub enum Preparation {
     More,
     /// All but one sector are ready or bad.
     Ready {
-        /// How many are bad.
+        /// Number of bad sectors.
         bad: u8,
     },
 }
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
-    /// Makes all sectors but one ready, what counts in the others copied before they are erased. Call it until it says that it is ready:
-    /// each call erases at most one page of the flash, so that a watchdog can be fed between.
+    /// Makes all sectors but one ready; records that count are copied first. Call it until it returns ready: each
+    /// call erases at most one page of the flash, so that a watchdog can be fed between.
     ///
     /// # Errors
-    /// A model is being written, or the flash failed. What is stored stays so.
+    /// A model is being written, or the flash failed. Stored records stay.
     #[inline(never)]
     pub fn prepare(&mut self, _why: NotDrilling) -> Result<Preparation, StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        // What a cut left of one copy may not last. Where there is no room to write it anew, what stands
-        // behind it is not erased.
+        // A single copy that a cut left may not last. Without room to write it anew, the older values behind it are
+        // not erased.
         match self.rewrite_singles(None) {
             Ok(()) | Err(StorageError::Full) => {}
             Err(e) => return Err(e),
@@ -62,7 +63,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         let Some(oldest) = oldest else { return Ok(Preparation::Ready { bad: bad as u8 }) };
         match self.evacuate(oldest) {
             Ok(()) => self.erase(oldest)?,
-            // Power that was cut again and again while it was prepared has filled the room with copies that were cut off.
+            // Power cuts during one preparation after another have filled the room with torn copies.
             Err(StorageError::Full) => match self.redundant() {
                 Some(redundant) => {
                     self.erase(redundant)?;
@@ -75,13 +76,14 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(Preparation::More)
     }
 
-    /// Whether the only sector in use is so full that it has to be rewritten, because sectors are bad and none could be begun while drilling.
+    /// Returns true if the only sector in use is so full that it has to be rewritten, because sectors are bad and
+    /// none could be begun while drilling.
     fn is_cramped(&self, number: u8) -> bool {
         let free = self.sectors.get(usize::from(number)).map_or(0, |sector| sector.free);
         self.ready() == 1 && u32::from(free) * 4 > u32::from(granules_of::<F>()) * 3
     }
 
-    /// The first in the order of erasure that is in a state.
+    /// Returns the first sector, in the order of erasure, that is in a state.
     fn first_of(&self, state: State) -> Option<u8> {
         let those = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == state);
         those.min_by_key(|(_, sector)| sector.sequence).map(|(number, _)| number)
@@ -99,26 +101,25 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         erased.or_else(|e| self.failed(e))
     }
 
-    /// Copies what counts and is nowhere later.
+    /// Copies records that count and have no later copy.
     #[inline(never)]
     fn evacuate(&mut self, from: u8) -> Result<(), StorageError<F::Error>> {
         if let Some(sector) = self.sectors.get_mut(usize::from(from)) {
             sector.free = granules_of::<F>();
         }
-        // Each that turns out to have rotted brings back the one before it, once.
+        // Each one that turns out to have rotted brings back the one before it, once.
         for _ in 0..2 * KEPT {
             if self.copy_models(from)? {
                 break;
             }
         }
         self.rewrite_singles(Some(from))?;
-        // Last, for they are the longest, and the least loss.
+        // Parts come last: they are the longest, and the least loss.
         self.evacuate_parts(from)
     }
 
-    /// Copies the models that are kept in a sector, and the one that was found last: a cut may have left a
-    /// bit of it that does not last, and what it took the place of may be about to go. Whether all were
-    /// whole.
+    /// Copies the models that are kept in a sector, and the one that was found last: a cut may have left a bit of it
+    /// that does not last, while the record before it may be about to go. Returns true if all were whole.
     fn copy_models(&mut self, from: u8) -> Result<bool, StorageError<F::Error>> {
         for k in 0..KEPT {
             let goes = |slot: &Slot| slot.place.sector == from || Some(slot.place) == self.last_found;
@@ -135,7 +136,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(true)
     }
 
-    /// A record that was whole when the storage was opened is not any more: what it took the place of counts
+    /// Forgets a record that was whole when the storage was opened and is not any more: the one before it counts
     /// again.
     #[inline(never)]
     pub(super) fn forget_rotten(&mut self, place: Place) {
@@ -149,13 +150,13 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
     }
 
-    /// Reads all sectors anew; what was counted stays.
+    /// Reads all sectors anew; counters stay.
     fn look_again(&mut self) {
         let Index { counts, last_number, .. } = self.index;
         self.index = Index { counts, last_number, ..self.scan(None) };
     }
 
-    /// Writes anew what has no two whole copies in one sector, that which is to be erased left out.
+    /// Writes anew each value without two whole copies in one sector, not counting the sector to be erased.
     #[inline(never)]
     fn rewrite_singles(&mut self, before_erasing: Option<u8>) -> Result<(), StorageError<F::Error>> {
         if let Some(counter) = self.index.counter.unsettled(before_erasing) {
@@ -167,7 +168,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(())
     }
 
-    /// Copies a record as it is, number and check included, so that a copy and its original are the same model. `None`: it has rotted.
+    /// Copies a record as it is, number and check included, so that a copy and its original are the same model.
+    /// Returns `None` if it has rotted.
     #[inline(never)]
     pub(super) fn copy(&mut self, from: Place) -> Result<Option<Place>, StorageError<F::Error>> {
         let Some(granules) = self.read_record(from).map(|header| header.granules()) else { return Ok(None) };
@@ -179,7 +181,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
     }
 
-    /// A sector without which nothing would be missing, the latest first.
+    /// Returns a sector whose loss would lose nothing, the latest first.
     #[inline(never)]
     fn redundant(&mut self) -> Option<u8> {
         let (all, parts) = (self.scan(None), self.newest_parts(None).map(|(number, _)| number));
@@ -198,7 +200,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         None
     }
 
-    /// Gives up the models of a sector, which can only come from a flash that has lost its marks; they are counted.
+    /// Gives up the models of a sector, which only a flash that has lost its marks can have; they are counted.
     #[inline(never)]
     fn abandon(&mut self, number: u8) -> Result<(), StorageError<F::Error>> {
         self.erase(number)?;

@@ -1,57 +1,57 @@
-//! How a record stands in flash: a header, its payload, and a check over both.
+//! Layout of a record in flash: a header, its payload, and a check over both.
 
 use super::little_endian::{Reader, Writer};
 use crc::{Crc, NoTable};
 
-/// Records begin at multiples of this, bytes: the largest word that a flash programs at a time (STM32H7: 256 bits), so that no word is
-/// programmed twice and a torn record spoils none but itself.
+/// Alignment of records, bytes: the largest word that a flash programs at a time (STM32H7: 256 bits), so that no word
+/// is programmed twice and a torn record spoils none but itself.
 pub(super) const GRANULE: usize = 32;
 
-/// The longest record, bytes: a model with six effects of nine parameters takes 19 granules.
+/// Longest record, bytes: a model with six effects of nine parameters takes 19 granules.
 pub(super) const MAX_RECORD: usize = 20 * GRANULE;
 
 const HEADER: usize = 16;
-/// Of the check, which stands first, so that what it covers is one piece.
+/// Length of the check, which stands first, so that the bytes it covers are one piece.
 const CHECK: usize = 4;
-/// "MW".
+/// Magic number "MW".
 const MAGIC: u16 = 0x574D;
 
-/// CRC-32C (Castagnoli; RFC 3720, section 12.1), bit by bit: a table would be 1 KiB of flash, and without one the longest record takes a
-/// fifth of a millisecond.
+/// CRC-32C (Castagnoli; RFC 3720, section 12.1), bit by bit: a table would be 1 KiB of flash, and without one the
+/// longest record takes a fifth of a millisecond.
 static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&crc::CRC_32_ISCSI);
 
-/// What a record is.
+/// Kind of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Kind(pub u8);
 
 impl Kind {
     pub const MODEL: Self = Self(1);
     pub const COUNTER: Self = Self(2);
-    /// All models before it are not to be flown again.
+    /// Retirement: no model before it is flown again.
     pub const RETIREMENT: Self = Self(3);
-    /// The first granule of a sector.
+    /// Mark: the first granule of a sector.
     pub const MARK: Self = Self(4);
     pub const FACTORY: Self = Self(5);
     pub const KEY: Self = Self(6);
-    /// A part of what the filter had learnt when the model of the same number was stored.
+    /// Part of the filter's state when the model of the same number was stored.
     pub const LEARNT: Self = Self(7);
 }
 
-/// A record's first bytes.
+/// Header of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Header {
     pub kind: Kind,
-    /// Of the payload's layout.
+    /// Version of the payload's layout.
     pub version: u8,
-    /// Rises from record to record; a copy keeps the original's.
+    /// Number that rises from record to record; a copy keeps the original's.
     pub number: u32,
-    /// Of the payload, bytes.
+    /// Length of the payload, bytes.
     length: u16,
     check: u32,
 }
 
 impl Header {
-    /// Reads a header; `None` where none can be.
+    /// Parses a header; `None` for bytes that are none.
     pub fn parse(bytes: &[u8]) -> Option<Self> {
         let mut reader = Reader(bytes);
         let check = reader.u32()?;
@@ -60,17 +60,17 @@ impl Header {
         (magic == MAGIC && header.bytes() <= MAX_RECORD).then_some(header)
     }
 
-    /// Of the whole record, whole granules.
+    /// Length of the whole record, in whole granules.
     pub fn bytes(&self) -> usize {
         (HEADER + usize::from(self.length)).next_multiple_of(GRANULE)
     }
 
     pub fn granules(&self) -> u16 {
-        // At most `MAX_RECORD` bytes, or it was not parsed.
+        // It is at most `MAX_RECORD` bytes, or parsing would have failed.
         (self.bytes() / GRANULE) as u16
     }
 
-    /// The payload of a whole record whose header this is; `None` where the check fails.
+    /// Returns the payload of a whole record with this header; `None` if the check fails.
     pub fn payload<'a>(&self, record: &'a [u8]) -> Option<&'a [u8]> {
         let covered = record.get(CHECK..HEADER + usize::from(self.length))?;
         (check(covered) == self.check).then(|| covered.get(HEADER - CHECK..)).flatten()
@@ -82,7 +82,7 @@ fn check(covered: &[u8]) -> u32 {
     CRC.checksum(covered)
 }
 
-/// Lays a record out in `record` and returns its length in granules; `None` when it does not fit.
+/// Lays a record out in `record` and returns its length in granules; `None` if it does not fit.
 pub(super) fn encode(
     record: &mut [u8],
     kind: Kind,

@@ -1,3 +1,6 @@
+//! Restoration: the choice of the stored model that flies after power-up, by temperature and within the limits of
+//! `plausibility.rs`.
+
 use super::{
     Implausible, ModelStore, ScanCounts, StorageError, StoredModel,
     granules::{Place, walk},
@@ -8,18 +11,18 @@ use super::{
 };
 use embedded_storage::nor_flash::NorFlash;
 
-/// What is to fly after power-up, and why.
+/// Model to fly after power-up, and the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Restoration {
-    /// The model, or why there is none.
+    /// Model, or the reason for none.
     pub outcome: Outcome,
-    /// Models that there was a choice of, one for each temperature.
+    /// Models to choose from, one for each temperature.
     pub choice: u8,
-    /// What was found when the storage was opened.
+    /// Findings when the storage was opened.
     pub counts: ScanCounts,
 }
 
-/// The model to be restored, or why there is none.
+/// Model to be restored, or the reason for none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[expect(
@@ -30,26 +33,26 @@ pub struct Restoration {
 pub enum Outcome {
     /// The model.
     Chosen {
-        /// What is to be given to `Probe::restore`.
+        /// Model for `Probe::restore`.
         model: StoredModel,
         /// Its number: later models have higher ones.
         number: u32,
-        /// How far its temperatures are from the present one, kelvin; `None` where one is not known.
+        /// Distance of its temperatures from the present one, kelvin; `None` if one is not known.
         distance_k: Option<f32>,
     },
     /// No model was ever stored here, or none that is whole.
     NothingStored,
-    /// All that were stored have been retired.
+    /// All stored models have been retired.
     AllRetired,
     /// A later firmware wrote them.
     FromTheFuture,
-    /// None may fly: the reason of the first.
+    /// No model may fly: the reason of the first.
     Implausible(Implausible),
 }
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
-    /// The model for the present temperature: the one whose temperatures are nearest, of those as near (to 10 K) the newest. Without a
-    /// temperature the newest.
+    /// Chooses the model for the present temperature: the one with the nearest temperatures, and of equally near ones
+    /// (to 10 K) the newest. Without a temperature it chooses the newest.
     ///
     /// # Errors
     /// A model is being written.
@@ -80,7 +83,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(Restoration { outcome, choice, counts })
     }
 
-    /// Reads all sectors anew: whether the flash holds what counts, no more and no less.
+    /// Reads all sectors anew. Returns true if the flash holds the records that count, no more and no less.
     ///
     /// # Errors
     /// A model is being written.
@@ -92,7 +95,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(found.holds_all_of(&self.index) && self.index.holds_all_of(&found))
     }
 
-    /// The newest model of a lower number that may fly, whatever its temperature: what was stored before another, until its sector is erased.
+    /// Returns the newest model of a lower number that may fly, whatever its temperature. It is there until its
+    /// sector is erased.
     ///
     /// # Errors
     /// A model is being written.

@@ -1,10 +1,10 @@
-//! Where the next record goes.
+//! Room for the next record.
 
 use super::{ModelStore, granules::Place, sector::State, sector_size::granules_of};
 use embedded_storage::nor_flash::NorFlash;
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
-    /// The sector that is written to: the latest used one whose mark can be read.
+    /// Returns the sector that is written to: the latest used one whose mark can be read.
     pub(super) fn active(&self) -> Option<u8> {
         let used = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == State::Used && sector.sequence > 0);
         used.max_by_key(|(_, sector)| sector.sequence).map(|(number, _)| number)
@@ -14,8 +14,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         self.sectors.iter().filter(|sector| sector.state == State::Ready).count()
     }
 
-    /// Takes room for a record; a ready sector is begun only while more than `reserve` are ready, and the last sector that may be begun is
-    /// filled only up to `margin`.
+    /// Takes room for a record. A ready sector is begun only while more than `reserve` are ready, and the last sector
+    /// that may be begun is filled only up to `margin`.
     #[inline(never)]
     pub(super) fn take_room(&mut self, granules: u16, reserve: usize, margin: u16) -> Option<Place> {
         let may_begin = self.ready() > reserve;

@@ -1,3 +1,6 @@
+//! State of a sector and its mark. The mark is written after an erasure, because a sector that merely reads blank may
+//! have been erased in part.
+
 use super::{
     StorageError,
     granules::{is_blank, program, read_record},
@@ -7,10 +10,10 @@ use super::{
 };
 use embedded_storage::nor_flash::NorFlash;
 
-/// What can be done with a sector.
+/// State of a sector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
-    /// It has to be erased before it can be used: an erasure that was cut off, or a flash that has never been used.
+    /// It has to be erased before use: an erasure was cut off, or the flash has never been used.
     Unready,
     /// Erased and marked as erased to the end.
     Ready,
@@ -20,32 +23,32 @@ pub(super) enum State {
     Bad,
 }
 
-/// What is known of a sector.
+/// Facts known of a sector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Sector {
     pub state: State,
-    /// Rises from erasure to erasure; 0: the mark cannot be read.
+    /// Sequence number that rises from erasure to erasure; 0 if the mark cannot be read.
     pub sequence: u32,
-    /// How often it has been erased; what the mark says.
+    /// Number of erasures, from the mark.
     pub erases: u32,
     /// First granule of the blank ones at its end.
     pub free: u16,
-    /// Pages of an erasure under way that are erased.
+    /// Pages erased so far of an erasure under way.
     pub pages: u16,
 }
 
 impl Sector {
     pub const UNREADY: Self = Self { state: State::Unready, sequence: 0, erases: 0, free: 0, pages: 0 };
 
-    /// Reads the mark at its beginning. A sector that merely reads blank is not ready: an erasure that was cut off can leave bits that
-    /// read as erased and do not last.
+    /// Reads the mark at its beginning. A sector that merely reads blank is not ready: an erasure that was cut off
+    /// can leave bits that read as erased and do not last.
     pub fn read_mark<F: NorFlash>(flash: &mut F, base: u32, buffer: &mut [u8; MAX_RECORD]) -> (u32, u32) {
         let mark = read_record(flash, base, buffer).filter(|header| header.kind == Kind::MARK);
         let erases = mark.and_then(|header| Reader(header.payload(buffer)?).u32());
         mark.zip(erases).map_or((0, 0), |(header, erases)| (header.number, erases))
     }
 
-    /// Erases its next page; after the last one marks it, or calls it `Bad` where it is not blank then.
+    /// Erases its next page. After the last one marks it, or sets it to `Bad` if it is not blank then.
     pub fn erase_page<F: NorFlash>(
         &mut self,
         flash: &mut F,

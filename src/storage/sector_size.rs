@@ -3,13 +3,13 @@
 use super::record::GRANULE;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Sectors made of smaller pages, bytes: those of the STM32F4, which take the models of every temperature and
-/// what the filter has learnt.
+/// Size of sectors made of smaller pages, bytes: that of the STM32F4's, which take the models of every temperature
+/// and the filter's state.
 const MADE_OF_PAGES: usize = 16 * 1024;
 /// Smallest page that is a sector of its own, bytes.
 const SMALLEST: usize = 8 * 1024;
 
-/// Bytes of a sector: what the flash erases at a time, or several of that where it is small.
+/// Returns the bytes of a sector: the flash's erase size, or a multiple of it where that is small.
 pub(super) const fn sector_bytes<F: NorFlash>() -> usize {
     if F::ERASE_SIZE >= SMALLEST {
         return F::ERASE_SIZE;
@@ -20,7 +20,7 @@ pub(super) const fn sector_bytes<F: NorFlash>() -> usize {
     }
 }
 
-/// Granules of a sector.
+/// Returns the granules of a sector.
 pub(super) const fn granules_of<F: NorFlash>() -> u16 {
     (sector_bytes::<F>() / GRANULE) as u16
 }

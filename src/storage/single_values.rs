@@ -1,4 +1,4 @@
-//! The command counter, and what has been retired.
+//! Single values: the command counter and the retirement of models. Each is written twice, so that one copy can rot.
 
 use super::{
     ModelStore, StorageError,
@@ -8,7 +8,7 @@ use super::{
 use embedded_storage::nor_flash::NorFlash;
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
-    /// The command counter; 0 before the first was stored.
+    /// Returns the command counter; 0 before the first was stored.
     #[must_use]
     pub const fn read_counter(&self) -> u64 {
         match self.index.counter.value() {
@@ -17,10 +17,10 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
     }
 
-    /// Stores the command counter, twice, before the command that it came with is done. At most 16 words are programmed.
+    /// Stores the command counter, twice, before its command is carried out. At most 16 words are programmed.
     ///
     /// # Errors
-    /// The counter that is stored stays: the new one is no higher, there is no room, or the flash failed.
+    /// The stored counter stays: the new one is no higher, there is no room, or the flash failed.
     pub fn store_counter(&mut self, counter: u64) -> Result<(), StorageError<F::Error>> {
         let stored = self.read_counter();
         if counter <= stored {
@@ -29,7 +29,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         self.write_single(Kind::COUNTER, counter, 1).or_else(|e| self.refused(e))
     }
 
-    /// From here on no model that is stored now is restored; nothing is erased.
+    /// Retires all stored models: none is restored any more. Nothing is erased.
     ///
     /// # Errors
     /// The models stay: one is being written, there is no room, or the flash failed.
@@ -37,7 +37,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         self.retire_models_before(self.index.last_number.saturating_add(1))
     }
 
-    /// The same for the models of lower numbers alone.
+    /// Retires the models of lower numbers alone.
     ///
     /// # Errors
     /// As [`ModelStore::retire_models`].
@@ -45,7 +45,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        // Parts without a model may be among those numbers.
+        // Parts without a model may have numbers in that range.
         self.learnt_number = None;
         let last = u64::from(number.saturating_sub(1));
         self.write_single(Kind::RETIREMENT, last, 1).or_else(|e| self.refused(e))?;
@@ -53,7 +53,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(())
     }
 
-    /// Counts what had no room.
+    /// Counts values that had no room.
     fn refused(&mut self, error: StorageError<F::Error>) -> Result<(), StorageError<F::Error>> {
         if matches!(error, StorageError::Full) { self.refuse_full() } else { Err(error) }
     }

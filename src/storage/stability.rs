@@ -1,3 +1,5 @@
+//! Decision whether the flown model is worth storing: only one that several windows have left as it is.
+
 use super::{StoreReason, StoredModel, fingerprint};
 use crate::{
     compensation::{ActiveEffects, Effect, GyroModel},
@@ -5,38 +7,41 @@ use crate::{
     sample::{Sample, SampleFlags},
 };
 
-/// Windows in succession that have to leave P as it is, within its deviations. A window closes every 25 s: P has then held through 50 s of
-/// samples that it did not come from.
+/// Windows in succession that have to leave P as it is, within its deviations. A window closes every 25 s, so P has
+/// then held through 50 s of samples that it did not come from.
 pub const STABLE_WINDOWS: u8 = 3;
 
-/// How far P may move from window to window and still be the same, in its deviations: by chance one of nine moves farther in 2 % of windows.
+/// Largest change of P between windows that counts as none, in its deviations: by chance one of nine elements changes
+/// more in 2 % of windows.
 const SAME_SIGMAS: f32 = 3.0;
 
-/// Between two models of a session, microseconds. A sector of 16 KiB takes some 80 models of the usual 160 to 200 bytes, and half of two
-/// is free at least after power-up: that is 40 hours of drilling without a pause in which to erase.
+/// Least time between two models of a session, microseconds. A sector of 16 KiB takes some 80 models of the usual 160
+/// to 200 bytes, and half of two is free at least after power-up: that is 40 hours of drilling without a pause in
+/// which to erase.
 pub const BETWEEN_STORES_US: u64 = 30 * 60 * 1_000_000;
 
-/// Decides when the model that flies is worth a record.
+/// Gate that decides when the flown model is worth a record.
 ///
-/// It is when P is not the factory's, [`STABLE_WINDOWS`] windows in succession have looked at it and left it, and it differs from the last
-/// one stored: in P or an effect's parameter by more than its deviation, in its effects, or by 10 K.
+/// It is worth one if P is not the factory's, [`STABLE_WINDOWS`] windows in succession have judged it and left it,
+/// and it differs from the last one stored: in P or an effect's parameter by more than its deviation, in its effects,
+/// or by 10 K.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StabilityGate {
     factory_p: [[f32; 3]; 3],
     /// P since the count began.
     p: [[f32; 3]; 3],
     effects: ActiveEffects,
-    /// Of P, of the latest window that it was accepted from.
+    /// Deviations of P, from the latest window that accepted it.
     sigma: [f32; 12],
     agreeing: u8,
     range_c: Option<[f32; 2]>,
     stored: Option<StoredModel>,
-    /// Whether `stored` is of this session, and its time one of ours.
+    /// True if `stored` is of this session, and its time of this clock.
     stored_here: bool,
 }
 
 impl StabilityGate {
-    /// Of a probe with this factory model, into which `restored` was restored.
+    /// Gate of a probe with this factory model, into which `restored` was restored.
     #[must_use]
     pub fn new(factory: &GyroModel, restored: Option<&StoredModel>) -> Self {
         Self {
@@ -51,7 +56,7 @@ impl StabilityGate {
         }
     }
 
-    /// Takes note of a sample's temperature.
+    /// Notes a sample's temperature.
     pub fn sample(&mut self, sample: &Sample) {
         let t = sample.temperature_c;
         if sample.flags.intersects(SampleFlags::TEMPERATURE_MISSING | SampleFlags::FAULT) || !t.is_finite() {
@@ -61,14 +66,14 @@ impl StabilityGate {
         self.range_c = Some([if t < low { t } else { low }, if t > high { t } else { high }]);
     }
 
-    /// Lowest and highest temperature since P and the effects are what they are, degrees Celsius.
+    /// Lowest and highest temperature since P and the effects last changed, degrees Celsius.
     #[must_use]
     pub const fn temperature_c(&self) -> Option<[f32; 2]> {
         self.range_c
     }
 
-    /// Takes a window's report, once it has taken effect, with what flies then; the model where it is worth a record. It counts as stored
-    /// from [`StabilityGate::stored`] on.
+    /// Takes a window's report once it has taken effect, with the flown model. Returns the model if it is worth a
+    /// record. It counts as stored from [`StabilityGate::stored`] on.
     pub fn window(
         &mut self,
         report: &WindowReport,
@@ -106,7 +111,7 @@ impl StabilityGate {
         self.is_news(&model).then_some(model)
     }
 
-    /// The model has been stored.
+    /// Notes that the model has been stored.
     pub const fn stored(&mut self, model: &StoredModel) {
         (self.stored, self.stored_here) = (Some(*model), true);
     }
@@ -132,7 +137,7 @@ impl StabilityGate {
     }
 }
 
-/// Whether a window would have what flies stay; `None`: it could not look.
+/// Returns whether a window leaves the flown model as it is; `None` if it could not judge.
 pub(super) const fn agrees(decision: Decision) -> Option<bool> {
     match decision {
         Decision::Accepted => Some(true),

@@ -1,10 +1,13 @@
+//! Stored model: its content, and its layout in a record.
+
 use super::little_endian::{Reader, Writer};
 use crate::compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE};
 
-/// Layout of a model's payload that this firmware writes. It reads the one before, too, which has two numbers more.
+/// Version of the payload's layout that this firmware writes. It also reads the one before, which has two numbers
+/// more.
 pub(super) const VERSION: u8 = 2;
 
-/// A model that flew and was worth keeping, as it stands in flash.
+/// Model that flew and was worth keeping, as it stands in flash.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -13,19 +16,19 @@ pub struct StoredModel {
     pub gyro: GyroModel,
     /// 1-sigma of P (row-major, 9) then b (rad/s, 3), when it was accepted.
     pub sigma: [f32; 12],
-    /// The effects that were taken out beside it.
+    /// Effects that were taken out beside it.
     pub effects: ActiveEffects,
     /// [`fingerprint`] of the library that `effects` count in.
     pub library: u32,
     /// Lowest and highest temperature of the samples that it comes from, degrees Celsius; `None` without a reading.
     pub temperature_c: Option<[f32; 2]>,
-    /// When it was stored, microseconds of the session's own time.
+    /// Time at which it was stored, microseconds of the session's own time.
     pub t_us: u64,
-    /// Why it was stored.
+    /// Reason for storing it.
     pub reason: StoreReason,
 }
 
-/// Why a model was stored.
+/// Reason for storing a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -33,17 +36,18 @@ pub struct StoredModel {
 pub enum StoreReason {
     /// So many windows in succession left it as it is.
     Stable {
-        /// How many.
+        /// Number of windows.
         windows: u8,
     },
-    /// A command said so.
+    /// A command asked for it.
     Command,
 }
 
-/// Names a library of effects: a stored effect is a place in it, and another library has another effect there.
+/// Returns the fingerprint of a library of effects: a stored effect is a place in a library, and another library has
+/// another effect there.
 #[must_use]
 pub fn fingerprint(library: &[&dyn Effect]) -> u32 {
-    // FNV-1a: a name that changed is to be seen, not an attack.
+    // FNV-1a is enough: it has to show a changed name, not to resist an attack.
     let names = library.iter().flat_map(|effect| effect.name().bytes().chain([0]));
     names.fold(0x811C_9DC5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }
@@ -67,7 +71,7 @@ impl StoredModel {
         writer.u8(self.effects.iter().count() as u8);
         for found in self.effects.iter() {
             let pairs = found.parameters.iter().zip(&found.sigma);
-            // To the bit: a negative zero is kept, too.
+            // The bits are compared: a negative zero is kept, too.
             let used = |(value, sigma): (&f32, &f32)| value.to_bits() | sigma.to_bits() != 0;
             let count = pairs.clone().rposition(used).map_or(0, |last| last + 1);
             writer.u8(found.index);
@@ -76,7 +80,8 @@ impl StoredModel {
         }
     }
 
-    /// `None`: not what [`StoredModel::encode`] of that version writes, or of a later one.
+    /// Decodes a payload; `None` for bytes that [`StoredModel::encode`] of that version does not write, or of a later
+    /// version.
     pub(super) fn decode(version: u8, payload: &[u8]) -> Option<Self> {
         if !(1..=VERSION).contains(&version) {
             return None;
@@ -96,7 +101,7 @@ impl StoredModel {
             _ => return None,
         };
         if version == 1 {
-            // How clearly it was accepted.
+            // Number of the version before: how clearly the model was accepted.
             let _: [Option<f32>; 2] = [reader.optional()?, reader.optional()?];
         }
         let library = reader.u32()?;
@@ -141,7 +146,7 @@ mod tests {
         let length = writer.finish().unwrap();
         let payload = &buffer[..length];
         assert_eq!(StoredModel::decode(VERSION, payload), Some(model));
-        // Before the library's name and the number of effects stood two numbers more.
+        // The version before has two more numbers, before the library's name and the number of effects.
         let mut earlier = [0; 256];
         let (head, tail) = payload.split_at(length - 5);
         earlier[..head.len()].copy_from_slice(head);

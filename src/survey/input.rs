@@ -1,3 +1,5 @@
+//! Input of surveys.
+
 use crate::{
     attitude::Attitude,
     sample::{BEYOND_ANY_ACCEL_M_S2, BEYOND_ANY_GYRO_RAD_S, BEYOND_ANY_MAG_UT},

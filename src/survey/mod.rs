@@ -5,10 +5,12 @@
 //! sigmas are those of the ISCWSA MWD error model ([`crate::config::SurveyErrors`]), plus the noise that the
 //! averages themselves show.
 
+mod axial;
 mod continuous;
 mod dynamics;
 mod input;
 mod means;
+pub mod multi_station;
 mod north;
 mod quality;
 mod record;
@@ -16,11 +18,13 @@ mod report;
 mod rotating;
 mod sensor_errors;
 mod six_axis;
+mod station_axes;
 mod stationary;
 mod surveyor;
 mod turn;
 mod uncertain;
 
+pub use axial::AxialCorrection;
 pub use dynamics::{DrillingDynamics, Rotation};
 pub use input::SurveyInput;
 pub use quality::{Check, Checked, Grade, Quality};

@@ -1,3 +1,5 @@
+//! Record of a survey, and the switch of its toolface.
+
 use super::{
     Uncertain,
     north::Norths,

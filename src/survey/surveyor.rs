@@ -1,3 +1,5 @@
+//! Surveyor: all kinds of surveys behind one call a sample.
+
 use super::{
     DrillingDynamics, StationaryState, Survey, SurveyInput, SurveyReport, continuous::Continuous,
     dynamics::DynamicsWindow, record::ToolfaceSwitch, rotating::RotatingSurvey, stationary::StationarySurvey,

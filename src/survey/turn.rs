@@ -1,3 +1,5 @@
+//! Angle of a turn about the tool axis.
+
 use crate::rotation::sine_and_cosine;
 use nalgebra::Vector3;
 

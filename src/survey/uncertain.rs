@@ -1,3 +1,5 @@
+//! Value with its deviation.
+
 /// Value with its standard deviation, both in the unit that the field's name ends with.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -1,7 +1,8 @@
-//! What leaves the firmware, and the commands that reach it.
+//! Telemetry: messages that leave the firmware, and commands that reach it.
 //!
-//! On a line everything is a frame (`encode_frame`, `FrameDecoder`) around a postcard `Payload`; the probe's `TelemetryQueue`
-//! keeps to the line's bandwidth. A mud pulser gets a `SurveyWord`. [`Record`]s are for a file, which loses nothing.
+//! On a line everything is a frame (`encode_frame`, `FrameDecoder`) around a postcard `Payload`; the probe's
+//! `TelemetryQueue` keeps to the line's bandwidth. A mud pulser gets a `SurveyWord`. [`Record`]s are for a file,
+//! which loses nothing.
 
 #[cfg(feature = "telemetry")]
 mod command;

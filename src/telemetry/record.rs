@@ -1,4 +1,5 @@
-//! What the emulated board writes through semihosting: one [`Record`] after another, self-delimiting in postcard's encoding.
+//! Records that the emulated board writes through semihosting: one [`Record`] after another, self-delimiting in
+//! postcard's encoding.
 
 #[cfg(feature = "survey-records")]
 use crate::survey::{DrillingDynamics, SurveyReport};
@@ -10,35 +11,35 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// One message of the firmware.
+/// Record of the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(clippy::large_enum_variant, reason = "nothing here can be boxed, and a record lives only until it is encoded")]
 #[non_exhaustive]
 pub enum Record {
-    /// What one sample gave.
+    /// Output of one sample.
     Output(Output),
-    /// What one window gave, right after the output of the sample at which it was reported.
+    /// Result of one window, right after the output of the sample at which it was reported.
     Window {
         /// The report.
         report: WindowReport,
         /// Instructions spent in `Probe::poll` since the previous report, or since the start.
         poll_instructions: u64,
     },
-    /// What one diagnosis found, right after the output of the sample at which it took effect.
+    /// Findings of one diagnosis, right after the output of the sample at which they took effect.
     Diagnosis(DiagnosisReport),
-    /// A magnet that came while the probe ran, at the end of it.
+    /// Magnet that came while the probe ran, at the end of the run.
     HardIron(HardIronInterval),
-    /// The trace is over; the last record.
+    /// End of the trace; the last record.
     End(Summary),
-    /// A stationary or a rotating survey, right after the output of the sample that completed it.
+    /// Stationary or rotating survey, right after the output of the sample that completed it.
     #[cfg(feature = "survey-records")]
     Survey(SurveyReport),
-    /// A window of drilling dynamics, right after the output of the sample that completed it.
+    /// Window of drilling dynamics, right after the output of the sample that completed it.
     #[cfg(feature = "survey-records")]
     Dynamics(DrillingDynamics),
 }
 
-/// What a run cost, and what was counted in it.
+/// Cost and counters of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Summary {
     /// The pipeline's own counters.
@@ -47,11 +48,11 @@ pub struct Summary {
     pub push: Cost,
     /// `Probe::poll`, once a sample.
     pub poll: Cost,
-    /// What the instruction counter found for its clock: timer ticks in 1,000 instructions.
+    /// Instruction counter against its clock: timer ticks in 1,000 instructions.
     pub ticks_per_1000_instructions: u32,
     /// Most stack in use at any time, bytes, with the interrupt's frame.
     pub stack_used_bytes: u32,
-    /// Stack there is, from the end of the static data to the top of RAM, bytes.
+    /// Size of the stack, from the end of the static data to the top of RAM, bytes.
     pub stack_size_bytes: u32,
 }
 
@@ -62,7 +63,7 @@ pub struct Cost {
     pub calls: u64,
     /// Instructions in all calls.
     pub instructions: u64,
-    /// Instructions in the dearest call.
+    /// Instructions in the most expensive call.
     pub instructions_max: u64,
 }
 

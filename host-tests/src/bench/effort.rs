@@ -5,14 +5,14 @@
 pub enum Effort {
     /// A tenth, at least three: minutes become seconds.
     Quick,
-    /// As many as the README's figures.
+    /// As many as the pages of measurements have.
     Full,
     /// This many.
     Seeds(u64),
 }
 
 impl Effort {
-    /// The number of repetitions if `full` is the README's.
+    /// The number of repetitions if `full` is that of the pages of measurements.
     #[must_use]
     pub fn repetitions(self, full: u64) -> u64 {
         match self {

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::score::root_mean_square;
 
-/// A table, as the README shows it.
+/// A table, as a page of measurements shows it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Table {
     /// What the figures are, with units.

@@ -5,8 +5,9 @@ use meerkat_mwd::config::Earth;
 use world_magnetic_model::time::Date;
 
 use crate::earth::{
-    normal_gravity::normal_gravity_m_s2,
-    reference_field::{ReferenceField, day, reference_field},
+    field_at_depth::field_at,
+    gravity_at_depth::{ROCK_KG_M3, gravity_m_s2},
+    reference_field::{ReferenceField, day},
 };
 
 /// Options of `field`.
@@ -15,10 +16,10 @@ pub struct FieldArgs {
     /// Geodetic latitude, degrees north
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub latitude: f64,
-    /// Longitude, degrees east
+    /// Longitude, degrees east, any convention: 358 is -2
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub longitude: f64,
-    /// Height above the WGS 84 ellipsoid, metres
+    /// Height above the WGS 84 ellipsoid, metres; negative below it, down to -12000, in rock of 2670 kg/m^3
     #[arg(long, value_name = "M", allow_negative_numbers = true, default_value_t = 0.0)]
     pub altitude: f64,
     /// Day, 2020 to 2029
@@ -31,14 +32,14 @@ pub struct FieldArgs {
 /// # Errors
 /// A place or a day outside the model.
 pub fn run(args: &FieldArgs) -> anyhow::Result<()> {
-    let field = reference_field(args.latitude, args.longitude, args.altitude, args.date)?;
+    let field = field_at(args.latitude, args.longitude, args.altitude, args.date)?;
     print!("{}", configuration(&field, args));
     Ok(())
 }
 
 fn configuration(field: &ReferenceField, args: &FieldArgs) -> String {
     let earth = Earth {
-        gravity_m_s2: normal_gravity_m_s2(args.latitude, args.altitude) as f32,
+        gravity_m_s2: gravity_m_s2(args.latitude, args.altitude, 0.0, ROCK_KG_M3) as f32,
         magnetic_field_ut: Some(field.total_ut),
         dip_rad: Some(field.dip_rad),
         declination_rad: Some(field.declination_rad),
@@ -79,7 +80,7 @@ mod tests {
     #[test]
     fn what_is_printed_is_a_configuration() {
         let args = FieldArgs { latitude: 60.0, longitude: 2.0, altitude: 0.0, date: day("2026-06-01").unwrap() };
-        let field = reference_field(args.latitude, args.longitude, args.altitude, args.date).unwrap();
+        let field = field_at(args.latitude, args.longitude, args.altitude, args.date).unwrap();
         let config: meerkat_mwd::Config = toml::from_str(&configuration(&field, &args)).unwrap();
         assert_eq!(config.validate(), Ok(()));
         assert_eq!(config.earth.dip_rad, Some(field.dip_rad));

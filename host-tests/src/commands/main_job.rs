@@ -2,9 +2,11 @@
 
 use std::{
     io::{self, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
 };
 
+use anyhow::Context;
+use clap::Args;
 use meerkat_mwd::{
     Config,
     compensation::GyroModel,
@@ -12,12 +14,13 @@ use meerkat_mwd::{
 };
 
 use crate::{
+    failure::Failure,
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},
         fly,
     },
-    report::refusal_text::refusal_text,
+    report::{picture::picture, refusal_text::refusal_text},
     score::{self, PerModel, Reference},
     simulate::known_error,
     target::{
@@ -26,6 +29,14 @@ use crate::{
     },
     trace::{Trace, recordings::folder},
 };
+
+/// Options of the main job.
+#[derive(Debug, Clone, Default, Args)]
+pub struct MainJobArgs {
+    /// Write the rotation errors of flight 2 as a picture
+    #[arg(long, value_name = "OUT.svg")]
+    pub plot: Option<PathBuf>,
+}
 
 /// A real recording: BROAD trial 06, cut to 110 s (attribution in the folder's README).
 const RECORDING: &str = "broad_06_fast_rotation_110s.csv.gz";
@@ -42,6 +53,9 @@ const KNOWN_ERRORS: [(u32, f64, &str); 2] = [
     (3, 0.2, "P diagonal up to 2 %, off-diagonal up to 1 %, bias 0.4 deg/s"),
 ];
 
+/// Number of the flight that `--plot` draws.
+const DRAWN: u32 = 2;
+
 /// Path of the main job's recording.
 #[must_use]
 pub fn recording() -> PathBuf {
@@ -52,8 +66,8 @@ pub fn recording() -> PathBuf {
 /// scores. Flies on the emulated chip; where no emulator can be had, on this machine, and says so.
 ///
 /// # Errors
-/// The recording or the emulator fails.
-pub fn run() -> anyhow::Result<()> {
+/// The recording or the emulator fails, or the picture cannot be written.
+pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
     let mut out = io::stdout().lock();
     let trace = Trace::read(&recording())?;
     let mut config = of_trace(&trace);
@@ -86,6 +100,9 @@ pub fn run() -> anyhow::Result<()> {
         writeln!(out, "\n{number}. WITH A KNOWN ERROR multiplied in: {sizes}")?;
         report(&mut out, &identified.flight, Some(&truth))?;
         scores(&mut out, &config, &with_error, &identified.flight)?;
+        if let Some(path) = args.plot.as_ref().filter(|_| number == DRAWN) {
+            draw(path, &config, &with_error, &identified.flight)?;
+        }
         emulated = identified.emulated;
     }
 
@@ -93,6 +110,14 @@ pub fn run() -> anyhow::Result<()> {
     for line in emulated.iter().flat_map(EmulatedFlight::cost_lines) {
         writeln!(out, "{line}")?;
     }
+    Ok(())
+}
+
+/// Draws a flight's rotation errors over the half that is held out.
+fn draw(path: &Path, config: &Config, trace: &Trace, flight: &Flight) -> anyhow::Result<()> {
+    let drawn = picture(trace, flight, &score::Settings::of(trace, config));
+    let drawn = drawn.context("the recording has no reference to draw errors against")?;
+    std::fs::write(path, drawn).map_err(|error| Failure::output(path, &error))?;
     Ok(())
 }
 

@@ -14,6 +14,7 @@ mod record;
 mod replay;
 mod same_file;
 pub mod simulate;
+mod survey;
 mod toml_file;
 
 use std::{io, process::ExitCode};
@@ -25,8 +26,11 @@ use exit_status::exit_status;
 /// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores.
 /// Without a subcommand: flies a bundled recording end to end, scores it and prints the result.
 #[derive(Debug, Parser)]
-#[command(name = "mwd", bin_name = "cargo mwd", version)]
+#[command(name = "mwd", bin_name = "cargo mwd", version, args_conflicts_with_subcommands = true)]
 pub struct Cli {
+    /// Options of the main job.
+    #[command(flatten)]
+    pub main_job: main_job::MainJobArgs,
     /// What to do; the main job when absent.
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -55,12 +59,14 @@ pub enum Command {
     Command(command::CommandArgs),
     /// Print a place's reference field and gravity as a configuration
     Field(field::FieldArgs),
+    /// Correct a run's surveys, work out the path with its uncertainty, and write the files that others read
+    Survey(survey::SurveyArgs),
 }
 
 /// Runs the program with the process's arguments.
 #[must_use]
 pub fn main() -> ExitCode {
-    let Err(error) = dispatch(Cli::parse().command) else {
+    let Err(error) = dispatch(&Cli::parse()) else {
         return ExitCode::SUCCESS;
     };
     // A closed pipe: the reader has what it wanted.
@@ -87,19 +93,20 @@ fn told_once(error: &anyhow::Error) -> String {
     })
 }
 
-fn dispatch(command: Option<Command>) -> anyhow::Result<()> {
-    match command {
-        None => main_job::run(),
-        Some(Command::Replay(args)) => replay::run(&args),
-        Some(Command::Emulate(args)) => emulate::run(&args),
-        Some(Command::Simulate(args)) => simulate::run(&args),
-        Some(Command::Diagnose(args)) => diagnose::run(&args),
-        Some(Command::Calibrate(args)) => calibrate::run(&args),
-        Some(Command::Bench(args)) => bench::run(&args),
-        Some(Command::Record(args)) => record::run(&args),
-        Some(Command::Monitor(args)) => monitor::run(&args),
-        Some(Command::Command(args)) => command::run(&args),
-        Some(Command::Field(args)) => field::run(&args),
+fn dispatch(cli: &Cli) -> anyhow::Result<()> {
+    match &cli.command {
+        None => main_job::run(&cli.main_job),
+        Some(Command::Replay(args)) => replay::run(args),
+        Some(Command::Emulate(args)) => emulate::run(args),
+        Some(Command::Simulate(args)) => simulate::run(args),
+        Some(Command::Diagnose(args)) => diagnose::run(args),
+        Some(Command::Calibrate(args)) => calibrate::run(args),
+        Some(Command::Bench(args)) => bench::run(args),
+        Some(Command::Record(args)) => record::run(args),
+        Some(Command::Monitor(args)) => monitor::run(args),
+        Some(Command::Command(args)) => command::run(args),
+        Some(Command::Field(args)) => field::run(args),
+        Some(Command::Survey(args)) => survey::run(args),
     }
 }
 
@@ -118,6 +125,32 @@ mod tests {
         let told = scenario.map_or_else(|error| told_once(&error), |_| String::new());
         assert!(told.starts_with("none.toml: ") && told.matches("os error").count() == 1, "{told}");
         assert_eq!(told_once(&anyhow::anyhow!("inner").context("outer")), "outer: inner");
+    }
+
+    /// The page of commands has a section for each, which names every option but `--help`.
+    #[test]
+    fn the_page_of_commands_names_every_option() {
+        let page = include_str!("../../../docs/commands.md");
+        let cli = Cli::command();
+        let documented = |command: &clap::Command, section: &str| {
+            for option in command.get_arguments().filter_map(clap::Arg::get_long) {
+                let is_there = section.contains(&format!("--{option}")) || option == "help";
+                assert!(is_there, "{}: --{option}", command.get_name());
+            }
+        };
+        let sections: Vec<&str> = page.split("\n## ").collect();
+        // From the last on: the first headline has the word "command" in it, too.
+        let of = |name: &str| {
+            let is_of = |section: &&&str| section.lines().next().unwrap_or_default().contains(name);
+            sections.iter().rev().find(is_of)
+        };
+        documented(&cli, of("Without a command").unwrap());
+        for command in cli.get_subcommands() {
+            let shares_its_options = command.get_name() == "emulate";
+            let section = of(command.get_name()).unwrap_or_else(|| panic!("{} has no section", command.get_name()));
+            let replay = if shares_its_options { of("replay").unwrap() } else { "" };
+            documented(command, &format!("{section}{replay}"));
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ pub mod explanation;
 pub mod html;
 pub mod json;
 pub mod motion;
+pub mod picture;
 pub mod progress_bar;
 pub mod rates_csv;
 pub mod refusal_text;

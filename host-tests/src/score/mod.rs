@@ -118,6 +118,28 @@ pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Refe
     Some(scores)
 }
 
+/// Rotation errors over time, and the reference's delay that was taken out.
+pub struct RotationErrors {
+    /// Delay as in [`Reference::time_alignment_ms`], taken out of all four readings alike; 0 if none stands out.
+    pub delay_ms: f64,
+    /// End of each 2 s window, seconds since the trace's first sample, and the angle between the integrated
+    /// rotation and the reference's, degrees. Windows that a gap cuts are left out.
+    pub deg: Vec<(f64, PerModel)>,
+}
+
+/// The errors whose root mean square [`Reference::orientation_2s_rms_time_aligned_deg`] is, from
+/// `settings.from_us` on.
+#[must_use]
+pub fn rotation_errors(trace: &Trace, flight: &Flight, settings: &Settings) -> RotationErrors {
+    let gap_s = gap_us(trace) * 1e-6;
+    let tracks = Tracks::at_acquisition(trace, flight, &settings.factory).map(|track| Integrated::new(track, gap_s));
+    let windows = orientation_2s::windows(trace, settings.from_us);
+    let delay_s = time_alignment::fit(&windows, &tracks).unwrap_or(0.0);
+    let covered = windows.iter().filter(|window| tracks.cover(window.from_s + delay_s, window.to_s + delay_s));
+    let deg = covered.map(|window| (window.to_s, tracks.per_model(|track| window.error_deg(track, delay_s))));
+    RotationErrors { delay_ms: 1e3 * delay_s, deg: deg.collect() }
+}
+
 /// Step in time above which there is a gap, microseconds; no score spans one. Half a microsecond more than
 /// whole periods, so that rounding of times makes no gap.
 fn gap_us(trace: &Trace) -> f64 {

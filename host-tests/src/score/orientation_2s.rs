@@ -20,6 +20,15 @@ pub(super) struct Window {
     rotation: UnitQuaternion<f64>,
 }
 
+impl Window {
+    /// Angle between a track's rotation over the window and the reference's, degrees, if the track's readings
+    /// lag the reference by `delay_s`; `None` if the track does not cover the window.
+    pub(super) fn error_deg(&self, track: &Integrated, delay_s: f64) -> Option<f64> {
+        let rotation = track.rotation(self.from_s + delay_s, self.to_s + delay_s)?;
+        Some(self.rotation.angle_to(&rotation).to_degrees())
+    }
+}
+
 /// The windows that count, end to end from the first sample at or after `from_us`.
 ///
 /// A window ends at the sample nearest to 2 s after its start; rotations are compared between exactly these
@@ -57,9 +66,8 @@ pub(super) fn rms_deg(windows: &[Window], tracks: &Tracks<Integrated>, delay_s: 
 
 /// Score of one track, degrees; `None` without a window, or if the track does not cover all of them.
 pub(super) fn track_rms_deg(windows: &[Window], track: &Integrated, delay_s: f64) -> Option<f64> {
-    let error =
-        |w: &Window| Some(w.rotation.angle_to(&track.rotation(w.from_s + delay_s, w.to_s + delay_s)?).to_degrees());
-    trimmed_rms(windows.iter().map(error).collect::<Option<Vec<f64>>>()?)
+    let errors = windows.iter().map(|window| window.error_deg(track, delay_s));
+    trimmed_rms(errors.collect::<Option<Vec<f64>>>()?)
 }
 
 /// Root mean square of the smallest 98 % (rounded down, at least one).

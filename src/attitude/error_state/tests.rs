@@ -1,3 +1,5 @@
+//! The scalar updates agree with the textbook's matrix form.
+
 use super::*;
 use crate::rotation::exp_matrix;
 use nalgebra::SMatrix;

@@ -1,5 +1,5 @@
-//! The probe's program, the same on every board: samples first, then one bounded piece of identification or diagnosis, then
-//! telemetry, then sleep.
+//! The probe's program, the same on every board: samples first, then one bounded piece of identification or
+//! diagnosis, then telemetry, then sleep.
 
 pub mod acquisition;
 pub mod board;
@@ -39,18 +39,18 @@ const HEALTH_US: u64 = 5_000_000;
 /// Microseconds after the start at which health is reported first.
 const SILENT_US: u64 = 1_000_000;
 
-/// What the probe starts from.
+/// Settings that the probe starts from.
 pub struct Settings {
     pub config: Config,
     pub survey: SurveyConfig,
     pub stream: StreamConfig,
-    /// Whether raw samples are sent from the start.
+    /// True if raw samples are sent from the start.
     pub recording: bool,
     /// The key of commands that need one; `None`: none was provisioned.
     pub key: Option<[u8; 32]>,
 }
 
-/// What stands in static RAM, and the application works on.
+/// Statics that the application works on.
 pub struct Pipeline<F: 'static> {
     pub probe: &'static mut Probe,
     pub surveyor: &'static mut Surveyor,
@@ -60,7 +60,7 @@ pub struct Pipeline<F: 'static> {
     pub memory: Option<&'static mut Memory<F>>,
 }
 
-/// What the application has counted since the start.
+/// Counters of the application since the start.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
     /// Samples taken out of the queue.
@@ -81,13 +81,14 @@ pub struct Counts {
 pub struct Application<B: Board> {
     board: B,
     pipeline: Pipeline<B::Flash>,
-    /// Whether a stored model had its chance to fly.
+    /// True once a stored model had its chance to fly.
     begun: bool,
     next_sequence: u32,
     /// Number of the first sample since the pipeline started afresh.
     first_sequence: u32,
     owed_units: u32,
-    /// What the filter has learnt is being written, and its work is put off until that is done: a tenth of a second.
+    /// True while the filter's state is being written; its work is put off until that is done, for a tenth of a
+    /// second.
     filter_stays: bool,
     progress: Progress,
     served: u32,
@@ -270,7 +271,7 @@ impl<B: Board> Application<B> {
     }
 }
 
-/// What a run in the emulator is judged by, beside what it sends.
+/// Figures by which a run in the emulator is judged, beside its messages.
 #[cfg(feature = "board-emulated")]
 impl<B: Board> Application<B> {
     pub const fn board(&mut self) -> &mut B {

@@ -1,5 +1,5 @@
-//! No board: the pipeline's calls and nothing around them. Whatever panic could be reached from them would be linked into
-//! this image, so a test can look for one; it is never run.
+//! No board: the pipeline's calls and nothing around them. Whatever panic could be reached from them would be linked
+//! into this image, so a test can look for one; it is never run.
 
 use core::{hint::black_box, panic::PanicInfo};
 use cortex_m_rt::entry;

@@ -1,5 +1,5 @@
-//! What the emulated boards say, through semihosting, and how they end. Words and whole numbers only: `core::fmt` would take four kilobytes of
-//! flash for these few lines.
+//! Console of the emulated boards, through semihosting, and their exit. Words and whole numbers only: `core::fmt`
+//! would take four kilobytes of flash for these few lines.
 
 use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, exception};
@@ -57,8 +57,8 @@ fn in_digits(mut number: u64, digits: &mut [u8; 20]) -> &[u8] {
     digits.split_at_checked(digits.len() - used).map_or(&[], |(_, written)| written)
 }
 
-// Inlined into what calls it, a panic's text, of which nothing is said here, is not made, and `core::fmt` not linked: 2.3 KiB. (The compiler holds
-// that the attribute does nothing.)
+// Inlined into what calls it, a panic's text, of which nothing is said here, is not made, and `core::fmt` not linked:
+// 2.3 KiB. (The compiler holds that the attribute does nothing.)
 #[allow(unused_attributes)]
 #[inline(always)]
 #[panic_handler]

@@ -1,9 +1,10 @@
-//! The emulated STM32F405 in real time: SysTick is the sample clock, with each tick register models of the sensors are played a recording's
-//! next sample and the adapters on them read, frames go out and commands come in through USART1. The emulator's clock advances with executed instructions and jumps ahead
-//! while the chip sleeps, so a run is the same every time and an hour of it takes about as long as its work.
+//! The emulated STM32F405 in real time: SysTick is the sample clock, with each tick register models of the sensors
+//! are played a recording's next sample and the adapters on them read, frames go out and commands come in through
+//! USART1. The emulator's clock advances with executed instructions and jumps ahead while the chip sleeps, so a run
+//! is the same every time and an hour of it takes about as long as its work.
 //!
-//! Files, in the emulator's working directory: `boot.bin` and `sensors.bin` in. When the sensors' file is over the program prints what it
-//! has counted, a `key = value` a line, and ends.
+//! Files, in the emulator's working directory: `boot.bin` and `sensors.bin` in. When the sensors' file is over the
+//! program prints what it has counted, a `key = value` a line, and ends.
 
 mod boot;
 mod flash;

@@ -1,4 +1,4 @@
-//! What no stage comes back from: noted for the next start, then reset.
+//! Faults that no stage comes back from: noted for the next start, then reset.
 
 use crate::reset_record::{Asked, reset};
 use core::panic::PanicInfo;
@@ -6,8 +6,8 @@ use cortex_m_rt::{ExceptionFrame, exception};
 // The logger.
 use defmt_rtt as _;
 
-// Inlined into what calls it, a panic's text, of which nothing is said here, is not made, and `core::fmt` not linked: 2.3 KiB. (The compiler holds
-// that the attribute does nothing.)
+// Inlined into what calls it, a panic's text, of which nothing is said here, is not made, and `core::fmt` not linked:
+// 2.3 KiB. (The compiler holds that the attribute does nothing.)
 #[allow(unused_attributes)]
 #[inline(always)]
 #[panic_handler]

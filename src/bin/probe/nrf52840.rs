@@ -1,5 +1,5 @@
-//! A board with an nRF52840 and a 32 MHz crystal: an ISM330DHCX on SPIM2 (P0.13 to P0.15, select P0.16), an RM3100 on SPIM1 (P0.19 to P0.21,
-//! select P0.22), the line on UART0 (P0.06, P0.08) at 921,600 baud, logs by RTT.
+//! A board with an nRF52840 and a 32 MHz crystal: an ISM330DHCX on SPIM2 (P0.13 to P0.15, select P0.16), an RM3100 on
+//! SPIM1 (P0.19 to P0.21, select P0.22), the line on UART0 (P0.06, P0.08) at 921,600 baud, logs by RTT.
 
 mod acquisition;
 mod flash;
@@ -137,7 +137,7 @@ fn watchdog(wdt: WDT) -> WatchdogHandle<Hdl0> {
     }
 }
 
-/// What RESETREAS says (product specification, POWER), which then is cleared. No bit: power came.
+/// Reads and clears RESETREAS (product specification, POWER). No bit means that power came.
 fn reset_reason(power: &POWER) -> ResetReason {
     let asked = reset_record::start();
     let flags = power.resetreas.read();
@@ -162,7 +162,7 @@ fn reset_reason(power: &POWER) -> ResetReason {
     }
 }
 
-/// What is the chip's own of a board with sensors.
+/// Part of a board with sensors that is the chip's own.
 pub mod chip {
     pub use super::{
         acquisition::{Inertial, Magnetic},

@@ -67,7 +67,8 @@ mod words {
     field!(powered_rounds);
 }
 
-/// What a program asked for before this start; `None`: power came since, or nobody asked. Then nobody has asked any more.
+/// Takes the reason that a program noted before this start; `None` if power came since, or no program noted one. It
+/// is then forgotten.
 pub fn start() -> Option<ResetReason> {
     if words::read(words::magic) != MAGIC {
         words::write(words::magic, MAGIC);

@@ -1,4 +1,4 @@
-//! What the boards with sensors have in common: the parts are read in PendSV, the line's bytes go through queues.
+//! Common part of the boards with sensors: the parts are read in PendSV, the line's bytes go through queues.
 
 #[cfg(feature = "board-nrf52840")]
 use crate::nrf52840::chip;

@@ -1,4 +1,4 @@
-//! How deep the stack has been: the start-up code paints it, and what is no longer paint has been used.
+//! Depth of the stack: the start-up code paints it, and memory without paint has been used.
 
 use cortex_m_rt::STACK_PAINT_VALUE;
 
@@ -21,8 +21,8 @@ fn guard_start() -> usize {
     (&raw const symbols::_stack_end as usize).next_multiple_of(GUARD)
 }
 
-/// Makes a stack that runs over a fault, before it runs into what may lie below. Region 0 of the memory protection unit: no access (Armv7-M
-/// reference manual, section B3.5).
+/// Makes a stack that runs over a fault, before it runs into what may lie below. Region 0 of the memory protection
+/// unit: no access (Armv7-M reference manual, section B3.5).
 pub fn guard(unit: &cortex_m::peripheral::MPU) {
     const NO_ACCESS_NO_EXECUTION: u32 = 1 << 28;
     const SIZE: u32 = GUARD.ilog2() - 1;
@@ -59,7 +59,7 @@ pub fn high_water_mark() -> HighWaterMark {
 
 #[allow(unsafe_code)]
 fn is_paint(word: *const u32) -> bool {
-    // SAFETY: the caller stays, word by aligned word, in the stack's own RAM, which is always readable; a volatile read tells
-    // the compiler nothing about the memory that it manages there.
+    // SAFETY: the caller stays, word by aligned word, in the stack's own RAM, which is always readable; a volatile
+    // read tells the compiler nothing about the memory that it manages there.
     unsafe { word.read_volatile() == STACK_PAINT_VALUE }
 }

@@ -1,5 +1,5 @@
-//! A board with an STM32F405 and an 8 MHz crystal: an ISM330DHCX on SPI1 (PA5 to PA7, select PA4), an RM3100 on SPI2 (PB13 to PB15, select PB12),
-//! the line on USART1 (PA9, PA10) at 921,600 baud, logs by RTT.
+//! A board with an STM32F405 and an 8 MHz crystal: an ISM330DHCX on SPI1 (PA5 to PA7, select PA4), an RM3100 on SPI2
+//! (PB13 to PB15, select PB12), the line on USART1 (PA9, PA10) at 921,600 baud, logs by RTT.
 
 mod acquisition;
 mod flash;
@@ -124,7 +124,7 @@ fn identity() -> ProbeId {
     ProbeId::of_words(unsafe { UNIQUE_NUMBER.read_volatile() })
 }
 
-/// What the reset flags say (RM0090 section 7.3.21), which then are cleared. The pin's is set by every reset.
+/// Reads and clears the reset flags (RM0090 section 7.3.21). Every reset sets the pin's.
 fn reset_reason(rcc: &RCC) -> ResetReason {
     let asked = reset_record::start();
     let flags = rcc.csr().read();
@@ -147,7 +147,7 @@ fn reset_reason(rcc: &RCC) -> ResetReason {
     }
 }
 
-/// What is the chip's own of a board with sensors.
+/// Part of a board with sensors that is the chip's own.
 pub mod chip {
     pub use super::{
         acquisition::{Inertial, Magnetic},

@@ -1,8 +1,9 @@
-//! The emulated STM32F405 without a clock: `trace.bin` of the emulator's working directory in, `flight.bin` out, both through
-//! semihosting, as fast as it goes and every call's instructions counted.
+//! The emulated STM32F405 without a clock: `trace.bin` of the emulator's working directory in, `flight.bin` out, both
+//! through semihosting, as fast as it goes and every call's instructions counted.
 //!
-//! In: postcard's encoding of a `Config`, of an `Option<Recording>`, then of one `Sample` after another to the end of the file. Out: `Record`s.
-//! With a `Recording` the samples are the truth of register models of the sensors, and what flies is what the adapters read from these.
+//! In: postcard's encoding of a `Config`, of an `Option<Recording>`, then of one `Sample` after another to the end of
+//! the file. Out: `Record`s. With a `Recording` the samples are the truth of register models of the sensors, and what
+//! flies is what the adapters read from these.
 
 mod fault;
 mod instruction_counter;
@@ -146,7 +147,8 @@ fn write_diagnosis(probe: &mut Probe, flight: &mut RecordWriter) -> Result<(), F
     }
 }
 
-// Functions of their own, so that what is measured is the call that a program makes and not a part merged into the loop.
+// Functions of their own, so that what is measured is the call that a program makes and not a part merged into the
+// loop.
 
 #[inline(never)]
 fn push_sample(probe: &mut Probe, sample: &Sample) -> Option<Output> {

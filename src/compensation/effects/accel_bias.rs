@@ -1,3 +1,5 @@
+//! Effect `accel_bias`.
+
 use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, negated};
 use crate::estimator::columns::ACCEL_BIAS;
 use core::ops::Range;

@@ -1,3 +1,5 @@
+//! Effect `accel_lag`.
+
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
 use crate::estimator::columns::ACCEL_LAG;
 use core::ops::Range;

@@ -1,3 +1,5 @@
+//! Effect `accel_scale`.
+
 use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, component};
 use crate::{estimator::columns::ACCEL_MATRIX, units::DEGREES};
 use core::ops::Range;

@@ -1,3 +1,5 @@
+//! Effect `accel_temperature`.
+
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
 use nalgebra::Vector3;
 

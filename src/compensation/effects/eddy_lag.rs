@@ -1,3 +1,5 @@
+//! Effect `eddy_lag`.
+
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
 use nalgebra::Vector3;
 

@@ -1,3 +1,5 @@
+//! Effect `g_sensitivity`.
+
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis, component};
 use crate::units::DEG_S_PER_G;
 use nalgebra::Vector3;

@@ -1,3 +1,5 @@
+//! Effect `gyro_bias_step`.
+
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
 use crate::units::DEGREES;
 use nalgebra::Vector3;

@@ -1,3 +1,5 @@
+//! Effect `gyro_bias_temperature`.
+
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
 use crate::units::DEGREES;
 use nalgebra::Vector3;

@@ -1,3 +1,5 @@
+//! Effect `gyro_lag`.
+
 use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot};
 use nalgebra::Vector3;
 

@@ -1,3 +1,5 @@
+//! Effect `gyro_scale_asymmetry`.
+
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis, component};
 use nalgebra::Vector3;
 

@@ -1,3 +1,5 @@
+//! Effect `hard_iron`.
+
 use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, negated};
 use crate::estimator::columns::HARD_IRON;
 use core::ops::Range;

@@ -1,3 +1,5 @@
+//! Effect `lever_arm`.
+
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
 use nalgebra::Vector3;
 

@@ -1,3 +1,5 @@
+//! Effect `mag_lag`.
+
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
 use crate::estimator::columns::MAG_LAG;
 use core::ops::Range;

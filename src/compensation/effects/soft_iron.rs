@@ -1,3 +1,5 @@
+//! Effect `soft_iron`.
+
 use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, negated};
 use crate::{estimator::columns::MAG_MATRIX, units::DEGREES};
 use core::ops::Range;

@@ -1,3 +1,5 @@
+//! Effect `vibration_rectification`.
+
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis};
 use crate::units::{DEG_S_PER_G, STANDARD_GRAVITY_M_S2};
 use nalgebra::Vector3;

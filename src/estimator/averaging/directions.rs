@@ -14,6 +14,9 @@ const LEAST_INFORMATION: f32 = 1e-4;
 /// A direction counts as decided by the data when they leave less than half of the prior's deviation.
 const DECIDED_INFORMATION: f32 = 3.0;
 
+/// Logarithm of how much less a weight is than another when f32 loses their sum's difference, 2e-9: of all 27 together 6e-8.
+pub(super) const NEGLIGIBLE: f32 = 20.0;
+
 /// P's posterior by direction. Its prior has mean 0 and variance 1 in each.
 pub(super) struct Directions<T> {
     /// Unit vectors, direction k in column k.
@@ -26,6 +29,8 @@ pub(super) struct Directions<T> {
     lambda: [T; NINE],
     /// Information of the data times the mean that they alone ask for.
     pull: [T; NINE],
+    /// Half of its square over the information: the most that the data say for another mean than the prior's.
+    most: [T; NINE],
 }
 
 impl<T: Real> Directions<T> {
@@ -41,6 +46,7 @@ impl<T: Real> Directions<T> {
         let mut lambda = [T::ZERO; NINE];
         let mut pull = [T::ZERO; NINE];
         let mut at = [T::ZERO; NINE];
+        let mut most = [T::ZERO; NINE];
         for k in 0..NINE {
             let variance = values[k][k];
             at[k] = (0..NINE).fold(T::ZERO, |sum, i| sum + vectors[i][k] * of.mean[i]);
@@ -48,8 +54,9 @@ impl<T: Real> Directions<T> {
             let least = T::of(LEAST_INFORMATION);
             lambda[k] = if information > least { information } else { least };
             pull[k] = at[k] * (lambda[k] + T::ONE);
+            most[k] = T::of(0.5) * pull[k] * pull[k] / lambda[k];
         }
-        Self { vectors, values, at, lambda, pull }
+        Self { vectors, values, at, lambda, pull, most }
     }
 
     /// Number of directions that the data decide.
@@ -59,23 +66,30 @@ impl<T: Real> Directions<T> {
 
     /// Log evidence of an inflation of the covariance and a (squared) scale of the prior, but for a constant.
     fn likelihood(&self, inflation: T, squared_scale: T) -> T {
-        let half = T::of(0.5);
-        let Self { lambda, pull, .. } = self;
-        (0..NINE).fold(T::ZERO, |sum, k| {
-            let spread = inflation + lambda[k] * squared_scale;
-            sum - half * spread.logarithm() + half * pull[k] * pull[k] / lambda[k] * (T::ONE - T::ONE / spread)
-        })
+        let mut spreads = [T::ONE; NINE + 1];
+        let mut sum = T::ZERO;
+        for k in 0..NINE {
+            let spread = inflation + self.lambda[k] * squared_scale;
+            sum += self.most[k] * (T::ONE - T::ONE / spread);
+            spreads[k] = spread;
+        }
+        // Products of two have room in f32, of more they might not.
+        let (pairs, _) = spreads.as_chunks::<2>();
+        pairs.iter().fold(sum, |sum, [a, b]| sum - T::of(0.5) * (*a * *b).logarithm())
     }
 
     /// Averages over inflations and scales; `evidence` is the log evidence of the other sensors' widths.
     pub fn mixed(&self, inflations: &[f32], evidence: T) -> Mixed<T> {
-        // Of the prior that the posterior already has inside.
+        // The posterior already has this prior inside.
         let inside = self.likelihood(T::ONE, T::ONE);
         let mut mixed = Mixed::zero();
         for inflation in inflations.iter().copied().map(T::of) {
             for scale in SCALES.map(T::of) {
                 let squared = scale * scale;
                 let log = evidence + self.likelihood(inflation, squared) - inside;
+                if mixed.is_negligible(log) {
+                    continue;
+                }
                 let shrunk = inflation / squared;
                 let variance = self.lambda.map(|information| inflation / (information + shrunk));
                 let mut mean = self.pull;
@@ -95,13 +109,18 @@ pub(super) struct Mixed<T> {
     pub log: T,
     pub weight: T,
     pub mean: [T; NINE],
-    /// Second moments.
+    /// Second moments, the lower triangle.
     pub square: [[T; NINE]; NINE],
 }
 
 impl<T: Real> Mixed<T> {
     fn zero() -> Self {
         Self { log: T::ZERO, weight: T::ZERO, mean: [T::ZERO; NINE], square: [[T::ZERO; NINE]; NINE] }
+    }
+
+    /// Whether a further weight is lost in the rounding of those so far.
+    fn is_negligible(&self, log: T) -> bool {
+        self.weight > T::ZERO && log < self.log - T::of(NEGLIGIBLE)
     }
 
     fn add(&mut self, log: T, mean: &[T; NINE], variance: &[T; NINE]) {
@@ -117,7 +136,7 @@ impl<T: Real> Mixed<T> {
         self.weight += weight;
         for k in 0..NINE {
             self.mean[k] += weight * mean[k];
-            for l in 0..NINE {
+            for l in 0..=k {
                 self.square[k][l] += weight * mean[k] * mean[l];
             }
             self.square[k][k] += weight * variance[k];

@@ -1,6 +1,6 @@
 //! The inverse of the root of the globals' information: its columns give any element of their covariance.
 
-use crate::estimator::{columns::GLOBALS, gaussian::element, globals::WIDE, real::Real};
+use crate::estimator::{columns::GLOBALS, gaussian::triangle, globals::WIDE, real::Real};
 
 /// The inverse of a triangular root, column by column: packed, element (row i, column c) at (c, i) of a lower triangle.
 pub(super) fn invert<T: Real>(root: &[[T; WIDE]; GLOBALS], inverse: &mut [T]) {
@@ -20,17 +20,14 @@ pub(super) fn invert<T: Real>(root: &[[T; WIDE]; GLOBALS], inverse: &mut [T]) {
     }
 }
 
-/// Covariance of the globals `a` and `b`.
-pub(super) fn covariance<T: Real>(inverse: &[T], a: usize, b: usize) -> T {
-    // Column c of the inverse reaches down to row c.
-    let from = if a > b { a } else { b };
-    (from..GLOBALS).fold(T::ZERO, |sum, c| sum + element(inverse, c, a) * element(inverse, c, b))
+/// A column of it, down to its diagonal. The covariance is the sum of the columns' outer products.
+pub(super) fn column<T>(inverse: &[T], c: usize) -> &[T] {
+    inverse.get(triangle(c)..triangle(c + 1)).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::gaussian::triangle;
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -48,9 +45,13 @@ mod tests {
             |a: usize, b: usize| root.iter().map(|row| row.get(a).unwrap() * row.get(b).unwrap()).sum::<f64>();
         let mut inverse = [0.0; triangle(GLOBALS)];
         invert(&root, &mut inverse);
+        let covariance = |a: usize, b: usize| -> f64 {
+            let of = |c: usize, row: usize| column(&inverse, c).get(row).copied().unwrap_or(0.0);
+            (0..GLOBALS).map(|c| of(c, a) * of(c, b)).sum()
+        };
         for a in 0..GLOBALS {
             for b in 0..GLOBALS {
-                let product: f64 = (0..GLOBALS).map(|c| covariance(&inverse, a, c) * information(c, b)).sum();
+                let product: f64 = (0..GLOBALS).map(|c| covariance(a, c) * information(c, b)).sum();
                 assert!((product - f64::from(u8::from(a == b))).abs() < 1e-9);
             }
         }

@@ -9,7 +9,7 @@ use crate::estimator::{
 pub(super) struct Levels<'a, T> {
     /// All variables at the widths that the filter runs with.
     pub base: Slices<'a, T>,
-    /// What is left when each group is taken out at its present width: the next group's widths start from it.
+    /// Gaussian after each group is taken out at its present width: the next group's widths start from it.
     pub after: [Slices<'a, T>; GROUPS],
     /// Room to take variables out in.
     pub work: Slices<'a, T>,

@@ -4,7 +4,7 @@
 
 use super::{
     Averaged, GYRO, Gaussian, NINE,
-    directions::{Directions, Mixed},
+    directions::{Directions, Mixed, NEGLIGIBLE},
 };
 use crate::estimator::{
     gaussian::{element, triangle},
@@ -21,7 +21,8 @@ pub(super) struct Sum<T> {
     /// Logarithm of the unit of the weights.
     log: T,
     weight: T,
-    /// Largest log weight so far, and at the widths it belongs to how many directions of P the data decide, and which of P and b they observe.
+    /// Largest log weight so far, and at the widths it belongs to how many directions of P the data decide, and which
+    /// of P and b they observe.
     best: T,
     decided: u8,
     observable: [bool; GYRO],
@@ -76,7 +77,10 @@ impl<T: Real> Sum<T> {
                 *observable = element(&of.covariance, i, i) < T::of(OBSERVED);
             }
         }
-        self.add_mixed(of, &directions, &mixed, widths);
+        let log = mixed.log + mixed.weight.logarithm();
+        if self.weight == T::ZERO || log >= self.log - T::of(NEGLIGIBLE) {
+            self.add_mixed(of, &directions, &mixed, (log, widths));
+        }
     }
 
     /// The average of all that was added.
@@ -96,9 +100,15 @@ impl<T: Real> Sum<T> {
     }
 
     /// Adds an average over inflations and scales, brought back from the directions to P and b.
-    fn add_mixed(&mut self, of: &Gaussian<T>, directions: &Directions<T>, mixed: &Mixed<T>, widths: [T; GROUPS]) {
+    fn add_mixed(
+        &mut self,
+        of: &Gaussian<T>,
+        directions: &Directions<T>,
+        mixed: &Mixed<T>,
+        (log, widths): (T, [T; GROUPS]),
+    ) {
         let Directions { vectors, values, at, .. } = directions;
-        // How P and the bias change along each direction: P's rows are the directions, the bias follows by regression.
+        // Change of P and the bias along each direction: P's rows are the directions, the bias follows by regression.
         let mut by = [[T::ZERO; NINE]; GYRO];
         by[..NINE].copy_from_slice(vectors);
         let mut own = [T::ZERO; triangle(3)];
@@ -127,11 +137,12 @@ impl<T: Real> Sum<T> {
         // Covariance of the directions about their mean.
         let mut spread = [[T::ZERO; NINE]; NINE];
         for k in 0..NINE {
-            for l in 0..NINE {
+            for l in 0..=k {
                 spread[k][l] = mixed.square[k][l] * share - mixed.mean[k] * mixed.mean[l] * share * share;
+                spread[l][k] = spread[k][l];
             }
         }
-        let weight = self.weight(mixed.log + mixed.weight.logarithm());
+        let weight = self.weight(log);
         self.weight += weight;
         for (sum, x) in self.mean.iter_mut().zip(&mean) {
             *sum += weight * *x;

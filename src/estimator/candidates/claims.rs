@@ -1,5 +1,5 @@
-//! What competes for the evidence, and what comes of it: effects of the library, steps of the bias one by one, and errors of the vector sensors for which
-//! there is no name.
+//! Claims, the competitors for the evidence: effects of the library, steps of the bias one by one, and errors of the
+//! vector sensors for which there is no name. `evidence.rs` chooses among them.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -28,7 +28,7 @@ const SETTLED_US: u64 = 120_000_000;
 pub struct Claim {
     /// Its place in the library.
     pub effect: u8,
-    /// Of a step of the bias, its place, and when it was; else 0.
+    /// Place of a step of the bias among the steps; 0 for other effects.
     pub step: u8,
     /// Microseconds.
     pub step_us: u64,
@@ -44,15 +44,15 @@ pub struct Claim {
     pub size_sigma: f32,
     /// Effects of the library that are as likely, one bit each.
     pub rivals: u32,
-    /// Whether it is taken out: it is no larger than it can be.
+    /// True if it is taken out: it is no larger than such an effect can be.
     pub is_taken_out: bool,
 }
 
-/// What turns the columns' units into physical ones.
+/// Units of the columns, as physical ones.
 pub(in crate::estimator) struct Units<'a, T> {
     /// Widths of the globals.
     pub sigma: &'a [T; GLOBALS],
-    /// Of the field, microtesla.
+    /// Unit of the field, microtesla.
     pub field_ut: T,
 }
 
@@ -70,17 +70,17 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         if all > NAMELESS.len() { all - NAMELESS.len() } else { 0 }
     }
 
-    /// Whether a claim is an error of a vector sensor that the library does not have.
+    /// Returns true if a claim is an error of a vector sensor that the library does not have.
     pub(super) fn is_nameless(&self, claim: usize) -> bool {
         claim >= self.named_claims()
     }
 
-    /// Whether an effect was found in an earlier session.
+    /// Returns true if an effect was found in an earlier session.
     pub(super) fn is_restored(&self, claim: usize) -> bool {
         self.restored >> self.effect_of(claim).0 & 1 == 1 && !self.is_nameless(claim)
     }
 
-    /// Whether an effect is taken out now.
+    /// Returns true if an effect is taken out now.
     pub(super) fn is_taken_out(&self, claim: usize) -> bool {
         let columns = self.columns_of(claim);
         columns.start >= NUISANCES && columns.into_iter().any(|c| at(&self.x, c - NUISANCES) != T::ZERO)
@@ -125,7 +125,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         if is_chance { libm::logf(self.shocks.seen as f32) } else { 0.0 }
     }
 
-    /// Whether a claim is a step of the bias.
+    /// Returns true if a claim is a step of the bias.
     pub(super) fn is_step_of(&self, claim: usize) -> bool {
         let effect = self.library().get(self.effect_of(claim).0).filter(|_| !self.is_nameless(claim));
         effect.is_some_and(|effect| effect.is_bias_step())
@@ -162,7 +162,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         (!parameter.signed).then_some(T::ONE)
     }
 
-    /// Whether all parameters of a claim are such as the effect can have.
+    /// Returns true if the effect can have all of the claim's parameters.
     pub fn is_believed(&self, claim: &Claim) -> bool {
         let Some(effect) = self.library().get(usize::from(claim.effect)) else { return false };
         effect.parameters().iter().zip(&claim.parameters).all(|(parameter, x)| parameter.believes(*x))
@@ -246,7 +246,8 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         sum
     }
 
-    /// What the uncertainty of the effects that are taken out adds to that of the globals: a vector for each of them, whose outer products add up.
+    /// Covariance that the uncertainty of the effects that are taken out adds to the globals': a vector for each
+    /// effect, whose outer products add up.
     // Its factor would stand in the frame of all other work.
     #[inline(never)]
     pub fn spread(&self, of: usize, (taken, covariance): (&[u8], &[T]), globals: &Globals<T>) -> [T; GLOBALS] {

@@ -25,7 +25,7 @@ impl Entered {
         self.columns.clear();
     }
 
-    /// How many.
+    /// Returns the number of columns.
     pub fn count(&self) -> usize {
         self.columns.len()
     }
@@ -42,7 +42,7 @@ impl Entered {
     /// Eliminates a column, unless it has been.
     pub fn enter<T: Real>(&mut self, matrix: &mut Matrix<T>, column: usize) {
         if !self.has(column) {
-            matrix.eliminate(column, self.columns.len());
+            matrix.eliminate(column, self.columns.len(), |column| self.has(column));
             // One place for each column.
             let _ = self.columns.push(column as u8);
         }

@@ -1,9 +1,9 @@
 //! Which effects the data want: each claim is a Bayes factor from the root, no pass over any data.
 //!
-//! The root is brought into the order (gyro, nuisances, effects), and the gyro's rows are left out: what stays says what all data say of nuisances and
-//! effects whatever the gyro's parameters are, with their priors. An effect that enters has its columns eliminated from the rows that are
-//! left; one that does not is zero, and its columns say what it would be worth: with L = C^T C and s = C^T z the log Bayes factor is
-//! (s^T L^-1 s - log det L) / 2.
+//! The root is brought into the order (gyro, nuisances, effects), and the gyro's rows are left out: what stays says
+//! what all data say of nuisances and effects whatever the gyro's parameters are, with their priors. An effect that
+//! enters has its columns eliminated from the rows that are left; one that does not is zero, and its columns say what
+//! it would be worth: with L = C^T C and s = C^T z the log Bayes factor is (s^T L^-1 s - log det L) / 2.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -24,14 +24,15 @@ use heapless::Vec;
 
 /// Two effects whose log Bayes factors differ by less cannot be told apart: one is 150 times likelier.
 const RIVALS: f32 = 5.0;
-/// An effect that is taken out stays so until its evidence is by this much less than what it takes to be found: no to and fro.
+/// An effect that is taken out stays so until its evidence is by this much less than what it takes to be found: no to
+/// and fro.
 const STAYS: f32 = 3.0;
-/// Beside something that has no name a constant error of a vector sensor needs so many times more: what there is may resemble it in part, and the attitude
-/// would follow. Of such names under a bias of the gyro that comes and goes, which the library lacks, the largest log Bayes factor was 17 (40
-/// simulated runs).
+/// Beside something that has no name a constant error of a vector sensor needs so many times more: what there is may
+/// resemble it in part, and the attitude would follow. Of such names under a bias of the gyro that comes and goes,
+/// which the library lacks, the largest log Bayes factor was 17 (40 simulated runs).
 const AGAINST_UNNAMED: f32 = 3.0;
 /// Columns that are loaded, or eliminated, in one piece of work.
-const LOADED: usize = 6;
+const LOADED: usize = 24;
 const ELIMINATED: usize = 3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,9 +42,9 @@ enum Stage {
     Choosing,
     /// The first of these columns that is not in yet.
     Entering(usize),
-    /// What the chosen effects come to, one after the other.
+    /// Reports the chosen effects, one after the other.
     Telling(usize),
-    /// How steady the estimates are, claim by claim.
+    /// Scores the steadiness of the estimates, claim by claim.
     Watching(usize),
     /// Covariance of what is taken out, row by row.
     Joining(usize),
@@ -64,9 +65,9 @@ pub(in crate::estimator) struct Evidence<T> {
     rules: Rules,
     steadiness: Steadiness,
     dispersion: f32,
-    /// What a new claim about a vector sensor needs beyond the least.
+    /// Evidence that a new claim about a vector sensor needs beyond the least.
     against_unnamed: f32,
-    /// Whether an error of a vector sensor shows for which the library has no name.
+    /// True if an error of a vector sensor shows for which the library has no name.
     pub is_unnamed: bool,
     entered: Entered,
     /// Columns that are to be.
@@ -125,8 +126,8 @@ impl<T: Real> Evidence<T> {
         self.taken.clear();
     }
 
-    /// Begins. `dispersion`: variance of the latest innovations over the one that they should have. `is_unexplained`: whether something else is
-    /// left than what is claimed and noise.
+    /// Begins. `dispersion`: variance of the latest innovations over the one that they should have. `is_unexplained`:
+    /// whether something else is left than what is claimed and noise.
     pub fn start(&mut self, rules: &Rules, dispersion: f32, is_unexplained: bool) {
         self.stage = Stage::Loading(0);
         self.rules = *rules;
@@ -183,7 +184,7 @@ impl<T: Real> Evidence<T> {
 
     #[inline(never)]
     fn choose<const E: usize>(&mut self, matrix: &Matrix<T>, candidates: &Candidates<T, E>) {
-        // What the library has no name for is always in.
+        // Errors without a name in the library are always in.
         for claim in candidates.named_claims()..candidates.claims() {
             let columns = candidates.columns_of(claim);
             let fresh = self.entered.others(columns.clone());
@@ -225,7 +226,7 @@ impl<T: Real> Evidence<T> {
                 best = Some((claim, factor));
             }
         }
-        // What was as likely as the one that was chosen before, and says nothing more beside it, is its alias.
+        // A claim that was as likely as the one chosen before, and says nothing more beside it, is its alias.
         if let Some(last) = self.chosen.last_mut() {
             for claim in 0..candidates.named_claims() {
                 if self.tried.get(claim).is_some_and(|tried| *tried >= self.rules.least) {
@@ -242,7 +243,7 @@ impl<T: Real> Evidence<T> {
                     }
                 }
                 let columns = candidates.columns_of(claim);
-                // What is a part of it is no claim of its own any more.
+                // A part of it is no claim of its own any more.
                 let is_part = |other: &Chosen| {
                     let of = candidates.columns_of(usize::from(other.claim));
                     columns.start <= of.start && of.end <= columns.end
@@ -265,8 +266,9 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// Variance that the data have over the one that they are said to have, as far as they speak for a claim: its evidence is divided by it. All that
-    /// speaks for a step of the bias counts: the step itself has made the innovations large, and until it shows its estimate follows them.
+    /// Variance that the data have over the one that they are said to have, as far as they speak for a claim: its
+    /// evidence is divided by it. All that speaks for a step of the bias counts: the step itself has made the
+    /// innovations large, and until it shows its estimate follows them.
     fn dispersion_of<const E: usize>(&self, claim: usize, candidates: &Candidates<T, E>) -> f32 {
         if candidates.is_step_of(claim) {
             return 1.0;
@@ -275,7 +277,7 @@ impl<T: Real> Evidence<T> {
         if self.dispersion > own { self.dispersion } else { own }
     }
 
-    /// What an effect is ahead that was found in an earlier session, or is taken out now.
+    /// Credit of an effect that was found in an earlier session, or is taken out now.
     fn credit<const E: usize>(&self, claim: usize, candidates: &Candidates<T, E>) -> f32 {
         if candidates.is_restored(claim) {
             self.rules.least
@@ -294,7 +296,7 @@ impl<T: Real> Evidence<T> {
         self.stage = Stage::Entering(self.entering.start);
     }
 
-    /// What one of the chosen effects comes to.
+    /// Reports one of the chosen effects.
     #[inline(never)]
     fn tell<const E: usize>(
         &mut self,
@@ -304,7 +306,7 @@ impl<T: Real> Evidence<T> {
         units: &Units<T>,
     ) {
         let Some(chosen) = self.chosen.get(index).copied() else {
-            // What the others explain as well was chosen too early: anew without it.
+            // An effect that the others explain as well was chosen too early: the choice begins anew without it.
             self.stage = match self.weakest {
                 Some((claim, least)) if least < self.rules.least => {
                     self.dropped |= 1 << claim;

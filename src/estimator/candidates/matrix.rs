@@ -1,4 +1,5 @@
-//! All that the data say of nuisances and effects whatever the gyro's parameters are: the root in another order, column by column.
+//! All that the data say of nuisances and effects whatever the gyro's parameters are: the root in another order,
+//! column by column.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -10,13 +11,15 @@ use crate::{
         columns::{BIAS, GLOBALS, NUISANCES},
         globals::Globals,
         real::Real,
+        square_root::Reflection,
+        unrolled::{add_times, dot},
     },
 };
 use core::ops::Range;
 
 /// Most rows of the matrix.
 pub(super) const MOST: usize = NUISANCES + EFFECTS;
-/// What a factor is where rounding leaves nothing.
+/// Value of a factor of which rounding leaves nothing.
 pub(super) const LEAST_FACTOR: f32 = 1e-10;
 /// P and b.
 const GYRO: usize = GLOBALS - NUISANCES;
@@ -51,36 +54,34 @@ impl<'a, T: Real> Matrix<'a, T> {
     }
 
     pub fn dot(&self, a: usize, b: usize, from: usize) -> T {
-        self.column(a).iter().zip(self.column(b)).skip(from).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
+        let of = |column: usize| self.column(column).get(from..).unwrap_or_default();
+        dot(of(a), of(b))
     }
 
-    /// Eliminates a column from the rows from `from` on.
-    pub fn eliminate(&mut self, column: usize, from: usize) {
+    /// Eliminates a column from the rows from `from` on. What has been eliminated before stays as it is.
+    pub fn eliminate(&mut self, column: usize, from: usize, is_done: impl Fn(usize) -> bool) {
         let mut v = [T::ZERO; MOST];
         for (v, x) in v.iter_mut().zip(self.column(column)) {
             *v = *x;
         }
-        let square = v.iter().skip(from).fold(T::ZERO, |sum, x| sum + *x * *x);
-        let Some(x) = v.get_mut(from) else { return };
-        let norm = square.root();
-        if norm <= T::ZERO {
-            return;
-        }
+        // Rows below have nothing in this column: those of later effects.
+        let end = v.iter().rposition(|x| *x != T::ZERO).map_or(0, |last| last + 1);
+        let Some(v) = v.get_mut(from..end) else { return };
+        let norm = dot(v, v).root();
+        let Some(x) = v.first_mut().filter(|_| norm > T::ZERO) else { return };
         let alpha = if *x > T::ZERO { -norm } else { norm };
         *x -= alpha;
         let beta = T::ONE / (alpha * *x);
-        for c in 0..=self.rows {
-            let column = self.column_mut(c);
-            let dot = column.iter().zip(&v).skip(from).fold(T::ZERO, |sum, (a, v)| sum + *a * *v);
-            let factor = beta * dot;
-            for (a, v) in column.iter_mut().zip(&v).skip(from) {
-                *a += factor * *v;
-            }
+        for c in (0..=self.rows).filter(|c| !is_done(*c)) {
+            let column = self.column_mut(c).get_mut(from..end).unwrap_or_default();
+            let factor = beta * dot(column, v);
+            add_times(column, factor, v);
         }
     }
 }
 
-/// Density of a posterior at zero against that of its prior, N(0, 1) (Savage and Dickey): x^T C^-1 x / 2 + log det C / 2.
+/// Density of a posterior at zero against that of its prior, N(0, 1) (Savage and Dickey): x^T C^-1 x / 2 + log det C
+/// / 2.
 pub(super) fn savage_dickey<T: Real>(
     x: &[T; MAX_PARAMETERS],
     covariance: &[[T; MAX_PARAMETERS]; MAX_PARAMETERS],
@@ -117,7 +118,8 @@ pub(super) struct Beside<T> {
 }
 
 impl<T: Real> Beside<T> {
-    /// An effect of these columns, where `done` rows are of those that are in. `None` where the data say nothing of one of them.
+    /// An effect of these columns, where `done` rows are of those that are in. `None` where the data say nothing of
+    /// one of them.
     #[inline(never)]
     pub fn new(matrix: &Matrix<T>, columns: &[u8], done: usize) -> Option<Self> {
         let of = |i: usize| columns.get(i).map_or(0, |column| usize::from(*column));
@@ -133,7 +135,7 @@ impl<T: Real> Beside<T> {
 
     /// Log Bayes factor; `None` where its only parameter has not the sign that it must have.
     pub fn evidence(&self, sign: Option<T>) -> Option<f32> {
-        // Of one parameter the optimum is minus what was solved.
+        // The optimum of one parameter is minus its solved value.
         let is_possible = sign.is_none_or(|sign| -self.solved[0] * sign >= T::ZERO);
         let evidence = half_square(&self.solved, self.count) - self.factor.half_log_determinant();
         is_possible.then(|| evidence.narrow())
@@ -155,26 +157,17 @@ pub(super) fn load<T: Real, const E: usize>(
     globals: &Globals<T>,
     candidates: &Candidates<T, E>,
 ) {
-    // Reflections that eliminate the gyro's columns.
-    let mut reflections = [[T::ZERO; GLOBALS]; GYRO];
-    let mut betas = [T::ZERO; GYRO];
-    let apply = |reflections: &[[T; GLOBALS]; GYRO], betas: &[T; GYRO], count: usize, column: &mut [T; GLOBALS]| {
-        for (v, beta) in reflections.iter().zip(betas).take(count) {
-            let dot = v.iter().zip(column.iter()).fold(T::ZERO, |sum, (v, x)| sum + *v * *x);
-            for (x, v) in column.iter_mut().zip(v) {
-                *x += *beta * dot * *v;
-            }
-        }
-    };
+    // Reflections that take the gyro's columns of the nuisances' rows into its own rows, which are triangular.
+    let mut reflections = [Reflection::<T, NUISANCES>::NOTHING; GYRO];
     for g in 0..GYRO {
-        let mut column: [T; GLOBALS] = core::array::from_fn(|i| globals.root[i][BIAS.from + g]);
-        apply(&reflections, &betas, g, &mut column);
-        column.iter_mut().take(g).for_each(|x| *x = T::ZERO);
-        let norm = column.iter().fold(T::ZERO, |sum, x| sum + *x * *x).root();
-        let alpha = if column[g] > T::ZERO { -norm } else { norm };
-        column[g] -= alpha;
-        betas[g] = T::ONE / (alpha * column[g]);
-        reflections[g] = column;
+        let mut column: [T; NUISANCES] = core::array::from_fn(|i| globals.root[i][BIAS.from + g]);
+        let (before, own) = reflections.split_at_mut(g);
+        for (reflection, row) in before.iter().zip(globals.root.iter().skip(NUISANCES)) {
+            let mut pivot = row[BIAS.from + g];
+            reflection.turn(&mut pivot, &mut column);
+        }
+        let mut pivot = globals.root[NUISANCES + g][BIAS.from + g];
+        own[0] = Reflection::new(&mut pivot, &column);
     }
     let count = candidates.used();
     for c in columns {
@@ -190,9 +183,13 @@ pub(super) fn load<T: Real, const E: usize>(
                 }
             };
         }
-        apply(&reflections, &betas, GYRO, &mut column);
+        let (column, of_gyro) = column.split_at_mut(NUISANCES);
+        let Some(column) = column.first_chunk_mut::<NUISANCES>() else { return };
+        for (reflection, pivot) in reflections.iter().zip(of_gyro) {
+            reflection.turn(pivot, column);
+        }
         let to = matrix.column_mut(c);
-        for (to, x) in to.iter_mut().zip(column.iter().skip(GYRO)) {
+        for (to, x) in to.iter_mut().zip(column) {
             *to = *x;
         }
         for (row, to) in to.iter_mut().skip(NUISANCES).enumerate().take(count) {

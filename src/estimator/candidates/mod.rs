@@ -1,5 +1,6 @@
-//! Physical effects that the model may lack, as further columns of the same root, behind all others: what stands before them is the filter as it
-//! flies, with every effect at the value that is taken out, and their own rows are what all data say of them.
+//! Physical effects that the model may lack, as further columns of the same root, behind all others: what stands
+//! before them is the filter as it flies, with every effect at the value that is taken out, and their own rows are
+//! what all data say of them.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -41,7 +42,7 @@ const PARAMETERS: usize = 72;
 /// Steps of the gyro's bias that are told apart at a time.
 pub const STEPS: usize = 3;
 
-/// What a column is.
+/// Meaning of a column.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     /// The effect, by its place in the library.
@@ -62,10 +63,10 @@ pub(super) struct Candidates<T, const EFFECTS: usize> {
     columns: usize,
     /// Effects that were found in an earlier session, one bit each.
     restored: u32,
-    /// What is taken out, in units of the usual sizes.
+    /// Sizes that are taken out, in units of the usual sizes.
     pub x: [T; EFFECTS],
     shocks: Shocks,
-    /// What one usual size adds to its sensor's reading, of the latest increment.
+    /// Addition of one usual size to its sensor's reading, in the latest increment.
     terms: [V3<T>; EFFECTS],
     /// Sums of the squares of what one unit of each of the library's parameters adds, and their number.
     squares: [T; PARAMETERS],
@@ -149,7 +150,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.start_node();
     }
 
-    /// Takes out what was found in an earlier session. It may have changed since: half of the usual size is added to its deviation.
+    /// Takes out what was found in an earlier session. It may have changed since: half of the usual size is added to
+    /// its deviation.
     pub fn restore(&mut self, effects: &ActiveEffects) {
         for found in effects.iter() {
             let index = usize::from(found.index);
@@ -185,13 +187,13 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.library.unwrap_or(&[])
     }
 
-    /// How many columns are in use.
+    /// Returns the number of columns in use.
     pub fn used(&self) -> usize {
         // A limit that the compiler knows: no index has to be checked.
         if self.columns < EFFECTS { self.columns } else { EFFECTS }
     }
 
-    /// What the columns in use are.
+    /// Returns the meaning of the columns in use.
     pub fn places(&self) -> &[Place] {
         self.places.get(..self.columns).unwrap_or_default()
     }

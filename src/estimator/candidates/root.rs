@@ -2,43 +2,71 @@
 
 use super::{Candidates, Claim};
 use crate::estimator::{
-    columns::{BIAS, FIELD, GLOBALS, NODE},
+    columns::{BIAS, FIELD, GLOBALS, NODE, NUISANCES},
     globals::Globals,
     node::Node,
     real::{Real, zero3},
     rows::{CONSTANT, GLOBAL, NEW, ROWS, WIDTH},
-    square_root::{Further, reflect_with},
+    square_root::{Pivot, reflect, reflect_two},
     update::SCRATCH,
 };
 
 impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
-    /// Eliminates a column of the node's states from the rows of an update.
+    /// Eliminates two columns of the node's states from the rows of an update.
     pub fn eliminate(&self, further: &mut [[T; EFFECTS]; SCRATCH], rows: &mut [[T; WIDTH]; SCRATCH], column: usize) {
-        let first = if column < NODE { column } else { NODE + column - NEW };
+        let used = self.used();
         // The states of the old node stand in their own rows; those of the new one are eliminated among the new rows.
-        let below = if column < NODE { NODE } else { first + 1 };
-        let (above, rest) = rows.split_at_mut(below);
-        let (above_own, rest_own) = further.split_at_mut(below);
-        if let Some((pivot, own)) = above.get_mut(first).zip(above_own.get_mut(first)) {
-            reflect_with(pivot, rest, column, 0, Further { pivot: own, rows: rest_own, columns: self.used() });
+        let (pivots, skipped) = if column < NODE { (column, NODE) } else { (NODE + column - NEW, 0) };
+        let (_, rows) = rows.split_at_mut(pivots);
+        let (_, further) = further.split_at_mut(pivots);
+        let ([first, second, rest @ ..], [of_first, of_second, beside @ ..]) = (rows, further) else { return };
+        let first = first.get_mut(column..).unwrap_or_default();
+        let of_first = of_first.get_mut(..used).unwrap_or_default();
+        let new = skipped.saturating_sub(pivots + 2);
+        let count = NODE + ROWS - pivots - 2;
+        let rest = rest.get_mut(new..count).unwrap_or_default();
+        let beside = beside.get_mut(new..count).unwrap_or_default();
+        if column >= NODE {
+            let pivot = Pivot { own: &mut *first, at: column, further: &mut *of_first, from: 0 };
+            reflect(pivot, core::array::from_mut(second), core::array::from_mut(of_second));
         }
+        let second = second.get_mut(column + 1..).unwrap_or_default();
+        let of_second = of_second.get_mut(..used).unwrap_or_default();
+        let pivots = [
+            Pivot { own: first, at: column, further: of_first, from: 0 },
+            Pivot { own: second, at: column + 1, further: of_second, from: 0 },
+        ];
+        reflect_two(pivots, rest, beside);
     }
 
-    /// Takes one column of the rows that a node left over into the globals.
+    /// Takes two columns of the rows that a node left over into the globals, or one where the next is the gyro's: the nuisances are done then.
+    /// Returns the next column.
     pub fn absorb(
         &mut self,
         further: &mut [[T; EFFECTS]; SCRATCH],
         globals: &mut Globals<T>,
         left: &mut [[T; WIDTH]],
         column: usize,
-    ) {
-        let own = further.get_mut(2 * NODE..NODE + ROWS).unwrap_or_default();
-        if let Some((pivot, further)) = globals.root.get_mut(column).zip(self.globals.get_mut(column)) {
-            reflect_with(pivot, left, column, GLOBAL, Further { pivot: further, rows: own, columns: self.columns });
+    ) -> usize {
+        let used = self.used();
+        let end = if column + 1 == NUISANCES { NUISANCES } else { column + 2 };
+        let beside = further.get_mut(2 * NODE..NODE + ROWS).unwrap_or_default();
+        let pivots = globals.root.iter_mut().zip(&mut self.globals).enumerate().take(end).skip(column);
+        let mut pivots = pivots.map(|(column, (own, further))| Pivot {
+            own: own.get_mut(column..).unwrap_or_default(),
+            at: GLOBAL + column,
+            further: further.get_mut(..used).unwrap_or_default(),
+            from: 0,
+        });
+        match (pivots.next(), pivots.next()) {
+            (Some(first), Some(second)) => reflect_two([first, second], left, beside),
+            (Some(last), None) => reflect(last, left, beside),
+            _ => {}
         }
+        end
     }
 
-    /// Takes one column of what is left after that into the effects' own rows; `false` when all are done.
+    /// Takes two columns of what is left after that into the effects' own rows; `false` when all are done.
     pub fn absorb_own(
         &mut self,
         further: &mut [[T; EFFECTS]; SCRATCH],
@@ -50,45 +78,17 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
             return false;
         }
         let own = further.get_mut(2 * NODE..NODE + ROWS).unwrap_or_default();
-        let (pivot, constant) = (&mut self.root[column], &mut self.constants[column]);
-        let below = own.iter().fold(T::ZERO, |sum, row| sum + row[column] * row[column]);
-        if below == T::ZERO {
-            return true;
-        }
-        let x = pivot[column];
-        let norm = (x * x + below).root();
-        let alpha = if x > T::ZERO { -norm } else { norm };
-        let v = x - alpha;
-        let beta = T::ONE / (alpha * v);
-        pivot[column] = alpha;
-        let behind = column + 1..used;
-        let mut dots = [T::ZERO; EFFECTS];
-        let dots = dots.get_mut(behind.clone()).unwrap_or_default();
-        let pivot = pivot.get_mut(behind.clone()).unwrap_or_default();
-        let mut dot = v * *constant;
-        for (dot, x) in dots.iter_mut().zip(pivot.iter()) {
-            *dot = v * *x;
-        }
-        for (row, left) in own.iter().zip(left.iter()) {
-            let factor = row[column];
-            for (dot, x) in dots.iter_mut().zip(row.get(behind.clone()).unwrap_or_default()) {
-                *dot += factor * *x;
-            }
-            dot += factor * left[CONSTANT];
-        }
-        for (dot, x) in dots.iter_mut().zip(pivot.iter_mut()) {
-            *dot *= beta;
-            *x += v * *dot;
-        }
-        dot *= beta;
-        *constant += v * dot;
-        for (row, left) in own.iter_mut().zip(left.iter_mut()) {
-            let factor = row[column];
-            for (dot, x) in dots.iter().zip(row.get_mut(behind.clone()).unwrap_or_default()) {
-                *x += factor * *dot;
-            }
-            left[CONSTANT] += factor * dot;
-            row[column] = T::ZERO;
+        let pivots = self.root.iter_mut().zip(&mut self.constants).enumerate().take(used).skip(column);
+        let mut pivots = pivots.map(|(column, (own, constant))| Pivot {
+            own: own.get_mut(column..used).unwrap_or_default(),
+            at: column,
+            further: core::slice::from_mut(constant),
+            from: CONSTANT,
+        });
+        match (pivots.next(), pivots.next()) {
+            (Some(first), Some(second)) => reflect_two([first, second], own, left),
+            (Some(last), None) => reflect(last, own, left),
+            _ => {}
         }
         true
     }
@@ -128,10 +128,13 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
 
     /// Makes one column of the globals' root triangular again.
     pub fn triangular(&mut self, globals: &mut Globals<T>, column: usize) {
+        let used = self.used();
         let split = globals.root.split_at_mut_checked(column + 1);
         let own = self.globals.split_at_mut_checked(column + 1);
         if let (Some(([.., pivot], below)), Some(([.., further], rows))) = (split, own) {
-            reflect_with(pivot, below, column, 0, Further { pivot: further, rows, columns: self.columns });
+            let own = pivot.get_mut(column..).unwrap_or_default();
+            let further = further.get_mut(..used).unwrap_or_default();
+            reflect(Pivot { own, at: column, further, from: 0 }, below, rows);
         }
     }
 
@@ -155,8 +158,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         node.shift(&change, &core::array::from_fn(|i| self.node.get(i).map_or(T::ZERO, &dot)));
     }
 
-    /// A step of the bias is believed for good: its place is free for another, and what is not known of it is not known of the bias. The bias
-    /// itself is to be moved by the step.
+    /// A step of the bias is believed for good: its place is free for another, and what is not known of it is not
+    /// known of the bias. The bias itself is to be moved by the step.
     pub fn settle(&mut self, claim: &Claim, globals: &mut Globals<T>, sigma: &[T; GLOBALS]) {
         for (column, deviation) in BIAS.columns().zip(claim.sigma) {
             let Some(sigma) = sigma.get(column).filter(|sigma| **sigma > T::ZERO) else { continue };
@@ -167,7 +170,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.drop_step(claim.step);
     }
 
-    /// A shock: a step of the bias is looked for from there on, see [`Shocks::begin_step`](super::shocks::Shocks::begin_step).
+    /// A shock: a step of the bias is looked for from there on, see
+    /// [`Shocks::begin_step`](super::shocks::Shocks::begin_step).
     pub fn begin_step(&mut self, at_us: u64, hard_m_s2: f32) {
         if let Some(step) = self.shocks.begin_step(at_us, hard_m_s2) {
             self.empty_step(step);

@@ -11,7 +11,8 @@ use crate::estimator::{
 };
 
 impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
-    /// Fills in the columns of rows that have been written, whose weights stand in the rows themselves: a row without weight is none here either.
+    /// Fills in the columns of rows that have been written, whose weights stand in the rows themselves: a row without
+    /// weight is none here either.
     pub fn fill(
         &self,
         further: &mut [[T; EFFECTS]; SCRATCH],
@@ -28,8 +29,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         let (_, own) = further.split_at_mut(NODE);
         let (blocks, _) = new.as_chunks::<3>();
         let (own, _) = own.as_chunks_mut::<3>();
-        let [rotated, seen, _, velocity, position, ..] = blocks else { return };
-        let [of_rotation, of_field, _, of_velocity, of_position, _, _, of_rest, ..] = own else { return };
+        let [rotated, seen, velocity, position, ..] = blocks else { return };
+        let [of_rotation, of_field, of_velocity, of_position, _, _, _, of_rest, ..] = own else { return };
         let share = if pre.fields > 0 { T::ONE / T::of(f32::from(pre.fields)) } else { T::ZERO };
         let per_second = if pre.seconds > T::ZERO { T::ONE / pre.seconds } else { T::ZERO };
         let at = |block: &[[T; WIDTH]; 3], from: usize| -> [T; 3] {

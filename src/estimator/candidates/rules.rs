@@ -1,6 +1,6 @@
-//! When an effect is claimed.
+//! Rules of the evidence: thresholds from which an effect is claimed. `evidence.rs` applies them.
 
-/// What the data are weighed with.
+/// Rules by the kind of motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
     /// Log Bayes factor from which on an effect is claimed.

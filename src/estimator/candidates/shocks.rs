@@ -9,16 +9,17 @@ const KNOWN: usize = 64;
 const FEWEST: usize = 16;
 /// Length of what the hardest shaking is looked for in, microseconds.
 const PIECE_US: u64 = 500_000;
-/// By how many of their quartiles' distances the largest specific force of a half second has to be over their median. Largest values of
-/// vibration are Gumbel-distributed, with quartiles at 0.327, -0.367 and -1.246 scales from its mode: one in 1,000 is so large, one in eight
-/// minutes. A short shock is diluted by the sample period.
+/// By how many of their quartiles' distances the largest specific force of a half second has to be over their median.
+/// Largest values of vibration are Gumbel-distributed, with quartiles at 0.327, -0.367 and -1.246 scales from its
+/// mode: one in 1,000 is so large, one in eight minutes. A short shock is diluted by the sample period.
 const SHOCK: f32 = (6.907 - 0.367) / (1.246 + 0.327);
 /// And by how much at least, m/s^2: half of gravity.
 const LEAST: f32 = 4.9;
 /// A shock and its ringing are one, microseconds.
 const APART_US: u64 = 500_000;
 
-/// A step of 0.1 deg/s has begun to show after so long, microseconds; one that shows so clearly gives its place to no other.
+/// A step of 0.1 deg/s has begun to show after so long, microseconds; one that shows so clearly gives its place to no
+/// other.
 const SHOWN_US: u64 = 5_000_000;
 const KEPT: f32 = 2.0;
 
@@ -34,7 +35,7 @@ pub(super) struct Shocks {
     latest_us: u64,
     /// When each step was, microseconds; 0: it is none.
     at_us: [u64; STEPS],
-    /// How hard its shock was, m/s^2, and how clearly it shows.
+    /// Strength of each step's shock, m/s^2, and the step's evidence.
     hard: [f32; STEPS],
     shown: [f32; STEPS],
     /// Shocks so far, and those that found no place.
@@ -92,8 +93,8 @@ impl Shocks {
         is_new
     }
 
-    /// The place for a step at a shock: one that is free, of the step that has shown least of those that have had the time to show, or of the
-    /// one with the softest shock of the others.
+    /// The place for a step at a shock: one that is free, of the step that has shown least of those that have had the
+    /// time to show, or of the one with the softest shock of the others.
     fn place(&self, now_us: u64, hard: f32) -> Option<u8> {
         let mut least: Option<(u8, [f32; 2])> = None;
         for (((step, us), shown), shock) in (0..).zip(&self.at_us).zip(&self.shown).zip(&self.hard) {
@@ -124,7 +125,7 @@ impl Shocks {
         place
     }
 
-    /// How clearly a step shows, as a log Bayes factor.
+    /// Notes the evidence of a step, a log Bayes factor.
     pub fn show(&mut self, step: u8, evidence: f32) {
         if let Some(shown) = self.shown.get_mut(usize::from(step)) {
             *shown = evidence;

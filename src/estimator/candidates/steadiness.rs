@@ -1,10 +1,11 @@
-//! Steadiness of the effects' estimates: data that did not teach an estimate score it. What a further block of data changes of an estimate that
-//! is right has the variance by which that of the estimate falls; an effect that merely resembles what there is changes by more.
+//! Steadiness of the effects' estimates: data that did not teach an estimate score it. What a further block of data
+//! changes of an estimate that is right has the variance by which that of the estimate falls; an effect that merely
+//! resembles what there is changes by more.
 
 use super::{MAX_CLAIMS, PARAMETERS};
 
-/// Share of its variance that an estimate has to lose for its change to count: 200 times what f32's rounding may leave of a
-/// difference of variances after as many operations as a column has.
+/// Share of its variance that an estimate has to lose for its change to count: 200 times what f32's rounding may
+/// leave of a difference of variances after as many operations as a column has.
 const LEAST_TAUGHT: f32 = 0.02;
 /// Changes that are remembered: those of 20 blocks of a vector. What was there before may be over.
 const REMEMBERED: f32 = 60.0;
@@ -21,7 +22,7 @@ pub(super) struct Steadiness {
     /// Claims beside which the estimates were made, one bit each.
     beside: u32,
     estimates: [Estimate; PARAMETERS],
-    /// Of each claim: sum of the squared changes over their variances, and their number.
+    /// For each claim: sum of the squared changes over their variances, and their number.
     changes: [[f32; 2]; MAX_CLAIMS],
 }
 
@@ -79,7 +80,8 @@ mod tests {
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
 
-    /// Estimates of a constant from readings of unit variance, noted every 20 of them; `extra` is added to each reading.
+    /// Estimates of a constant from readings of unit variance, noted every 20 of them; `extra` is added to each
+    /// reading.
     fn noted(seed: u64, extra: impl Fn(usize) -> f64) -> f32 {
         let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
         let mut uniform = || f64::from(generator.next_u32()) / f64::from(u32::MAX);
@@ -103,7 +105,7 @@ mod tests {
         // At least 1 of each: about 1.15 on the mean where chi-square of 19 over 19 has a deviation of a third.
         let honest = mean(|_| 0.0);
         assert!((1.0..1.3).contains(&honest), "{honest}");
-        // Of 30 and 50 readings' period.
+        // Waves with periods of 30 and 50 readings.
         let waves = [mean(|k| libm::sin(k as f64 * 0.2)), mean(|k| libm::sin(k as f64 * 0.125))];
         assert!(waves.iter().all(|wave| *wave > 2.5), "{waves:?}");
     }

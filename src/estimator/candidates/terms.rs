@@ -1,4 +1,5 @@
-//! What the effects add to the readings of an increment, and to rotation, field, velocity and position from node to node.
+//! Terms of the effects: their additions to the readings of an increment, and to rotation, field, velocity and
+//! position from node to node.
 
 use super::{Candidates, Place, STEPS};
 use crate::{
@@ -12,7 +13,8 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// What the effects that are taken out add to the readings of an increment: rate (rad/s), specific force (m/s^2), field.
+/// Additions of the effects that are taken out to the readings of an increment: rate (rad/s), specific force (m/s^2),
+/// field.
 #[derive(Clone, Copy)]
 pub struct TakenOut<T> {
     pub rate: V3<T>,
@@ -28,7 +30,8 @@ impl<T: Real> TakenOut<T> {
 }
 
 impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
-    /// Works out the terms of an increment. `rate_change`: derivative of its rate, rad/s^2; `field_ut`: the unit of its field.
+    /// Works out the terms of an increment. `rate_change`: derivative of its rate, rad/s^2; `field_ut`: the unit of
+    /// its field.
     pub fn look_at(
         &mut self,
         increment: &Increment<T>,
@@ -53,9 +56,9 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.increments = self.increments.saturating_add(1);
         let mut out = TakenOut::nothing();
         let mut before = 0;
+        let mut terms = [Vector3::zeros(); MAX_PARAMETERS];
         for (index, effect) in self.library().iter().enumerate() {
             let count = effect.parameters().len();
-            let mut terms = [Vector3::zeros(); MAX_PARAMETERS];
             let mut is_there = false;
             for (k, term) in terms.iter_mut().enumerate().take(count) {
                 *term = effect.term(k, &moment);
@@ -74,7 +77,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
                 continue;
             }
             let known = self.first_column(index, 0);
-            // What has never shown needs no columns.
+            // An effect that has never shown needs no columns.
             let Some(first) = known.or_else(|| if is_there { self.give_columns(index, *effect, 0) } else { None })
             else {
                 continue;
@@ -123,7 +126,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         let sums = self.rotation.iter_mut().zip(&mut self.field).zip(&mut self.velocity).zip(&mut self.position);
         let terms = self.terms.iter().zip(self.places.iter().take(self.columns));
         for ((((rotation, field_sum), velocity), position), (term, Place { sensor, .. })) in sums.zip(terms) {
-            // What is read more than there is has to go.
+            // The reading less its effect is the truth, so the term is subtracted.
             let term = -(middle * term);
             let at_middle = if *sensor == Sensor::Gyro { *rotation + term * half } else { *rotation };
             if let Some(field) = field {

@@ -1,3 +1,5 @@
+//! The candidates against dense matrices in double precision.
+
 extern crate std;
 
 mod evidence;
@@ -120,13 +122,13 @@ impl Row {
         }
     }
 
-    /// Of globals and effects, which stand behind them.
+    /// Returns the coefficient of a global, or of an effect, which stand behind the globals.
     fn coefficient(&self, column: usize) -> f64 {
         if column < GLOBALS { self.globals[column] } else { self.effects[column - GLOBALS] }
     }
 }
 
-/// What the filter knows of globals and effects.
+/// Filter's knowledge of globals and effects.
 struct Known {
     globals: Globals<f64>,
     candidates: Candidates<f64, E>,
@@ -153,12 +155,13 @@ impl Known {
     /// Takes what is left of the rows of a node into globals and effects.
     fn absorb(&mut self) -> f64 {
         let left = &mut self.rows[2 * NODE..NODE + ROWS];
-        for column in 0..GLOBALS {
-            self.candidates.absorb(&mut self.further, &mut self.globals, left, column);
+        let mut column = 0;
+        while column < GLOBALS {
+            column = self.candidates.absorb(&mut self.further, &mut self.globals, left, column);
         }
         let mut column = 0;
         while self.candidates.absorb_own(&mut self.further, left, column) {
-            column += 1;
+            column += 2;
         }
         left.iter().map(|row| row[CONSTANT] * row[CONSTANT]).sum()
     }

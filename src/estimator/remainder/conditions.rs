@@ -1,3 +1,5 @@
+//! Conditions of a node, with which its innovation may go.
+
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::correlation::REGRESSORS;
@@ -58,7 +60,7 @@ impl Conditions {
     /// The regressors of the node, which begins so many seconds after the first.
     pub fn of_node(&self, seconds: f32) -> [f32; REGRESSORS] {
         let mut regressors = [0.0; REGRESSORS];
-        // Of the order of 1, and about zero: so that it and its square are not much the same.
+        // Time is scaled to the order of 1 and about zero, so that it and its square differ.
         let time = seconds / HALF_S - 1.0;
         regressors[0] = time;
         regressors[1] = time * time;

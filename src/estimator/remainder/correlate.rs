@@ -1,4 +1,6 @@
-/// What the remainder of a residual can go with.
+//! Report of a remainder: quantities that it goes with, and its memory.
+
+/// Quantity that the remainder can go with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -64,33 +66,34 @@ pub struct GoesWith {
 pub struct Memory {
     /// The largest correlation of nodes with others, of either sign.
     pub correlation: f32,
-    /// How far they are apart, seconds.
+    /// Distance in time, seconds.
     pub apart_s: f32,
     /// Chance of so large a one, at any distance, in a remainder that is white.
     pub p_value: f32,
 }
 
-/// What can be said of a residual that no candidate explains. In a white one, one diagnosis in a hundred names anything.
+/// Report of a residual that no candidate explains. Of white ones one diagnosis in a hundred names anything.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RemainderReport {
-    /// What it goes with, the least likely to be chance first.
+    /// Quantities that it goes with, the least likely to be chance first.
     pub goes_with: [GoesWith; MOST_NAMED],
-    /// How many there are.
+    /// Number of quantities.
     pub count: u8,
-    /// Whether it is like itself some time later.
+    /// Likeness of the remainder to itself some time later.
     pub memory: Memory,
-    /// Whether that is beyond chance.
+    /// True if that is beyond chance.
     pub has_memory: bool,
 }
 
 impl RemainderReport {
-    /// What it goes with.
+    /// Returns the quantities that it goes with.
     pub fn named(&self) -> impl Iterator<Item = &GoesWith> {
         self.goes_with.iter().take(usize::from(self.count))
     }
 
-    /// Whether it cannot be told from white noise. If it is that, the noise was thought smaller than it is.
+    /// Returns true if the remainder cannot be told from white noise; larger than expected, it then means that the
+    /// noise was stated too small.
     #[must_use]
     pub const fn is_white(&self) -> bool {
         self.count == 0 && !self.has_memory

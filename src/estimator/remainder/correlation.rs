@@ -1,3 +1,6 @@
+//! Correlation of innovations with conditions, by regression (redundancy analysis with Box's degrees of freedom), in
+//! sums of fixed size.
+
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::correlate::{Correlate, GoesWith};
@@ -10,8 +13,8 @@ pub(super) const REGRESSORS: usize = 18;
 /// Widest group of regressors.
 const WIDEST: usize = 4;
 
-/// Groups of regressors that belong together, by their widths: time, temperature, rate and its square, specific force, its square,
-/// once and twice per revolution, angular acceleration.
+/// Groups of regressors that belong together, by their widths: time, temperature, rate and its square, specific
+/// force, its square, once and twice per revolution, angular acceleration.
 const GROUPS: [usize; 8] = [2, 1, 4, 3, 1, 2, 2, 3];
 
 /// Products within the groups.
@@ -27,7 +30,7 @@ enum View {
 }
 
 impl View {
-    /// Of a pair, what is of this view.
+    /// Picks this view of a pair.
     const fn of<T>(self, [body, earth]: &[T; 2]) -> &T {
         match self {
             Self::Body => body,
@@ -41,8 +44,8 @@ fn width_of(group: usize) -> usize {
     GROUPS.get(group).copied().unwrap_or(0)
 }
 
-/// The groups that are correlated with a view of the residual: what a gyro adds stays with the body; what is late turns a vector about the
-/// angular acceleration, whatever the body's attitude.
+/// The groups that are correlated with a view of the residual: what a gyro adds stays with the body; what is late
+/// turns a vector about the angular acceleration, whatever the body's attitude.
 static VIEWED: [(usize, View); 9] = [
     (0, View::Body),
     (0, View::Earth),
@@ -58,8 +61,9 @@ static VIEWED: [(usize, View); 9] = [
 /// Products of regressors and residuals: the widths of those groups together.
 const CROSS: usize = 20;
 
-/// The quantities, which of those groups they are in, and from which to which of its regressors; what comes before them is given. The
-/// model has P in it, which leaves nothing that goes with the rate: its square has to show beside it.
+/// The quantities, which of those groups they are in, and from which to which of its regressors; what comes before
+/// them is given. The model has P in it, which leaves nothing that goes with the rate: its square has to show beside
+/// it.
 static TESTS: [(Correlate, usize, core::ops::Range<usize>); COUNT] = [
     (Correlate::Time, 0, 0..2),
     (Correlate::Time, 1, 0..2),
@@ -73,7 +77,7 @@ static TESTS: [(Correlate, usize, core::ops::Range<usize>); COUNT] = [
     (Correlate::Lag, 8, 0..3),
 ];
 
-/// How many there are.
+/// Number of groups.
 pub(super) const COUNT: usize = 10;
 
 /// A regressor that varies by less than this share of its mean does not vary: rounding.
@@ -153,7 +157,8 @@ impl Moments {
         }
     }
 
-    /// Total variance of the residual in the body's frame, and how many components of equal variance would scatter as it does.
+    /// Total variance of the residual in the body's frame, and how many components of equal variance would scatter as
+    /// it does.
     pub fn scatter_in_body(&self) -> (f32, f32) {
         let (trace, components) = self.scatter_of(View::Body);
         (if self.count > 0.0 { trace / self.count } else { 0.0 }, components)
@@ -185,9 +190,9 @@ impl Moments {
         found
     }
 
-    /// Share of the total variance that some regressors take beside those before them (redundancy analysis), and its p-value by the ratio of
-    /// the variances, whose distribution is about that of F with its degrees of freedom times the number of components of equal
-    /// variance (Box, Annals of Mathematical Statistics 25 (1954) 290).
+    /// Share of the total variance that some regressors take beside those before them (redundancy analysis), and its
+    /// p-value by the ratio of the variances, whose distribution is about that of F with its degrees of freedom times
+    /// the number of components of equal variance (Box, Annals of Mathematical Statistics 25 (1954) 290).
     #[inline(never)]
     fn test(&self, viewed: usize, counted: core::ops::Range<usize>) -> Option<(f32, f32)> {
         let &(group, view) = VIEWED.get(viewed)?;
@@ -196,7 +201,7 @@ impl Moments {
         let mut products = self.squares.iter().skip(before.map(|width| width * (width + 1) / 2).sum());
         let cross = self.cross.iter().skip(VIEWED.iter().take(viewed).map(|(group, _)| width_of(*group)).sum());
         let (total, components) = self.scatter_of(view);
-        // What is explained, and by how many regressors: those that are given, and those that count.
+        // Explained variance, and the number of regressors: those that are given, and those that count.
         let mut explained = [0.0; 2];
         let mut ranks = [0.0; 2];
         let mut lower = [[0.0; WIDEST]; WIDEST];
@@ -235,8 +240,8 @@ impl Moments {
     }
 }
 
-/// Probability that F with these degrees of freedom is larger (Paulson, Annals of Mathematical Statistics 13 (1942) 233: within a few
-/// hundredths of itself from 3 degrees of freedom on).
+/// Probability that F with these degrees of freedom is larger (Paulson, Annals of Mathematical Statistics 13 (1942)
+/// 233: within a few hundredths of itself from 3 degrees of freedom on).
 #[inline(never)]
 fn chance_of_ratio(ratio: f32, freedom: f32, freedom_left: f32) -> f32 {
     let (a, b) = (2.0 / (9.0 * freedom), 2.0 / (9.0 * freedom_left));

@@ -1,3 +1,5 @@
+//! A remainder is named if it is there, and hardly ever if it is not.
+
 extern crate std;
 
 use super::*;
@@ -46,8 +48,8 @@ fn stirred(conditions: &Snapshot, generator: &mut Xoshiro128PlusPlus) -> Snapsho
     }
 }
 
-/// What each node reads: white noise of these deviations of the body's axes, of 1 in the earth's frame, and what `add` adds in each increment,
-/// of its moment, its rotation and the node's number.
+/// Innovations of a run: white noise of these deviations of the body's axes, of 1 in the earth's frame, and the
+/// addition of `add` in each increment, given its snapshot, its rotation and the node's number.
 fn told(
     seed: u64,
     deviations: [f32; 3],

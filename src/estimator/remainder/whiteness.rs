@@ -1,3 +1,5 @@
+//! Whiteness of the innovations: products of innovations some nodes apart, and their chance in white ones.
+
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::correlate::Memory;
@@ -32,7 +34,8 @@ impl Whiteness {
         self.latest[usize::from(number) % FARTHEST] = *innovation;
     }
 
-    /// The distance at which the remainder is most like itself, or its opposite; p-value shared out among the distances (Bonferroni).
+    /// The distance at which the remainder is most like itself, or its opposite; p-value shared out among the
+    /// distances (Bonferroni).
     #[inline(never)]
     pub fn memory(&self, mean: &Vector3<f32>, (variance, components): (f32, f32), node_s: f32) -> Memory {
         let mut most = (0.0, Memory { p_value: 1.0, ..Memory::default() });

@@ -1,3 +1,5 @@
+//! Rows of the field.
+
 use super::{Block, NEW, OLD, by_axis};
 use crate::estimator::{
     columns::{ATTITUDE, BIAS, FIELD, HARD_IRON, MAG_LAG, MAG_MATRIX},

@@ -1,4 +1,5 @@
-//! What a node's rows say, one kind a file. A row reads: coefficients times changes of the unknowns, plus a constant, is noise of variance 1.
+//! Rows of a node, one kind a file. A row reads: coefficients times changes of the unknowns, plus a constant, is
+//! noise of variance 1.
 
 mod bounds;
 mod field;
@@ -27,7 +28,7 @@ pub(super) const WIDTH: usize = CONSTANT + 1;
 /// Rows of a node: rotation, field, its walk, velocity, position, two bounds, rest; three each.
 pub(super) const ROWS: usize = 24;
 
-/// Of nine vectors what each axis has of them, made into columns.
+/// Makes columns of each axis' share of nine vectors.
 fn by_axis<T: Real, const K: usize>(vectors: &[V3<T>; 9], columns: impl Fn(&[T; 9]) -> [T; K]) -> [[T; K]; 3] {
     [vectors.map(|v| v.x), vectors.map(|v| v.y), vectors.map(|v| v.z)].map(|elements| columns(&elements))
 }

@@ -1,3 +1,5 @@
+//! Rows of the path: velocity and position.
+
 use super::{Block, NEW, OLD, WIDTH, by_axis};
 use crate::estimator::{
     columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, ATTITUDE, BIAS, GLOBALS, POSITION, VELOCITY},
@@ -6,7 +8,8 @@ use crate::estimator::{
     real::{M3, Real, cross_matrix},
 };
 
-/// Noise of a node's increments of velocity and position: the root of their information, [v 0; pv p] for (velocity, position).
+/// Noise of a node's increments of velocity and position: the root of their information, [v 0; pv p] for (velocity,
+/// position).
 pub(in crate::estimator) struct PathNoise<T> {
     pub velocity: T,
     pub position_by_velocity: T,

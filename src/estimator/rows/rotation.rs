@@ -1,3 +1,5 @@
+//! Rows of the rotation.
+
 use super::{Block, NEW, OLD};
 use crate::estimator::{
     columns::{ATTITUDE, BIAS},
@@ -5,7 +7,8 @@ use crate::estimator::{
     real::{M3, Real},
 };
 
-/// Attitude goes on by what the gyro turned: new error = old error + what errors of bias and P turned, in the earth frame.
+/// Attitude goes on by what the gyro turned: new error = old error + what errors of bias and P turned, in the earth
+/// frame.
 pub(in crate::estimator) fn rotation<T: Real>(mut block: Block<T>, attitude: &M3<T>, by_gyro: &ByGyro<T>) {
     block.unit(OLD + ATTITUDE, -T::ONE);
     block.unit(NEW + ATTITUDE, T::ONE);

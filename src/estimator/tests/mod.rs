@@ -28,7 +28,7 @@ fn estimator<T: Real>() -> Box<Estimator<T>> {
     estimator
 }
 
-/// What an estimator says after a run of samples, its work done in pieces of `budget` units after each.
+/// Posterior after a run of samples, the work done in pieces of `budget` units after each.
 fn posterior<T: Real>(samples: &[(u64, [Reading; 3])], budget: u32) -> Posterior {
     let mut estimator = estimator::<T>();
     let done = |estimator: &mut Estimator<T>, budget: u32| {

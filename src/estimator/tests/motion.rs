@@ -21,7 +21,7 @@ impl Random {
         f64::from(self.0.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
     }
 
-    /// Of unit variance, near enough to normal.
+    /// Deviate of unit variance, near enough to normal.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() * 0.5
     }

@@ -1,18 +1,21 @@
+//! Results take effect at their instants, however the work is sliced, across gaps and at a freeze.
+
 use super::*;
 
 const PERIOD_US: u64 = 10_000;
 
-/// What became of one update.
+/// Fate of one update.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Landed {
     asked_us: u64,
     effect_us: u64,
     is_window: bool,
-    /// What it was made of: the number of the sample that it was asked for with; `None`: an overrun.
+    /// Number of the sample that it was asked for with; `None` for an overrun.
     result: Option<u64>,
 }
 
-/// Samples every 10 ms, and beside them work of so many units an update, done in pieces of `slice` after every `every`th sample.
+/// Samples every 10 ms, and beside them so many units of work an update, done in pieces of `slice` after every
+/// `every`th sample.
 struct Run {
     config: Config,
     samples: u64,
@@ -88,7 +91,7 @@ fn work_that_is_not_done_in_time_is_an_overrun_and_the_next_update_stands_by_its
     assert!(schedule.push(4_999_999).is_none() && schedule.push(5_000_000).is_some());
     assert!(schedule.take_effect(5_999_999).is_none() && !schedule.is_idle());
     assert!(matches!(schedule.take_effect(6_000_000), Some((_, None))));
-    // What comes too late is dropped.
+    // A result that comes too late is dropped.
     schedule.conclude(1);
     assert!(schedule.is_idle() && schedule.take_effect(7_000_000).is_none());
     assert!(schedule.push(10_000_000).is_some());
@@ -105,7 +108,7 @@ fn nothing_takes_effect_after_a_freeze_and_the_last_window_lands_on_it() {
         assert_eq!(last.asked_us, (freeze_s - 1) * 1_000_000);
         assert!(others.iter().all(|found| found.effect_us <= last.asked_us), "{freeze_s}");
     }
-    // Too early for any.
+    // It is too early for any update.
     assert!(Run::new(Some(1)).landed().is_empty());
 }
 
@@ -115,11 +118,11 @@ fn a_gap_delays_a_result_by_its_length_and_no_window_ends_with_it() {
     let landed = Run { gap: 1_050..3_050, ..Run::new(None) }.landed();
     let at = |number: usize| landed.get(number).copied().unwrap();
     assert_eq!((at(1).asked_us, at(1).effect_us), (10_000_000, 31_010_000));
-    // What was due in the gap is asked for once what waited has landed, and then the old instants hold.
+    // An update that was due in the gap is asked for once the waiting result has landed; then the old instants hold.
     assert_eq!((at(2).asked_us, at(3).asked_us), (31_010_000, 35_000_000));
     let windows = landed.iter().filter(|found| found.is_window);
     assert!(windows.map(|found| found.asked_us).eq([50_000_000, 75_000_000, 100_000_000]));
-    // After a freeze only what was ready before it, and nothing that was due in the gap.
+    // After a freeze only a result that was ready before it lands, and nothing that was due in the gap.
     let frozen = Run { gap: 1_050..3_050, ..Run::new(Some(20)) }.landed();
     let last = Landed { asked_us: 10_000_000, effect_us: 30_500_000, is_window: false, result: Some(1_000) };
     assert_eq!(frozen.last(), Some(&last));

@@ -1,4 +1,4 @@
-//! The searches that IMOA is compared with.
+//! Searches that IMOA is compared with, behind the feature `baseline-searches`.
 
 use super::POPULATION;
 use crate::{
@@ -9,8 +9,8 @@ use crate::{
     },
 };
 
-/// Members of differential evolution: with 12 it stands still before it is there (11 of 20 seeds at 500 evaluations, 14 at 1,000, against
-/// 13 and 20). The published advice, 60 and more, is not for this memory.
+/// Members of differential evolution. With 12 it stands still too early (11 of 20 seeds reach the optimum in 500
+/// evaluations, 14 in 1,000, against 13 and 20 with 24). The published advice, 60 and more, does not fit this memory.
 const DE_POPULATION: usize = 24;
 
 #[expect(
@@ -26,7 +26,7 @@ pub enum Baseline {
 }
 
 impl Baseline {
-    /// `None`: another search is meant.
+    /// Returns `None` if another search is meant.
     pub fn new(kind: OptimizerKind, most: u32, seed: u64) -> Option<Self> {
         let space = &SearchSpace::UNIT;
         let made = match kind {

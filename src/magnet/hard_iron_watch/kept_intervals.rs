@@ -1,3 +1,5 @@
+//! Intervals kept for the report.
+
 use super::super::hard_iron_interval::{HardIronCounts, HardIronInterval};
 
 /// Number of intervals kept for the report.

@@ -1,3 +1,6 @@
+//! Suspicion: two filters race, one with a jump of the offset in the body, one with a jump of the earth's field
+//! (Wald's sequential test).
+
 use super::{
     super::{field_node::FieldNode, field_noise::at_most, hypothesis::Outcome},
     STEADY_NODES,

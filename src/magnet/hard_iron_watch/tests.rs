@@ -1,3 +1,5 @@
+//! The watch finds a magnet, and nothing where there is none.
+
 use super::*;
 use nalgebra::{UnitQuaternion, Vector3};
 extern crate std;

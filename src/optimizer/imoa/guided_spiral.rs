@@ -1,3 +1,5 @@
+//! Guided spiral, the global phase (paper, eq 19).
+
 use crate::optimizer::{
     population::Population,
     random::{cosine_of_turn, uniform},

@@ -1,3 +1,5 @@
+//! Migration, the local phase (paper, eq 24 and 25).
+
 use super::step_length::relative_distance;
 use crate::optimizer::{
     SearchSpace,

@@ -1,3 +1,5 @@
+//! Refraction of members through the start (paper, eq 26 to 29).
+
 use crate::optimizer::random::uniform;
 use rand_core::Rng;
 use rand_xoshiro::Xoshiro128PlusPlus;

@@ -1,3 +1,5 @@
+//! Reward: exchange of members variable by variable (paper, eq 20 to 23).
+
 use crate::optimizer::{SearchSpace, population::Population, random::uniform};
 use rand_xoshiro::Xoshiro128PlusPlus;
 

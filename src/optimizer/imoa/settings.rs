@@ -1,3 +1,5 @@
+//! Settings of IMOA.
+
 use crate::optimizer::OptimizerError;
 
 /// Exchange of members in each variable (eq 20 to 23).

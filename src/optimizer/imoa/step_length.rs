@@ -1,3 +1,5 @@
+//! Step length of the trials (paper, eq 16 to 18).
+
 use crate::optimizer::{SearchSpace, population::Population};
 
 /// Least and largest step, relative to the first population's deviation. Below, f32's rounding of a window's

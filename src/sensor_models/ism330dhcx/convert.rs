@@ -88,7 +88,8 @@ impl<const WORDS: usize> Ism330dhcx<WORDS> {
         }
     }
 
-    /// Batches a conversion into the FIFO if its turn has come: batch rates are the output rate or a power of two below it.
+    /// Batches a conversion into the FIFO if its turn has come: batch rates are the output rate or a power of two
+    /// below it.
     fn batch(&mut self, sensor: usize, tag: Tag, address: u8, output_code: u8, batch_code: u8) {
         let Some(converted) = self.converted.get_mut(sensor) else { return };
         *converted = converted.wrapping_add(1);
@@ -100,7 +101,8 @@ impl<const WORDS: usize> Ism330dhcx<WORDS> {
         self.push(tag, [byte(0), byte(1), byte(2), byte(3), byte(4), byte(5)]);
     }
 
-    /// A new instant in the FIFO; with its timestamp where that is batched with every instant (FIFO_CTRL4, DEC_TS_BATCH 1).
+    /// A new instant in the FIFO; with its timestamp where that is batched with every instant (FIFO_CTRL4,
+    /// DEC_TS_BATCH 1).
     pub(super) fn fifo_slot(&mut self, t_ns: u64) {
         self.fifo.next_slot();
         if self.register(FIFO_CTRL4) >> 6 == 1 && self.register(CTRL10_C) & TIMESTAMP_EN != 0 {
@@ -110,7 +112,8 @@ impl<const WORDS: usize> Ism330dhcx<WORDS> {
     }
 
     fn push(&mut self, tag: Tag, data: [u8; 6]) {
-        // FIFO_CTRL4, FIFO_MODE: FIFO mode stops when full; continuous, and continuous-to-FIFO before its interrupt, goes on.
+        // FIFO_CTRL4, FIFO_MODE: FIFO mode stops when full; continuous, and continuous-to-FIFO before its interrupt,
+        // goes on.
         let mode = self.register(FIFO_CTRL4) & 7;
         if !matches!(mode, 1 | 3 | 6) {
             return;

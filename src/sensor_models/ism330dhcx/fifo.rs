@@ -1,9 +1,10 @@
-//! The FIFO: words of a tag and six bytes (data sheet DS13012, chapter on the FIFO; application note AN5398, chapter "First-in first-out (FIFO) buffer").
+//! The FIFO: words of a tag and six bytes (data sheet DS13012, chapter on the FIFO; application note AN5398, chapter
+//! "First-in first-out (FIFO) buffer").
 
 /// Words of an ISM330DHCX: 3 Kbyte of six data bytes each (DS13012, chapter on the FIFO).
 pub const DEPTH: usize = 512;
 
-/// What a word holds (DS13012, FIFO_DATA_OUT_TAG, table of the tags).
+/// Content of a word (DS13012, FIFO_DATA_OUT_TAG, table of the tags).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tag {
     /// Angular rate.
@@ -84,7 +85,8 @@ impl<const WORDS: usize> Fifo<WORDS> {
         self.length -= count;
     }
 
-    /// The byte at one of the seven addresses of the output; an empty FIFO reads 0. With the last byte the word is gone.
+    /// The byte at one of the seven addresses of the output; an empty FIFO reads 0. With the last byte the word is
+    /// gone.
     pub(super) fn read(&mut self, byte: usize) -> u8 {
         if self.length == 0 {
             return 0;

@@ -1,5 +1,5 @@
-//! Register map of the ISM330DHCX: data sheet DS13012, chapters "Register mapping" and "Register description" (each register under its
-//! name, in order of address), and table "Mechanical characteristics".
+//! Register map of the ISM330DHCX: data sheet DS13012, chapters "Register mapping" and "Register description" (each
+//! register under its name, in order of address), and table "Mechanical characteristics".
 
 /// Number of 7-bit addresses.
 pub const COUNT: usize = 128;
@@ -29,7 +29,7 @@ pub const TIMESTAMP3: u8 = 0x43;
 pub const FIFO_DATA_OUT_TAG: u8 = 0x78;
 pub const FIFO_DATA_OUT_Z_H: u8 = 0x7E;
 
-/// What WHO_AM_I reads (WHO_AM_I).
+/// Value of WHO_AM_I.
 pub const IDENTIFICATION: u8 = 0x6B;
 
 /// Bits of CTRL3_C.
@@ -56,7 +56,8 @@ pub const INT1_FIFO_TH: u8 = 1 << 3;
 pub const INT1_DRDY_G: u8 = 1 << 1;
 pub const INT1_DRDY_XL: u8 = 1;
 
-/// Value of a register after power-up or reset (table "Registers address map", column "default"). Addresses that are not listed read 0.
+/// Value of a register after power-up or reset (table "Registers address map", column "default"). Addresses that are
+/// not listed read 0.
 pub const fn default_of(address: u8) -> u8 {
     match address {
         0x02 => 0x3F,
@@ -67,13 +68,13 @@ pub const fn default_of(address: u8) -> u8 {
     }
 }
 
-/// Whether a write to it changes anything (the same table, column "type").
+/// Returns true if a write to the register changes anything (the same table, column "type").
 pub const fn is_writable(address: u8) -> bool {
     matches!(address, 0x01..=0x02 | 0x07..=0x0E | 0x10..=0x19 | 0x56..=0x5F | 0x6F..=0x75)
 }
 
-/// Period of an output data rate field, nanoseconds; `None` is power-down (CTRL1_XL and CTRL2_G, ODR_XL and ODR_G, high-performance mode;
-/// the codes of FIFO_CTRL3's batch rates up to 10 mean the same rates).
+/// Period of an output data rate field, nanoseconds; `None` is power-down (CTRL1_XL and CTRL2_G, ODR_XL and ODR_G,
+/// high-performance mode; the codes of FIFO_CTRL3's batch rates up to 10 mean the same rates).
 pub const fn period_ns(code: u8) -> Option<u64> {
     Some(match code {
         1 => 80_000_000,

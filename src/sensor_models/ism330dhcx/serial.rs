@@ -1,4 +1,4 @@
-//! What the part answers on its bus.
+//! Serial side of the part: its answers on the bus.
 
 use super::{Ism330dhcx, RESET_NS, Tick, registers::*};
 use crate::sensor_models::{

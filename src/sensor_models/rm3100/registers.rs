@@ -17,12 +17,12 @@ pub const MX2: u8 = 0x24;
 pub const MZ0: u8 = 0x2C;
 /// Data ready in bit 7 (section 5.4.1).
 pub const STATUS: u8 = 0x34;
-/// What clears data ready (section 5.6.2).
+/// Events that clear data ready (section 5.6.2).
 pub const HSHAKE: u8 = 0x35;
 /// Revision (section 5.6.3).
 pub const REVID: u8 = 0x36;
 
-/// What REVID reads.
+/// Value of REVID.
 pub const REVISION: u8 = 0x22;
 
 /// CMM: bits of the axes x, y, z (table of section 5.2).
@@ -49,13 +49,13 @@ pub const fn default_of(address: u8) -> u8 {
     }
 }
 
-/// Whether a write to it changes anything.
+/// Returns true if a write to the register changes anything.
 pub const fn is_writable(address: u8) -> bool {
     matches!(address, 0x00..=0x01 | 0x04..=0x20 | 0x33 | HSHAKE)
 }
 
-/// Time between readings, nanoseconds, of a TMRC value (table 5-4, update rates 600 Hz halved with every step). Other values than 0x92 to
-/// 0x9F are not defined: taken for the default.
+/// Time between readings, nanoseconds, of a TMRC value (table 5-4, update rates 600 Hz halved with every step). Other
+/// values than 0x92 to 0x9F are not defined: taken for the default.
 pub const fn period_ns(tmrc: u8) -> u64 {
     match tmrc {
         0x92 => 1_666_667,
@@ -75,13 +75,14 @@ pub const fn period_ns(tmrc: u8) -> u64 {
     }
 }
 
-/// Time of one axis, nanoseconds, of a cycle count: table 3-1 has 1,600, 850 and 440 Hz of a single axis at 50, 100 and 200 cycles, and a
-/// straight line through the first and last is within a part in a hundred of the one between.
+/// Time of one axis, nanoseconds, of a cycle count: table 3-1 has 1,600, 850 and 440 Hz of a single axis at 50, 100
+/// and 200 cycles, and a straight line through the first and last is within a part in a hundred of the one between.
 pub const fn axis_ns(cycles: u16) -> u64 {
     76_000 + 10_984 * cycles as u64
 }
 
-/// Gain, counts per microtesla, of a cycle count: table 3-1 has 20, 38 and 75 at 50, 100 and 200; elsewhere the manufacturer's line.
+/// Gain, counts per microtesla, of a cycle count: table 3-1 has 20, 38 and 75 at 50, 100 and 200; elsewhere the
+/// manufacturer's line.
 pub fn gain_per_ut(cycles: u16) -> f32 {
     match cycles {
         50 => 20.0,

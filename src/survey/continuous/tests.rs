@@ -1,3 +1,5 @@
+//! Continuous surveys have the filter's angles and deviations.
+
 use super::*;
 use crate::rotation::{exp_quaternion, matrix, rotate_back};
 use nalgebra::Matrix3;

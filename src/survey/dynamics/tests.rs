@@ -1,3 +1,5 @@
+//! Drilling dynamics of known motions.
+
 use super::*;
 use crate::attitude::AttitudeFlags;
 

@@ -1,3 +1,5 @@
+//! Rotating surveys of a tool with known errors.
+
 use super::*;
 use crate::survey::Grade;
 use crate::survey::Survey;

@@ -1,3 +1,6 @@
+//! Angles and their deviations from mean vectors, against the textbook, the ISCWSA weighting functions and finite
+//! differences.
+
 extern crate std;
 
 use super::*;

@@ -1,3 +1,5 @@
+//! Stationary surveys at stops and their interruptions.
+
 extern crate std;
 
 use super::*;

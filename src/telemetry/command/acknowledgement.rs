@@ -1,40 +1,43 @@
+//! Answer to a command: carried out, or refused with the reason. Every frame that is a command gets one, unless its
+//! sender asks too often (`Judgement::Ignore`).
+
 use crate::telemetry::{Kind, Payload};
 use serde::{Deserialize, Serialize};
 
-/// The answer to one command.
+/// Answer to one command.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct Acknowledgement {
     /// Sequence number of the command's frame.
     pub sequence: u16,
-    /// What became of it.
+    /// Outcome of the command.
     pub outcome: Outcome,
 }
 
-/// What became of a command.
+/// Outcome of a command.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Outcome {
-    /// It is carried out.
+    /// The command is carried out.
     Accepted,
-    /// Nothing was done.
+    /// The command is refused; nothing was done.
     Refused(CommandRefusal),
 }
 
 /// Name of a configuration's field, cut off where it is longer.
 pub type FieldName = heapless::String<48>;
 
-/// Why nothing was done.
+/// Reason for which nothing was done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CommandRefusal {
     /// The frame is no command of this version.
     Malformed,
-    /// A number in it is out of its bounds.
+    /// A number in the command is out of its bounds.
     OutOfBounds {
-        /// Which.
+        /// Name of the field.
         field: FieldName,
     },
     /// It needs the key and came without authentication.
@@ -45,25 +48,25 @@ pub enum CommandRefusal {
     Forged,
     /// The counter was used before.
     Replayed {
-        /// The latest that was.
+        /// Latest counter that was used.
         latest: u64,
     },
     /// The counter is too far ahead of the latest.
     CounterTooFar {
-        /// The latest that was used.
+        /// Latest counter that was used.
         latest: u64,
     },
     /// The counter could not be read or stored, and without it nothing is done.
     CounterNotStored,
     /// The tool is drilling.
     WhileDrilling,
-    /// The model or the window that is meant is not there (any more).
+    /// The model or the window that is meant is not there, or not any more.
     NothingThere,
-    /// What an earlier command started is not done, or, without the key, reports were asked for too often.
+    /// An earlier command is not finished, or, without the key, reports were asked for too often.
     Busy,
-    /// The memory refused.
+    /// The storage failed.
     StorageFailed,
-    /// This probe cannot.
+    /// This probe cannot do it.
     NotSupported,
     /// The model is beyond the limits that every model has to keep before it may fly.
     ModelImplausible,

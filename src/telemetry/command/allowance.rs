@@ -1,26 +1,30 @@
-/// How often something may be had.
+//! Allowance of answers and reports for hosts without the key, so that a flood of commands takes a bounded share of
+//! the line (docs/security.md). It is the generic cell rate algorithm (ATM Forum, Traffic Management 4.1, section
+//! 4.4.2).
+
+/// Rate of an allowance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rate {
-    /// One more with each of these, microseconds.
+    /// Time after which one more is allowed, microseconds.
     pub interval_us: u64,
-    /// So many at once.
+    /// Number that is allowed at once.
     pub at_once: u64,
 }
 
-/// What is left of a rate: the instant at which all will be there again, so that one that was never used is
-/// all zero (ATM Forum, Traffic Management 4.1, section 4.4.2: the generic cell rate algorithm).
+/// Remainder of an allowance: the instant at which it is whole again, so that an unused one is all zero (generic cell
+/// rate algorithm).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Allowance {
     whole_us: u64,
 }
 
 impl Allowance {
-    /// All is there.
+    /// The whole allowance.
     pub const fn new() -> Self {
         Self { whole_us: 0 }
     }
 
-    /// Takes one; `false`: there is none left.
+    /// Takes one; returns false if none is left.
     pub fn take(&mut self, rate: &Rate, now_us: u64) -> bool {
         let from_us = if self.whole_us > now_us { self.whole_us } else { now_us };
         let next_us = from_us.saturating_add(rate.interval_us);
@@ -43,7 +47,7 @@ mod tests {
         let mut allowance = Allowance::new();
         let had = |allowance: &mut Allowance, now_us| (0..10).filter(|_| allowance.take(&RATE, now_us)).count();
         assert_eq!([0, 0, 999, 1_000, 3_500, 9_000].map(|now_us| had(&mut allowance, now_us)), [3, 0, 0, 1, 2, 3]);
-        // Over a long time no more than the rate allows, however often it is asked.
+        // Over a long time the rate holds, however often it is asked.
         let mut allowance = Allowance::new();
         let all = (0..100_000).filter(|now_us| allowance.take(&RATE, *now_us)).count();
         assert_eq!(all, 3 + 99);

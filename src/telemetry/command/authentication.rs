@@ -1,3 +1,6 @@
+//! Authentication of commands: a keyed BLAKE2s code over the probe, the counter and the command. docs/security.md
+//! says who can do what with it.
+
 use super::Command;
 use crate::{
     storage::{KEY_BYTES, can_be_key},
@@ -13,8 +16,8 @@ const COUNTER: usize = 8;
 /// Length of an authentication code, bytes: one forgery in 2^128 tries.
 const TAG: usize = 16;
 
-/// What a probe and the hosts that may calibrate it share. One probe, one key is best; of two probes with the
-/// same key each takes only what names it.
+/// Key that a probe and the hosts that may calibrate it share. One key a probe is best; of two probes with the same
+/// key each takes only commands that name it.
 ///
 /// It is never printed.
 #[derive(Clone)]
@@ -24,15 +27,16 @@ pub struct Key {
 }
 
 impl Key {
-    /// The key of these bytes, to one probe. `None` where they were not drawn at random ([`can_be_key`]):
-    /// memory that nobody has provisioned, for one.
+    /// Makes a key for one probe. Returns `None` for bytes that were not drawn at random ([`can_be_key`]), such as
+    /// memory that nobody has provisioned.
     #[must_use]
     pub fn new(bytes: &[u8; KEY_BYTES], probe: ProbeId) -> Option<Self> {
         can_be_key(bytes).then_some(Self { bytes: *bytes, probe })
     }
 
-    /// BLAKE2s with a key (RFC 7693): 256-bit key and 128-bit code as HMAC-SHA-256 would have, a second hash and 6 KiB of flash less.
-    /// Of smaller ones, SipHash with 128 bits is experimental to its own authors, and Poly1305 takes a new key for each message.
+    /// BLAKE2s with a key (RFC 7693): 256-bit key and 128-bit code as HMAC-SHA-256 would have, without the second
+    /// hash and 6 KiB of flash. Of smaller codes, SipHash with 128 bits is experimental to its own authors, and
+    /// Poly1305 takes a new key for each message.
     fn code(&self, counter: [u8; COUNTER], command: &[u8]) -> Option<Blake2sMac<U16>> {
         let mut code = Blake2sMac::new_from_slice(&self.bytes).ok()?;
         code.update(PURPOSE);
@@ -43,7 +47,7 @@ impl Key {
     }
 }
 
-/// The key is for this and nothing else.
+/// Purpose, first in the code: the key serves nothing else.
 const PURPOSE: &[u8; 24] = b"meerkat-mwd command v002";
 
 impl core::fmt::Debug for Key {
@@ -52,11 +56,12 @@ impl core::fmt::Debug for Key {
     }
 }
 
-/// Writes the payload of a [`Kind::AuthenticatedCommand`](crate::telemetry::Kind) to the front of `buffer` and gives it: counter
-/// (8 bytes, little-endian), code (16), command. The code is over the probe, the counter and the command.
+/// Writes the payload of a [`Kind::AuthenticatedCommand`](crate::telemetry::Kind) to the front of `buffer` and
+/// returns it: counter (8 bytes, little-endian), code (16), command. The code is over the probe, the counter and the
+/// command.
 ///
 /// # Errors
-/// It does not fit.
+/// The payload does not fit.
 pub fn authenticate<'a>(
     key: &Key,
     counter: u64,
@@ -74,7 +79,7 @@ pub fn authenticate<'a>(
     buffer.get(..COUNTER + TAG + length).ok_or(too_short)
 }
 
-/// An authenticated command's parts, nothing of which is to be believed yet.
+/// Parts of an authenticated command, none of which is believed yet.
 pub(super) struct Authenticated<'a> {
     counter: [u8; COUNTER],
     tag: &'a [u8; TAG],
@@ -88,7 +93,7 @@ impl<'a> Authenticated<'a> {
         Some(Self { counter: *counter, tag, command })
     }
 
-    /// Counter and command where the code is right. The comparison takes the same time wherever they differ.
+    /// Returns counter and command if the code is right. The comparison takes the same time wherever they differ.
     pub fn verify(&self, key: &Key) -> Option<(u64, &'a [u8])> {
         key.code(self.counter, self.command)?.verify_slice(self.tag).ok()?;
         Some((u64::from_le_bytes(self.counter), self.command))

@@ -1,17 +1,20 @@
-/// Where the latest counter of an authenticated command survives a loss of power.
+//! Store of the command counter, which the gate needs to refuse replayed commands. `storage/single_values.rs`
+//! implements it in flash.
+
+/// Memory of the latest counter of an authenticated command, which survives a loss of power.
 pub trait CounterStore {
-    /// Why it could not be read or stored.
+    /// Reason for which the counter could not be read or stored.
     type Error;
 
-    /// The latest that was stored; 0 when none ever was.
+    /// Reads the latest counter that was stored; 0 when none ever was.
     ///
     /// # Errors
-    /// It cannot be known: no command is then accepted.
+    /// The counter cannot be known: no command is then accepted.
     fn read(&mut self) -> Result<u64, Self::Error>;
 
-    /// Stores it; when this returns, [`CounterStore::read`] gives it, even after a loss of power.
+    /// Stores the counter. When this returns, [`CounterStore::read`] gives it, even after a loss of power.
     ///
     /// # Errors
-    /// It is not certain that it was stored: the command is then not carried out.
+    /// The counter may not have been stored: the command is then not carried out.
     fn store(&mut self, counter: u64) -> Result<(), Self::Error>;
 }

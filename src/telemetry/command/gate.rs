@@ -1,3 +1,6 @@
+//! Gate for commands: decides which frames of a host are carried out. It checks authenticity, counter, bounds,
+//! drilling and the allowance of those without the key, in this order (docs/security.md).
+
 use super::{
     Acknowledgement, Command, CommandRefusal, CounterStore, FieldName, Key, Outcome,
     allowance::{Allowance, Rate},
@@ -8,28 +11,27 @@ use crate::{
     telemetry::{Frame, Kind},
 };
 
-/// The counter of a command may be this far ahead of the latest: a mistake cannot use them all up.
+/// Largest step of a command's counter over the latest: a mistake cannot use all counters up.
 pub const MAX_COUNTER_STEP: u64 = 1 << 32;
 
-/// Answers to those who did not show the key: eight at once, then four a second. The longest, with the name
-/// of a field, takes 72 bytes of the line, the usual one 13: at most 3 % of 10,368 bytes a second, and a
-/// tenth of that for most.
+/// Answers to hosts without the key: eight at once, then four a second. The longest, with the name of a field, takes
+/// 72 bytes of the line, the usual one 13: at most 3 % of 10,368 bytes a second, and a tenth of that for most.
 const ANSWERS: Rate = Rate { interval_us: 250_000, at_once: 8 };
 
-/// What they may ask for that takes more of the line than an answer, such as the boot before a recording (530
-/// bytes and more): four at once, then one in two seconds.
+/// Reports that hosts without the key may ask for, such as the boot before a recording (530 bytes and more): four at
+/// once, then one in two seconds.
 const REPORTS: Rate = Rate { interval_us: 2_000_000, at_once: 4 };
 
-/// What the gate has to know of the probe.
+/// Facts about the probe that the gate needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Situation {
-    /// The probe's time, microseconds.
+    /// Time of the probe, microseconds.
     pub now_us: u64,
-    /// Whether the tool is drilling, or moves at all where that cannot be told.
+    /// True if the tool is drilling, or moves at all where that cannot be told.
     pub drilling: bool,
 }
 
-/// What is to be done with a frame from the host.
+/// Judgement of a frame from the host.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[expect(clippy::large_enum_variant, reason = "nothing here can be boxed, and it lives only until it is looked at")]
@@ -40,25 +42,25 @@ pub enum Judgement {
         sequence: u16,
         /// The command.
         command: Command,
-        /// Whether it came from one who has the key.
+        /// True if the sender has the key.
         authentic: bool,
     },
-    /// Send this, and do nothing.
+    /// Send this answer, and do nothing.
     Refuse(Acknowledgement),
-    /// Send nothing: one who does not show the key asks too often.
+    /// Send nothing: a host without the key asks too often.
     Ignore,
 }
 
-/// How many commands came. Full counters stay.
+/// Counters of commands. Full counters stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct CommandCounters {
-    /// Let through.
+    /// Commands let through.
     pub accepted: u32,
-    /// Refused, with or without an answer.
+    /// Commands refused, with or without an answer.
     pub refused: u32,
 }
 
-/// Decides what of a host's frames is carried out. It does nothing itself but store the counter.
+/// Decides which frames of a host are carried out. It does nothing itself but store the counter.
 #[derive(Clone, Debug, Default)]
 pub struct CommandGate {
     key: Option<Key>,
@@ -67,14 +69,15 @@ pub struct CommandGate {
     reports: Allowance,
 }
 
-/// A command that passed.
+/// Command that passed.
 struct Passed {
     command: Command,
     authentic: bool,
 }
 
 impl CommandGate {
-    /// A gate with the probe's key; `None`: no key is provisioned, and nothing that changes calibration passes. There is no other key.
+    /// Makes a gate with the probe's key. With `None` no key is provisioned, and nothing that changes calibration
+    /// passes.
     #[must_use]
     pub const fn new(key: Option<Key>) -> Self {
         Self {
@@ -85,7 +88,7 @@ impl CommandGate {
         }
     }
 
-    /// How many commands came.
+    /// Returns the counters of commands.
     #[must_use]
     pub const fn counters(&self) -> CommandCounters {
         self.counters
@@ -93,11 +96,12 @@ impl CommandGate {
 
     /// Judges a frame whose check was right.
     ///
-    /// An authentic command with a new counter uses the counter up, whatever becomes of it then: one that was refused while drilling and
-    /// listened to cannot be played back in the next pause. The counter is stored before this returns, so before anything is done.
+    /// An authentic command with a new counter uses the counter up, whatever happens to it then: a command that was
+    /// refused while drilling cannot be recorded and played back in the next pause. The counter is stored before this
+    /// returns, so before anything is done.
     ///
-    /// All others together get a few answers a second, so that no host keeps what the probe has to say from
-    /// the line, nor an owner out.
+    /// All hosts without the key together get a few answers a second, so that none keeps the probe's results from the
+    /// line, or an owner out.
     pub fn judge<S: CounterStore>(&mut self, frame: &Frame<'_>, situation: Situation, store: &mut S) -> Judgement {
         let bytes = match Kind::of_number(frame.kind) {
             Some(Kind::Command) => Ok((frame.payload, false)),
@@ -139,7 +143,7 @@ impl CommandGate {
         Ok(Passed { command, authentic })
     }
 
-    /// The command's bytes, once their authenticity is shown and their counter used up.
+    /// Returns the command's bytes once their authenticity is shown and their counter used up.
     fn authentic<'a, S: CounterStore>(&self, payload: &'a [u8], store: &mut S) -> Result<&'a [u8], CommandRefusal> {
         let key = self.key.as_ref().ok_or(CommandRefusal::NoKey)?;
         let parts = Authenticated::split(payload).ok_or(CommandRefusal::Malformed)?;

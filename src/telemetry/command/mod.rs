@@ -1,7 +1,8 @@
-//! What a host may ask of the probe.
+//! Commands of a host to the probe.
 //!
-//! A command is a frame of [`Kind::Command`], or of [`Kind::AuthenticatedCommand`] with a counter and a message authentication code before
-//! it. A [`CommandGate`] decides; the firmware does what it lets through and answers every frame with an [`Acknowledgement`].
+//! A command is a frame of [`Kind::Command`], or of [`Kind::AuthenticatedCommand`] with a counter and a message
+//! authentication code before it. A [`CommandGate`] decides; the firmware does what it lets through and answers every
+//! frame with an [`Acknowledgement`].
 
 mod acknowledgement;
 #[cfg(feature = "commands")]
@@ -29,7 +30,7 @@ use super::{Kind, Payload, StreamConfig};
 use crate::config::{Config, ConfigError, SurveyConfig};
 use serde::{Deserialize, Serialize};
 
-/// A request.
+/// Command to the probe.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[expect(
@@ -38,62 +39,64 @@ use serde::{Deserialize, Serialize};
 )]
 #[non_exhaustive]
 pub enum Command {
-    /// Look at what the sensors read and read the storage anew, and report health with what was found. Not while drilling: only at rest
-    /// is it known what a sensor should read, and the storage takes a while. The parts are not excited: their own self-tests are not run.
+    /// Check the sensors' readings, read the storage anew, and report health with the findings. It is refused while
+    /// drilling: only at rest is it known what a sensor should read, and the storage takes a while. The parts' own
+    /// self-tests are not run.
     SelfTest,
-    /// What goes over the line, and how fast. Needs the key: it can silence the probe.
+    /// Set the stream over the line and its rate. It needs the key, because it can silence the probe.
     ConfigureStream(StreamConfig),
     /// Send every raw sample from now on, the boot configuration first. Attitudes go on between the samples.
     StartRecording {
-        /// For so long, seconds, 1 to 604,800; `None`: until it is stopped.
+        /// Length of the recording, seconds, 1 to 604,800; `None` records until it is stopped.
         for_s: Option<u32>,
     },
-    /// End the recording; one that was begun with the key only with the key.
+    /// End the recording. One that was begun with the key ends only with the key.
     StopRecording,
     /// Take a survey at the next rest.
     StationarySurvey {
-        /// How long the request stands, seconds; 1 to 3,600.
+        /// Validity of the request, seconds, 1 to 3,600.
         within_s: u16,
     },
     /// Start afresh with another configuration. Changes calibration.
     Configure(Config),
-    /// How surveys are taken and judged. Changes calibration: a toolface offset is one.
+    /// Set how surveys are taken and judged. It changes calibration: a toolface offset is one.
     ConfigureSurvey(SurveyConfig),
-    /// Store what a window gave, and fly it where its acceptance refused it: a fit that somebody has looked at and believes, from the start of
-    /// the next run on, too. Of a window that was accepted, what flies is stored without waiting for it to prove stable. Only the latest
-    /// window that could look can be had (too little motion or sensors that cannot judge leave one that could not), and only while the
-    /// effects are those that it was fitted with. The limits that every stored model has to keep hold here, too. To fly it the pipeline
-    /// starts afresh. Changes calibration.
+    /// Store the fit of a window, and fly it even where it was refused: somebody has looked at it and believes it. It
+    /// flies from the start of the next run on, too. Of an accepted window the flown model is stored without waiting
+    /// for it to prove stable. Only the latest window that could judge can be had (too little motion, or sensors that
+    /// cannot judge, leave one that could not), and only while the effects are those that it was fitted with. The
+    /// limits of every stored model hold. To fly it the pipeline starts afresh. Changes calibration.
     AcceptModel {
-        /// End of the window, microseconds, as its report says: what is accepted is what was looked at.
+        /// End of the window, microseconds, as its report states it, so that the window that was looked at is the one
+        /// accepted.
         window_end_us: u64,
     },
-    /// Fly an earlier model, now and after every start, and restore no other that is stored, of any temperature: what was rolled back may be
-    /// in all of them. The pipeline then starts afresh. Changes calibration.
+    /// Fly an earlier model, now and after every start, and restore no other stored model of any temperature: the
+    /// error that is rolled back may be in all of them. The pipeline then starts afresh. Changes calibration.
     RollBackModel {
-        /// Which.
+        /// Earlier model.
         to: EarlierModel,
     },
-    /// Erase stored models; what flies goes on. Changes calibration.
+    /// Erase stored models; the flown one goes on. Changes calibration.
     Erase {
-        /// Which.
+        /// Models to erase.
         what: Erasure,
     },
 }
 
-/// A model that flew before.
+/// Earlier model to fly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EarlierModel {
-    /// The one before the one that flies: before P or the list of effects changed last, or, where nothing has changed since the start, the
-    /// one that was stored before the one that was restored.
+    /// Model before the flown one: before P or the list of effects changed last. Where nothing has changed since the
+    /// start, the model that was stored before the restored one.
     Previous,
-    /// The factory's.
+    /// Factory's model.
     Factory,
 }
 
-/// What is erased. The factory's calibration never is.
+/// Models to erase. The factory's calibration is never erased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
@@ -103,7 +106,8 @@ pub enum Erasure {
 }
 
 impl Command {
-    /// Whether it changes what attitude is computed with: it then needs authentication, and the tool must not be drilling.
+    /// Returns true if the command changes the calibration of attitude: it then needs authentication, and the tool
+    /// must not be drilling.
     #[must_use]
     pub const fn changes_calibration(&self) -> bool {
         match self {
@@ -120,28 +124,28 @@ impl Command {
         }
     }
 
-    /// Whether it needs authentication: what changes calibration does, and what can silence the probe.
+    /// Returns true if the command needs authentication: it changes calibration, or can silence the probe.
     #[must_use]
     pub const fn needs_the_key(&self) -> bool {
         self.changes_calibration() || matches!(self, Self::ConfigureStream(_))
     }
 
-    /// Whether the probe sends more for it than an answer, once: a boot, a survey or its health.
+    /// Returns true if the probe sends more for it than an answer, once: a boot, a survey or its health.
     #[must_use]
     pub const fn asks_for_a_report(&self) -> bool {
         matches!(self, Self::SelfTest | Self::StartRecording { .. } | Self::StationarySurvey { .. })
     }
 
-    /// Whether it has to wait until the tool is not drilling.
+    /// Returns true if the command has to wait until the tool is not drilling.
     #[must_use]
     pub const fn needs_a_pause(&self) -> bool {
         self.changes_calibration() || matches!(self, Self::SelfTest)
     }
 
-    /// Checks every number in it; `now_us` is the probe's time.
+    /// Checks every number of the command; `now_us` is the probe's time.
     ///
     /// # Errors
-    /// The first that is out of its bounds.
+    /// Names the first number that is out of its bounds.
     pub fn check(&self, now_us: u64) -> Result<(), ConfigError> {
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         match self {

@@ -1,28 +1,30 @@
-/// Who wants every raw sample, and until when.
+//! Recordings in progress, by hosts with and without the key.
+
+/// Recordings of raw samples: who asked, and until when.
 ///
-/// One who has the key and one who has not ask apart: nobody without the key ends or shortens the recording
-/// of one who has it.
+/// Hosts with and without the key are kept apart: nobody without the key ends or shortens a recording of one who has
+/// it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Recording {
-    /// Until when each records, microseconds; 0: it does not.
+    /// End of each recording, microseconds; 0 for none.
     owner_until_us: u64,
     guest_until_us: u64,
 }
 
 impl Recording {
-    /// Nobody does.
+    /// No recording.
     #[must_use]
     pub const fn new() -> Self {
         Self { owner_until_us: 0, guest_until_us: 0 }
     }
 
-    /// Begins, for so many seconds or until it is stopped.
+    /// Begins a recording of so many seconds, or until it is stopped.
     pub fn start(&mut self, now_us: u64, for_s: Option<u32>, authentic: bool) {
         let until_us = for_s.map_or(u64::MAX, |s| now_us.saturating_add(u64::from(s) * 1_000_000));
         *if authentic { &mut self.owner_until_us } else { &mut self.guest_until_us } = until_us;
     }
 
-    /// Ends; with the key also that of one without.
+    /// Ends a recording; with the key also that of a host without.
     pub const fn stop(&mut self, authentic: bool) {
         self.guest_until_us = 0;
         if authentic {
@@ -30,7 +32,7 @@ impl Recording {
         }
     }
 
-    /// Whether anybody does.
+    /// Returns true if anybody records.
     #[must_use]
     pub const fn is_on(&self, now_us: u64) -> bool {
         now_us < self.owner_until_us || now_us < self.guest_until_us

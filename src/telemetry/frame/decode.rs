@@ -1,25 +1,27 @@
+//! Decoder of frames from a line that may be damaged anywhere.
+
 use super::{CHECK, HEADER, Kind, crc::digest};
 use cobs::{DecodeResult, DecoderState};
 
-/// A frame whose check was right.
+/// Frame whose check was right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
     /// Number of its kind; see [`Kind::of_number`].
     pub kind: u8,
-    /// Its place in the stream.
+    /// Sequence number in the stream.
     pub sequence: u16,
-    /// What it holds.
+    /// Payload.
     pub payload: &'a [u8],
 }
 
-/// What a receiver has seen of a line. Full counters stay.
+/// Counters of a received line. Full counters stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct LinkCounters {
     /// Frames whose check was right.
     pub frames: u32,
     /// Bytes between two zeros that are no frame: damaged, or noise.
     pub bad: u32,
-    /// Longer than this receiver takes, damaged or not.
+    /// Frames longer than this receiver takes, damaged or not.
     pub oversize: u32,
     /// Sequence numbers that never came. Over 65,535 in a row are counted short by whole rounds.
     pub lost: u32,
@@ -27,9 +29,10 @@ pub struct LinkCounters {
     pub restarts: u32,
 }
 
-/// Finds frames in a stream of bytes that may be damaged anywhere. `N` is the longest frame it takes, without COBS: payload and 7 bytes.
+/// Finds frames in a stream of bytes that may be damaged anywhere. `N` is the longest frame it takes, without COBS:
+/// payload and 7 bytes.
 ///
-/// Whatever came before, it is in step again with the next zero byte, so damage costs the frames that it touches and none after.
+/// It is in step again with the next zero byte, so damage costs the frames that it touches and none after.
 #[derive(Debug)]
 pub struct FrameDecoder<const N: usize> {
     state: DecoderState,
@@ -41,7 +44,7 @@ pub struct FrameDecoder<const N: usize> {
 }
 
 impl<const N: usize> FrameDecoder<N> {
-    /// One that has seen nothing.
+    /// Returns a decoder that has seen nothing.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -54,17 +57,17 @@ impl<const N: usize> FrameDecoder<N> {
         }
     }
 
-    /// What it has seen.
+    /// Returns the counters.
     #[must_use]
     pub const fn counters(&self) -> LinkCounters {
         self.counters
     }
 
-    /// Takes one byte; gives the frame that it ends.
+    /// Takes one byte; returns the frame that it ends.
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_>> {
         let idle = matches!(self.state, DecoderState::Idle);
         match self.state.feed(byte) {
-            // Zeros between frames.
+            // Zeros between frames are no frames.
             Ok(DecodeResult::NoData) if idle && byte == 0 => None,
             Ok(DecodeResult::NoData) => {
                 if idle {
@@ -111,7 +114,7 @@ impl<const N: usize> FrameDecoder<N> {
             Some(next) if kind != Kind::Boot.number() => sequence.wrapping_sub(next),
             _ => 0,
         };
-        // Half a round ahead is more likely behind.
+        // A step of half a round ahead is more likely one back.
         if missing < 1 << 15 {
             count(&mut self.counters.lost, missing.into());
         } else {

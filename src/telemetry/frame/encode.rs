@@ -1,21 +1,23 @@
+//! Encoder of frames.
+
 use super::{CHECK, HEADER, Kind, MAX_PAYLOAD, crc::digest, encoded_length};
 use crate::telemetry::Payload;
 use cobs::{CobsEncoder, DestBufTooSmallError};
 use crc::{Digest, NoTable};
 
-/// Why there is no frame.
+/// Reason for which there is no frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EncodeError {
     /// The payload is longer than [`MAX_PAYLOAD`].
     PayloadTooLong {
-        /// Its length, bytes; `None`: not even the buffer for it took it.
+        /// Length of the payload, bytes; `None` if not even the buffer for it took it.
         bytes: Option<usize>,
     },
     /// The caller's buffer is too short.
     BufferTooShort {
-        /// Length that would do, bytes.
+        /// Length that is enough, bytes.
         needed: usize,
     },
 }
@@ -32,16 +34,16 @@ impl core::fmt::Display for EncodeError {
 
 impl core::error::Error for EncodeError {}
 
-/// Writes the payload's bytes to the front of `buffer` and gives them.
+/// Writes the payload's bytes to the front of `buffer` and returns them.
 ///
 /// # Errors
-/// It does not fit.
+/// The payload does not fit.
 pub fn encode_payload<'a>(payload: &impl Payload, buffer: &'a mut [u8]) -> Result<&'a [u8], EncodeError> {
     postcard::to_slice(payload, buffer).map(|bytes| &*bytes).map_err(|_| EncodeError::PayloadTooLong { bytes: None })
 }
 
-/// Writes a whole frame, with the zero that ends it, to the front of `buffer` and gives it. [`MAX_FRAME`](super::MAX_FRAME) bytes are
-/// enough for any.
+/// Writes a whole frame, with the zero that ends it, to the front of `buffer` and returns it.
+/// [`MAX_FRAME`](super::MAX_FRAME) bytes are enough for any.
 ///
 /// # Errors
 /// The payload is too long for any receiver, or the buffer too short.
@@ -54,7 +56,7 @@ pub fn encode_frame<'a>(
     encode_parts(kind.number(), sequence, [payload, &[]], buffer)
 }
 
-/// The same of a payload in two pieces, as a ring has it.
+/// Encodes a payload in two pieces, as a ring has it.
 pub(in crate::telemetry) fn encode_parts<'a>(
     kind: u8,
     sequence: u16,
@@ -90,7 +92,7 @@ struct Stuffing<'a> {
 }
 
 impl Stuffing<'_> {
-    // Both are loops over the bytes, and would be written out four times.
+    // Both are loops over the bytes; inlined they would be written out four times.
     #[inline(never)]
     fn put(&mut self, bytes: &[u8]) -> Result<(), DestBufTooSmallError> {
         self.check.update(bytes);

@@ -1,14 +1,17 @@
-/// What a frame holds. The numbers are the protocol: they are never given to anything else.
+//! Kinds of frames and their numbers on the line.
+
+/// Kind of a frame. The numbers are the protocol: they are never given to another kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 #[repr(u8)]
 pub enum Kind {
-    /// What the probe started with: [`Boot`](crate::telemetry::Boot). The sequence numbers of a probe begin anew with it.
+    /// State that the probe started with: [`Boot`](crate::telemetry::Boot). The sequence numbers of a probe begin
+    /// anew with it.
     Boot = 1,
     /// Angles of one sample, quantised: [`AttitudeFrame`](crate::telemetry::AttitudeFrame).
     Attitude = 2,
-    /// All bits of what one sample gave: [`Output`](crate::probe::Output).
+    /// All bits of one sample's output: [`Output`](crate::probe::Output).
     Output = 3,
     /// One raw sample: [`RawSample`](crate::telemetry::RawSample).
     Sample = 4,
@@ -16,7 +19,7 @@ pub enum Kind {
     Survey = 5,
     /// A window of drilling dynamics: [`DrillingDynamics`](crate::survey::DrillingDynamics).
     Dynamics = 6,
-    /// What came of a window: [`Identification`](crate::telemetry::Identification).
+    /// Result of a window: [`Identification`](crate::telemetry::Identification).
     Identification = 7,
     /// Effects and verdict: [`DiagnosisReport`](crate::diagnosis::DiagnosisReport).
     Diagnosis = 8,
@@ -24,7 +27,7 @@ pub enum Kind {
     HardIron = 9,
     /// Counters, stack, overruns: [`Health`](crate::telemetry::Health).
     Health = 10,
-    /// The answer to a command.
+    /// Answer to a command.
     Acknowledgement = 11,
     /// To the probe: a command that anybody may give.
     Command = 64,
@@ -33,7 +36,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The kind of a number; `None`: another version's.
+    /// Returns the kind of a number; `None` for another version's.
     #[must_use]
     pub const fn of_number(number: u8) -> Option<Self> {
         Some(match number {
@@ -54,7 +57,7 @@ impl Kind {
         })
     }
 
-    /// Its number on the line.
+    /// Returns the kind's number on the line.
     #[must_use]
     pub const fn number(self) -> u8 {
         self as u8

@@ -1,3 +1,5 @@
+//! Angles of one sample, quantised for the line.
+
 use super::Payload;
 use crate::{
     attitude::{Attitude, AttitudeFlags},
@@ -14,7 +16,7 @@ const STEPS_PER_TURN: f32 = 65_536.0;
 /// Steps of a radian of a standard deviation.
 const SIGMA_STEPS_PER_RAD: f32 = 10_000.0;
 
-/// The angles of one sample in 20 bytes or so.
+/// Angles of one sample, in about 20 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AttitudeFrame {
     /// Time of validity, microseconds.
@@ -23,11 +25,11 @@ pub struct AttitudeFrame {
     pub angles: Option<CompactAngles>,
 }
 
-/// Angles in steps of a 65,536th of a turn (0.0055 deg), nearest; standard deviations in steps of 0.0001 rad, nearest, never 0 for one
-/// that is not, and at most 6.55 rad.
+/// Angles in steps of a 65,536th of a turn (0.0055 deg), nearest; standard deviations in steps of 0.0001 rad,
+/// nearest, never 0 for one that is not, and at most 6.55 rad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CompactAngles {
-    // A whole range in use: a varint would take three bytes for most of it.
+    // The numbers use their whole range: a varint would take three bytes for most of them.
     #[serde(with = "le")]
     inclination: u16,
     #[serde(with = "le")]
@@ -43,7 +45,7 @@ pub struct CompactAngles {
 }
 
 impl AttitudeFrame {
-    /// What the stream says of an output. An attitude that is not finite is none.
+    /// Quantises an output. An attitude that is not finite becomes `None`.
     #[must_use]
     pub fn of(output: &Output) -> Self {
         Self { t_us: output.t_us, angles: output.attitude.as_ref().and_then(CompactAngles::of) }
@@ -111,7 +113,7 @@ impl CompactAngles {
         [self.sigma_inclination, self.sigma_azimuth, self.sigma_toolface].map(|x| f32::from(x) / SIGMA_STEPS_PER_RAD)
     }
 
-    /// What a reader has to know.
+    /// Conditions under which the attitude was formed.
     #[must_use]
     pub const fn flags(&self) -> AttitudeFlags {
         self.flags

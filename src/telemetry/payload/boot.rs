@@ -1,34 +1,40 @@
+//! State that a probe starts with, and why it started.
+
 use super::{Payload, ProbeId};
 use crate::{config::Config, storage::StoredModel, telemetry::Kind};
 use serde::{Deserialize, Serialize};
 
-/// What the probe runs with: sent when it starts and before a recording, which is replayed with this configuration.
+/// State that the probe starts with. It is sent at the start and before a recording, which is replayed with this
+/// configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Boot {
     /// Version of kinds and payloads; see [`Boot::PROTOCOL`].
     pub protocol: u16,
-    /// Which probe it is.
+    /// Unique number of the probe.
     pub probe: ProbeId,
     /// Version of the firmware: major, minor, patch.
     pub version: [u8; 3],
-    /// Why it started.
+    /// Reason of the start.
     pub reset: ResetReason,
     /// Resets by the watchdog since power came.
     pub watchdog_resets: u32,
-    /// Number of the stored model that flies from the start; `None`: the factory's.
+    /// Number of the stored model that flies from the start; `None` for the factory's.
     pub restored_model: Option<u32>,
-    /// Seconds of motion after which the filter goes on, with what it had learnt when that model was stored; `None`: it begins anew.
+    /// Motion, in seconds, that the filter had learnt from when that model was stored, and goes on from; `None` if it
+    /// begins anew.
     pub goes_on_after_s: Option<f32>,
-    /// Number of the first sample since the pipeline started afresh: with the program, or on a command that changes calibration.
+    /// Number of the first sample since the pipeline started afresh: with the program, or on a command that changes
+    /// calibration.
     pub first_sample: u32,
     /// The configuration, with the factory's model.
     pub config: Config,
-    /// What flies instead of the factory's model; `None`: that one does.
+    /// Model that flies instead of the factory's; `None` if the factory's flies.
     pub flies: Option<StoredModel>,
 }
 
 impl Boot {
-    /// What this version of the library speaks. A field that is added, removed or reordered makes it another one.
+    /// Version of the protocol that this library speaks. A field that is added, removed or reordered makes another
+    /// one.
     pub const PROTOCOL: u16 = 5;
 
     /// Version of this library.
@@ -38,7 +44,7 @@ impl Boot {
         decimal(env!("CARGO_PKG_VERSION_PATCH")),
     ];
 
-    /// This library's, freshly powered, with the factory's model.
+    /// Boot of this library, freshly powered, with the factory's model.
     #[must_use]
     pub const fn new(config: Config) -> Self {
         Self {
@@ -63,7 +69,7 @@ const fn decimal(text: &str) -> u8 {
     }
 }
 
-/// Why a probe started.
+/// Reason of a start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]

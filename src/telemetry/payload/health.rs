@@ -1,3 +1,5 @@
+//! Health of the probe: counters, stack, delays, and the findings of a self-test.
+
 use super::{Payload, ProbeId};
 use crate::{
     attitude::AttitudeFlags,
@@ -6,12 +8,12 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// How the probe does.
+/// Health of the probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Health {
-    /// Which probe it is: its owner's commands name it.
+    /// Unique number of the probe: its owner's commands name it.
     pub probe: ProbeId,
-    /// When, microseconds.
+    /// Time of the report, microseconds.
     pub t_us: u64,
     /// The pipeline's counters.
     pub counters: Counters,
@@ -19,7 +21,7 @@ pub struct Health {
     pub samples_acquired: u32,
     /// Samples that found the queue to the main loop full.
     pub sample_overruns: u32,
-    /// Ticks of the sample clock at which nothing was read, the reading before not having ended.
+    /// Ticks of the sample clock at which nothing was read, because the reading before had not ended.
     pub missed_ticks: u32,
     /// Readings of the sensors that failed; their drivers start them anew.
     pub sensor_faults: u32,
@@ -29,17 +31,17 @@ pub struct Health {
     pub late_attitudes: u32,
     /// Most stack in use at any time, bytes.
     pub stack_used_bytes: u32,
-    /// Stack there is, bytes.
+    /// Size of the stack, bytes.
     pub stack_size_bytes: u32,
     /// Resets by the watchdog since power came.
     pub watchdog_resets: u32,
-    /// Since when the gyro model flies that does, microseconds; `None`: since the start.
+    /// Time since when the present gyro model flies, microseconds; `None` since the start.
     pub model_since_us: Option<u64>,
-    /// Results that newer ones took the place of before the line had room.
+    /// Results that newer ones replaced before the line had room.
     pub results_lost: u32,
-    /// What was sent and what was not.
+    /// Counters of the sent frames.
     pub sent: LineCounters,
-    /// What was received.
+    /// Counters of the received frames.
     pub received: LinkCounters,
     /// Commands carried out.
     pub commands_accepted: u32,
@@ -47,18 +49,18 @@ pub struct Health {
     pub commands_refused: u32,
     /// Models stored since the start.
     pub models_stored: u32,
-    /// Models and command counters that the memory refused, and writes and erasures that failed.
+    /// Models and command counters that the storage refused, and writes and erasures that failed.
     pub storage_failures: u32,
-    /// What the self-test found that asked for this report; `None`: no self-test did.
+    /// Findings of the self-test that asked for this report; `None` without one.
     pub self_test: Option<SelfTest>,
 }
 
-/// What a self-test found: the sensors as they read at rest, and the memory read anew.
+/// Findings of a self-test: the sensors as they read at rest, and the storage read anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SelfTest {
-    /// What was wrong with the latest sample: a sensor that is missing, clipped, frozen or not believed, or a driver's fault.
+    /// Faults of the latest sample: a sensor that is missing, clipped, frozen or not believed, or a driver's fault.
     pub sensors: AttitudeFlags,
-    /// Whether the flash still holds what was stored; `None`: there is no memory that can be used.
+    /// True if the flash still holds all that was stored; `None` without a usable storage.
     pub storage_holds: Option<bool>,
 }
 
@@ -71,7 +73,7 @@ impl SelfTest {
         .union(AttitudeFlags::FAULT)
         .union(AttitudeFlags::FROZEN_SENSOR);
 
-    /// Whether nothing is wrong.
+    /// Returns true if nothing is wrong.
     #[must_use]
     pub fn is_passed(&self) -> bool {
         self.sensors.is_empty() && self.storage_holds == Some(true)

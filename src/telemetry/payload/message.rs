@@ -1,3 +1,5 @@
+//! Messages of a probe, as a host decodes them from frames.
+
 use super::{AttitudeFrame, Boot, Health, Identification, RawSample};
 use crate::{
     diagnosis::DiagnosisReport,
@@ -8,15 +10,15 @@ use crate::{
 };
 use serde::de::DeserializeOwned;
 
-/// What a probe sent.
+/// Message of a probe.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Message {
-    /// What the probe runs with.
+    /// State that the probe starts with.
     Boot(Boot),
     /// Angles of one sample.
     Attitude(AttitudeFrame),
-    /// All bits of what one sample gave.
+    /// All bits of one sample's output.
     Output(Output),
     /// One raw sample.
     Sample(RawSample),
@@ -24,7 +26,7 @@ pub enum Message {
     Survey(SurveyReport),
     /// A window of drilling dynamics.
     Dynamics(DrillingDynamics),
-    /// What came of a window.
+    /// Result of a window.
     Identification(Identification),
     /// Effects and verdict.
     Diagnosis(DiagnosisReport),
@@ -32,23 +34,23 @@ pub enum Message {
     HardIron(HardIronInterval),
     /// Counters, stack, overruns.
     Health(Health),
-    /// The answer to a command.
+    /// Answer to a command.
     Acknowledgement(Acknowledgement),
 }
 
-/// Why a frame, whose check was right, says nothing.
+/// Reason for which a frame with a right check is no message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PayloadError {
     /// Another version's kind, or one of the other direction.
     UnknownKind {
-        /// Its number.
+        /// Number of the kind.
         kind: u8,
     },
-    /// The payload is not what its kind says: another version's.
+    /// The payload does not fit its kind: another version wrote it.
     Malformed {
-        /// The kind.
+        /// Kind of the frame.
         kind: Kind,
     },
 }
@@ -65,7 +67,7 @@ impl core::fmt::Display for PayloadError {
 impl core::error::Error for PayloadError {}
 
 impl Message {
-    /// The kind of its frame.
+    /// Returns the kind of the message's frame.
     #[must_use]
     pub const fn kind(&self) -> Kind {
         match self {
@@ -83,7 +85,7 @@ impl Message {
         }
     }
 
-    /// Reads the payload of a frame.
+    /// Decodes the payload of a frame.
     ///
     /// # Errors
     /// The frame is another version's.
@@ -108,7 +110,7 @@ impl Message {
     }
 }
 
-/// Which it is: what is in it goes over the line.
+/// Number of the variant, as it goes over the line.
 #[cfg(all(feature = "defmt", target_os = "none"))]
 impl defmt::Format for Message {
     fn format(&self, f: defmt::Formatter<'_>) {
@@ -116,7 +118,7 @@ impl defmt::Format for Message {
     }
 }
 
-/// The value that all the bytes are.
+/// Decodes a value that takes all the bytes.
 fn whole<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, PayloadError> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),

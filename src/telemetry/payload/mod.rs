@@ -1,4 +1,5 @@
-//! What the frames hold, one kind each; defined once, for the probe that writes it and the host that reads it.
+//! Payloads of the frames, one kind each. Each is defined once, for the probe that writes it and the host that reads
+//! it.
 
 mod attitude_frame;
 mod boot;
@@ -24,9 +25,9 @@ use crate::{
     telemetry::Kind,
 };
 
-/// What has a frame of its own.
+/// Value with a frame of its own.
 pub trait Payload: serde::Serialize {
-    /// The frame's kind.
+    /// Kind of its frame.
     const KIND: Kind;
 }
 

@@ -1,13 +1,15 @@
+//! Unique number of a probe.
+
 use serde::{Deserialize, Serialize};
 
-/// The unique number of a probe's chip. It is no secret: the probe says it in every [`Boot`](super::Boot) and
-/// [`Health`](super::Health), and it makes a command for one probe none for another.
+/// Unique number of a probe's chip. It is no secret: the probe states it in every [`Boot`](super::Boot) and
+/// [`Health`](super::Health), and a command signed for one probe is none for another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct ProbeId(pub [u8; 12]);
 
 impl ProbeId {
-    /// Of the words that chips have it in.
+    /// Makes the number from the words of the chip.
     #[must_use]
     pub const fn of_words(words: [u32; 3]) -> Self {
         let [[a, b, c, d], [e, f, g, h], [i, j, k, l]] =
@@ -15,7 +17,7 @@ impl ProbeId {
         Self([a, b, c, d, e, f, g, h, i, j, k, l])
     }
 
-    /// The number that 24 hexadecimal digits say, as it is displayed.
+    /// Parses the 24 hexadecimal digits as which it is displayed.
     #[must_use]
     pub fn of_digits(digits: &str) -> Option<Self> {
         let mut id = [0; 12];

@@ -1,15 +1,17 @@
+//! Counters of the telemetry queue.
+
 use serde::{Deserialize, Serialize};
 
-/// What a probe sent and what it did not. Full counters stay.
+/// Counters of sent and dropped frames. Full counters stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct LineCounters {
     /// Frames given to the line.
     pub frames: u32,
-    /// Attitudes of the stream that were given up, the line being too slow; decimated ones do not count.
+    /// Attitudes of the stream that were dropped because the line is too slow; decimated ones do not count.
     pub attitude_dropped: u32,
-    /// Samples of a recording that were given up.
+    /// Samples of a recording that were dropped.
     pub samples_dropped: u32,
-    /// Results that found no room when they were first, or again, offered.
+    /// Results that found no room when they were offered, first or again.
     pub results_refused: u32,
 }
 
@@ -17,7 +19,7 @@ impl LineCounters {
     pub(super) const NONE: Self = Self { frames: 0, attitude_dropped: 0, samples_dropped: 0, results_refused: 0 };
 }
 
-/// Counts one more; a full counter stays.
+/// Adds one; a full counter stays.
 pub(super) const fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }

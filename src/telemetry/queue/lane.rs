@@ -1,11 +1,13 @@
+//! Lane: queue of one class of payloads, as a ring of bytes.
+
 use super::{super::MAX_PAYLOAD, MAX_FRAME, Payload, counters::count, encode_parts};
 use heapless::deque::{Deque, DequeView};
 use postcard::ser_flavors::Flavor;
 
-/// Before each payload: its length, its kind, and when it was pushed, microseconds, the low half.
+/// Header before each payload: its length, its kind, and the time at which it was pushed, microseconds, the low half.
 const ENTRY_HEADER: usize = 7;
 
-/// Why a lane did not take something.
+/// Reason for which a lane did not take a payload.
 pub(super) enum Refused {
     NoRoom,
     TooLong,
@@ -25,17 +27,18 @@ impl<const N: usize> Lane<N> {
         self.ring.is_empty()
     }
 
-    /// Bytes that are free.
+    /// Returns the free bytes.
     pub fn room(&self) -> usize {
         N.saturating_sub(self.ring.len())
     }
 
-    /// Takes a payload, where there is room.
+    /// Takes a payload if there is room.
     pub fn write<P: Payload>(&mut self, now_us: u64, payload: &P) -> Result<(), Refused> {
         write(self.ring.as_mut_view(), now_us, payload)
     }
 
-    /// Takes a payload and forgets the oldest ones for it, counting each; one that does not even fit alone is counted itself.
+    /// Takes a payload and drops the oldest ones for it, counting each; one that does not even fit alone is counted
+    /// itself.
     pub fn write_over<P: Payload>(&mut self, now_us: u64, payload: &P, forgotten: &mut u32) {
         while let Err(refused) = self.write(now_us, payload) {
             count(forgotten);
@@ -50,12 +53,12 @@ impl<const N: usize> Lane<N> {
         forget_oldest(self.ring.as_mut_view());
     }
 
-    /// Whether the oldest has waited for longer.
+    /// Returns true if the oldest has waited for longer.
     pub fn oldest_is_over(&self, now_us: u64, age_us: u32) -> bool {
         entry(self.ring.as_view()).is_some_and(|entry| (now_us as u32).wrapping_sub(entry.pushed_us) > age_us)
     }
 
-    /// Makes a frame of the oldest and forgets it.
+    /// Makes a frame of the oldest and drops it.
     pub fn take<'a>(&mut self, sequence: u16, buffer: &'a mut [u8; MAX_FRAME]) -> Option<&'a [u8]> {
         take(self.ring.as_mut_view(), sequence, buffer)
     }
@@ -83,7 +86,7 @@ fn write<P: Payload>(ring: &mut DequeView<u8>, now_us: u64, payload: &P) -> Resu
     finish(ring, start, written, P::KIND.number(), now_us as u32)
 }
 
-/// Puts the header before the payload that was written behind `start`, or takes back what was.
+/// Puts the header before the payload that was written behind `start`, or takes the payload back.
 #[inline(never)]
 fn finish(ring: &mut DequeView<u8>, start: usize, written: bool, kind: u8, pushed_us: u32) -> Result<(), Refused> {
     let length = ring.storage_len().saturating_sub(start + ENTRY_HEADER);
@@ -111,12 +114,12 @@ fn forget_oldest(ring: &mut DequeView<u8>) {
 fn take<'a>(ring: &mut DequeView<u8>, sequence: u16, buffer: &'a mut [u8; MAX_FRAME]) -> Option<&'a [u8]> {
     let Entry { length, kind, .. } = entry(ring)?;
     let (front, back) = ring.as_slices();
-    // The part of `length` bytes behind the header, of each piece.
+    // `length` bytes behind the header, of each piece.
     let end = ENTRY_HEADER + length;
     let (in_front, behind) = (front.len().min(end), end.saturating_sub(front.len()));
     let parts =
         [front.get(ENTRY_HEADER.min(in_front)..in_front)?, back.get(ENTRY_HEADER.saturating_sub(front.len())..behind)?];
-    // What a line said before its probe started is cut off from the first frame.
+    // A zero before the first frame cuts off what the line said before its probe started.
     let silence = usize::from(sequence == 0);
     *buffer.first_mut()? = 0;
     let encoded = encode_parts(kind, sequence, parts, buffer.get_mut(silence..)?).ok().map(<[u8]>::len);
@@ -126,8 +129,9 @@ fn take<'a>(ring: &mut DequeView<u8>, sequence: u16, buffer: &'a mut [u8; MAX_FR
 
 /// Writes a payload behind what is in the ring, with room for its header before it.
 ///
-/// It takes everything and remembers whether there was room, so that no error has to be looked at behind each number of a report: that
-/// and one call for each, not unrolled, are half of the flash that all reports' encodings would take.
+/// It takes everything and remembers whether there was room, so that no error has to be looked at behind each number
+/// of a report. That, and one call for each number instead of an unrolled loop, halve the flash that all reports'
+/// encodings would take.
 struct Tail<'a> {
     ring: &'a mut DequeView<u8>,
     over: bool,
@@ -149,7 +153,7 @@ impl<'a> Tail<'a> {
 }
 
 impl Flavor for Tail<'_> {
-    /// Whether there was room for all.
+    /// True if there was room for all.
     type Output = bool;
 
     #[inline]

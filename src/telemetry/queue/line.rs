@@ -1,9 +1,12 @@
-/// How far a line may fall behind what it could have sent, microseconds: a firmware that looks after it at every sample is this late.
+//! Line of known bandwidth: the time from which it is free.
+
+/// Longest time that a line may lag behind its bandwidth, microseconds: a firmware that serves it at every sample is
+/// this late.
 const CATCH_UP_US: u64 = 10_000;
 
-/// When a line of known bandwidth is free.
+/// Time from which a line of known bandwidth is free.
 pub(super) struct Line {
-    /// From when on.
+    /// That time, microseconds.
     free_us: u64,
 }
 
@@ -16,7 +19,7 @@ impl Line {
         now_us >= self.free_us
     }
 
-    /// Sends so many bytes; a line without bandwidth never is free again.
+    /// Sends so many bytes; a line without bandwidth is never free again.
     pub fn send(&mut self, now_us: u64, bytes: usize, bytes_per_s: u32) {
         let micros = (bytes as u64).saturating_mul(1_000_000);
         let duration_us = match bytes_per_s {

@@ -1,4 +1,5 @@
-//! What waits for the line.
+//! Telemetry queue: frames that wait for a line, in lanes by importance. It decides what goes over a slow line first,
+//! and what is dropped.
 
 mod counters;
 mod lane;
@@ -14,17 +15,17 @@ use counters::count;
 use lane::{Lane, Refused};
 use line::Line;
 
-/// Bytes of answers that wait: a report of health, of 211 at most, and the answer to a command.
+/// Size of the lane of answers, bytes: a report of health, of 211 at most, and the answer to a command.
 const ANSWERS: usize = 256;
 
-/// Why something was not taken.
+/// Reason for which a message was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PushError {
-    /// No room now: try again when the line has taken something.
+    /// There is no room now; try again when the line has taken something.
     Full,
-    /// It never has room.
+    /// There is never room for it.
     TooLong,
 }
 
@@ -39,19 +40,20 @@ impl core::fmt::Display for PushError {
 
 impl core::error::Error for PushError {}
 
-/// Frames that wait for a line that may be slower than what is said. Four lanes of so many bytes; the first
-/// that has something sends it, samples and attitudes in turns:
+/// Frames that wait for a line that may be slower than the messages. Four lanes of so many bytes; the first one with
+/// a frame sends it, samples and attitudes in turns:
 ///
-/// - `RESULTS`: surveys, identifications, diagnoses, magnets, boots. None is ever given up for another: one that finds no room stays with
-///   the caller ([`PushError::Full`]), and is counted.
-/// - answers, of 256 bytes: [`Kind::Health`] and [`Kind::Acknowledgement`]. However much a host asks, it
-///   keeps no result out.
-/// - `SAMPLES`: a recording. The oldest goes when there is no room, and is counted.
-/// - `ATTITUDE`: the stream. The oldest goes when there is no room or when it is older than [`StreamConfig::max_age_us`], and is counted.
+/// - `RESULTS`: surveys, identifications, diagnoses, magnets, boots. None is dropped for another: one that finds no
+///   room stays with the caller ([`PushError::Full`]), and is counted.
+/// - answers, of 256 bytes: [`Kind::Health`] and [`Kind::Acknowledgement`]. However much a host asks, it keeps no
+///   result out.
+/// - `SAMPLES`: a recording. The oldest is dropped when there is no room, and is counted.
+/// - `ATTITUDE`: the stream. The oldest is dropped when there is no room or when it is older than
+///   [`StreamConfig::max_age_us`], and is counted.
 ///
-/// A result so waits for at most the bytes of results before it and one frame that is on the line: `(RESULTS + MAX_FRAME) / bytes_per_s`.
-/// An attitude is never older than `max_age_us` when it leaves. Over any time T no more than
-/// `bytes_per_s (T + 10 ms) + MAX_FRAME` bytes leave. Times are those of one clock that does not go back.
+/// A result so waits for at most the bytes of results before it and one frame that is on the line: `(RESULTS +
+/// MAX_FRAME) / bytes_per_s`. An attitude is never older than `max_age_us` when it leaves. Over any time T no more
+/// than `bytes_per_s (T + 10 ms) + MAX_FRAME` bytes leave. Times are those of one clock that does not go back.
 pub struct TelemetryQueue<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> {
     config: StreamConfig,
     line: Line,
@@ -59,7 +61,7 @@ pub struct TelemetryQueue<const RESULTS: usize, const SAMPLES: usize, const ATTI
     answers: Lane<ANSWERS>,
     samples: Lane<SAMPLES>,
     attitude: Lane<ATTITUDE>,
-    /// Whether the latest of samples and attitudes was a sample.
+    /// True if the latest of samples and attitudes was a sample.
     sample_was_last: bool,
     /// Outputs since the last one that was taken.
     skipped: u16,
@@ -68,7 +70,7 @@ pub struct TelemetryQueue<const RESULTS: usize, const SAMPLES: usize, const ATTI
 }
 
 impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> TelemetryQueue<RESULTS, SAMPLES, ATTITUDE> {
-    /// An empty queue, all zero bytes: it sends nothing until it is configured.
+    /// Returns an empty queue, all zero bytes. It sends nothing until it is configured.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -85,10 +87,10 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         }
     }
 
-    /// Sets bandwidth and decimation; what waits stays.
+    /// Sets bandwidth and decimation; waiting frames stay.
     ///
     /// # Errors
-    /// The field that cannot be used; the old ones then stay.
+    /// Names the field that cannot be used; the old settings then stay.
     pub fn configure(&mut self, config: &StreamConfig) -> Result<(), ConfigError> {
         config.validate()?;
         self.config = *config;
@@ -96,25 +98,25 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         Ok(())
     }
 
-    /// What it was configured with.
+    /// Returns the settings.
     #[must_use]
     pub const fn config(&self) -> &StreamConfig {
         &self.config
     }
 
-    /// What was sent and what was not.
+    /// Returns the counters.
     #[must_use]
     pub const fn counters(&self) -> LineCounters {
         self.counters
     }
 
-    /// Bytes that the lane of results has free; one of them takes up to its payload and 7 more.
+    /// Returns the free bytes of the lane of results; one result takes up to its payload and 7 more.
     #[must_use]
     pub fn results_room(&self) -> usize {
         self.results.room()
     }
 
-    /// Whether nothing waits.
+    /// Returns true if nothing waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.results.is_empty() && self.answers.is_empty() && self.samples.is_empty() && self.attitude.is_empty()
@@ -123,7 +125,7 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
     /// Takes a result or an answer.
     ///
     /// # Errors
-    /// It has no room; the caller keeps it and tries again, or gives it up. Both are counted as refused.
+    /// There is no room; the caller keeps it and tries again, or gives it up. Both are counted as refused.
     pub fn push_result<P: Payload>(&mut self, now_us: u64, result: &P) -> Result<(), PushError> {
         let written = match P::KIND {
             Kind::Health | Kind::Acknowledgement => self.answers.write(now_us, result),
@@ -138,7 +140,7 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         Err(pushed)
     }
 
-    /// Takes the output of a sample for the stream, where it is its turn.
+    /// Takes the output of a sample for the stream if it is its turn.
     pub fn push_attitude(&mut self, now_us: u64, output: &Output) {
         self.skipped = self.skipped.saturating_add(1);
         if self.config.attitude_every == 0 || self.skipped < self.config.attitude_every {
@@ -158,7 +160,7 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         self.samples.write_over(now_us, &RawSample::of(number, sample), dropped);
     }
 
-    /// The next frame, where the line is free for it; call again until there is none.
+    /// Returns the next frame if the line is free for it; call again until there is none.
     pub fn pop<'a>(&mut self, now_us: u64, buffer: &'a mut [u8; MAX_FRAME]) -> Option<&'a [u8]> {
         if !self.line.is_free(now_us) {
             return None;

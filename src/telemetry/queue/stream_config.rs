@@ -1,7 +1,9 @@
+//! Settings of the stream over the line.
+
 use crate::config::ConfigError;
 use serde::{Deserialize, Serialize};
 
-/// How an attitude of the stream is sent.
+/// Format of an attitude in the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[serde(rename_all = "kebab-case")]
@@ -14,18 +16,18 @@ pub enum AttitudeFormat {
     Exact,
 }
 
-/// What goes over the line, and how fast.
+/// Settings of the stream: bandwidth, rate and format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[serde(default, deny_unknown_fields)]
 pub struct StreamConfig {
     /// Bandwidth, bytes per second; 100 to 10,000,000. Default 10,368: nine tenths of 115,200 baud with 10 bits a byte.
     pub bytes_per_s: u32,
-    /// One of so many outputs is sent; 0 none, at most 10,000. Default 20: 10 a second of 200.
+    /// Decimation: one output of so many is sent; 0 sends none, at most 10,000. Default 20: 10 a second of 200.
     pub attitude_every: u16,
-    /// How it is sent.
+    /// Format of an attitude.
     pub attitude_format: AttitudeFormat,
-    /// An attitude that has waited for longer is not sent, microseconds; 1,000 to 60,000,000. Default 500,000.
+    /// Age at which a waiting attitude is dropped, microseconds; 1,000 to 60,000,000. Default 500,000.
     pub max_age_us: u32,
 }
 
@@ -37,7 +39,7 @@ impl StreamConfig {
     /// Checks every field.
     ///
     /// # Errors
-    /// The first field that cannot be used.
+    /// Names the first field that cannot be used.
     pub fn validate(&self) -> Result<(), ConfigError> {
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         check((100..=10_000_000).contains(&self.bytes_per_s), "stream.bytes_per_s", "100 to 10000000")?;

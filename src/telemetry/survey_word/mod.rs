@@ -27,48 +27,49 @@ pub const DIP: Quantity = Quantity::linear(10, -FRAC_PI_2, FRAC_PI_2);
 /// Temperature, 7 bits: -40 to 208 degrees Celsius in steps of 2.
 pub const TEMPERATURE_C: Quantity = Quantity::linear(7, -40.0, 208.0);
 
-/// CRC-7 with x^7 + x^3 + 1, as on memory cards: the polynomial is primitive, so all errors of one or two bits in 127 are found, and all
-/// bursts of up to 7.
+/// CRC-7 with x^7 + x^3 + 1, as on memory cards: the polynomial is primitive, so all errors of one or two bits in 127
+/// are found, and all bursts of up to 7.
 static CHECK: Crc<u8, NoTable> = Crc::<u8, NoTable>::new(&CRC_7_MMC);
 const CHECK_BITS: u32 = 7;
 
-/// What a packed survey says.
+/// Content of a packed survey.
 ///
-/// From the most significant bit of the first byte: kind of survey (2 bits: 1 continuous, 2 stationary, 3 rotating), grade (2: 0 not
-/// judged, 1 good, 2 doubtful, 3 bad), [`INCLINATION`], [`AZIMUTH`], toolface's kind (1: 0 gravity, 1 magnetic), [`TOOLFACE`],
-/// [`GRAVITY_M_S2`], [`FIELD_UT`], [`DIP`], [`TEMPERATURE_C`], check. A line that is stuck at 0 or at 1 says no survey.
+/// From the most significant bit of the first byte: kind of survey (2 bits: 1 continuous, 2 stationary, 3 rotating),
+/// grade (2: 0 not judged, 1 good, 2 doubtful, 3 bad), [`INCLINATION`], [`AZIMUTH`], toolface's kind (1: 0 gravity, 1
+/// magnetic), [`TOOLFACE`], [`GRAVITY_M_S2`], [`FIELD_UT`], [`DIP`], [`TEMPERATURE_C`], check. A line that is stuck
+/// at 0 or at 1 says no survey.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurveyWord {
-    /// How it came about.
+    /// Kind of the survey.
     pub kind: SurveyKind,
-    /// What it is worth; `None`: not judged.
+    /// Grade; `None` if it was not judged.
     pub grade: Option<Grade>,
-    /// Radians.
+    /// Inclination, radians.
     pub inclination_rad: Reading,
-    /// From magnetic north, radians.
+    /// Azimuth from magnetic north, radians.
     pub azimuth_rad: Reading,
-    /// Which toolface it is.
+    /// Kind of the toolface.
     pub toolface_kind: ToolfaceKind,
-    /// Radians.
+    /// Toolface, radians.
     pub toolface_rad: Reading,
     /// |G|, m/s^2.
     pub gravity_m_s2: Reading,
     /// |B|, microtesla.
     pub field_ut: Reading,
-    /// Radians below the horizon.
+    /// Dip, radians below the horizon.
     pub dip_rad: Reading,
-    /// Degrees Celsius.
+    /// Temperature, degrees Celsius.
     pub temperature_c: Reading,
 }
 
-/// Ten bytes that are no survey.
+/// Reason for which ten bytes are no survey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SurveyWordError {
     /// The check is wrong: bits were read wrong.
     Damaged,
-    /// The check is right and the kind of survey is none.
+    /// The check is right, but there is no such kind of survey.
     NoSurvey,
 }
 
@@ -84,7 +85,7 @@ impl core::fmt::Display for SurveyWordError {
 impl core::error::Error for SurveyWordError {}
 
 impl SurveyWord {
-    /// Packs a survey. What is out of a quantity's range is said to be, see [`Reading`].
+    /// Packs a survey. A value out of a quantity's range is marked as such, see [`Reading`].
     #[must_use]
     pub fn pack(survey: &Survey, grade: Option<Grade>) -> [u8; SURVEY_WORD_BYTES] {
         let value = |x: Option<Uncertain>| x.map(|x| x.value);
@@ -115,17 +116,17 @@ impl SurveyWord {
         bits.bytes()
     }
 
-    /// Reads a packed survey.
+    /// Unpacks a survey.
     ///
     /// # Errors
-    /// It was damaged, or is none.
+    /// The bytes were damaged, or are no survey.
     pub fn unpack(word: &[u8; SURVEY_WORD_BYTES]) -> Result<Self, SurveyWordError> {
         let mut bits = Bits::of(word);
         let check = bits.pop(CHECK_BITS);
         if u16::from(CHECK.checksum(&bits.bytes())) != check {
             return Err(SurveyWordError::Damaged);
         }
-        // The last first.
+        // The last field comes first.
         let temperature_c = bits.pop_quantity(&TEMPERATURE_C);
         let dip_rad = bits.pop_quantity(&DIP);
         let field_ut = bits.pop_quantity(&FIELD_UT);

@@ -1,23 +1,26 @@
+//! Quantities of a survey word: numbers in a few bits, with codes for missing and out of range.
+
 use core::f32::consts::TAU;
 
-/// What the bits of one quantity say.
+/// Value of a quantity's bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Reading {
-    /// It was not measured, or is no number.
+    /// The quantity was not measured, or is no number.
     Missing,
-    /// Under the range.
+    /// The value is under the range.
     Below,
-    /// Over the range.
+    /// The value is over the range.
     Above,
-    /// Within half a [`Quantity::step`] of this.
+    /// The value is within half a [`Quantity::step`] of this.
     Value(f32),
 }
 
-/// How a number becomes a few bits.
+/// Map of a number to a few bits.
 ///
-/// Of the 2^n codes of n bits the highest means missing. A linear quantity has the two under it for below and above its range and spreads
-/// the rest from its least to its greatest value, both included; an angle has all the rest, from 0 on.
+/// The highest of the 2^n codes of n bits means missing. A linear quantity has the two codes under it for below and
+/// above its range and spreads the rest from its least to its greatest value, both included; an angle has all the
+/// rest, from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
     bits: u32,
@@ -35,19 +38,19 @@ impl Quantity {
         Self { bits, least: 0.0, greatest: TAU, whole_turn: true }
     }
 
-    /// How many bits it takes.
+    /// Returns the number of bits.
     #[must_use]
     pub const fn bits(&self) -> u32 {
         self.bits
     }
 
-    /// Least and greatest value that are told exactly; any angle is.
+    /// Returns the least and the greatest value that have codes; any angle has one.
     #[must_use]
     pub const fn range(&self) -> [f32; 2] {
         [self.least, self.greatest]
     }
 
-    /// Between neighbouring codes.
+    /// Returns the step between neighbouring codes.
     #[must_use]
     pub fn step(&self) -> f32 {
         (self.greatest - self.least) / f32::from(self.steps())
@@ -65,12 +68,12 @@ impl Quantity {
         self.missing() - 2
     }
 
-    /// Steps in the range: between the ends, or around.
+    /// Returns the number of steps in the range: between the ends, or around.
     const fn steps(&self) -> u16 {
         if self.whole_turn { self.missing() } else { self.missing() - 3 }
     }
 
-    /// The code of a value.
+    /// Returns the code of a value.
     #[must_use]
     pub fn code(&self, value: Option<f32>) -> u16 {
         let Some(value) = value.filter(|x| !x.is_nan()) else { return self.missing() };
@@ -93,7 +96,7 @@ impl Quantity {
         }
     }
 
-    /// What a code means.
+    /// Returns the meaning of a code.
     #[must_use]
     pub fn reading(&self, code: u16) -> Reading {
         if code >= self.missing() {

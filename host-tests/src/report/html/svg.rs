@@ -12,6 +12,21 @@ const RIGHT: f64 = 12.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 34.0;
 
+/// Room above a drawing of its own, for title and legend.
+const HEAD: f64 = 44.0;
+
+/// Style of a drawing of its own; the classes are those of the pages' style sheet.
+const STANDALONE_STYLE: &str = "\
+    svg { font: 11px system-ui, sans-serif; }\n\
+    text { fill: #5a6675; }\n\
+    .title { font-size: 14px; fill: #1c2430; }\n\
+    path { fill: none; stroke-width: 1.4; }\n\
+    line { stroke-width: 1.4; }\n\
+    .grid { stroke: #e6e9ee; }\n\
+    .before { stroke: #a3acb8; }\n\
+    .after { stroke: #2864a8; }\n\
+    .x { stroke: #b4541a; }\n";
+
 /// Approximate number of intervals of an axis.
 const INTERVALS: f64 = 5.0;
 
@@ -57,21 +72,51 @@ impl Plot<'_> {
         TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - share.clamp(0.0, 1.0))
     }
 
-    /// The plot as SVG.
+    /// The plot as SVG for a page, which has the style sheet, with its legend behind it.
     #[must_use]
     pub fn draw(&self) -> String {
         let mut out = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\">\n");
-        // Writing to a string does not fail.
-        let _ = self.draw_axes(&mut out);
-        for series in &self.series {
-            let _ = self.draw_series(&mut out, series);
-        }
+        self.draw_all(&mut out);
         out.push_str("</svg>\n<p class=\"legend\">");
         for series in &self.series {
             let _ = write!(out, "<span class=\"{}\">{}</span> ", series.class, escape(&series.name));
         }
         out.push_str("</p>\n");
         out
+    }
+
+    /// The plot as an SVG file of its own: style, white ground, title and legend are inside.
+    #[must_use]
+    pub fn standalone(&self, title: &str) -> String {
+        let height = HEIGHT + HEAD;
+        let mut out = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 {} {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" role=\"img\">\n\
+             <title>{title}</title>\n<style>\n{STANDALONE_STYLE}</style>\n<rect y=\"{}\" width=\"{WIDTH}\" height=\"{height}\" fill=\"#fff\"/>\n\
+             <text class=\"title\" x=\"{LEFT}\" y=\"{}\">{title}</text>\n",
+            -HEAD,
+            -HEAD,
+            -HEAD + 18.0,
+            title = escape(title),
+        );
+        let mut x = LEFT;
+        for series in &self.series {
+            let (end, text, name) = (x + 20.0, x + 26.0, escape(&series.name));
+            let class = series.class;
+            out += &format!("<line class=\"{class}\" x1=\"{x}\" y1=\"-8\" x2=\"{end}\" y2=\"-8\"/>\n");
+            out += &format!("<text x=\"{text}\" y=\"-4\">{name}</text>\n");
+            // Letters of 11 units are on the mean 6 wide.
+            x = text + 6.0 * series.name.len() as f64 + 24.0;
+        }
+        self.draw_all(&mut out);
+        out + "</svg>\n"
+    }
+
+    /// Axes and series. Writing to a string does not fail.
+    fn draw_all(&self, out: &mut String) {
+        let _ = self.draw_axes(out);
+        for series in &self.series {
+            let _ = self.draw_series(out, series);
+        }
     }
 
     fn draw_axes(&self, out: &mut String) -> std::fmt::Result {
@@ -141,6 +186,25 @@ fn ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_drawing_of_its_own_has_title_style_and_legend_inside_and_closes_every_tag() {
+        let series = Series {
+            name: "a < b".to_owned(),
+            class: "after",
+            points: vec![[0.0, 1.0, 0.0], [1.0, 2.0, 0.0]],
+            bridged_s: 2.0,
+            marked: false,
+        };
+        let plot = Plot { unit: "deg", from_s: 0.0, to_s: 1.0, range: [0.0, 2.0], shaded_s: &[], series: vec![series] };
+        let drawn = plot.standalone("Error & time");
+        assert!(drawn.starts_with("<svg xmlns=") && drawn.ends_with("</svg>\n"), "{drawn}");
+        assert!(drawn.contains(">Error &amp; time</text>") && drawn.contains(">a &lt; b</text>"), "{drawn}");
+        for tag in ["svg", "style", "text", "title"] {
+            let opened = drawn.matches(&format!("<{tag} ")).count() + drawn.matches(&format!("<{tag}>")).count();
+            assert_eq!(opened, drawn.matches(&format!("</{tag}>")).count(), "{tag}");
+        }
+    }
 
     #[test]
     fn ticks_are_round_and_inside() {

@@ -88,7 +88,7 @@ struct Outcome {
     distance: f64,
 }
 
-/// The tables of the README's section on population searches.
+/// The tables of the population searches.
 ///
 /// # Errors
 /// A window cannot be made.

@@ -1,4 +1,5 @@
-//! From the interrupt that reads the sensors to the loop that flies: a lock-free queue, and a count of what did not get through.
+//! From the interrupt that reads the sensors to the loop that flies: a lock-free queue, and a count of what did not
+//! get through.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer, Queue};
@@ -17,7 +18,7 @@ pub struct Acquired {
     pub sample: Sample,
 }
 
-/// What the interrupt counts; only it writes. Full counters go round.
+/// Counters of the interrupt; only it writes them. Full counters go round.
 pub struct AcquisitionCounts {
     acquired: AtomicU32,
     queue_full: AtomicU32,
@@ -26,7 +27,7 @@ pub struct AcquisitionCounts {
     faults: AtomicU32,
 }
 
-/// Of the one acquisition that there is.
+/// Counters of the only acquisition.
 pub static COUNTS: AcquisitionCounts = AcquisitionCounts {
     acquired: AtomicU32::new(0),
     queue_full: AtomicU32::new(0),

@@ -1,4 +1,4 @@
-//! What the application needs of a board, and nothing else of the chip.
+//! Board: all that the application needs of a chip.
 
 use super::{acquisition::SampleConsumer, stage::Stage};
 use embedded_storage::nor_flash::NorFlash;

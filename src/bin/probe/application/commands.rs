@@ -1,4 +1,4 @@
-//! What a host asks, and what becomes of it.
+//! Commands of a host, and their execution.
 
 use super::{Application, Pipeline, board::Board, memory::refusal};
 use heapless::Vec;
@@ -20,7 +20,7 @@ const BYTES_A_ROUND: u32 = 64;
 pub struct Commands {
     decoder: FrameDecoder<LONGEST>,
     gate: CommandGate,
-    /// What is to be reported at once.
+    /// Self-tests to be reported at once.
     pub self_test: Vec<SelfTest, 1>,
     /// Who wants raw samples.
     pub recording: Recording,
@@ -78,7 +78,7 @@ impl<B: Board> Application<B> {
         }
     }
 
-    /// Whether the byte ended a frame.
+    /// Takes a byte; returns true if it ended a frame.
     #[inline(never)]
     fn take(&mut self, now_us: u64, byte: u8) -> bool {
         // Not known to stand still: then it may be drilling.

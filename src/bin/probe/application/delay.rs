@@ -1,4 +1,4 @@
-//! How long after its acquisition a sample's attitude was there.
+//! Delay from a sample's acquisition to its attitude.
 
 /// An attitude later than this is counted, microseconds.
 pub const LATE_US: u64 = 2_000;
@@ -8,7 +8,7 @@ pub const LATE_US: u64 = 2_000;
 pub struct Delays {
     /// The worst, microseconds.
     pub worst_us: u32,
-    /// How many were over [`LATE_US`].
+    /// Number of delays over [`LATE_US`].
     pub late: u32,
 }
 

@@ -1,4 +1,4 @@
-//! What goes over the line, and what waits for it.
+//! Line to the host: messages that go over it, and those that wait.
 
 use super::board::Board;
 use heapless::Vec;
@@ -35,9 +35,9 @@ pub struct Line {
     /// The report of a window that waits for room.
     window: Vec<WindowReport, 1>,
     surveys: SurveyNews,
-    /// Whether what the probe runs with is to be said. However often that was asked for, it is said once.
+    /// True if the boot is to be sent. However often it was asked for, it is sent once.
     wants_boot: bool,
-    /// Of the latest sample.
+    /// Flags of the latest sample.
     flags: AttitudeFlags,
     recording: bool,
     results_lost: u32,
@@ -65,7 +65,7 @@ impl Line {
         self.queue.configure(stream)
     }
 
-    /// Whether raw samples are sent.
+    /// Switches raw samples on or off.
     pub const fn record(&mut self, recording: bool) {
         self.recording = recording;
     }
@@ -79,17 +79,17 @@ impl Line {
         self.results_lost
     }
 
-    /// What the probe runs with is to be said.
+    /// Asks for the boot to be sent.
     pub const fn want_boot(&mut self) {
         self.wants_boot = true;
     }
 
-    /// Whether it is, and there is room, that no other result waits for.
+    /// Returns true if the boot is asked for and has room that no other result waits for.
     pub fn takes_boot(&self) -> bool {
         self.wants_boot && self.window.is_empty() && self.surveys.is_empty() && self.queue.results_room() >= BOOT
     }
 
-    /// What the probe runs with; only when it is taken.
+    /// Sends the boot. It is made only when it is taken.
     #[inline(never)]
     pub fn boot(&mut self, now_us: u64, boot: &Boot) {
         self.wants_boot = false;
@@ -108,7 +108,7 @@ impl Line {
         }
     }
 
-    /// What was wrong with the sensors in the latest sample.
+    /// Returns the faults of the sensors in the latest sample.
     pub fn sensors_at_fault(&self) -> AttitudeFlags {
         self.flags & SelfTest::FAULTS
     }
@@ -124,7 +124,7 @@ impl Line {
         self.surveys |= SurveyNews::STATIONARY;
     }
 
-    /// What came of a window.
+    /// Sends the result of a window.
     pub fn window(&mut self, report: WindowReport) {
         let before = self.window.pop();
         self.lost_unless(before.is_none());
@@ -132,12 +132,12 @@ impl Line {
         let _ = self.window.push(report);
     }
 
-    /// Whether there is room for any diagnosis, which the pipeline keeps until then.
+    /// Returns true if there is room for any diagnosis, which the pipeline keeps until then.
     pub fn takes_diagnosis(&self) -> bool {
         self.queue.results_room() > MAX_PAYLOAD
     }
 
-    /// What came of a diagnosis; only when it is taken.
+    /// Sends the result of a diagnosis. It is made only when it is taken.
     #[inline(never)]
     pub fn diagnosis(&mut self, now_us: u64, report: &DiagnosisReport) {
         let taken = self.queue.push_result(now_us, report);
@@ -150,7 +150,7 @@ impl Line {
         let _ = self.queue.push_result(now_us, answer);
     }
 
-    /// How the probe does. One that finds no room is no loss: the next one tells the same and more.
+    /// Sends the health. A report without room is no loss: the next one tells the same and more.
     #[inline(never)]
     pub fn health(&mut self, now_us: u64, health: &Health) {
         let _ = self.queue.push_result(now_us, health);

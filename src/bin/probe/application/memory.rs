@@ -46,7 +46,8 @@ impl<F: NorFlash> Memory<F> {
         Ok(Self { store, gate, history, restored: None, goes_on_after_s: None, reason: None })
     }
 
-    /// Opens the ring and makes it ready, in the RAM that is kept for it. Before the first sample: it may have to erase.
+    /// Opens the ring and makes it ready, in the RAM that is kept for it. Before the first sample: it may have to
+    /// erase.
     #[inline(never)]
     pub fn start(
         place: &'static mut MaybeUninit<Self>,
@@ -54,7 +55,8 @@ impl<F: NorFlash> Memory<F> {
         config: &Config,
         feed: impl FnMut(),
     ) -> Option<&'static mut Self> {
-        // A flash that fails is no reason not to fly; the boot's report then names no model, and health counts the failures.
+        // A flash that fails is no reason not to fly; the boot's report then names no model, and health counts the
+        // failures.
         let memory = place.write(Self::open(flash, config).ok()?);
         let _ = memory.prepare(NotDrilling::PowerUp, feed);
         Some(memory)
@@ -126,7 +128,8 @@ impl<F: NorFlash> Memory<F> {
         Ok(is_new)
     }
 
-    /// Flies the model before the one that flies, which is stored anew before all others are retired: whenever the power goes, one flies.
+    /// Flies the model before the one that flies, which is stored anew before all others are retired: whenever the
+    /// power goes, one flies.
     #[inline(never)]
     pub fn roll_back(&mut self, probe: &mut Probe) -> Result<(), CommandRefusal> {
         let model = match (self.history.previous(), self.restored) {
@@ -161,12 +164,12 @@ impl<F: NorFlash> Memory<F> {
         Ok(())
     }
 
-    /// Whether the flash holds what it should.
+    /// Returns true if the flash holds what it should.
     pub fn verify(&mut self) -> bool {
         matches!(self.store.verify(), Ok(true))
     }
 
-    /// What flies now, where it is not the factory's.
+    /// Returns the flown model if it is not the factory's.
     pub fn flies(&self, probe: &Probe) -> Option<StoredModel> {
         let (gyro, effects) = (probe.gyro_model(), probe.effects());
         let is_factory = *gyro == probe.config().gyro && effects.is_empty();
@@ -202,12 +205,12 @@ impl<F: NorFlash> Memory<F> {
     /// Begins to store the model of the latest window, with or without what the filter has learnt.
     fn begin_model(&mut self) {
         let Some(reason) = self.reason.take() else { return };
-        // What is refused, or cannot begin, the store counts.
+        // The store counts models that are refused or cannot begin.
         let _ = self.store.begin_model(&StoredModel { reason, ..*self.history.latest() });
     }
 
-    /// Programs the next piece. What fails is counted, and the next window offers the model again. Whether the filter has to stay as it is until
-    /// the next.
+    /// Programs the next piece. What fails is counted, and the next window offers the model again. Whether the filter
+    /// has to stay as it is until the next.
     #[inline(never)]
     pub fn step(&mut self, probe: &Probe) -> bool {
         if !self.store.is_writing() {
@@ -239,7 +242,8 @@ impl<F: NorFlash> Memory<F> {
         Ok(())
     }
 
-    /// No model that is stored is restored any more, and what they took is erased; the next stable one is stored as the first.
+    /// No model that is stored is restored any more, and what they took is erased; the next stable one is stored as
+    /// the first.
     pub fn erase(&mut self, config: &Config, feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
         self.store.retire_models()?;
         self.gate = StabilityGate::new(&config.gyro, None);
@@ -255,12 +259,12 @@ impl<F: NorFlash> Memory<F> {
     }
 }
 
-/// Of a probe that flies the factory's model.
+/// Makes the gate and the history of a probe that flies the factory's model.
 fn afresh(config: &Config) -> (StabilityGate, ModelHistory) {
     (StabilityGate::new(&config.gyro, None), ModelHistory::of_factory(&config.gyro, &LIBRARY))
 }
 
-/// What the memory's refusal is to who sent a command.
+/// Translates an error of the storage for the sender of a command.
 pub fn refusal<E>(error: StorageError<E>) -> CommandRefusal {
     match error {
         StorageError::Busy => CommandRefusal::Busy,
@@ -281,7 +285,7 @@ impl<F: NorFlash> CounterStore for Memory<F> {
     }
 }
 
-/// What the factory wrote; nothing, where it cannot be read.
+/// Reads the factory's records; nothing if they cannot be read.
 #[cfg(feature = "spi-sensors")]
 pub fn factory_records<R: ReadNorFlash>(region: &mut R) -> FactoryRecords {
     FactoryRecords::read(region).unwrap_or_default()

@@ -1,4 +1,4 @@
-//! What the probe says of itself.
+//! Reports of the probe about itself.
 
 use super::{Application, Pipeline, acquisition::COUNTS, board::Board};
 use crate::stack;
@@ -11,7 +11,7 @@ impl<B: Board> Application<B> {
         self.pipeline.line.want_boot();
     }
 
-    /// What the probe says of itself when it starts, and before a recording.
+    /// Makes the boot, for the start and for a recording.
     #[inline(never)]
     pub(super) fn report_boot(&mut self, now_us: u64) {
         let Pipeline { probe, line, memory, .. } = &mut self.pipeline;

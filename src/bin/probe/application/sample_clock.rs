@@ -17,7 +17,8 @@ pub fn round() {
     }
 }
 
-/// Rounds since the start, and what `timer` says within the round. Not with interrupts masked: a round that ends meanwhile would not count.
+/// Rounds since the start, and what `timer` says within the round. Not with interrupts masked: a round that ends
+/// meanwhile would not count.
 pub fn rounds_and(timer: impl Fn() -> u32) -> (u64, u32) {
     let rounds = || (ROUNDS_HIGH.load(Ordering::Relaxed), ROUNDS.load(Ordering::Relaxed));
     loop {
@@ -42,7 +43,7 @@ pub fn rounds() -> u64 {
 pub mod systick {
     use cortex_m::peripheral::{SCB, SYST, scb::SystemHandler, syst::SystClkSource};
 
-    /// Of the STM32F405 at its highest clock.
+    /// Ticks of the STM32F405 at its highest clock.
     const TICKS_PER_US: u32 = 168;
 
     /// Starts it. PendSV, which it is to call, gets the lowest priority.

@@ -26,7 +26,8 @@ impl<I: InertialSource, M: MagneticSource> Sensors<I, M> {
         Self { inertial, magnetic, combiner, acquisition, rounds: 0 }
     }
 
-    /// Reads what the parts have measured since the last round. A part that fails is started anew by its source, which counts it.
+    /// Reads what the parts have measured since the last round. A part that fails is started anew by its source,
+    /// which counts it.
     pub fn read(&mut self, rounds: u64, now_us: u64) {
         let missed = rounds.saturating_sub(self.rounds).saturating_sub(1);
         self.rounds = rounds;
@@ -49,7 +50,7 @@ impl<I: InertialSource, M: MagneticSource> Sensors<I, M> {
     }
 }
 
-/// What the parts' data sheets say of a sample's sensors.
+/// Figures of a sample's sensors, from the parts' data sheets.
 pub fn data_sheet<I: InertialSource, M: MagneticSource>(inertial: &I, magnetic: &M) -> (u32, FullScale, Latency) {
     let (inertial, magnetic) = (inertial.data(), magnetic.data());
     (inertial.period_us, FullScale::of_parts(&inertial, &magnetic), Latency::of_parts(&inertial, &magnetic))

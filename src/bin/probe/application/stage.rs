@@ -1,6 +1,6 @@
 //! Stages of the application, and which of them have come to their end since the watchdog was fed.
 
-/// What has to go on for the probe to be alive.
+/// Stage that has to go on for the probe to be alive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// The interrupt that reads the sensors.
@@ -30,7 +30,7 @@ impl Progress {
         self.0 |= stage.bit();
     }
 
-    /// Whether every stage has; then they have to anew.
+    /// Returns true if every stage has gone on; then they have to go on anew.
     pub const fn take_if_whole(&mut self) -> bool {
         let whole = self.0 == ALL;
         if whole {

@@ -1,4 +1,4 @@
-//! What a run starts from: `boot.bin`, in postcard's encoding.
+//! Boot file of a run, `boot.bin`, in postcard's encoding.
 
 use crate::application::{Settings, stage::Stage};
 use meerkat_mwd::sensor_models::Recording;
@@ -9,7 +9,7 @@ const LONGEST: usize = 1024;
 
 pub struct Boot {
     pub settings: Settings,
-    /// How the sensors' file is played.
+    /// Playback of the sensors' file.
     pub sensors: Recording,
     /// A defect to play.
     pub hang: Option<Hang>,

@@ -1,4 +1,5 @@
-//! Sectors 1 to 3 of the flash, played by a file: the emulated chip's own is read-only. Programming clears bits, erasing sets them.
+//! Sectors 1 to 3 of the flash, played by a file: the emulated chip's own is read-only. Programming clears bits,
+//! erasing sets them.
 
 use crate::console::{Word::Text, complain};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};

@@ -1,4 +1,5 @@
-//! The log, in defmt's encoding, by semihosting into `log.bin`: what the program prints at its end has the standard output.
+//! The log, in defmt's encoding, by semihosting into `log.bin`: what the program prints at its end has the standard
+//! output.
 
 use core::cell::UnsafeCell;
 use critical_section::RestoreState;
@@ -19,7 +20,8 @@ struct State {
 
 struct Shared(UnsafeCell<State>);
 
-// SAFETY: one core, and its interrupts are masked from `acquire` to `release`, between which alone the state is touched.
+// SAFETY: one core, and its interrupts are masked from `acquire` to `release`, between which alone the state is
+// touched.
 #[allow(unsafe_code)]
 unsafe impl Sync for Shared {}
 
@@ -40,11 +42,13 @@ impl State {
     }
 }
 
-// SAFETY: each is called in the order that the trait asks of the macros, with interrupts masked since `acquire`; nothing here logs.
+// SAFETY: each is called in the order that the trait asks of the macros, with interrupts masked since `acquire`;
+// nothing here logs.
 #[allow(unsafe_code)]
 unsafe impl Logger for Log {
     fn acquire() {
-        // SAFETY: released in `release`; nobody else holds the state, for interrupts are masked and nothing that logs is inside a log.
+        // SAFETY: released in `release`; nobody else holds the state, for interrupts are masked and nothing that logs
+        // is inside a log.
         let state = unsafe {
             let interrupts = critical_section::acquire();
             let state = &mut *SHARED.0.get();

@@ -1,5 +1,5 @@
-//! The sensors: register models, played a recording that goes on with the clock whatever the probe does, and the adapters on them, which are
-//! served in PendSV.
+//! The sensors: register models, played a recording that goes on with the clock whatever the probe does, and the
+//! adapters on them, which are served in PendSV.
 
 use super::boot::Hang;
 use crate::{
@@ -32,7 +32,7 @@ const RECORD: usize = 42;
 /// Depth of the FIFO that is modelled: the same as on the host.
 const WORDS: usize = 16;
 
-/// What stands for the hardware, and the adapters on it: static RAM.
+/// Models that stand for the hardware, and the adapters on them, in static RAM.
 pub struct Modelled {
     parts: MaybeUninit<ModelledParts<WORDS>>,
     player: MaybeUninit<RecordingPlayer<'static, WORDS>>,
@@ -84,7 +84,7 @@ pub fn start(
     Ok(())
 }
 
-/// Whether the recording has come to its end.
+/// Returns true if the recording has ended.
 pub fn are_over() -> bool {
     OVER.load(Ordering::Relaxed)
 }
@@ -111,7 +111,7 @@ impl Sensors {
                 cortex_m::asm::nop();
             }
         }
-        // Of rounds that were missed the readings wait in the part's FIFO.
+        // Readings of missed rounds wait in the part's FIFO.
         while self.rounds < rounds {
             self.rounds += 1;
             let Some(truth) = read(&mut self.file) else { return OVER.store(true, Ordering::Relaxed) };

@@ -1,5 +1,5 @@
-//! USART1, register by register (the HAL's clock set-up does not end on the emulated chip). The emulated transmitter is always ready:
-//! the speed of a real line is kept by counting.
+//! USART1, register by register (the HAL's clock set-up does not end on the emulated chip). The emulated transmitter
+//! is always ready: the speed of a real line is kept by counting.
 
 const USART1: usize = 0x4001_1000;
 /// Status, data, control 1 (reference manual RM0090, section 30.6).

@@ -1,9 +1,10 @@
-//! The watchdog that the emulated chip lacks: the sample clock's exception counts it down, and nothing has a higher priority.
+//! The watchdog that the emulated chip lacks: the sample clock's exception counts it down, and nothing has a higher
+//! priority.
 
 use crate::reset_record::{self, Asked};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// How long a round of the program may take, microseconds: as the fastest watchdog of a real board has it.
+/// Longest round of the program, microseconds: that of the fastest watchdog of a real board.
 const PATIENCE_US: u32 = 1_000_000;
 
 /// The same in rounds of the sample clock, and those that are left.

@@ -30,8 +30,8 @@ pub struct FactoryFlash(&'static [u8]);
 /// Both; once, for there is one `NVMC`.
 pub fn split(nvmc: NVMC) -> (ModelFlash, FactoryFlash) {
     let start = &raw mut symbols::_storage_start;
-    // SAFETY: the linker keeps these bytes free of everything else, the owner of the only `NVMC` comes here once, and the two slices do not
-    // overlap.
+    // SAFETY: the linker keeps these bytes free of everything else, the owner of the only `NVMC` comes here once, and
+    // the two slices do not overlap.
     #[allow(unsafe_code)]
     let (models, factory) = unsafe {
         (slice::from_raw_parts_mut(start, MODELS_BYTES), slice::from_raw_parts(start.add(MODELS_BYTES), FACTORY_BYTES))

@@ -62,7 +62,8 @@ fn UARTE0_UART0() {
     let Some(port) = MINE else { return };
     while port.uart.events_rxdrdy.read().bits() != 0 {
         port.uart.events_rxdrdy.reset();
-        // A byte with an error is passed on: the frame's check notices it. Without room a command is damaged, and its sender gets no answer.
+        // A byte with an error is passed on: the frame's check notices it. Without room a command is damaged, and its
+        // sender gets no answer.
         let _ = port.incoming.enqueue(port.uart.rxd.read().rxd().bits());
     }
     if port.uart.events_txdrdy.read().bits() != 0 {

@@ -1,5 +1,5 @@
-//! Sectors 1 to 3 of the internal flash, 16 KiB each, for models; and the factory's sector 11, which nothing here writes. While a word is
-//! programmed or a sector erased, the chip fetches no instruction (RM0090 section 3.6).
+//! Sectors 1 to 3 of the internal flash, 16 KiB each, for models; and the factory's sector 11, which nothing here
+//! writes. While a word is programmed or a sector erased, the chip fetches no instruction (RM0090 section 3.6).
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use stm32f4xx_hal::pac::{FLASH, flash::cr::PSIZE};
@@ -44,7 +44,8 @@ fn check(offset: u32, length: usize, unit: usize) -> Result<usize, FlashError> {
 
 fn copy(from: usize, bytes: &mut [u8]) {
     for (byte, address) in bytes.iter_mut().zip(from..) {
-        // SAFETY: the callers stay within the flash, which is always readable; volatile, for it changes behind the compiler's back.
+        // SAFETY: the callers stay within the flash, which is always readable; volatile, for it changes behind the
+        // compiler's back.
         #[allow(unsafe_code)]
         unsafe {
             *byte = (address as *const u8).read_volatile();
@@ -152,7 +153,8 @@ impl ModelFlash {
     /// 32 bits at a time, which 2.7 to 3.6 V allow (section 3.6.2): a quarter of the time that bytes take.
     fn program(&mut self, address: usize, word: u32) -> Result<(), FlashError> {
         self.0.cr().modify(|_, w| w.psize().variant(PSIZE::Psize32).ser().clear_bit().pg().set_bit());
-        // SAFETY: the address is an aligned word of the models' sectors, in which there is no code; the flash is unlocked for programming.
+        // SAFETY: the address is an aligned word of the models' sectors, in which there is no code; the flash is
+        // unlocked for programming.
         #[allow(unsafe_code)]
         unsafe {
             (address as *mut u32).write_volatile(word);

@@ -1,8 +1,9 @@
 //! SysTick as a counter of executed instructions.
 //!
-//! Under `-icount` the emulator's clock advances by the same amount with every instruction and with nothing else, so a timer
-//! counts instructions. How many ticks one takes is measured at the start with a loop of known length. The timer has 24 bits
-//! (1.5 million instructions): its exception counts how often they wrap, and adds its own ten instructions each time.
+//! Under `-icount` the emulator's clock advances by the same amount with every instruction and with nothing else, so
+//! a timer counts instructions. How many ticks one takes is measured at the start with a loop of known length. The
+//! timer has 24 bits (1.5 million instructions): its exception counts how often they wrap, and adds its own ten
+//! instructions each time.
 
 use super::fault::Fault;
 use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
@@ -57,7 +58,7 @@ impl InstructionCounter {
         }
     }
 
-    /// What `work` returns, and the ticks it took.
+    /// Returns the result of `work`, and the ticks it took.
     pub fn measure<T>(&self, work: impl FnOnce() -> T) -> (T, u64) {
         let start = now();
         compiler_fence(Ordering::SeqCst);

@@ -35,7 +35,7 @@ impl RecordWriter {
         self.flush()
     }
 
-    /// Whether the record found room.
+    /// Encodes a record; returns true if it found room.
     fn encode(&mut self, record: &Record) -> bool {
         let room = self.buffer.get_mut(self.used..).unwrap_or_default();
         match postcard::to_slice(record, room) {

@@ -1,4 +1,5 @@
-//! Where the samples come from: register models of the sensors, played the recording, and the adapters on them; or the recording itself.
+//! Where the samples come from: register models of the sensors, played the recording, and the adapters on them; or
+//! the recording itself.
 
 use super::{
     fault::Fault,
@@ -18,7 +19,7 @@ use meerkat_mwd::{
 /// Depth of the FIFO that is modelled: the same as on the host.
 const WORDS: usize = 16;
 
-/// What stands for the hardware.
+/// Memory of the models that stand for the hardware.
 pub type Parts = MaybeUninit<ModelledParts<WORDS>>;
 /// The adapters on it.
 pub type Player = MaybeUninit<RecordingPlayer<'static, WORDS>>;
@@ -47,7 +48,7 @@ impl Sensors {
         if !self.settled {
             self.settled = true;
             player.settle(truth);
-            // What a flight takes is counted from here on.
+            // The ticks of a flight are counted from here on.
             parts.meter.set(Some(WireMeter { count: ticks, spent: 0 }));
         }
         player.pass_to(truth);

@@ -1,3 +1,5 @@
+//! The evidence of claims is that of the whole least-squares problem, and the right ones are chosen.
+
 #![allow(clippy::single_range_in_vec_init)] // A list of one range of columns.
 
 extern crate std;
@@ -88,7 +90,7 @@ impl Problem {
     }
 
     fn design(&self, unknown: &[Range<usize>]) -> SMatrix<f64, ROWS, BOTH> {
-        // Of the vector sensors' errors the made library has a name for the hard iron alone: the others are always in.
+        // The made library has a name for one error of the vector sensors, the hard iron: the others are always in.
         let is_nameless = |c: usize| c < NUISANCES && !HARD_IRON.columns().contains(&c);
         let is_in = |c: usize| is_of_gyro(c) || is_nameless(c) || unknown.iter().any(|columns| columns.contains(&c));
         SMatrix::from_fn(|i, c| if is_in(c) { self.rows[i].coefficient(c) } else { 0.0 })
@@ -193,7 +195,7 @@ fn what_is_there_is_claimed_as_the_posterior_says_and_what_is_not_is_not() {
                 let (value, sigma) = (mean[column] * unit, libm::sqrt(covariance[(column, column)]) * unit);
                 is_about(claim.parameters[k], value, "size");
                 is_about(claim.sigma[k], sigma, "deviation");
-                // What one unit of a parameter adds: 1, 2, 3 and so on.
+                // Sizes that one unit of a parameter adds: 1, 2, 3 and so on.
                 let before: usize = MADE[..effect].iter().map(|effect| effect.parameters().len()).sum();
                 let shown = (1 + before + k) as f64;
                 square += value * value * shown * shown;
@@ -247,7 +249,7 @@ fn two_effects_that_read_the_same_are_rivals() {
     assert_eq!(claim.rivals, 1 << other);
 }
 
-/// What reads like two others together explains the most at first, and nothing once they are in.
+/// An effect that reads like two others together explains the most at first, and nothing once they are in.
 #[test]
 fn what_the_others_explain_as_well_is_let_go() {
     let truth = [(GLOBALS + TWISTS, 0.75), (GLOBALS + SHEARS, 1.0), (GLOBALS + SHEARS + 1, 1.0)];

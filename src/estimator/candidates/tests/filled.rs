@@ -1,3 +1,5 @@
+//! The effects' part of a node's rows is the derivative of the rows.
+
 extern crate std;
 
 use super::{EFFECTS, LIBRARY, deviate, shake};
@@ -95,7 +97,7 @@ impl Setting {
         Self { candidates, increments, node, settings: Settings::new(&config), kind }
     }
 
-    /// What comes of the node where this is taken out.
+    /// Rows of the node with this taken out.
     fn rows(&mut self, x: &[f64; EFFECTS]) -> Rows {
         let parameters = Parameters::new(&[0.0; 37], &zero3(), &identity());
         self.candidates.x = *x;
@@ -142,7 +144,8 @@ fn constants(rows: &Rows, as_weighted: &Rows) -> SVector<f64, ROWS> {
     })
 }
 
-/// Largest error of a column of the effects in some of the new rows, of its length there, by differences of the rows themselves.
+/// Largest error of a column of the effects in some of the new rows, of its length there, by differences of the rows
+/// themselves.
 fn largest_error(setting: &mut Setting, of: Range<usize>) -> (f64, &'static str) {
     let now = setting.rows(&[0.0; EFFECTS]);
     let mut most = (0.0, "");
@@ -190,7 +193,7 @@ fn the_columns_are_the_derivatives_of_the_rows() {
     }
 }
 
-/// What is taken out of the rate while the tool moves is no part of its bias at rest either.
+/// The part of the rate that is taken out while the tool moves is no part of its bias at rest either.
 #[test]
 fn at_rest_the_rate_is_read_without_what_is_taken_out() {
     let (error, name) = largest_error(&mut Setting::new(3, Kind::Rest, 1e-3), STILL - NODE..ROWS);

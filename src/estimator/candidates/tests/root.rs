@@ -1,3 +1,5 @@
+//! The root of the effects is that of the whole least-squares problem.
+
 extern crate std;
 
 use super::{
@@ -108,7 +110,7 @@ fn the_root_holds_the_information_of_all_rows_when_the_states_are_gone() {
             }
         }
         (NODE..NODE + ROWS).for_each(|i| add(&known.rows[i], &known.further[i], node));
-        for column in 0..2 * NODE {
+        for column in (0..2 * NODE).step_by(2) {
             let Known { candidates, rows, further, .. } = known.as_mut();
             candidates.eliminate(further, rows, column);
         }
@@ -116,7 +118,7 @@ fn the_root_holds_the_information_of_all_rows_when_the_states_are_gone() {
         let further = known.further;
         known.candidates.finish(&further);
     }
-    // Of the last node's states nothing is left out of the globals: they are eliminated as well.
+    // The last node's states are eliminated as well, so the globals have all that is in them.
     let states = normal.fixed_view::<STATES, STATES>(0, 0).into_owned().cholesky().unwrap();
     let cross = normal.fixed_view::<STATES, { BOTH + 1 }>(0, STATES).into_owned();
     let expected =
@@ -128,7 +130,7 @@ fn the_root_holds_the_information_of_all_rows_when_the_states_are_gone() {
     for (i, row) in known.candidates.root.iter().enumerate() {
         assert!(row.iter().take(i).all(|x| *x == 0.0), "row {i}");
     }
-    // What is not in use keeps its prior.
+    // A column that is not in use keeps its prior.
     assert!(known.candidates.root[USED][USED] == 1.0);
 }
 

@@ -1,3 +1,5 @@
+//! Shocks are told from vibration.
+
 use super::{super::shocks::Shocks, deviate, shake};
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;

@@ -1,4 +1,7 @@
-//! `mwd bench`: every figure that the README shows, from seeds, as tables on the terminal and as JSON.
+//! `mwd bench`: every measurement of `docs/measurements`, from seeds, as tables on the terminal, as JSON and as Markdown.
+
+mod page;
+mod sections;
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -8,14 +11,8 @@ use std::{
 use clap::Args;
 use serde_json::json;
 
-use crate::{
-    bench::{
-        Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, coverage, drilling, effects, hour,
-        rate_error, recordings, sensors, swaps, target, turntable,
-    },
-    failure::Failure,
-    research::{contaminated, evaluations, inclination, paper},
-};
+use crate::{bench::Effort, failure::Failure};
+use sections::{Place, SECTIONS, Section};
 
 /// Options of `bench`.
 #[derive(Debug, Clone, Args)]
@@ -35,58 +32,15 @@ pub struct BenchArgs {
     /// Write the tables as JSON
     #[arg(long, value_name = "OUT.json")]
     pub json: Option<PathBuf>,
+    /// Write each section's tables as a page NAME.md into this folder
+    #[arg(long, value_name = "DIR")]
+    pub markdown: Option<PathBuf>,
 }
 
-/// One section of the bench: a name, and what prints its tables.
-struct Section {
-    /// Its name on the command line.
-    name: &'static str,
-    place: Place,
-    run: fn(Effort) -> anyhow::Result<Vec<Table>>,
-}
-
-/// Where a section runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
-    /// On this machine.
-    Host,
-    /// On the emulated chip: with `--target`, which runs nothing else.
-    Target,
-}
-
-impl Section {
-    const fn on_host(name: &'static str, run: fn(Effort) -> anyhow::Result<Vec<Table>>) -> Self {
-        Self { name, place: Place::Host, run }
-    }
-}
-
-/// All sections, in the order in which they are printed.
-const SECTIONS: &[Section] = &[
-    Section::on_host("rate_error", rate_error::run),
-    Section::on_host("inclination", inclination::run),
-    Section::on_host("evaluations", evaluations::run),
-    Section::on_host("paper", paper::run),
-    Section::on_host("coverage", coverage::run),
-    Section::on_host("contaminated", contaminated::run),
-    Section::on_host("turntable", turntable::run),
-    Section::on_host("hour", hour::run),
-    Section::on_host("swaps", swaps::run),
-    Section::on_host("effects", effects::run),
-    Section::on_host("recordings", recordings::run),
-    Section::on_host("benefit", benefit::run),
-    Section::on_host("attitude", attitude::run),
-    Section::on_host("bus_faults", bus_faults::run),
-    Section::on_host("sensors", sensors::run),
-    Section { name: "target", place: Place::Target, run: target::run },
-    Section { name: "bus", place: Place::Target, run: bus::run },
-    Section::on_host("drilling", drilling::run),
-    Section { name: "attitude_cost", place: Place::Target, run: attitude_cost::run },
-];
-
-/// Runs the sections asked for, prints each table when it is done and writes them all as JSON.
+/// Runs the sections asked for, prints each one's tables when they are done, and writes them as JSON and as pages.
 ///
 /// # Errors
-/// There is no such section, one cannot be run, or the result cannot be written.
+/// There is no such section, one cannot be run, or a result cannot be written.
 pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     let effort = match args.seeds {
         Some(seeds) => Effort::Seeds(seeds),
@@ -100,10 +54,14 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
         if io::stderr().is_terminal() {
             eprintln!("{}", section.name);
         }
-        for table in (section.run)(effort)? {
+        let tables = (section.run)(effort)?;
+        for table in &tables {
             writeln!(out, "{table}")?;
             out.flush()?;
             all.push(json!({ "section": section.name, "table": table }));
+        }
+        if let Some(folder) = &args.markdown {
+            page::write(folder, section, effort, &tables)?;
         }
     }
     if let Some(path) = &args.json {

@@ -1,0 +1,199 @@
+//! `mwd survey`: from stations to corrected directions, positions with their uncertainty, and the files that others
+//! read.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+use meerkat_mwd::survey::{SurveyKind, SurveyReport};
+use nalgebra::Vector3;
+
+use crate::{
+    failure::Failure,
+    flight::{configuration::of_trace, started, surveys},
+    surveys::{
+        files,
+        reference::Reference,
+        settings::{Correction, RunSettings},
+        stations_csv::{DepthByTime, Measured, ReadStation, read},
+        surveyed::{SurveyedRun, surveyed},
+    },
+    trace::Trace,
+};
+
+/// Options of `survey`.
+#[derive(Debug, Clone, Args)]
+pub struct SurveyArgs {
+    /// Stations as CSV (columns such as md_m,gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt), or a trace, of which the surveys at rest are
+    /// taken
+    #[arg(value_name = "STATIONS.csv|TRACE")]
+    pub input: PathBuf,
+    /// Place, date, reference, grid and corrections of the run
+    #[arg(long, value_name = "RUN.toml")]
+    pub run: Option<PathBuf>,
+    /// How azimuths are corrected, instead of what the run's file says
+    #[arg(long)]
+    pub correction: Option<Correction>,
+    /// Bit depth by time (columns t_s,md_m), for stations without a depth
+    #[arg(long, value_name = "DEPTH.csv")]
+    pub depth: Option<PathBuf>,
+    /// Distance from the bit to the tool, metres
+    #[arg(long, value_name = "M", default_value_t = 0.0, requires = "depth")]
+    pub bit_to_tool: f64,
+    /// Seconds to add to the depth file's clock to get the tool's
+    #[arg(long, value_name = "S", default_value_t = 0.0, requires = "depth", allow_negative_numbers = true)]
+    pub clock: f64,
+    /// Write every number of every station as CSV
+    #[arg(long, value_name = "OUT.csv")]
+    pub csv: Option<PathBuf>,
+    /// Write depth, inclination and azimuth as CSV, for planning programs such as welleng
+    #[arg(long, value_name = "OUT.csv")]
+    pub plain: Option<PathBuf>,
+    /// Write a WITSML 1.4.1.1 trajectory
+    #[arg(long, value_name = "OUT.xml")]
+    pub witsml1: Option<PathBuf>,
+    /// Write a WITSML 2.0 trajectory
+    #[arg(long, value_name = "OUT.xml")]
+    pub witsml2: Option<PathBuf>,
+    /// Write a LAS 2.0 file
+    #[arg(long, value_name = "OUT.las")]
+    pub las: Option<PathBuf>,
+    /// Write everything as JSON
+    #[arg(long, value_name = "OUT.json")]
+    pub json: Option<PathBuf>,
+    /// Send WITS level 0 records over TCP
+    #[arg(long, value_name = "HOST:PORT")]
+    pub wits0: Option<String>,
+}
+
+/// Works out the run, prints it and writes what is asked for.
+///
+/// # Errors
+/// An input cannot be used, or an output cannot be written.
+pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
+    let mut settings = match &args.run {
+        Some(path) => RunSettings::parse(&text_of(path)?).map_err(|error| named(path, &error))?,
+        None => RunSettings::default(),
+    };
+    if let Some(correction) = args.correction {
+        settings.correction = correction;
+    }
+    let stations = stations(args)?;
+    let reference = Reference::of(&settings)?;
+    let run = surveyed(&stations, &settings, &reference).map_err(|error| named(&args.input, &error))?;
+    print(&run);
+    type Text = fn(&SurveyedRun) -> String;
+    let texts: [(&Option<PathBuf>, Text); 5] = [
+        (&args.csv, files::csv::full),
+        (&args.plain, files::csv::plain),
+        (&args.witsml1, files::witsml1::witsml),
+        (&args.witsml2, files::witsml2::witsml),
+        (&args.las, files::las::las),
+    ];
+    for (path, text) in texts {
+        if let Some(path) = path {
+            files::save(path, &text(&run))?;
+        }
+    }
+    if let Some(path) = &args.json {
+        files::save(path, &files::json(&run)?)?;
+    }
+    if let Some(address) = &args.wits0 {
+        files::wits0::send(&run, address)?;
+    }
+    Ok(())
+}
+
+fn text_of(path: &Path) -> Result<String, Failure> {
+    fs::read_to_string(path).map_err(|error| Failure::BadInput(format!("{}: cannot be read: {error}", path.display())))
+}
+
+fn named(path: &Path, error: &Failure) -> Failure {
+    Failure::BadInput(format!("{}: {error}", path.display()))
+}
+
+/// Stations of the input, each with a depth.
+fn stations(args: &SurveyArgs) -> anyhow::Result<Vec<ReadStation>> {
+    let mut stations = if is_trace(&args.input)? {
+        let trace = Trace::read(&args.input)?;
+        let taken = surveys(started(&of_trace(&trace), None)?, &trace.samples)?;
+        taken.iter().filter_map(at_rest).collect()
+    } else {
+        read(&text_of(&args.input)?).map_err(|error| named(&args.input, &error))?
+    };
+    if let Some(path) = &args.depth {
+        let depths = DepthByTime::read(&text_of(path)?, args.bit_to_tool, args.clock)?;
+        for station in &mut stations {
+            station.md_m = station.md_m.or_else(|| depths.at(station.t_s?));
+        }
+    }
+    Ok(stations)
+}
+
+/// A trace is compressed, or its columns are those of samples.
+fn is_trace(path: &Path) -> Result<bool, Failure> {
+    if path.extension().is_some_and(|extension| extension == "gz") {
+        return Ok(true);
+    }
+    let text = text_of(path)?;
+    let header = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+    let columns: Vec<&str> = header.split(',').map(str::trim).collect();
+    Ok(["t_s", "gx", "ax"].iter().all(|name| columns.contains(name)))
+}
+
+/// Station of a survey at rest, at the middle of its mean.
+fn at_rest(report: &SurveyReport) -> Option<ReadStation> {
+    let averages = report.averages;
+    let field = averages.field_ut.filter(|_| report.survey.kind == SurveyKind::Stationary)?;
+    let wide = |v: [f32; 3]| Vector3::from(v.map(f64::from));
+    let middle_us = (report.survey.t_start_us + report.survey.t_end_us) / 2;
+    let measured = Measured::SixAxis { force_m_s2: wide(averages.force_m_s2), field_ut: wide(field) };
+    Some(ReadStation { t_s: Some(middle_us as f64 * 1e-6), md_m: None, measured })
+}
+
+/// Prints what was found and the path.
+fn print(run: &SurveyedRun) {
+    for warning in &run.warnings {
+        println!("warning: {warning}");
+    }
+    let provenance = &run.provenance;
+    println!("reference: {} of {} {}", provenance.model, provenance.date, provenance.place);
+    if let Some(analysis) = &run.analysis {
+        println!(
+            "multi-station analysis of {} stations: azimuths {}; inclinations {}",
+            analysis.counted, analysis.azimuth, analysis.inclination
+        );
+        let [before, left_out] = analysis.residual;
+        println!(
+            "residuals in units of the noise: {before:.2} uncorrected, {left_out:.2} as the other stations predict; noise \
+             times {:.2}",
+            libm::sqrtf(analysis.noise_ratio)
+        );
+        for (name, value, sigma, prior, observable) in &analysis.estimates {
+            let told = if *observable { "observable" } else { "not observable" };
+            println!("  {name:<24}{value:>10.5} +- {sigma:.5} (before {prior:.5}) {told}");
+        }
+        if analysis.axial_field_grows {
+            println!("the drill string's field grew over the run");
+        }
+    }
+    let no_go = run.stations.iter().filter(|station| station.axial_no_go == Some(true)).count();
+    println!("short-collar correction: {no_go} of {} stations in its no-go zone", run.stations.len());
+    let north = if run.convergence_deg.is_some() { "grid" } else { "true" };
+    println!(
+        "     md, m  incl, deg  azi ({north}), deg    +-    tvd, m   north, m    east, m  dogleg  1-sigma ellipse, m"
+    );
+    for s in &run.stations {
+        let [n, e, tvd] = s.position_m;
+        let [major, minor, azimuth] = s.ellipse;
+        let sigma = s.sigma_azimuth_deg.map_or_else(|| "-".to_owned(), |sigma| format!("{sigma:.2}"));
+        let doubted = if s.doubted { "  contradicted by the others" } else { "" };
+        println!(
+            "{:>10.2} {:>10.2} {:>16.2} {sigma:>5} {tvd:>9.2} {n:>10.2} {e:>10.2} {:>7.2}  {major:.2} x {minor:.2} at \
+             {azimuth:.0}{doubted}",
+            s.md_m, s.inclination_deg, s.azimuth_deg, s.dogleg_deg_30m
+        );
+    }
+}

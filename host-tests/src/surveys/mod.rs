@@ -1,0 +1,11 @@
+//! Surveys on a desk: stations from files, their corrections, paths, and the files that others read.
+
+pub mod files;
+pub mod path;
+pub mod position_errors;
+pub mod reference;
+pub mod sag;
+pub mod settings;
+pub mod simulated_run;
+pub mod stations_csv;
+pub mod surveyed;

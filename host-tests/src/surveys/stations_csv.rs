@@ -1,0 +1,260 @@
+//! Stations from a CSV file, as this program or another one writes them. A column's name says its unit and its sign:
+//! nothing is guessed.
+
+use nalgebra::Vector3;
+
+use crate::failure::Failure;
+
+/// Metres in a foot.
+const FOOT_M: f64 = 0.3048;
+/// Standard gravity, m/s^2.
+const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
+
+/// One row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReadStation {
+    /// Time, seconds, if the file has it.
+    pub t_s: Option<f64>,
+    /// Measured depth, metres; `None` in a file by time alone.
+    pub md_m: Option<f64>,
+    /// What the tool measured.
+    pub measured: Measured,
+}
+
+/// What a row says of the tool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measured {
+    /// Specific force, m/s^2, and field, microtesla, tool axes (z down-hole, right-handed).
+    SixAxis {
+        /// Points up at rest.
+        force_m_s2: Vector3<f64>,
+        /// Field.
+        field_ut: Vector3<f64>,
+    },
+    /// Inclination and azimuth from magnetic north, radians.
+    Angles {
+        /// From the vertical.
+        inclination_rad: f64,
+        /// From magnetic north.
+        magnetic_azimuth_rad: f64,
+    },
+}
+
+/// Columns of three axes: their names, and the factor to this program's unit.
+const FORCES: [([&str; 3], f64); 4] = [
+    (["ax_m_s2", "ay_m_s2", "az_m_s2"], 1.0),
+    (["gx_m_s2", "gy_m_s2", "gz_m_s2"], -1.0),
+    (["gx_g", "gy_g", "gz_g"], -STANDARD_GRAVITY_M_S2),
+    (["gx_mg", "gy_mg", "gz_mg"], -1e-3 * STANDARD_GRAVITY_M_S2),
+];
+const FIELDS: [([&str; 3], f64); 2] = [(["bx_ut", "by_ut", "bz_ut"], 1.0), (["bx_nt", "by_nt", "bz_nt"], 1e-3)];
+
+struct Columns {
+    time: Option<usize>,
+    depth: Option<(usize, f64)>,
+    six: Option<[([usize; 3], f64); 2]>,
+    angles: Option<[usize; 2]>,
+    axes: Axes,
+}
+
+/// Which of the file's axes, 1 to 3 with a sign, is the tool's x, y and z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Axes([i8; 3]);
+
+impl Axes {
+    fn parse(text: &str) -> Result<Self, String> {
+        let bad = || format!("axes = {text}: must be a right-handed order such as x y z or -y x z");
+        let mut axes = [0; 3];
+        let mut words = text.split_whitespace();
+        for axis in &mut axes {
+            *axis = match words.next().ok_or_else(bad)? {
+                "x" => 1,
+                "y" => 2,
+                "z" => 3,
+                "-x" => -1,
+                "-y" => -2,
+                "-z" => -3,
+                _ => return Err(bad()),
+            };
+        }
+        let unit = |axis: i8| Vector3::ith(usize::from(axis.unsigned_abs()) - 1, f64::from(axis.signum()));
+        let [x, y, z] = axes.map(unit);
+        if words.next().is_none() && x.cross(&y) == z { Ok(Self(axes)) } else { Err(bad()) }
+    }
+
+    fn turned(self, v: [f64; 3]) -> Vector3<f64> {
+        let [x, y, z] = v;
+        let of = |axis: i8| match axis.unsigned_abs() {
+            1 => x * f64::from(axis.signum()),
+            2 => y * f64::from(axis.signum()),
+            _ => z * f64::from(axis.signum()),
+        };
+        let Self([a, b, c]) = self;
+        Vector3::new(of(a), of(b), of(c))
+    }
+}
+
+/// Reads the text of a file.
+///
+/// # Errors
+/// The first line or column that cannot be used, and why.
+pub fn read(text: &str) -> Result<Vec<ReadStation>, Failure> {
+    rows(text).map_err(Failure::BadInput)
+}
+
+fn rows(text: &str) -> Result<Vec<ReadStation>, String> {
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).flexible(false).from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|error| error.to_string())?.clone();
+    let columns = columns(&header, text)?;
+    let mut stations: Vec<ReadStation> = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| error.to_string())?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let station = row(&columns, &record).map_err(|why| format!("line {line}: {why}"))?;
+        if let (Some(last), Some(md)) = (stations.last().and_then(|last| last.md_m), station.md_m)
+            && md <= last
+        {
+            return Err(format!("line {line}: depth does not increase"));
+        }
+        stations.push(station);
+    }
+    if stations.is_empty() { Err("has no stations".to_owned()) } else { Ok(stations) }
+}
+
+fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns, String> {
+    let find = |name: &str| header.iter().position(|column| column == name);
+    let three = |names: [&str; 3]| {
+        let [x, y, z] = names.map(find);
+        Some([x?, y?, z?])
+    };
+    let force = FORCES.iter().find_map(|(names, factor)| Some((three(*names)?, *factor)));
+    let field = FIELDS.iter().find_map(|(names, factor)| Some((three(*names)?, *factor)));
+    let depth = find("md_m").map(|k| (k, 1.0)).or_else(|| find("md_ft").map(|k| (k, FOOT_M)));
+    let angles = find("inclination_deg").zip(find("magnetic_azimuth_deg")).map(|(i, a)| [i, a]);
+    let axes =
+        text.lines().filter_map(|line| line.strip_prefix('#')?.split_once('=')).find(|(key, _)| key.trim() == "axes");
+    let axes = axes.map_or(Ok(Axes([1, 2, 3])), |(_, value)| Axes::parse(value.trim()))?;
+    let columns = Columns { time: find("t_s"), depth, six: force.zip(field).map(|(a, b)| [a, b]), angles, axes };
+    if columns.time.is_none() && columns.depth.is_none() {
+        return Err("lacks a column md_m, md_ft or t_s".to_owned());
+    }
+    if columns.six.is_none() && columns.angles.is_none() {
+        return Err(
+            "lacks gravity (gx_g, gx_mg, gx_m_s2, down; or ax_m_s2, up; likewise y and z) and field (bx_nt or \
+                    bx_ut, likewise y and z), or inclination_deg and magnetic_azimuth_deg"
+                .to_owned(),
+        );
+    }
+    Ok(columns)
+}
+
+fn row(columns: &Columns, record: &csv::StringRecord) -> Result<ReadStation, String> {
+    let number = |column: usize| {
+        let cell = record.get(column).unwrap_or_default();
+        cell.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| format!("{cell:?} is no number"))
+    };
+    let three = |([x, y, z], factor): ([usize; 3], f64)| -> Result<Vector3<f64>, String> {
+        Ok(columns.axes.turned([number(x)?, number(y)?, number(z)?]) * factor)
+    };
+    let measured = match (columns.six, columns.angles) {
+        (Some([force, field]), _) => Measured::SixAxis { force_m_s2: three(force)?, field_ut: three(field)? },
+        (None, Some([inclination, azimuth])) => Measured::Angles {
+            inclination_rad: number(inclination)?.to_radians(),
+            magnetic_azimuth_rad: number(azimuth)?.to_radians(),
+        },
+        (None, None) => return Err("no measurement".to_owned()),
+    };
+    let t_s = columns.time.map(number).transpose()?;
+    let md_m = columns.depth.map(|(column, factor)| number(column).map(|md| md * factor)).transpose()?;
+    Ok(ReadStation { t_s, md_m, measured })
+}
+
+/// Depths of the bit by time, to give stations by time their depths.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthByTime(Vec<[f64; 2]>);
+
+impl DepthByTime {
+    /// Reads the text of a file with the columns `t_s` and `md_m`. `offset_m` is the distance from the bit to the
+    /// tool, `clock_s` what is added to the file's clock to get the tool's.
+    ///
+    /// # Errors
+    /// The first line or column that cannot be used, and why.
+    pub fn read(text: &str, offset_m: f64, clock_s: f64) -> Result<Self, Failure> {
+        let mut reader =
+            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+        let bad = |why: &str| Failure::BadInput(format!("depth file: {why}"));
+        let header = reader.headers().map_err(|error| bad(&error.to_string()))?.clone();
+        let find = |name: &str| header.iter().position(|column| column == name);
+        let (Some(time), Some(depth)) = (find("t_s"), find("md_m")) else { return Err(bad("lacks t_s or md_m")) };
+        let mut points: Vec<[f64; 2]> = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|error| bad(&error.to_string()))?;
+            let number = |k: usize| record.get(k).and_then(|cell| cell.parse::<f64>().ok()).filter(|x| x.is_finite());
+            let (Some(t), Some(md)) = (number(time), number(depth)) else { return Err(bad("a cell is no number")) };
+            if points.last().is_some_and(|[last, _]| t + clock_s <= *last) {
+                return Err(bad("time does not increase"));
+            }
+            points.push([t + clock_s, md - offset_m]);
+        }
+        Ok(Self(points))
+    }
+
+    /// Depth of the tool at a time, between the file's lines; `None` outside of it.
+    #[must_use]
+    pub fn at(&self, t_s: f64) -> Option<f64> {
+        self.0.windows(2).find_map(|pair| match pair {
+            [[t0, md0], [t1, md1]] if t_s >= *t0 && t_s <= *t1 => Some(md0 + (md1 - md0) * (t_s - t0) / (t1 - t0)),
+            _ => None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+    use super::*;
+
+    #[test]
+    fn units_signs_and_axes_are_those_of_the_columns() {
+        let ours = read("md_m,ax_m_s2,ay_m_s2,az_m_s2,bx_ut,by_ut,bz_ut\n100,1,2,-9.5,10,20,40\n").unwrap();
+        let g = STANDARD_GRAVITY_M_S2;
+        let theirs = format!(
+            "# axes = -y x z\nmd_ft,gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt\n{},{},{},{},20000,-10000,40000\n",
+            100.0 / FOOT_M,
+            -2.0 / g,
+            1.0 / g,
+            9.5 / g
+        );
+        let theirs = read(&theirs).unwrap();
+        let (Measured::SixAxis { force_m_s2: a, field_ut: b }, Measured::SixAxis { force_m_s2: c, field_ut: d }) =
+            (ours[0].measured, theirs[0].measured)
+        else {
+            panic!("six axes")
+        };
+        assert!((a - c).norm() < 1e-12 && (b - d).norm() < 1e-12, "{a} {c} {b} {d}");
+        assert!((theirs[0].md_m.unwrap() - 100.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_missing_or_no_number_is_told_with_its_line() {
+        for (text, told) in [
+            ("md_m,gx_g,gy_g,gz_g\n1,2,3,4\n", "lacks gravity"),
+            ("gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt\n", "lacks a column md_m"),
+            ("md_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n1,2,3\n", "line 3: depth does not increase"),
+            ("md_m,inclination_deg,magnetic_azimuth_deg\n1,nan,3\n", "line 2: \"nan\" is no number"),
+            ("md_m,inclination_deg,magnetic_azimuth_deg\n", "no stations"),
+            ("# axes = y x z\nmd_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n", "right-handed"),
+        ] {
+            let error = read(text).unwrap_err().to_string();
+            assert!(error.contains(told), "{error}");
+        }
+    }
+
+    #[test]
+    fn depth_by_time_is_the_bits_less_the_distance_to_the_tool_by_the_tools_clock() {
+        let depth = DepthByTime::read("t_s,md_m\n0,1000\n100,1010\n", 15.0, 7.0).unwrap();
+        assert_eq!(depth.at(57.0), Some(990.0));
+        assert_eq!((depth.at(6.9), depth.at(107.1)), (None, None));
+    }
+}

@@ -1,0 +1,73 @@
+//! `docs/json.md` names every field of a real result, and no field that there is not.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use std::{collections::BTreeSet, fs, path::Path, process::Command};
+
+use serde_json::Value;
+
+/// Fields whose members have names of their own: parameters of an effect.
+const NAMED: [&str; 2] = ["diagnosis.effects[].parameters", "diagnosis.effects[].sigma"];
+
+/// Lists of objects: an empty one says nothing of their fields.
+const OBJECTS: [&str; 3] = ["identification.windows", "diagnosis.effects", "diagnosis.remainder.goes_with"];
+
+/// Adds the paths of all fields of `value`, which stands at `path`.
+fn fields(value: &Value, path: &str, found: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(members) if NAMED.contains(&path) => {
+            assert!(!members.is_empty(), "{path}");
+            found.insert(format!("{path}.*"));
+        }
+        Value::Object(members) => {
+            for (name, member) in members {
+                let separator = if path.is_empty() { "" } else { "." };
+                fields(member, &format!("{path}{separator}{name}"), found);
+            }
+        }
+        Value::Array(elements) if elements.iter().any(Value::is_object) => {
+            elements.iter().for_each(|element| fields(element, &format!("{path}[]"), found));
+        }
+        Value::Array(elements) if elements.is_empty() && OBJECTS.contains(&path) => {}
+        _ => {
+            found.insert(path.to_owned());
+        }
+    }
+}
+
+/// The result of a command with `--json`.
+fn result(arguments: &[&str], folder: &Path) -> Value {
+    let file = folder.join("result.json");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));
+    let output = command.args(arguments).arg("--json").arg(&file).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap()
+}
+
+#[test]
+fn every_field_of_a_result_is_documented_and_no_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let traces = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
+    let trace = |name: &str| traces.join(name).to_str().unwrap().to_owned();
+    let (magnet, plain) = (trace("broad_35_attached_magnet_63s.csv.gz"), trace("multipos_mpu9150_imu0.csv.gz"));
+    let fast = trace("broad_06_fast_rotation_110s.csv.gz");
+    let mut found = BTreeSet::new();
+    for arguments in [
+        vec!["replay", &magnet, "--explain"],
+        vec!["replay", &fast, "--hold-out", "0.5"],
+        vec!["replay", &plain],
+        vec!["diagnose", &magnet, "--against-reference"],
+        vec!["diagnose", &fast],
+    ] {
+        fields(&result(&arguments, folder.path()), "", &mut found);
+    }
+
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/json.md")).unwrap();
+    let rows = page.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` |"));
+    let mut documented: BTreeSet<String> = rows.map(|(field, _)| field.to_owned()).collect();
+    // These are `null`, or objects whose fields stand below.
+    for whole in ["reference", "diagnosis.remainder"] {
+        assert!(documented.remove(whole), "{whole}");
+        found.remove(whole);
+    }
+    assert_eq!(found, documented);
+}

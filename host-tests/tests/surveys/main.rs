@@ -1,0 +1,8 @@
+//! Corrections of surveys, paths and files on a desk.
+
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+mod corrected_runs;
+mod files;
+mod independent_analysis;
+mod standard_wells;

@@ -1,0 +1,37 @@
+/// Whether an angle is corrected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Decision {
+    /// It is corrected.
+    Corrected,
+    /// It stays as measured.
+    Refused(Refusal),
+}
+
+/// Reason for leaving an angle as measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Refusal {
+    /// The correction is too uncertain for its size: it would too often make the angle worse.
+    NotCertain,
+    /// Stations are predicted better without the correction than with what the other stations say.
+    PredictsWorse,
+    /// Stations contradict each other far beyond their noise.
+    Contradiction,
+}
+
+impl Refusal {
+    /// Reason in words, for a report.
+    #[must_use]
+    pub const fn told(self) -> &'static str {
+        match self {
+            Self::NotCertain => "too uncertain for its size",
+            Self::PredictsWorse => "left-out stations are predicted better without it",
+            Self::Contradiction => "stations contradict each other far beyond their noise",
+        }
+    }
+}
