@@ -137,6 +137,7 @@ impl<T: Real> Node<T> {
         let earth = from_rows(&earth, &V3::z().cross(&earth), &V3::z());
         self.attitude = earth.transpose() * body;
         self.forget(noise);
+        self.curved = MOST_CURVED;
         // The rows below those of attitude, velocity and position are the field's margin.
         let walk = T::of(noise.field_walk_rts * noise.field_walk_rts) * gap_s;
         let spread = T::ONE / (T::ONE + walk / T::of(noise.field_share * noise.field_share)).root();
