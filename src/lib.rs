@@ -12,10 +12,13 @@
 //! 10. [`diagnosis`]: the effects that the evidence supports, and the remainder
 //! 11. [`probe`]: the whole pipeline behind `push` and `poll`
 //! 12. `telemetry` (feature `serde`): messages of the firmware; `storage` (same name): records in flash
+//! 13. `application` (same name): the program around all of it, on any board
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing)]
 
+#[cfg(feature = "application")]
+pub mod application;
 pub mod attitude;
 pub mod compensation;
 pub mod diagnosis;

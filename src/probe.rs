@@ -39,7 +39,7 @@ const WORK_UNITS_PER_SECOND: u32 = 160_000;
 /// Time that the estimator has for its attitude, microseconds: less than the period of the instants that it is of.
 const LOOK_LATENCY_US: u64 = 400_000;
 
-/// Step of time that counts as a gap, in nominal sample periods.
+/// Step of time that counts as a gap, in nominal sample periods; and refused samples in a row that do.
 pub const GAP_PERIODS: u32 = 3;
 
 /// Longest gap that one timestamp is believed, microseconds; a longer one needs two stamps in a row. It leaves nothing
@@ -68,8 +68,14 @@ struct Session {
     counters: Counters,
     /// Time of the last sample; meaningless while no sample is counted.
     last_us: u64,
-    /// Time of the sample before, which was too far ahead to be believed alone; 0: it was not.
+    /// Time of the sample before, which was too far from the last one to be believed alone; 0: it was not.
     doubted_us: u64,
+    /// Samples refused since the last one.
+    refused: u32,
+    /// True from the first sample of a time base on; false in a static.
+    has_begun: bool,
+    /// True if the last sample began a new time base because the clock went back.
+    began_afresh: bool,
     /// Time of validity of the last output.
     last_valid_us: u64,
     /// When the estimator's attitude is compared; 0: it was not asked for.
@@ -89,6 +95,9 @@ impl Session {
         counters: Counters::ZERO,
         last_us: 0,
         doubted_us: 0,
+        refused: 0,
+        has_begun: false,
+        began_afresh: false,
         last_valid_us: 0,
         look_due_us: 0,
         last_raw_rad_s: [0.0; 3],
@@ -148,27 +157,37 @@ impl Probe {
     /// Takes one sample. Returns `None` before a configuration, and for a sample that is not taken (counted): its time
     /// does not increase, or is more than ten seconds after the last one's and the sample before said nothing of the
     /// kind. Of two such stamps in a row, at most ten seconds apart, the later begins a new time base, after a gap.
-    /// A clock that goes back for good needs [`Probe::configure`].
+    /// A clock that goes back for good is believed in the same way if by more than ten seconds, and is waited for
+    /// if by less: the probe then begins afresh ([`Probe::began_afresh`]).
     pub fn push(&mut self, sample: &Sample) -> Option<Output> {
         if !self.configured {
             return None;
         }
         let mut sample = sample.sanitised();
         self.session.checks.mark_clipped(&mut sample, &self.config.full_scale);
-        let first = self.session.counters.samples == 0;
-        if !first && sample.t_us <= self.session.last_us {
-            count(&mut self.session.counters.out_of_order);
-            return None;
-        }
-        let step_us = sample.t_us - if first { sample.t_us } else { self.session.last_us };
+        self.session.began_afresh = false;
+        let last_us = if self.session.has_begun { self.session.last_us } else { sample.t_us };
+        let is_far = sample.t_us.abs_diff(last_us) > UNCONFIRMED_GAP_US;
         let doubted_us = core::mem::replace(&mut self.session.doubted_us, 0);
         let is_confirmed = doubted_us > 0 && doubted_us < sample.t_us && sample.t_us - doubted_us <= UNCONFIRMED_GAP_US;
-        if step_us > UNCONFIRMED_GAP_US && !is_confirmed {
-            self.session.doubted_us = sample.t_us;
+        let is_old = sample.t_us <= last_us && self.session.has_begun;
+        if if is_far { !is_confirmed } else { is_old } {
+            self.session.doubted_us = if is_far { sample.t_us } else { 0 };
             count(&mut self.session.counters.out_of_order);
+            count(&mut self.session.refused);
             return None;
         }
-        let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
+        if is_old {
+            self.begin_afresh();
+        }
+        let first = !self.session.has_begun;
+        self.session.has_begun = true;
+        let step_us = if first { 0 } else { sample.t_us - last_us };
+        // While samples were refused time went by, whatever they said of it.
+        let refused = core::mem::replace(&mut self.session.refused, 0);
+        let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us)
+            || refused > GAP_PERIODS && !first
+            || self.session.began_afresh;
         if first {
             self.identifier.start(sample.t_us);
             self.watch.start(sample.t_us);
@@ -203,7 +222,8 @@ impl Probe {
         let rate = corrected.rate_rad_s;
 
         if gap {
-            self.filter.gap(step_s);
+            let refused_s = refused as f32 * self.config.sample_period_us as f32 * 1e-6;
+            self.filter.gap(if refused_s > step_s { refused_s } else { step_s });
             flags.insert(AttitudeFlags::AFTER_GAP);
             self.session.unread_s = 0.0;
         } else {
@@ -243,6 +263,17 @@ impl Probe {
         };
         self.session.last_valid_us = t_us;
         Some(Output { t_us, rate_rad_s: rate.into(), attitude: self.filter.attitude(flags) })
+    }
+
+    /// Starts anew from the present configuration after the clock went back. The counters go on.
+    #[inline(never)]
+    fn begin_afresh(&mut self) {
+        let (config, counters) = (self.config, self.session.counters);
+        // It was valid before.
+        let _ = self.configure(&config);
+        self.session.counters = counters;
+        count(&mut self.session.counters.gaps);
+        self.session.began_afresh = true;
     }
 
     /// Lets an update that is due take effect before a sample is compensated: the gyro model, and the effects

@@ -1,9 +1,9 @@
 //! Everything that parses what comes from outside, each with what has to hold of any bytes at all: for a
 //! fuzzer, and for a test that mutates a small corpus.
 
-use crate::target::mock_flash::MockFlash;
+use crate::{target::mock_flash::MockFlash, trace::Trace};
 use meerkat_mwd::{
-    Config,
+    Config, Probe, Sample, SampleFlags,
     compensation::effects::LIBRARY,
     storage::{FactoryRecords, Limits, ModelStore, NotDrilling, Outcome},
     telemetry::{
@@ -16,8 +16,18 @@ use meerkat_mwd::{
 pub type Target = fn(&[u8]);
 
 /// All, by name.
-pub const TARGETS: [(&str, Target); 4] =
-    [("frame", frame), ("message", message), ("command_gate", command_gate), ("stored_records", stored_records)];
+pub const TARGETS: [(&str, Target); 7] = [
+    ("frame", frame),
+    ("message", message),
+    ("command_gate", command_gate),
+    ("stored_records", stored_records),
+    ("samples", samples),
+    ("configuration", configuration),
+    ("trace", trace),
+];
+
+/// Bytes of a sample of [`samples`]: a step of time, then gyro, accelerometer, magnetometer, temperature and flags.
+pub const SAMPLE_BYTES: usize = 4 + 4 * 10 + 2;
 
 /// The key of the gate that is fuzzed, and of what its corpus is signed with.
 pub const KEY: [u8; 32] = *b"a key that no probe has 32 bytes";
@@ -128,5 +138,65 @@ pub fn stored_records(bytes: &[u8]) {
     assert_eq!(store.read_counter(), counter);
     if let Some(next) = counter.checked_add(1) {
         assert_eq!(store.store_counter(next), Ok(()));
+    }
+}
+
+/// Samples, each after a step of time forwards or back, microseconds. Each is taken or counted, and what is said of it is finite.
+///
+/// # Panics
+/// One is not.
+pub fn samples(bytes: &[u8]) {
+    let mut probe = Box::new(Probe::new());
+    assert!(probe.configure(&Config::default()).is_ok());
+    let (mut t_us, mut pushed) = (1_u64 << 40, 0);
+    for bytes in bytes.as_chunks::<SAMPLE_BYTES>().0 {
+        let word = |k: usize| bytes.get(4 * k..).and_then(|rest| rest.first_chunk()).copied().unwrap_or_default();
+        let vector = |k: usize| [k, k + 1, k + 2].map(|k| f32::from_le_bytes(word(k)));
+        t_us = t_us.saturating_add_signed(i32::from_le_bytes(word(0)).into());
+        let sample = Sample {
+            t_us,
+            gyro_rad_s: vector(1),
+            accel_m_s2: vector(4),
+            mag_ut: vector(7),
+            temperature_c: f32::from_le_bytes(word(10)),
+            flags: SampleFlags::from_bits_retain(u16::from_le_bytes([bytes[44], bytes[45]])),
+        };
+        pushed += 1;
+        if let Some(output) = probe.push(&sample) {
+            assert!(output.rate_rad_s.iter().all(|x| x.is_finite()), "{output:?}");
+            assert!(output.attitude.is_none_or(|it| it.q.iter().all(|x| x.is_finite())), "{output:?}");
+        }
+        probe.poll(probe.poll_budget());
+    }
+    let counters = probe.counters();
+    assert_eq!(counters.samples + u64::from(counters.out_of_order), pushed);
+}
+
+/// A configuration as text. One that is accepted can be flown with.
+///
+/// # Panics
+/// It cannot.
+pub fn configuration(bytes: &[u8]) {
+    let Ok(config) = toml::from_str::<Config>(&String::from_utf8_lossy(bytes)) else { return };
+    let mut probe = Box::new(Probe::new());
+    assert_eq!(config.validate().is_ok(), probe.configure(&config).is_ok());
+    for k in 1..50 {
+        let t_us = k * u64::from(config.sample_period_us);
+        let sample = Sample { t_us, accel_m_s2: [0.1, 0.2, -9.8], mag_ut: [20.0, 3.0, 40.0], ..Sample::default() };
+        probe.push(&sample);
+        probe.poll(probe.poll_budget());
+    }
+}
+
+/// A trace as text. In one that is read time goes forward.
+///
+/// # Panics
+/// It does not.
+pub fn trace(bytes: &[u8]) {
+    let Ok(file) = tempfile::Builder::new().suffix(".csv").tempfile() else { return };
+    if std::fs::write(file.path(), bytes).is_ok()
+        && let Ok(trace) = Trace::read(file.path())
+    {
+        assert!(trace.samples.is_sorted_by(|before, after| before.t_us < after.t_us));
     }
 }

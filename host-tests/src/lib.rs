@@ -17,3 +17,4 @@ pub mod simulate;
 pub mod surveys;
 pub mod target;
 pub mod trace;
+pub mod whole_probe;

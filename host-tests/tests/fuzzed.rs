@@ -69,6 +69,24 @@ fn stored() -> Vec<u8> {
     flash.bytes_mut()[..used + 1].to_vec()
 }
 
+/// Samples of a tool that turns, a hundred of them at 100 Hz.
+fn flown() -> Vec<u8> {
+    let of = |k: u16| {
+        let (sine, cosine) = libm::sincosf(f32::from(k) * 0.05);
+        let numbers = [0.01, -0.02, 5.0, 2.0 * cosine, 2.0 * sine, -9.6, 20.0 * cosine, 20.0 * sine, 40.0, 25.0];
+        let numbers = numbers.iter().flat_map(|number: &f32| number.to_le_bytes());
+        10_000_i32.to_le_bytes().into_iter().chain(numbers).chain([0, 0]).collect::<Vec<u8>>()
+    };
+    (0..100).flat_map(of).collect()
+}
+
+/// A trace of some rows.
+fn recorded() -> Vec<u8> {
+    let rows = (0..8).map(|k| format!("{}.0{k},0.1,-0.2,0.3,0.0,0.1,-9.8,20,1,45,25.5\n", k / 3));
+    let head = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz,temp_c\n".to_owned();
+    [head].into_iter().chain(rows).collect::<String>().into_bytes()
+}
+
 /// The corpus as it was made, for whom it has to be made anew.
 fn made() -> Vec<(&'static str, Vec<Vec<u8>>)> {
     let framed = |(kind, payload): &(Kind, Vec<u8>)| {
@@ -82,6 +100,9 @@ fn made() -> Vec<(&'static str, Vec<Vec<u8>>)> {
         ("message", said.iter().take(4).map(|said| with(&[], said)).collect()),
         ("command_gate", said.iter().skip(4).map(|said| with(&[0], said)).collect()),
         ("stored_records", vec![stored()]),
+        ("samples", vec![flown()]),
+        ("configuration", vec![toml::to_string(&Config::default()).unwrap().into_bytes()]),
+        ("trace", vec![recorded()]),
     ]
 }
 

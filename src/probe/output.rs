@@ -20,10 +20,10 @@ pub struct Output {
 pub struct Counters {
     /// Samples taken.
     pub samples: u64,
-    /// Samples refused because of their time: it did not increase, or was more than ten seconds ahead and no
-    /// other had said so.
+    /// Samples refused because of their time: it did not increase, or was more than ten seconds ahead or behind
+    /// and no other had said so.
     pub out_of_order: u32,
-    /// Steps of time over three nominal periods.
+    /// Steps of time over three nominal periods, steps back, and more than three refused samples in a row.
     pub gaps: u32,
     /// Samples with a clipped sensor.
     pub clipped: u32,

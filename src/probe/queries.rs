@@ -29,6 +29,14 @@ impl Probe {
         &self.config
     }
 
+    /// Returns true if the last sample that was taken began a new time base because the clock went back: all that
+    /// was learnt is forgotten, the factory's model flies, and the output is flagged
+    /// [`AFTER_GAP`](crate::attitude::AttitudeFlags::AFTER_GAP).
+    #[must_use]
+    pub const fn began_afresh(&self) -> bool {
+        self.session.began_afresh
+    }
+
     /// Counters since the configuration.
     #[must_use]
     pub const fn counters(&self) -> Counters {

@@ -20,6 +20,10 @@ bitflags::bitflags! {
     }
 }
 
+/// Step back in time that is the clock's and not a sample's, microseconds: the probe believes none that is longer
+/// without another one.
+const CLOCK_WENT_BACK_US: u64 = 10_000_000;
+
 /// Taker of surveys of every kind from a probe's samples. It owns its buffers; nothing allocates and nothing
 /// can panic.
 ///
@@ -82,6 +86,11 @@ impl Surveyor {
         Ok(())
     }
 
+    /// Starts anew with the present configuration: no survey, and no evidence of rest.
+    pub fn restart(&mut self) {
+        *self = Self { settings: self.settings, ..Self::new() };
+    }
+
     /// Configuration in use; `None` before one.
     #[must_use]
     pub fn config(&self) -> Option<&SurveyConfig> {
@@ -89,11 +98,16 @@ impl Surveyor {
     }
 
     /// Takes one sample. Nothing happens before a configuration, nor with a sample whose time does not
-    /// increase.
+    /// increase. A sample that is more than ten seconds old begins anew: the clock has gone back for good.
     pub fn push(&mut self, input: &SurveyInput) -> SurveyNews {
         let mut news = SurveyNews::empty();
         let Some((earth, config)) = &self.settings else { return news };
-        if self.last_us.is_some_and(|last| input.t_us <= last) {
+        if let Some(last) = self.last_us
+            && input.t_us <= last
+        {
+            if last - input.t_us > CLOCK_WENT_BACK_US {
+                self.restart();
+            }
             return news;
         }
         let input = input.sanitised();

@@ -24,6 +24,7 @@ pub(crate) mod swaps;
 mod table;
 pub(crate) mod target;
 pub(crate) mod turntable;
+pub(crate) mod whole_probe;
 
 pub use effort::Effort;
 pub use table::{Cell, Table, median, median_and_lowest, median_and_worst, rms};

@@ -133,3 +133,18 @@ fn a_sound_tool_at_rest_is_let_alone_to_be_commanded() {
     (1..=20).for_each(|k| tool.read(begin + 10_000_000 + k * STEP_US, true, |_, _| ()));
     assert!(!tool.surveyor.stands_still(begin + 10_000_000 + 20 * STEP_US));
 }
+
+/// The clock goes back while the tool stands still, then drilling begins: the evidence is not fresh again when
+/// the clock shows that time once more.
+#[test]
+fn evidence_of_rest_is_not_fresh_again_on_a_clock_that_goes_back() {
+    let mut tool = Tool::rested();
+    let begin = (RESTS_S * 1e6) as u64;
+    tool.surveyor.restart();
+    assert!((0..2 * begin).step_by(100_000).all(|now_us| !tool.surveyor.stands_still(now_us)));
+    // A surveyor alone notices by its samples.
+    let mut tool = Tool::rested();
+    let late = meerkat_mwd::survey::SurveyInput { t_us: begin - 10_000_001, ..Default::default() };
+    tool.surveyor.push(&late);
+    assert!(!tool.surveyor.stands_still(begin));
+}

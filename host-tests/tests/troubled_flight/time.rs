@@ -143,3 +143,38 @@ fn a_probe_that_is_configured_again_forgets_everything() {
     }
     assert!(fresh.reports.iter().all(|r| refusal(r) != Some(Refusal::Overrun)));
 }
+
+#[test]
+fn a_clock_that_goes_back_for_good_begins_afresh_flagged_and_counted() {
+    let run = run(60.0, 3);
+    for back_us in [12_000_000, 25_000_000] {
+        let samples = run.with(|index, s| s.t_us -= if index >= 3_000 { back_us } else { 0 });
+        let mut probe = Box::new(Probe::new());
+        probe.configure(&run.config).unwrap();
+        let outputs: Vec<_> = samples.iter().map(|sample| (probe.push(sample), probe.began_afresh())).collect();
+        // One stamp is doubted, the second is believed.
+        assert!(outputs[3_000].0.is_none());
+        let (first, began) = outputs[3_001];
+        assert!(began && outputs.iter().filter(|(_, began)| *began).count() == 1);
+        assert_eq!(first.unwrap().t_us, samples[3_001].t_us);
+        assert!(first.unwrap().attitude.is_none_or(|it| it.flags.contains(AttitudeFlags::AFTER_GAP)));
+        assert!(outputs[3_400..].iter().all(|(output, _)| output.unwrap().attitude.is_some()));
+        let counters = probe.counters();
+        assert_eq!((counters.out_of_order, counters.gaps, counters.samples), (1, 1, samples.len() as u64 - 1));
+    }
+}
+
+#[test]
+fn a_clock_that_goes_back_a_little_is_waited_for_and_the_wait_is_a_gap() {
+    let run = run(60.0, 3);
+    let samples = run.with(|index, s| s.t_us -= if index >= 1_500 { 4_000_000 } else { 0 });
+    let flight = run.fly(&samples);
+    assert_eq!(flight.counters.gaps, 1);
+    let back = flight
+        .outputs
+        .windows(2)
+        .position(|pair| pair[1].attitude.is_some_and(|it| it.flags.contains(AttitudeFlags::AFTER_GAP)));
+    let [before, after] = [0, 1].map(|k| flight.outputs[back.unwrap() + k].attitude.unwrap());
+    // Four seconds went by in which the tool may have turned.
+    assert!(after.sigma_toolface_rad > 2.0 * before.sigma_toolface_rad, "{before:?} {after:?}");
+}

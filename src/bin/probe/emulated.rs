@@ -14,22 +14,14 @@ mod serial;
 mod watchdog;
 
 use crate::{
-    application::{
-        Application, Pipeline,
-        acquisition::{Acquisition, COUNTS, SampleConsumer, SampleQueue},
-        board::Board,
-        commands::Commands,
-        line::Line,
-        memory::Memory,
-        sample_clock::{self, systick},
-        stage::Stage,
-    },
     console::{
         self,
         Word::{Number, Text},
         complain,
     },
-    reset_record, stack,
+    reset_record,
+    sample_clock::{self, COUNTS, systick},
+    stack,
 };
 use boot::{Boot, Hang};
 use core::mem::MaybeUninit;
@@ -38,6 +30,10 @@ use cortex_m_rt::{entry, exception};
 use flash::FileFlash;
 use meerkat_mwd::{
     Probe,
+    application::{
+        Acquired, Acquisition, AcquisitionCounts, Application, Board, Commands, Line, Memory, Pipeline, SampleConsumer,
+        SampleQueue, Stage,
+    },
     sensor_models::Recording,
     survey::Surveyor,
     telemetry::{ProbeId, ResetReason},
@@ -83,7 +79,7 @@ fn main() -> ! {
 }
 
 fn run(
-    pipeline: Pipeline<FileFlash>,
+    pipeline: Pipeline<'static, FileFlash>,
     memory: &'static mut MaybeUninit<Memory<FileFlash>>,
     (queue, modelled): (&'static mut SampleQueue, &'static mut Modelled),
 ) -> Result<(), &'static str> {
@@ -96,7 +92,7 @@ fn run(
     };
     let (producer, consumer) = queue.split();
     let (mut application, recording) = start(pipeline, memory, consumer, reset_reason)?;
-    sensors::start(modelled, Acquisition::new(producer), recording, application.board().hang)?;
+    sensors::start(modelled, Acquisition::new(producer, &COUNTS), recording, application.board().hang)?;
     watchdog::start(recording.inertial_us);
     systick::start(peripherals.SYST, peripherals.SCB, recording.inertial_us);
     while !(sensors::are_over() && application.board().samples.is_empty()) {
@@ -109,11 +105,11 @@ fn run(
 /// Apart, so that the configuration stands on the stack only while it is read.
 #[inline(never)]
 fn start(
-    mut pipeline: Pipeline<FileFlash>,
+    mut pipeline: Pipeline<'static, FileFlash>,
     memory: &'static mut MaybeUninit<Memory<FileFlash>>,
-    samples: SampleConsumer,
+    samples: SampleConsumer<'static>,
     reset_reason: ResetReason,
-) -> Result<(Application<Emulated>, Recording), &'static str> {
+) -> Result<(Application<'static, Emulated>, Recording), &'static str> {
     let boot = Boot::read()?;
     let serial = Serial::start(boot.settings.stream.bytes_per_s);
     // A defect is played once.
@@ -130,7 +126,7 @@ fn start(
 }
 
 struct Emulated {
-    samples: SampleConsumer,
+    samples: SampleConsumer<'static>,
     serial: Serial,
     reset_reason: ResetReason,
     hang: Option<Hang>,
@@ -144,8 +140,12 @@ impl Board for Emulated {
         systick::now_us()
     }
 
-    fn samples(&mut self) -> &mut SampleConsumer {
-        &mut self.samples
+    fn sample(&mut self) -> Option<Acquired> {
+        self.samples.dequeue()
+    }
+
+    fn acquisition(&self) -> &AcquisitionCounts {
+        &COUNTS
     }
 
     fn send(&mut self, bytes: &[u8]) -> usize {
@@ -182,6 +182,10 @@ impl Board for Emulated {
         ProbeId(*b"emulated 405")
     }
 
+    fn stack_bytes(&self) -> [u32; 2] {
+        stack::high_water_mark()
+    }
+
     fn enter(&mut self, stage: Stage) {
         self.acquired = COUNTS.acquired();
         if self.hang.is_some_and(|hang| hang.stage == stage && self.acquired >= hang.at_sample) {
@@ -193,11 +197,11 @@ impl Board for Emulated {
 }
 
 #[inline(never)]
-fn print(application: &mut Application<Emulated>) {
+fn print(application: &mut Application<'_, Emulated>) {
     let counts = application.counts();
     let line = application.pipeline().line.counters();
     let pipeline = application.pipeline().probe.counters();
-    let stack = stack::high_water_mark();
+    let [stack_used_bytes, stack_size_bytes] = stack::high_water_mark();
     let mut values = [
         ("watchdog_resets", reset_record::watchdog_resets()),
         ("results_lost", application.pipeline().line.results_lost()),
@@ -221,8 +225,8 @@ fn print(application: &mut Application<Emulated>) {
         ("overruns", pipeline.overruns),
         ("reports_lost", pipeline.reports_lost),
         ("diagnoses_lost", pipeline.diagnoses_lost),
-        ("stack_used_bytes", stack.used_bytes),
-        ("stack_size_bytes", stack.size_bytes),
+        ("stack_used_bytes", stack_used_bytes),
+        ("stack_size_bytes", stack_size_bytes),
         ("models_stored", 0),
         ("storage_failures", 0),
     ];

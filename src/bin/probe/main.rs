@@ -13,12 +13,12 @@ mod stm32f405;
 #[cfg(all(target_os = "none", feature = "board-trace"))]
 mod trace_flight;
 
-#[cfg(all(target_os = "none", feature = "application"))]
-mod application;
 #[cfg(all(target_os = "none", feature = "console"))]
 mod console;
 #[cfg(all(target_os = "none", feature = "application"))]
 mod reset_record;
+#[cfg(all(target_os = "none", feature = "application"))]
+mod sample_clock;
 #[cfg(all(target_os = "none", feature = "spi-sensors"))]
 mod fault;
 #[cfg(all(target_os = "none", feature = "spi-sensors"))]

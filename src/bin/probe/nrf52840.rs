@@ -7,16 +7,8 @@ mod port;
 mod timer;
 
 use crate::{
-    application::{
-        Application, Pipeline, Settings,
-        acquisition::{Acquisition, SampleQueue},
-        board::Board,
-        commands::Commands,
-        line::Line,
-        memory::{self, Memory},
-        sensors::data_sheet,
-    },
     fault, reset_record,
+    sample_clock::COUNTS,
     sensor_board::{BoardSensors, SensorBoard, start_sensors},
     serial_queues::{Incoming, Outgoing, SerialQueues},
     stack,
@@ -27,6 +19,10 @@ use cortex_m_rt::entry;
 use flash::ModelFlash;
 use meerkat_mwd::{
     Config, Probe,
+    application::{
+        Acquisition, Application, Board, Commands, Line, Memory, Pipeline, SampleQueue, Settings, data_sheet,
+        factory_config, factory_records,
+    },
     config::SurveyConfig,
     survey::Surveyor,
     telemetry::{ProbeId, ResetReason, StreamConfig},
@@ -85,9 +81,9 @@ fn main() -> ! {
 
     let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
     let (models, mut factory) = flash::split(chip.NVMC);
-    let factory = memory::factory_records(&mut factory);
+    let factory = factory_records(&mut factory);
     let settings = Settings {
-        config: Config { sample_period_us, full_scale, latency, ..memory::factory_config(&factory) },
+        config: Config { sample_period_us, full_scale, latency, ..factory_config(&factory) },
         survey: SurveyConfig::default(),
         stream: StreamConfig { bytes_per_s: BYTES_PER_S, ..StreamConfig::default() },
         recording: false,
@@ -103,7 +99,7 @@ fn main() -> ! {
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };
-    start_sensors(SENSORS, (inertial, magnetic), Acquisition::new(producer));
+    start_sensors(SENSORS, (inertial, magnetic), Acquisition::new(producer, &COUNTS));
     // SAFETY: no critical section of this program rests on priorities, only on masking all interrupts.
     #[allow(unsafe_code)]
     unsafe {

@@ -5,21 +5,20 @@ use crate::nrf52840::chip;
 #[cfg(feature = "board-stm32f405")]
 use crate::stm32f405::chip;
 use crate::{
-    application::{
-        acquisition::{Acquisition, SampleConsumer},
-        board::Board,
-        sample_clock,
-        sensors::Sensors,
-    },
     reset_record,
+    sample_clock::{self, COUNTS},
     serial_queues::SerialQueues,
+    stack,
 };
 use core::{cell::Cell, mem::MaybeUninit};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
-use meerkat_mwd::telemetry::{ProbeId, ResetReason};
+use meerkat_mwd::{
+    application::{Acquired, Acquisition, AcquisitionCounts, Board, SampleConsumer, Sensors},
+    telemetry::{ProbeId, ResetReason},
+};
 
-pub type BoardSensors = Sensors<chip::Inertial, chip::Magnetic>;
+pub type BoardSensors = Sensors<'static, chip::Inertial, chip::Magnetic>;
 
 /// On its way to the interrupt.
 static SENSORS: Mutex<Cell<Option<&'static mut BoardSensors>>> = Mutex::new(Cell::new(None));
@@ -28,7 +27,7 @@ static SENSORS: Mutex<Cell<Option<&'static mut BoardSensors>>> = Mutex::new(Cell
 pub fn start_sensors(
     place: &'static mut MaybeUninit<BoardSensors>,
     (inertial, magnetic): (chip::Inertial, chip::Magnetic),
-    acquisition: Acquisition,
+    acquisition: Acquisition<'static>,
 ) {
     let sensors = place.write(Sensors::new(inertial, magnetic, acquisition));
     critical_section::with(|cs| SENSORS.borrow(cs).set(Some(sensors)));
@@ -46,7 +45,7 @@ fn PendSV() {
 }
 
 pub struct SensorBoard {
-    pub samples: SampleConsumer,
+    pub samples: SampleConsumer<'static>,
     pub serial: SerialQueues,
     pub watchdog: chip::Watchdog,
     pub reset_reason: ResetReason,
@@ -60,8 +59,12 @@ impl Board for SensorBoard {
         chip::now_us()
     }
 
-    fn samples(&mut self) -> &mut SampleConsumer {
-        &mut self.samples
+    fn sample(&mut self) -> Option<Acquired> {
+        self.samples.dequeue()
+    }
+
+    fn acquisition(&self) -> &AcquisitionCounts {
+        &COUNTS
     }
 
     fn send(&mut self, bytes: &[u8]) -> usize {
@@ -97,5 +100,9 @@ impl Board for SensorBoard {
 
     fn identity(&self) -> ProbeId {
         self.identity
+    }
+
+    fn stack_bytes(&self) -> [u32; 2] {
+        stack::high_water_mark()
     }
 }

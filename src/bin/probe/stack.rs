@@ -40,13 +40,8 @@ pub fn guard(unit: &cortex_m::peripheral::MPU) {
     cortex_m::asm::isb();
 }
 
-pub struct HighWaterMark {
-    pub used_bytes: u32,
-    pub size_bytes: u32,
-}
-
-/// Most stack used so far. All of it: it has reached the guard.
-pub fn high_water_mark() -> HighWaterMark {
+/// Most bytes of stack used so far, and how many there are. All of them: it has reached the guard.
+pub fn high_water_mark() -> [u32; 2] {
     let top = &raw const symbols::_stack_start;
     let mut deepest = (guard_start() + GUARD) as *const u32;
     let size_bytes = (top as u32).saturating_sub(deepest as u32);
@@ -54,7 +49,7 @@ pub fn high_water_mark() -> HighWaterMark {
         deepest = deepest.wrapping_add(1);
     }
     let used_bytes = (top as u32).saturating_sub(deepest as u32);
-    HighWaterMark { used_bytes, size_bytes }
+    [used_bytes, size_bytes]
 }
 
 #[allow(unsafe_code)]

@@ -6,17 +6,8 @@ mod flash;
 mod port;
 
 use crate::{
-    application::{
-        Application, Pipeline, Settings,
-        acquisition::{Acquisition, SampleQueue},
-        board::Board,
-        commands::Commands,
-        line::Line,
-        memory::{self, Memory},
-        sample_clock::{self, systick},
-        sensors::data_sheet,
-    },
     fault, reset_record,
+    sample_clock::{self, COUNTS, systick},
     sensor_board::{BoardSensors, SensorBoard, start_sensors},
     serial_queues::{Incoming, Outgoing, SerialQueues},
     stack,
@@ -27,6 +18,10 @@ use cortex_m_rt::{entry, exception};
 use flash::{FactoryFlash, ModelFlash};
 use meerkat_mwd::{
     Config, Probe,
+    application::{
+        Acquisition, Application, Board, Commands, Line, Memory, Pipeline, SampleQueue, Settings, data_sheet,
+        factory_config, factory_records,
+    },
     config::SurveyConfig,
     survey::Surveyor,
     telemetry::{ProbeId, ResetReason, StreamConfig},
@@ -94,9 +89,9 @@ fn main() -> ! {
 
     let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
     let models = ModelFlash(chip.FLASH);
-    let factory = memory::factory_records(&mut FactoryFlash);
+    let factory = factory_records(&mut FactoryFlash);
     let settings = Settings {
-        config: Config { sample_period_us, full_scale, latency, ..memory::factory_config(&factory) },
+        config: Config { sample_period_us, full_scale, latency, ..factory_config(&factory) },
         survey: SurveyConfig::default(),
         stream: StreamConfig { bytes_per_s: BAUD / 10, ..StreamConfig::default() },
         recording: false,
@@ -111,7 +106,7 @@ fn main() -> ! {
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };
-    start_sensors(sensors, (inertial, magnetic), Acquisition::new(producer));
+    start_sensors(sensors, (inertial, magnetic), Acquisition::new(producer, &COUNTS));
     systick::start(core.SYST, core.SCB, sample_period_us);
     loop {
         application.turn();
@@ -154,7 +149,7 @@ pub mod chip {
         flash::ModelFlash,
         port::wake,
     };
-    pub use crate::application::sample_clock::systick::now_us;
+    pub use crate::sample_clock::systick::now_us;
     pub use stm32f4xx_hal::watchdog::IndependentWatchdog as Watchdog;
 
     pub fn feed(watchdog: &mut Watchdog) {

@@ -110,8 +110,8 @@ fn write_end(
     counter: &InstructionCounter,
     (push, poll): (&Tally, &Tally),
 ) -> Result<(), Fault> {
-    let stack = stack::high_water_mark();
-    if stack.used_bytes >= stack.size_bytes {
+    let [stack_used_bytes, stack_size_bytes] = stack::high_water_mark();
+    if stack_used_bytes >= stack_size_bytes {
         return Err(Fault::StackOverflow);
     }
     flight.write(&Record::End(Summary {
@@ -119,8 +119,8 @@ fn write_end(
         push: counter.cost(push),
         poll: counter.cost(poll),
         ticks_per_1000_instructions: counter.ticks_per_1000_instructions(),
-        stack_used_bytes: stack.used_bytes,
-        stack_size_bytes: stack.size_bytes,
+        stack_used_bytes,
+        stack_size_bytes,
     }))
 }
 

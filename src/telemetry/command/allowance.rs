@@ -26,9 +26,12 @@ impl Allowance {
 
     /// Takes one; returns false if none is left.
     pub fn take(&mut self, rate: &Rate, now_us: u64) -> bool {
-        let from_us = if self.whole_us > now_us { self.whole_us } else { now_us };
+        let most_us = rate.interval_us.saturating_mul(rate.at_once);
+        // Further ahead than it ever is: the clock has gone back.
+        let is_ahead = self.whole_us > now_us && self.whole_us - now_us <= most_us;
+        let from_us = if is_ahead { self.whole_us } else { now_us };
         let next_us = from_us.saturating_add(rate.interval_us);
-        let may = next_us.saturating_sub(now_us) <= rate.interval_us.saturating_mul(rate.at_once);
+        let may = next_us.saturating_sub(now_us) <= most_us;
         if may {
             self.whole_us = next_us;
         }
@@ -47,7 +50,10 @@ mod tests {
         let mut allowance = Allowance::new();
         let had = |allowance: &mut Allowance, now_us| (0..10).filter(|_| allowance.take(&RATE, now_us)).count();
         assert_eq!([0, 0, 999, 1_000, 3_500, 9_000].map(|now_us| had(&mut allowance, now_us)), [3, 0, 0, 1, 2, 3]);
-        // Over a long time the rate holds, however often it is asked.
+        // All is there again on a clock that has gone back.
+        let mut allowance = Allowance::new();
+        assert_eq!([9_000, 20].map(|now_us| had(&mut allowance, now_us)), [3, 3]);
+        // Over a long time no more than the rate allows, however often it is asked.
         let mut allowance = Allowance::new();
         let all = (0..100_000).filter(|now_us| allowance.take(&RATE, *now_us)).count();
         assert_eq!(all, 3 + 99);

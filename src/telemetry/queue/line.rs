@@ -15,6 +15,11 @@ impl Line {
         Self { free_us: 0 }
     }
 
+    /// The clock has gone back: it is free.
+    pub const fn clock_went_back(&mut self) {
+        self.free_us = 0;
+    }
+
     pub const fn is_free(&self, now_us: u64) -> bool {
         now_us >= self.free_us
     }

@@ -98,7 +98,12 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         Ok(())
     }
 
-    /// Returns the settings.
+    /// The clock has gone back: the line is free at once, and what waits counts as new.
+    pub const fn clock_went_back(&mut self) {
+        self.line.clock_went_back();
+    }
+
+    /// What it was configured with.
     #[must_use]
     pub const fn config(&self) -> &StreamConfig {
         &self.config

@@ -3,7 +3,7 @@
 use crate::{
     bench::{
         Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, coverage, drilling, effects, hour,
-        multi_station, rate_error, recordings, sensors, swaps, target, turntable,
+        multi_station, rate_error, recordings, sensors, swaps, target, turntable, whole_probe,
     },
     research::{contaminated, evaluations, inclination, paper},
 };
@@ -67,6 +67,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section::on_host("multi_station", "Azimuths of a run, corrected by all of its stations", multi_station::run),
     Section::on_host("bus_faults", "Faults of sensors and wires", bus_faults::run),
     Section::on_host("sensors", "Load of the bus", sensors::run),
+    Section::on_host("whole_probe", "The whole probe under seeded faults", whole_probe::run),
     Section::on_target("target", "Instructions of a minute of drilling on the emulated chip", target::run),
     Section::on_target("bus", "Instructions of the sampling path on the emulated chip", bus::run),
     Section::on_host("drilling", "Attitude while drilling, beside VQF", drilling::run),

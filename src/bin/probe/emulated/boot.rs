@@ -1,7 +1,9 @@
 //! Boot file of a run, `boot.bin`, in postcard's encoding.
 
-use crate::application::{Settings, stage::Stage};
-use meerkat_mwd::sensor_models::Recording;
+use meerkat_mwd::{
+    application::{Settings, Stage},
+    sensor_models::Recording,
+};
 use semihosting::{fs::File, io::Read};
 
 /// More than the encoding ever takes.

@@ -3,12 +3,8 @@
 
 use super::boot::Hang;
 use crate::{
-    application::{
-        acquisition::{Acquisition, COUNTS},
-        sample_clock,
-        stage::Stage,
-    },
     reset_record,
+    sample_clock::{self, COUNTS},
 };
 use core::{
     cell::Cell,
@@ -19,6 +15,7 @@ use cortex_m_rt::exception;
 use critical_section::Mutex;
 use meerkat_mwd::{
     Sample, SampleFlags,
+    application::{Acquisition, Stage},
     sensor_models::{Conversions, ModelledParts, Recording, RecordingPlayer},
 };
 use semihosting::{
@@ -48,7 +45,7 @@ impl Modelled {
 struct Sensors {
     file: File,
     player: &'static mut RecordingPlayer<'static, WORDS>,
-    acquisition: Acquisition,
+    acquisition: Acquisition<'static>,
     period_us: u32,
     rounds: u64,
     hang: Option<Hang>,
@@ -65,7 +62,7 @@ static OVER: AtomicBool = AtomicBool::new(false);
 #[inline(never)]
 pub fn start(
     modelled: &'static mut Modelled,
-    acquisition: Acquisition,
+    acquisition: Acquisition<'static>,
     recording: Recording,
     hang: Option<Hang>,
 ) -> Result<(), &'static str> {

@@ -1,6 +1,6 @@
 //! TIMER0 as the sample clock: SysTick stands still while this chip sleeps.
 
-use crate::application::sample_clock;
+use crate::sample_clock;
 use cortex_m::peripheral::{NVIC, SCB};
 use nrf52840_hal::pac::{Interrupt, TIMER0, interrupt};
 

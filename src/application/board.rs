@@ -1,19 +1,22 @@
 //! Board: all that the application needs of a chip.
 
-use super::{acquisition::SampleConsumer, stage::Stage};
+use super::{Acquired, AcquisitionCounts, Stage};
+use crate::telemetry::{ProbeId, ResetReason};
 use embedded_storage::nor_flash::NorFlash;
-use meerkat_mwd::telemetry::{ProbeId, ResetReason};
 
-/// A board. Its interrupt reads the sensors and fills the queue; everything else happens when the application calls.
+/// A board. Its interrupt reads the sensors and fills a queue; everything else happens when the application calls.
 pub trait Board {
     /// The sectors of stored models.
-    type Flash: NorFlash + 'static;
+    type Flash: NorFlash;
 
     /// Microseconds of the clock that stamps the samples.
     fn now_us(&self) -> u64;
 
-    /// The queue that the interrupt fills.
-    fn samples(&mut self) -> &mut SampleConsumer;
+    /// The oldest sample that waits in the queue.
+    fn sample(&mut self) -> Option<Acquired>;
+
+    /// What the interrupt has counted.
+    fn acquisition(&self) -> &AcquisitionCounts;
 
     /// Takes as many of the first bytes as the transmitter has room for, and says how many. Does not wait.
     fn send(&mut self, bytes: &[u8]) -> usize;
@@ -35,6 +38,9 @@ pub trait Board {
 
     /// The chip's unique number.
     fn identity(&self) -> ProbeId;
+
+    /// Most bytes of stack used so far, and how many there are.
+    fn stack_bytes(&self) -> [u32; 2];
 
     /// A stage begins. For boards that play a defect; the others do nothing.
     fn enter(&mut self, _stage: Stage) {}

@@ -1,14 +1,14 @@
 //! Commands of a host, and their execution.
 
-use super::{Application, Pipeline, board::Board, memory::refusal};
-use heapless::Vec;
-use meerkat_mwd::{
+use super::{Application, Board, Pipeline, log::info, memory::refusal};
+use crate::{
     survey::StationaryState,
     telemetry::{
         Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, EarlierModel, Erasure,
         FrameDecoder, Judgement, Key, LinkCounters, Outcome, Recording, SelfTest, Situation,
     },
 };
+use heapless::Vec;
 
 /// Longest frame that is taken, without COBS: more than a configuration with its authentication.
 const LONGEST: usize = 640;
@@ -21,12 +21,14 @@ pub struct Commands {
     decoder: FrameDecoder<LONGEST>,
     gate: CommandGate,
     /// Self-tests to be reported at once.
-    pub self_test: Vec<SelfTest, 1>,
+    pub(super) self_test: Vec<SelfTest, 1>,
     /// Who wants raw samples.
-    pub recording: Recording,
+    pub(super) recording: Recording,
 }
 
 impl Commands {
+    /// Without a key.
+    #[must_use]
     pub const fn new() -> Self {
         Self {
             decoder: FrameDecoder::new(),
@@ -41,17 +43,21 @@ impl Commands {
         self.gate = CommandGate::new(key);
     }
 
+    /// Frames that came, and what was wrong with others.
+    #[must_use]
     pub const fn link(&self) -> LinkCounters {
         self.decoder.counters()
     }
 
+    /// How many commands came.
+    #[must_use]
     pub const fn counters(&self) -> CommandCounters {
         self.gate.counters()
     }
 }
 
 /// A probe without a memory for the counter: no authenticated command is carried out.
-pub struct NoCounter;
+struct NoCounter;
 
 impl CounterStore for NoCounter {
     type Error = ();
@@ -65,7 +71,13 @@ impl CounterStore for NoCounter {
     }
 }
 
-impl<B: Board> Application<B> {
+impl Default for Commands {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<B: Board> Application<'_, B> {
     /// Looks at what has come in; carries out one command at most.
     pub(super) fn receive(&mut self, now_us: u64) {
         let Pipeline { commands, line, .. } = &mut self.pipeline;
@@ -102,7 +114,7 @@ impl<B: Board> Application<B> {
                 Acknowledgement { sequence, outcome }
             }
         };
-        defmt::info!("{=u64:us}: command {=u16}: {}", now_us, answer.sequence, answer.outcome);
+        info!("{=u64:us}: command {=u16}: {}", now_us, answer.sequence, answer.outcome);
         self.pipeline.line.acknowledge(now_us, &answer);
         true
     }
@@ -167,7 +179,6 @@ impl<B: Board> Application<B> {
                     line.survey_again();
                 }
             }
-            _ => return Err(CommandRefusal::NotSupported),
         }
         Ok(())
     }

@@ -1,27 +1,27 @@
 //! The sensors of a real board, read in PendSV once a round of the sample clock.
 
-use super::acquisition::Acquisition;
-use heapless::Vec;
-use meerkat_mwd::{
+use super::Acquisition;
+use crate::{
     config::{FullScale, Latency},
     sensors::{
         BURST_FRAMES, Combiner, InertialReading, MagneticReading,
         blocking::{InertialSource, MagneticSource},
     },
 };
+use heapless::Vec;
 
 /// An inertial part and a magnetometer, and where their samples go.
-pub struct Sensors<I, M> {
+pub struct Sensors<'a, I, M> {
     inertial: I,
     magnetic: M,
     combiner: Combiner,
-    acquisition: Acquisition,
+    acquisition: Acquisition<'a>,
     rounds: u64,
 }
 
-impl<I: InertialSource, M: MagneticSource> Sensors<I, M> {
+impl<'a, I: InertialSource, M: MagneticSource> Sensors<'a, I, M> {
     /// Touches no bus.
-    pub fn new(inertial: I, magnetic: M, acquisition: Acquisition) -> Self {
+    pub fn new(inertial: I, magnetic: M, acquisition: Acquisition<'a>) -> Self {
         let combiner = Combiner::new(inertial.data().period_us);
         Self { inertial, magnetic, combiner, acquisition, rounds: 0 }
     }

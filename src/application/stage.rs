@@ -23,7 +23,7 @@ const ALL: u8 = Stage::Acquisition.bit() | Stage::Samples.bit() | Stage::Work.bi
 
 /// Stages that have made progress.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Progress(u8);
+pub(super) struct Progress(u8);
 
 impl Progress {
     pub const fn made(&mut self, stage: Stage) {

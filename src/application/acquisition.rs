@@ -1,24 +1,29 @@
 //! From the interrupt that reads the sensors to the loop that flies: a lock-free queue, and a count of what did not
 //! get through.
 
+use crate::Sample;
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer, Queue};
-use meerkat_mwd::Sample;
 
 /// Samples that can wait, and one: 150 ms at 200 Hz, five times the longest piece of work that was ever measured.
 pub const QUEUE: usize = 32;
 
+/// Queue from the interrupt to the loop.
 pub type SampleQueue = Queue<Acquired, QUEUE>;
-pub type SampleConsumer = Consumer<'static, Acquired>;
+/// The loop's end of the queue.
+pub type SampleConsumer<'a> = Consumer<'a, Acquired>;
 
 /// A sample and its number since the start. A number that is left out is a sample that was lost.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Acquired {
+    /// Number since the start.
     pub sequence: u32,
+    /// Sample as the adapters gave it.
     pub sample: Sample,
 }
 
 /// Counters of the interrupt; only it writes them. Full counters go round.
+#[derive(Debug, Default)]
 pub struct AcquisitionCounts {
     acquired: AtomicU32,
     queue_full: AtomicU32,
@@ -27,72 +32,82 @@ pub struct AcquisitionCounts {
     faults: AtomicU32,
 }
 
-/// Counters of the only acquisition.
-pub static COUNTS: AcquisitionCounts = AcquisitionCounts {
-    acquired: AtomicU32::new(0),
-    queue_full: AtomicU32::new(0),
-    missed_ticks: AtomicU32::new(0),
-    served: AtomicU32::new(0),
-    faults: AtomicU32::new(0),
-};
-
 impl AcquisitionCounts {
+    /// Nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            acquired: AtomicU32::new(0),
+            queue_full: AtomicU32::new(0),
+            missed_ticks: AtomicU32::new(0),
+            served: AtomicU32::new(0),
+            faults: AtomicU32::new(0),
+        }
+    }
+
     /// Samples that were read.
+    #[must_use]
     pub fn acquired(&self) -> u32 {
         self.acquired.load(Ordering::Relaxed)
     }
 
     /// Samples that were read and found no room.
+    #[must_use]
     pub fn queue_full(&self) -> u32 {
         self.queue_full.load(Ordering::Relaxed)
     }
 
     /// Ticks of the sample clock at which nothing was read, because the reading before had not ended.
+    #[must_use]
     pub fn missed_ticks(&self) -> u32 {
         self.missed_ticks.load(Ordering::Relaxed)
     }
 
     /// Ticks that were served, whether or not the sensors gave a sample.
+    #[must_use]
     pub fn served(&self) -> u32 {
         self.served.load(Ordering::Relaxed)
     }
 
     /// Readings that failed, and what they were to give came later or not at all.
+    #[must_use]
     pub fn faults(&self) -> u32 {
         self.faults.load(Ordering::Relaxed)
     }
 }
 
 /// The interrupt's side.
-pub struct Acquisition {
-    producer: Producer<'static, Acquired>,
+pub struct Acquisition<'a> {
+    producer: Producer<'a, Acquired>,
+    counts: &'a AcquisitionCounts,
     sequence: u32,
 }
 
-impl Acquisition {
-    pub const fn new(producer: Producer<'static, Acquired>) -> Self {
-        Self { producer, sequence: 0 }
+impl<'a> Acquisition<'a> {
+    /// The only writer of `counts`.
+    #[must_use]
+    pub const fn new(producer: Producer<'a, Acquired>, counts: &'a AcquisitionCounts) -> Self {
+        Self { producer, counts, sequence: 0 }
     }
 
     /// Hands a sample to the loop.
     pub fn put(&mut self, sample: Sample) {
         if self.producer.enqueue(Acquired { sequence: self.sequence, sample }).is_err() {
-            add(&COUNTS.queue_full, 1);
+            add(&self.counts.queue_full, 1);
         }
         self.sequence = self.sequence.wrapping_add(1);
-        add(&COUNTS.acquired, 1);
+        add(&self.counts.acquired, 1);
     }
 
     /// A tick is served; `missed` went by without.
     pub fn served(&mut self, missed: u32) {
-        add(&COUNTS.missed_ticks, missed);
-        add(&COUNTS.served, 1);
+        add(&self.counts.missed_ticks, missed);
+        add(&self.counts.served, 1);
     }
 
     /// Counts a reading that failed.
-    #[cfg(feature = "spi-sensors")]
     pub fn fault(&mut self) {
-        add(&COUNTS.faults, 1);
+        add(&self.counts.faults, 1);
     }
 }
 

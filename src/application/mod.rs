@@ -1,31 +1,36 @@
 //! The probe's program, the same on every board: samples first, then one bounded piece of identification or
 //! diagnosis, then telemetry, then sleep.
 
-pub mod acquisition;
-pub mod board;
-pub mod commands;
-pub mod delay;
-pub mod line;
-pub mod memory;
+mod acquisition;
+mod board;
+mod commands;
+mod delay;
+mod line;
+mod log;
+mod memory;
 mod reports;
-pub mod sample_clock;
-#[cfg(feature = "spi-sensors")]
-pub mod sensors;
-pub mod stage;
+#[cfg(feature = "bus")]
+mod sensors;
+mod stage;
 
-use acquisition::{Acquired, COUNTS, QUEUE};
-use board::Board;
-use commands::Commands;
-use delay::Delays;
-use line::Line;
-use meerkat_mwd::{
+pub use acquisition::{Acquired, Acquisition, AcquisitionCounts, QUEUE, SampleConsumer, SampleQueue};
+pub use board::Board;
+pub use commands::Commands;
+pub use delay::{Delays, LATE_US};
+pub use line::Line;
+pub use memory::{Memory, factory_config, factory_records};
+#[cfg(feature = "bus")]
+pub use sensors::{Sensors, data_sheet};
+pub use stage::Stage;
+
+use crate::{
     Config, Probe,
     config::{ConfigError, SurveyConfig},
     survey::Surveyor,
     telemetry::{Key, StreamConfig},
 };
-use memory::Memory;
-use stage::{Progress, Stage};
+use log::info;
+use stage::Progress;
 
 /// Units of work in one piece, some 30,000 instructions; a piece that is not cut up overshoots it.
 const SLICE_UNITS: u32 = 100;
@@ -41,8 +46,11 @@ const SILENT_US: u64 = 1_000_000;
 
 /// Settings that the probe starts from.
 pub struct Settings {
+    /// Of the pipeline.
     pub config: Config,
+    /// Of the surveys.
     pub survey: SurveyConfig,
+    /// Of the line.
     pub stream: StreamConfig,
     /// True if raw samples are sent from the start.
     pub recording: bool,
@@ -50,14 +58,18 @@ pub struct Settings {
     pub key: Option<[u8; 32]>,
 }
 
-/// Statics that the application works on.
-pub struct Pipeline<F: 'static> {
-    pub probe: &'static mut Probe,
-    pub surveyor: &'static mut Surveyor,
-    pub line: &'static mut Line,
-    pub commands: &'static mut Commands,
+/// What stands in static RAM, and the application works on.
+pub struct Pipeline<'a, F> {
+    /// Samples to attitudes and models.
+    pub probe: &'a mut Probe,
+    /// Attitudes to surveys.
+    pub surveyor: &'a mut Surveyor,
+    /// The way out.
+    pub line: &'a mut Line,
+    /// The way in.
+    pub commands: &'a mut Commands,
     /// `None`: there is none that can be used, and the probe flies without.
-    pub memory: Option<&'static mut Memory<F>>,
+    pub memory: Option<&'a mut Memory<F>>,
 }
 
 /// Counters of the application since the start.
@@ -78,9 +90,9 @@ pub struct Counts {
 }
 
 /// The program on one board.
-pub struct Application<B: Board> {
+pub struct Application<'a, B: Board> {
     board: B,
-    pipeline: Pipeline<B::Flash>,
+    pipeline: Pipeline<'a, B::Flash>,
     /// True once a stored model had its chance to fly.
     begun: bool,
     next_sequence: u32,
@@ -94,15 +106,17 @@ pub struct Application<B: Board> {
     served: u32,
     /// When the next report of health is due.
     health_us: u64,
+    /// When the last round began.
+    round_us: u64,
     counts: Counts,
 }
 
-impl<B: Board> Application<B> {
+impl<'a, B: Board> Application<'a, B> {
     /// Starts from a configuration.
     ///
     /// # Errors
     /// The field that cannot be used.
-    pub fn start(board: B, pipeline: Pipeline<B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
+    pub fn start(board: B, pipeline: Pipeline<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
         let Settings { config, survey, stream, recording, key } = settings;
         pipeline.probe.configure(config)?;
         pipeline.surveyor.configure(&config.earth, survey)?;
@@ -113,6 +127,7 @@ impl<B: Board> Application<B> {
         pipeline.line.record(*recording);
         pipeline.commands.provision(key.as_ref().and_then(|key| Key::new(key, board.identity())));
         Ok(Self {
+            served: board.acquisition().served(),
             board,
             pipeline,
             begun: false,
@@ -121,20 +136,24 @@ impl<B: Board> Application<B> {
             owed_units: 0,
             filter_stays: false,
             progress: Progress::default(),
-            served: COUNTS.served(),
             // The first words are the boot's, unless the sensors are dead.
             health_us: SILENT_US,
+            round_us: 0,
             counts: Counts::default(),
         })
     }
 
     /// One round of the loop; sleeps when nothing is left to do.
     pub fn turn(&mut self) {
+        let now_us = self.board.now_us();
+        if now_us < core::mem::replace(&mut self.round_us, now_us) {
+            self.clock_went_back(now_us);
+        }
         self.enter(Stage::Samples);
         // One queue of them at most: where they come faster than they are flown the others are lost and
         // counted, and the rest goes on.
         for _ in 0..QUEUE {
-            let Some(acquired) = self.board.samples().dequeue() else { break };
+            let Some(acquired) = self.board.sample() else { break };
             self.fly(&acquired);
         }
         // With or without a sample: sensors that are dead are no reason to start anew.
@@ -149,6 +168,17 @@ impl<B: Board> Application<B> {
         if !more {
             self.board.idle();
         }
+    }
+
+    /// What waits for a time that has been would wait for long, and evidence of rest would look fresh when that time comes again. The pipeline
+    /// looks after itself.
+    #[inline(never)]
+    fn clock_went_back(&mut self, now_us: u64) {
+        let Pipeline { surveyor, line, commands, .. } = &mut self.pipeline;
+        surveyor.restart();
+        line.clock_went_back();
+        commands.recording.stop(true);
+        self.health_us = now_us;
     }
 
     fn enter(&mut self, stage: Stage) {
@@ -172,12 +202,19 @@ impl<B: Board> Application<B> {
         }
         let output = probe.push(sample);
         let now_us = self.board.now_us();
+        let began_afresh = output.is_some() && probe.began_afresh();
+        if began_afresh && let Some(memory) = memory {
+            memory.configured(probe.config());
+        }
         if let Some(output) = &output {
             self.counts.delays.add(now_us.saturating_sub(sample.t_us));
             line.surveys(surveyor.push(&probe.survey_input(sample, output)));
         }
         line.sample(now_us, acquired.sequence, sample, output.as_ref());
         self.counts.processed = self.counts.processed.wrapping_add(1);
+        if began_afresh {
+            self.restarted();
+        }
         let budget = self.pipeline.probe.poll_budget();
         let most = budget.saturating_mul(OWED_SAMPLES);
         self.owed_units = self.owed_units.saturating_add(budget);
@@ -214,7 +251,7 @@ impl<B: Board> Application<B> {
                 if let Some(memory) = memory {
                     memory.window(probe, &report);
                 }
-                defmt::info!("window to {=u64:us}: {}", report.t_end_us, report.decision);
+                info!("window to {=u64:us}: {}", report.t_end_us, report.decision);
                 self.counts.windows = self.counts.windows.saturating_add(1);
                 line.window(report);
             }
@@ -252,14 +289,14 @@ impl<B: Board> Application<B> {
         }
         if let Some(report) = probe.take_diagnosis() {
             self.counts.diagnoses = self.counts.diagnoses.saturating_add(1);
-            defmt::info!("{=u64:us}: {}", now_us, report.verdict);
+            info!("{=u64:us}: {}", now_us, report.verdict);
             line.diagnosis(now_us, &report);
         }
     }
 
     /// Feeds the watchdog when every stage has made progress.
     fn watch(&mut self) {
-        let served = COUNTS.served();
+        let served = self.board.acquisition().served();
         if served != self.served {
             self.served = served;
             self.progress.made(Stage::Acquisition);
@@ -271,18 +308,20 @@ impl<B: Board> Application<B> {
     }
 }
 
-/// Figures by which a run in the emulator is judged, beside its messages.
-#[cfg(feature = "board-emulated")]
-impl<B: Board> Application<B> {
+/// What a run without hardware is judged by, beside what it sends.
+impl<'a, B: Board> Application<'a, B> {
+    /// The board that it runs on.
     pub const fn board(&mut self) -> &mut B {
         &mut self.board
     }
 
+    /// What was counted since the start.
     pub const fn counts(&self) -> &Counts {
         &self.counts
     }
 
-    pub const fn pipeline(&self) -> &Pipeline<B::Flash> {
+    /// What it works on.
+    pub const fn pipeline(&self) -> &Pipeline<'a, B::Flash> {
         &self.pipeline
     }
 }

@@ -1,8 +1,7 @@
 //! Line to the host: messages that go over it, and those that wait.
 
-use super::board::Board;
-use heapless::Vec;
-use meerkat_mwd::{
+use super::Board;
+use crate::{
     Sample,
     attitude::AttitudeFlags,
     config::ConfigError,
@@ -15,6 +14,7 @@ use meerkat_mwd::{
         TelemetryQueue,
     },
 };
+use heapless::Vec;
 
 /// Bytes that wait: results (a diagnosis takes up to 1,000), a recording, attitudes.
 type Queue = TelemetryQueue<1280, 512, 256>;
@@ -44,6 +44,8 @@ pub struct Line {
 }
 
 impl Line {
+    /// Nothing waits.
+    #[must_use]
     pub const fn new() -> Self {
         Self {
             queue: Queue::new(),
@@ -61,44 +63,52 @@ impl Line {
 
     /// # Errors
     /// The field that cannot be used.
-    pub fn configure(&mut self, stream: &StreamConfig) -> Result<(), ConfigError> {
+    pub(super) fn configure(&mut self, stream: &StreamConfig) -> Result<(), ConfigError> {
         self.queue.configure(stream)
     }
 
-    /// Switches raw samples on or off.
-    pub const fn record(&mut self, recording: bool) {
+    /// The clock has gone back.
+    pub(super) const fn clock_went_back(&mut self) {
+        self.queue.clock_went_back();
+    }
+
+    /// Whether raw samples are sent.
+    pub(super) const fn record(&mut self, recording: bool) {
         self.recording = recording;
     }
 
+    /// What was sent and what was not.
+    #[must_use]
     pub const fn counters(&self) -> LineCounters {
         self.queue.counters()
     }
 
     /// Results that were pushed out by newer ones before they found room.
+    #[must_use]
     pub const fn results_lost(&self) -> u32 {
         self.results_lost
     }
 
     /// Asks for the boot to be sent.
-    pub const fn want_boot(&mut self) {
+    pub(super) const fn want_boot(&mut self) {
         self.wants_boot = true;
     }
 
     /// Returns true if the boot is asked for and has room that no other result waits for.
-    pub fn takes_boot(&self) -> bool {
+    pub(super) fn takes_boot(&self) -> bool {
         self.wants_boot && self.window.is_empty() && self.surveys.is_empty() && self.queue.results_room() >= BOOT
     }
 
     /// Sends the boot. It is made only when it is taken.
     #[inline(never)]
-    pub fn boot(&mut self, now_us: u64, boot: &Boot) {
+    pub(super) fn boot(&mut self, now_us: u64, boot: &Boot) {
         self.wants_boot = false;
         let sent = self.queue.push_result(now_us, boot);
         self.lost_unless(sent.is_ok());
     }
 
     /// One sample, and what came of it.
-    pub fn sample(&mut self, now_us: u64, number: u32, sample: &Sample, output: Option<&Output>) {
+    pub(super) fn sample(&mut self, now_us: u64, number: u32, sample: &Sample, output: Option<&Output>) {
         if self.recording {
             self.queue.push_sample(now_us, number, sample);
         }
@@ -109,23 +119,23 @@ impl Line {
     }
 
     /// Returns the faults of the sensors in the latest sample.
-    pub fn sensors_at_fault(&self) -> AttitudeFlags {
+    pub(super) fn sensors_at_fault(&self) -> AttitudeFlags {
         self.flags & SelfTest::FAULTS
     }
 
     /// Which surveys are new; the surveyor keeps them.
-    pub fn surveys(&mut self, news: SurveyNews) {
+    pub(super) fn surveys(&mut self, news: SurveyNews) {
         self.lost_unless(!self.surveys.intersects(news));
         self.surveys |= news;
     }
 
     /// The last stationary survey is to be said again.
-    pub fn survey_again(&mut self) {
+    pub(super) fn survey_again(&mut self) {
         self.surveys |= SurveyNews::STATIONARY;
     }
 
     /// Sends the result of a window.
-    pub fn window(&mut self, report: WindowReport) {
+    pub(super) fn window(&mut self, report: WindowReport) {
         let before = self.window.pop();
         self.lost_unless(before.is_none());
         // Just emptied, so there is room.
@@ -133,31 +143,31 @@ impl Line {
     }
 
     /// Returns true if there is room for any diagnosis, which the pipeline keeps until then.
-    pub fn takes_diagnosis(&self) -> bool {
+    pub(super) fn takes_diagnosis(&self) -> bool {
         self.queue.results_room() > MAX_PAYLOAD
     }
 
     /// Sends the result of a diagnosis. It is made only when it is taken.
     #[inline(never)]
-    pub fn diagnosis(&mut self, now_us: u64, report: &DiagnosisReport) {
+    pub(super) fn diagnosis(&mut self, now_us: u64, report: &DiagnosisReport) {
         let taken = self.queue.push_result(now_us, report);
         self.lost_unless(taken.is_ok());
     }
 
     /// The answer to a command. One that finds no room is not given: its sender asks again.
     #[inline(never)]
-    pub fn acknowledge(&mut self, now_us: u64, answer: &Acknowledgement) {
+    pub(super) fn acknowledge(&mut self, now_us: u64, answer: &Acknowledgement) {
         let _ = self.queue.push_result(now_us, answer);
     }
 
     /// Sends the health. A report without room is no loss: the next one tells the same and more.
     #[inline(never)]
-    pub fn health(&mut self, now_us: u64, health: &Health) {
+    pub(super) fn health(&mut self, now_us: u64, health: &Health) {
         let _ = self.queue.push_result(now_us, health);
     }
 
     /// Gives the board what it takes. One frame at most in a call, so that the time of it is bounded.
-    pub fn transmit<B: Board>(&mut self, board: &mut B) {
+    pub(super) fn transmit<B: Board>(&mut self, board: &mut B) {
         let now_us = board.now_us();
         if self.sent == self.length {
             self.sent = 0;
@@ -171,7 +181,7 @@ impl Line {
 
     /// Hands the queue what waits for room in it.
     #[inline(never)]
-    pub fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor) {
+    pub(super) fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor) {
         let queue = &mut self.queue;
         // Once there is room for any of them, none is refused.
         if queue.results_room() >= RESULT
@@ -198,5 +208,11 @@ impl Line {
         if !kept {
             self.results_lost = self.results_lost.saturating_add(1);
         }
+    }
+}
+
+impl Default for Line {
+    fn default() -> Self {
+        Self::new()
     }
 }

@@ -13,7 +13,7 @@ pub struct Delays {
 }
 
 impl Delays {
-    pub fn add(&mut self, delay_us: u64) {
+    pub(super) fn add(&mut self, delay_us: u64) {
         let delay = u32::try_from(delay_us).unwrap_or(u32::MAX);
         if delay > self.worst_us {
             self.worst_us = delay;

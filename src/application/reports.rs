@@ -1,10 +1,9 @@
 //! Reports of the probe about itself.
 
-use super::{Application, Pipeline, acquisition::COUNTS, board::Board};
-use crate::stack;
-use meerkat_mwd::telemetry::{Boot, Health};
+use super::{Application, Board, Pipeline, log::info};
+use crate::telemetry::{Boot, Health};
 
-impl<B: Board> Application<B> {
+impl<B: Board> Application<'_, B> {
     /// After the pipeline has started afresh.
     pub(super) fn restarted(&mut self) {
         self.first_sequence = self.next_sequence;
@@ -25,13 +24,14 @@ impl<B: Board> Application<B> {
             flies: memory.as_ref().and_then(|memory| memory.flies(probe)),
             ..Boot::new(*probe.config())
         };
-        defmt::info!("{} from sample {=u32}, stored model {}", boot.reset, boot.first_sample, boot.restored_model);
+        info!("{} from sample {=u32}, stored model {}", boot.reset, boot.first_sample, boot.restored_model);
         line.boot(now_us, &boot);
     }
 
     #[inline(never)]
     pub(super) fn report_health(&mut self, now_us: u64) {
-        let stack = stack::high_water_mark();
+        let [stack_used_bytes, stack_size_bytes] = self.board.stack_bytes();
+        let acquisition = self.board.acquisition();
         let commands = self.pipeline.commands.counters();
         let [models_stored, storage_failures] =
             self.pipeline.memory.as_ref().map_or([0; 2], |memory| memory.stored_and_failed());
@@ -39,14 +39,14 @@ impl<B: Board> Application<B> {
             probe: self.board.identity(),
             t_us: now_us,
             counters: self.pipeline.probe.counters(),
-            samples_acquired: COUNTS.acquired(),
-            sample_overruns: COUNTS.queue_full(),
-            missed_ticks: COUNTS.missed_ticks(),
-            sensor_faults: COUNTS.faults(),
+            samples_acquired: acquisition.acquired(),
+            sample_overruns: acquisition.queue_full(),
+            missed_ticks: acquisition.missed_ticks(),
+            sensor_faults: acquisition.faults(),
             worst_delay_us: self.counts.delays.worst_us,
             late_attitudes: self.counts.delays.late,
-            stack_used_bytes: stack.used_bytes,
-            stack_size_bytes: stack.size_bytes,
+            stack_used_bytes,
+            stack_size_bytes,
             watchdog_resets: self.board.watchdog_resets(),
             results_lost: self.pipeline.line.results_lost(),
             sent: self.pipeline.line.counters(),

@@ -1,21 +1,18 @@
 //! The models that outlive the power: one restored at the start, one stored when it is stable.
 
-use core::mem::MaybeUninit;
-use embedded_storage::nor_flash::NorFlash;
-#[cfg(feature = "spi-sensors")]
-use embedded_storage::nor_flash::ReadNorFlash;
-#[cfg(feature = "spi-sensors")]
-use meerkat_mwd::storage::FactoryRecords;
-use meerkat_mwd::{
+use super::log::{error, info, warn};
+use crate::{
     Config, Probe, Sample, SampleFlags,
     compensation::effects::LIBRARY,
     identification::WindowReport,
     storage::{
-        LearntProgress, Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate,
-        StorageError, StoreReason, StoredModel,
+        FactoryRecords, LearntProgress, Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress,
+        StabilityGate, StorageError, StoreReason, StoredModel,
     },
     telemetry::{CommandRefusal, CounterStore},
 };
+use core::mem::MaybeUninit;
+use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
 /// Sectors of the ring.
 const SECTORS: usize = 3;
@@ -49,12 +46,12 @@ impl<F: NorFlash> Memory<F> {
     /// Opens the ring and makes it ready, in the RAM that is kept for it. Before the first sample: it may have to
     /// erase.
     #[inline(never)]
-    pub fn start(
-        place: &'static mut MaybeUninit<Self>,
+    pub fn start<'a>(
+        place: &'a mut MaybeUninit<Self>,
         flash: F,
         config: &Config,
         feed: impl FnMut(),
-    ) -> Option<&'static mut Self> {
+    ) -> Option<&'a mut Self> {
         // A flash that fails is no reason not to fly; the boot's report then names no model, and health counts the
         // failures.
         let memory = place.write(Self::open(flash, config).ok()?);
@@ -74,7 +71,7 @@ impl<F: NorFlash> Memory<F> {
     }
 
     /// Flies the stored model whose temperature is nearest to that of the first sample, which is not pushed yet.
-    pub fn restore(&mut self, probe: &mut Probe, first: &Sample) {
+    pub(super) fn restore(&mut self, probe: &mut Probe, first: &Sample) {
         let warm = !first.flags.intersects(SampleFlags::TEMPERATURE_MISSING | SampleFlags::FAULT);
         let Ok(restoration) = self.store.restore(warm.then_some(first.temperature_c)) else { return };
         if let Outcome::Chosen { model, number, .. } = restoration.outcome
@@ -93,9 +90,9 @@ impl<F: NorFlash> Memory<F> {
         match probe.go_on(&head, read) {
             Ok(()) => {
                 self.goes_on_after_s = Some(head.motion_s);
-                defmt::info!("the filter goes on after {=f32} s of motion", head.motion_s);
+                info!("the filter goes on after {=f32} s of motion", head.motion_s);
             }
-            Err(why) => defmt::warn!("the filter starts afresh: {}", why),
+            Err(why) => warn!("the filter starts afresh: {}", why),
         }
     }
 
@@ -107,14 +104,14 @@ impl<F: NorFlash> Memory<F> {
     }
 
     /// The factory's model of a new configuration does.
-    pub fn configured(&mut self, config: &Config) {
+    pub(super) fn configured(&mut self, config: &Config) {
         (self.gate, self.history) = afresh(config);
         (self.restored, self.goes_on_after_s, self.reason) = (None, None, None);
     }
 
     /// Stores what the latest window gave, if that ended then, and flies it; whether it did not fly before.
     #[inline(never)]
-    pub fn accept(&mut self, probe: &mut Probe, window_end_us: u64) -> Result<bool, CommandRefusal> {
+    pub(super) fn accept(&mut self, probe: &mut Probe, window_end_us: u64) -> Result<bool, CommandRefusal> {
         let effects = probe.effects();
         let model = self.history.proposed(window_end_us, effects).ok_or(CommandRefusal::NothingThere)?;
         let flying = self.history.flying(probe.gyro_model(), effects);
@@ -131,7 +128,7 @@ impl<F: NorFlash> Memory<F> {
     /// Flies the model before the one that flies, which is stored anew before all others are retired: whenever the
     /// power goes, one flies.
     #[inline(never)]
-    pub fn roll_back(&mut self, probe: &mut Probe) -> Result<(), CommandRefusal> {
+    pub(super) fn roll_back(&mut self, probe: &mut Probe) -> Result<(), CommandRefusal> {
         let model = match (self.history.previous(), self.restored) {
             (Some(previous), _) => Some(*previous),
             (None, Some(number)) => self.store.model_before(number).map_err(refusal)?,
@@ -165,34 +162,35 @@ impl<F: NorFlash> Memory<F> {
     }
 
     /// Returns true if the flash holds what it should.
-    pub fn verify(&mut self) -> bool {
+    pub(super) fn verify(&mut self) -> bool {
         matches!(self.store.verify(), Ok(true))
     }
 
     /// Returns the flown model if it is not the factory's.
-    pub fn flies(&self, probe: &Probe) -> Option<StoredModel> {
+    pub(super) fn flies(&self, probe: &Probe) -> Option<StoredModel> {
         let (gyro, effects) = (probe.gyro_model(), probe.effects());
         let is_factory = *gyro == probe.config().gyro && effects.is_empty();
         (!is_factory).then(|| self.history.flying(gyro, effects))
     }
 
     /// The number of the model that flew from the start.
+    #[must_use]
     pub const fn restored(&self) -> Option<u32> {
         self.restored
     }
 
     /// Seconds of motion after which the filter goes on; `None`: it began anew.
-    pub const fn goes_on_after_s(&self) -> Option<f32> {
+    pub(super) const fn goes_on_after_s(&self) -> Option<f32> {
         self.goes_on_after_s
     }
 
-    pub fn sample(&mut self, sample: &Sample) {
+    pub(super) fn sample(&mut self, sample: &Sample) {
         self.gate.sample(sample);
     }
 
     /// Begins to store what the filter has learnt and the model that flies, where this window makes it worth it.
     #[inline(never)]
-    pub fn window(&mut self, probe: &Probe, report: &WindowReport) {
+    pub(super) fn window(&mut self, probe: &Probe, report: &WindowReport) {
         let worth_storing = probe.model_worth_storing(report, &mut self.gate);
         self.history.window(report, probe.gyro_model(), probe.effects(), self.gate.temperature_c());
         let Some(model) = worth_storing else { return };
@@ -212,7 +210,7 @@ impl<F: NorFlash> Memory<F> {
     /// Programs the next piece. What fails is counted, and the next window offers the model again. Whether the filter
     /// has to stay as it is until the next.
     #[inline(never)]
-    pub fn step(&mut self, probe: &Probe) -> bool {
+    pub(super) fn step(&mut self, probe: &Probe) -> bool {
         if !self.store.is_writing() {
             return false;
         }
@@ -225,18 +223,18 @@ impl<F: NorFlash> Memory<F> {
         }
         match self.store.step() {
             Ok(Progress::Stored { number }) => {
-                defmt::info!("model {=u32} is stored", number);
+                info!("model {=u32} is stored", number);
                 // It was written within a second, and there is no window in that.
                 self.gate.stored(self.history.latest());
             }
             Ok(_) => {}
-            Err(_) => defmt::error!("a model could not be stored"),
+            Err(_) => error!("a model could not be stored"),
         }
         false
     }
 
     /// No model that is stored is restored any more, and the factory's is about to fly.
-    pub fn retire(&mut self, config: &Config) -> Result<(), StorageError<F::Error>> {
+    pub(super) fn retire(&mut self, config: &Config) -> Result<(), StorageError<F::Error>> {
         self.store.retire_models()?;
         self.configured(config);
         Ok(())
@@ -244,7 +242,7 @@ impl<F: NorFlash> Memory<F> {
 
     /// No model that is stored is restored any more, and what they took is erased; the next stable one is stored as
     /// the first.
-    pub fn erase(&mut self, config: &Config, feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
+    pub(super) fn erase(&mut self, config: &Config, feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
         self.store.retire_models()?;
         self.gate = StabilityGate::new(&config.gyro, None);
         self.restored = None;
@@ -252,6 +250,7 @@ impl<F: NorFlash> Memory<F> {
     }
 
     /// Models stored, and models and counters that could not be.
+    #[must_use]
     pub const fn stored_and_failed(&self) -> [u32; 2] {
         let counts = self.store.counts();
         let refused = counts.refused_full.saturating_add(counts.refused_implausible);
@@ -265,7 +264,7 @@ fn afresh(config: &Config) -> (StabilityGate, ModelHistory) {
 }
 
 /// Translates an error of the storage for the sender of a command.
-pub fn refusal<E>(error: StorageError<E>) -> CommandRefusal {
+pub(super) fn refusal<E>(error: StorageError<E>) -> CommandRefusal {
     match error {
         StorageError::Busy => CommandRefusal::Busy,
         StorageError::Implausible(_) => CommandRefusal::ModelImplausible,
@@ -286,13 +285,13 @@ impl<F: NorFlash> CounterStore for Memory<F> {
 }
 
 /// Reads the factory's records; nothing if they cannot be read.
-#[cfg(feature = "spi-sensors")]
+#[must_use]
 pub fn factory_records<R: ReadNorFlash>(region: &mut R) -> FactoryRecords {
     FactoryRecords::read(region).unwrap_or_default()
 }
 
 /// The factory's calibration, or the default without.
-#[cfg(feature = "spi-sensors")]
+#[must_use]
 pub fn factory_config(records: &FactoryRecords) -> Config {
     match &records.calibration {
         Some(calibration) => {

@@ -1,8 +1,12 @@
-//! The sample clock's rounds, counted by its interrupt, and time read from them.
+//! The sample clock's rounds, counted by its interrupt, time read from them, and what the acquisition that it paces has counted.
 //!
 //! A board's timer goes round once a sample period; its interrupt calls [`round`] and has the highest priority of all.
 
 use core::sync::atomic::{AtomicU32, Ordering};
+use meerkat_mwd::application::AcquisitionCounts;
+
+/// Of the one acquisition that there is.
+pub static COUNTS: AcquisitionCounts = AcquisitionCounts::new();
 
 static ROUNDS: AtomicU32 = AtomicU32::new(0);
 static ROUNDS_HIGH: AtomicU32 = AtomicU32::new(0);

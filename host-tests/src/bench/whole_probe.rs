@@ -1,0 +1,77 @@
+//! The whole probe under attack: what went wrong, what was checked and what did not hold.
+
+use super::{
+    effort::Effort,
+    seeds::each_seed,
+    table::{Cell, Table, median_and_worst},
+};
+use crate::whole_probe::{KINDS, Tally, VIOLATIONS, fly};
+use anyhow::bail;
+
+/// Runs that a failure lists.
+const LISTED: usize = 10;
+
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+    let seeds = effort.repetitions(1_000);
+    let runs = each_seed(0..seeds, |seed| Ok((seed, fly(seed)?)))?;
+    let mut all = Tally::default();
+    runs.iter().for_each(|(_, run)| all.add(&run.tally));
+    let failed: Vec<String> = (runs.iter().filter(|(_, run)| run.tally.all_violations() > 0))
+        .map(|(seed, run)| format!("seed {seed}: {}", run.tally.first.as_deref().unwrap_or("?")))
+        .collect();
+    if !failed.is_empty() {
+        let listed = failed.iter().take(LISTED).cloned().collect::<Vec<_>>().join("\n");
+        bail!("{} of {seeds} seeds violate what has to hold:\n{listed}\n{}", failed.len(), checks(&all, seeds));
+    }
+    Ok(vec![checks(&all, seeds), troubles(&all), flown(&all)])
+}
+
+fn count(number: u64) -> Cell {
+    Cell::number(number as f64, 0)
+}
+
+fn checks(all: &Tally, seeds: u64) -> Table {
+    let title = format!("The whole probe under attack, {seeds} seeds: what has to hold");
+    let mut table = Table::new(title, &["", "checked", "violations"]);
+    for (violation, name) in VIOLATIONS {
+        let place = violation as usize;
+        table.row([Cell::from(name), count(all.checks[place]), count(all.violations[place])]);
+    }
+    table
+}
+
+fn troubles(all: &Tally) -> Table {
+    let mut table = Table::new("The same runs: what went wrong", &["", "times"]);
+    for (kind, times) in KINDS.into_iter().zip(all.troubles) {
+        table.row([Cell::from(kind), count(times)]);
+    }
+    table
+}
+
+fn flown(all: &Tally) -> Table {
+    let mut table =
+        Table::new("The same runs: what was flown; times are median [worst] of starts with sound sensors", &["", ""]);
+    let rows = [
+        ("starts", all.starts),
+        ("samples", all.samples),
+        ("of these lost and counted", all.lost),
+        ("most that waited, of 31", all.queue),
+        ("commands of the owner", all.commands),
+        ("attitudes without a flag in the 30 s after a start or a fault", all.soon[0]),
+        ("of these beyond 5 sigma", all.soon[1]),
+        ("models stored", all.models),
+        ("models restored", all.restored),
+    ];
+    for (name, number) in rows {
+        table.row([Cell::from(name), count(number)]);
+    }
+    let [at_rest, drilling, unflagged] = &all.back_s;
+    for (name, times) in [
+        ("from a start at rest to the first attitude on the line, s", at_rest),
+        ("the same of a start while drilling, s", drilling),
+        ("from a start to the first attitude without a flag, s", unflagged),
+    ] {
+        table.row([Cell::from(name), median_and_worst(times, 2)]);
+    }
+    table
+}

@@ -1,0 +1,153 @@
+//! What has to hold, looked at with every message that is heard and after every round of the program.
+
+use super::{EVIDENCE_S, machine::Machine, plan::Trouble, tally::Violation};
+use meerkat_mwd::{
+    application::{Application, Board},
+    attitude::AttitudeFlags,
+    survey::{SurveyKind, SurveyReport},
+    telemetry::{AttitudeFrame, Boot, CompactAngles, Message},
+};
+use std::f64::consts::TAU;
+
+/// Deviations within which an attitude has to be.
+const SIGMAS: f64 = 5.0;
+/// Error of the angles' encoding, radians: half a step of angle, and half a step of sigma five times.
+const STEP_RAD: f64 = 0.5 * TAU / 65_536.0 + 2.5e-4;
+/// Time after the start and the last fault of sensors, clock or computing time from which it has to be, microseconds: no P is learnt from
+/// less than 14 s of motion, which with stops, a window of 10 s and its latency take this long.
+const SETTLED_US: u64 = 30_000_000;
+/// Age of a stationary survey at which it has to be on the line, microseconds.
+const SURVEY_US: u64 = 1_000_000;
+
+/// A message of the probe.
+pub fn heard(machine: &mut Machine<'_, '_>, message: &Message) {
+    match message {
+        Message::Acknowledgement(answer) => {
+            let drilling_for_s = (!machine.line_stood_still()).then(|| machine.day.truth.drilling_for_s());
+            machine.day.tally.now_us = machine.chip.now_us.get();
+            machine.day.host.answered(answer, drilling_for_s, &mut machine.day.tally);
+        }
+        Message::Boot(boot) => started(machine, boot),
+        Message::Attitude(frame) => attitude(machine, frame),
+        Message::Survey(report) => survey(machine, report),
+        Message::Identification(it) => machine.day.host.window_end_us = it.report.t_end_us,
+        _ => {}
+    }
+}
+
+fn note(machine: &mut Machine<'_, '_>, what: Violation, holds: bool, words: impl FnOnce() -> String) {
+    let tally = &mut machine.day.tally;
+    tally.now_us = machine.chip.now_us.get();
+    tally.checked(what);
+    if !holds {
+        let struck: Vec<_> =
+            (machine.day.struck.iter().rev()).filter(|(_, it)| *it != Trouble::Owner).take(4).collect();
+        let started_us = machine.chip.started_us.get();
+        tally.violated(what, || format!("{}; started at {started_us} us; struck {struck:?}", words()));
+    }
+}
+
+/// The model that was restored is one that was completed.
+fn started(machine: &mut Machine<'_, '_>, boot: &Boot) {
+    // A command may have started the pipeline afresh.
+    machine.boot_us = machine.chip.now_us.get();
+    let (Some(number), Some(model)) = (boot.restored_model, boot.flies) else { return };
+    machine.day.tally.restored += 1;
+    let completed = machine.day.flown.contains(&model.gyro.p);
+    note(machine, Violation::ModelNotCompleted, completed, || format!("number {number}, P {:?}", model.gyro.p));
+}
+
+fn attitude(machine: &mut Machine<'_, '_>, frame: &AttitudeFrame) {
+    let Some(angles) = frame.angles else { return };
+    let now_us = machine.chip.now_us.get();
+    let flags = angles.flags() - AttitudeFlags::NEAR_VERTICAL;
+    let [any, unflagged] = &mut machine.day.back_us;
+    any.get_or_insert(now_us);
+    if !flags.is_empty() {
+        return;
+    }
+    unflagged.get_or_insert(now_us);
+    let at = machine.truths.iter().min_by_key(|(t_us, _)| t_us.abs_diff(frame.t_us));
+    let Some((_, truth)) = at.filter(|(t_us, _)| t_us.abs_diff(frame.t_us) < 1_000) else { return };
+    let truth = truth.radians;
+    let errors = errors_in_sigmas(&angles, &truth);
+    let holds = errors.iter().all(|error| error.abs() <= SIGMAS);
+    let sound_since_us = machine.sound_since_us();
+    if now_us < sound_since_us + SETTLED_US {
+        let [checked, outside] = &mut machine.day.tally.soon;
+        *checked += 1;
+        *outside += u64::from(!holds);
+        return;
+    }
+    note(machine, Violation::Attitude, holds, || {
+        format!("{errors:.1?} sigma of {:?} rad, truth {truth:?}", angles.sigmas_rad())
+    });
+}
+
+/// Errors of inclination, azimuth and toolface over their deviations, the encoding's error taken off.
+fn errors_in_sigmas(angles: &CompactAngles, truth: &[f64; 3]) -> [f64; 3] {
+    let said = [angles.inclination_rad(), angles.azimuth_rad(), angles.gravity_toolface_rad()].map(f64::from);
+    let sigmas = angles.sigmas_rad().map(f64::from);
+    std::array::from_fn(|k| {
+        let error = libm::remainder(said[k] - truth[k], TAU).abs();
+        (error - STEP_RAD).max(0.0) / sigmas[k].max(1e-6)
+    })
+}
+
+fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
+    let survey = &report.survey;
+    if survey.kind != SurveyKind::Stationary {
+        return;
+    }
+    let start_us = machine.chip.started_us.get();
+    if machine.day.surveys.contains(&(start_us, survey.t_end_us)) {
+        return;
+    }
+    machine.day.surveys.push((start_us, survey.t_end_us));
+    let age_us = machine.now_us().saturating_sub(survey.t_end_us);
+    if !machine.line_stood_still() && !machine.overloaded() && !machine.clock_stepped() {
+        note(machine, Violation::LateSurvey, age_us < SURVEY_US, || format!("{age_us} us old"));
+    }
+    let at = machine.truths.iter().find(|(t_us, _)| *t_us == survey.t_end_us);
+    let Some((_, truth)) = at else { return };
+    let truth = truth.radians[0];
+    let error = (f64::from(survey.inclination_rad.value) - truth).abs() / f64::from(survey.inclination_rad.sigma);
+    note(machine, Violation::Survey, error <= SIGMAS, || format!("inclination {error:.1} sigma off"));
+}
+
+/// After every round of the program.
+pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, before: &mut Round) {
+    let processed = application.counts().processed;
+    let flown = application.pipeline().probe.gyro_model().p;
+    let stored = application.pipeline().memory.as_ref().map_or(0, |memory| memory.stored_and_failed()[0]);
+    let machine = application.board();
+    if machine.chip.is_dead() {
+        return;
+    }
+    let counts = machine.acquisition();
+    let (acquired, full, waiting) = (counts.acquired(), counts.queue_full(), machine.waiting() as u32);
+    note(machine, Violation::SampleLost, acquired == processed + full + waiting, || {
+        format!("{acquired} acquired, {processed} flown, {full} lost, {waiting} waiting")
+    });
+    machine.day.tally.models += u64::from(stored.saturating_sub(before.stored));
+    before.stored = stored;
+    if !machine.day.flown.contains(&flown) {
+        machine.day.flown.push(flown);
+    }
+    let erased: Vec<u64> = machine.chip.erased_us.borrow().iter().skip(before.erased).copied().collect();
+    before.erased += erased.len();
+    if !erased.is_empty() {
+        let drilling_for_s = machine.day.truth.drilling_for_s();
+        note(machine, Violation::ErasedWhileDrilling, drilling_for_s <= EVIDENCE_S, || {
+            format!("after {drilling_for_s:.2} s of drilling")
+        });
+    }
+}
+
+/// What was there before a round.
+#[derive(Default)]
+pub struct Round {
+    pub stored: u32,
+    /// Erasures since the start, those before the first sample among them.
+    pub erased: usize,
+}

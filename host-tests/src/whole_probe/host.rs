@@ -1,0 +1,212 @@
+//! Who is at the other end of the line: the owner, and who would like to be. Hears the probe and judges what it says.
+
+use super::tally::{Tally, Violation};
+use crate::{
+    port::command_frame::{frame_of, framed},
+    simulate::Random,
+};
+use meerkat_mwd::{
+    Config,
+    config::SurveyConfig,
+    telemetry::{
+        Acknowledgement, Command, CommandRefusal, EarlierModel, Erasure, FrameDecoder, Key, Kind, MAX_DECODED,
+        MAX_PAYLOAD, Message, Outcome, ProbeId, StreamConfig, authenticate,
+    },
+};
+use std::collections::VecDeque;
+
+/// The probe, and another with the same key.
+pub const PROBE: ProbeId = ProbeId(*b"under attack");
+const OTHER: ProbeId = ProbeId(*b"some other 1");
+/// The owner's key, and one that somebody else has.
+pub const KEY: [u8; 32] = *b"an owner's key for attacks only.";
+const FALSE_KEY: [u8; 32] = *b"a key that somebody else drew up";
+/// Time of a byte on the line, microseconds.
+const BYTE_US: u64 = 87;
+
+/// Who sent a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sender {
+    Owner { counter: u64 },
+    Keyless,
+    Forger,
+}
+
+/// A command that was sent.
+struct Sent {
+    sender: Sender,
+    command: Command,
+    bytes: Vec<u8>,
+    accepted: bool,
+}
+
+/// The host's side of the line.
+pub struct Host {
+    random: Random,
+    config: Config,
+    survey: SurveyConfig,
+    stream: StreamConfig,
+    decoder: FrameDecoder<MAX_DECODED>,
+    sent: Vec<Sent>,
+    counter: u64,
+    /// Highest counter of which the probe said that it carried its command out.
+    highest: u64,
+    /// Bytes on their way, and when they arrive.
+    pub outgoing: VecDeque<(u64, u8)>,
+    /// End of the last window that the probe reported.
+    pub window_end_us: u64,
+}
+
+impl Host {
+    pub fn new(random: Random, config: &Config, survey: &SurveyConfig, stream: &StreamConfig, counter: u64) -> Self {
+        Self {
+            random,
+            config: *config,
+            survey: *survey,
+            stream: *stream,
+            decoder: FrameDecoder::new(),
+            sent: Vec::new(),
+            counter,
+            highest: counter,
+            outgoing: VecDeque::new(),
+            window_end_us: 0,
+        }
+    }
+
+    fn put(&mut self, now_us: u64, bytes: &[u8]) {
+        let mut at_us = self.outgoing.back().map_or(now_us, |(at_us, _)| now_us.max(*at_us));
+        for byte in bytes {
+            at_us += BYTE_US;
+            self.outgoing.push_back((at_us, *byte));
+        }
+    }
+
+    fn send(&mut self, now_us: u64, sender: Sender, command: Command, bytes: Vec<u8>) {
+        self.put(now_us, &bytes);
+        self.sent.push(Sent { sender, command, bytes, accepted: false });
+    }
+
+    /// Sequence number of the next frame: its place among all that were sent.
+    fn sequence(&self) -> u16 {
+        self.sent.len() as u16
+    }
+
+    fn signed(&mut self, key: &[u8; 32], probe: ProbeId, counter: u64, command: &Command) -> anyhow::Result<Vec<u8>> {
+        let key = Key::new(key, probe).ok_or_else(|| anyhow::anyhow!("this is no key"))?;
+        let mut payload = [0; MAX_PAYLOAD];
+        framed(Kind::AuthenticatedCommand, self.sequence(), authenticate(&key, counter, command, &mut payload)?)
+    }
+
+    /// Something that an owner may want.
+    fn wish(&mut self) -> Command {
+        match self.random.between(0.0, 10.0) as usize {
+            0 | 1 => Command::Erase { what: Erasure::Models },
+            2 => Command::Configure(self.config),
+            3 => Command::ConfigureSurvey(self.survey),
+            4 => Command::ConfigureStream(self.stream),
+            5 | 6 => Command::AcceptModel { window_end_us: self.window_end_us },
+            7 => Command::RollBackModel { to: EarlierModel::Previous },
+            8 => Command::RollBackModel { to: EarlierModel::Factory },
+            _ => Command::StartRecording { for_s: Some(3) },
+        }
+    }
+
+    /// The owner asks for something.
+    pub fn owner(&mut self, now_us: u64) -> anyhow::Result<()> {
+        let command = self.wish();
+        self.owner_wants(now_us, command)
+    }
+
+    fn owner_wants(&mut self, now_us: u64, command: Command) -> anyhow::Result<()> {
+        self.counter += 1 + self.random.between(0.0, 3.0) as u64;
+        let counter = self.counter;
+        let bytes = self.signed(&KEY, PROBE, counter, &command)?;
+        self.send(now_us, Sender::Owner { counter }, command, bytes);
+        Ok(())
+    }
+
+    /// Somebody signs with another key, or what was meant for another probe is sent to this one.
+    pub fn forger(&mut self, now_us: u64, other_probe: bool) -> anyhow::Result<()> {
+        let command = self.wish();
+        let (key, probe) = if other_probe { (KEY, OTHER) } else { (FALSE_KEY, PROBE) };
+        let bytes = self.signed(&key, probe, self.counter + 1, &command)?;
+        self.send(now_us, Sender::Forger, command, bytes);
+        Ok(())
+    }
+
+    /// Commands without the key.
+    pub fn flood(&mut self, now_us: u64, commands: u8) -> anyhow::Result<()> {
+        for _ in 0..commands {
+            let command = match self.random.between(0.0, 4.0) as usize {
+                0 => Command::SelfTest,
+                1 => Command::StationarySurvey { within_s: 60 },
+                2 => Command::Erase { what: Erasure::Models },
+                _ => Command::StartRecording { for_s: Some(1) },
+            };
+            let bytes = frame_of(&command, self.sequence())?;
+            self.send(now_us, Sender::Keyless, command, bytes);
+        }
+        Ok(())
+    }
+
+    /// Bytes that are no frames.
+    pub fn garbage(&mut self, now_us: u64, bytes: u16) {
+        let bytes: Vec<u8> = (0..bytes).map(|_| self.random.between(0.0, 256.0) as u8).collect();
+        self.put(now_us, &bytes);
+    }
+
+    /// Sends one of the owner's latest commands again.
+    pub fn replay(&mut self, now_us: u64) {
+        let owners: Vec<usize> = (0..self.sent.len())
+            .rev()
+            .filter(|k| matches!(self.sent[*k].sender, Sender::Owner { .. }))
+            .take(3)
+            .collect();
+        let chosen = self.random.between(0.0, owners.len() as f64) as usize;
+        if let Some(bytes) = owners.get(chosen).map(|k| self.sent[*k].bytes.clone()) {
+            self.put(now_us, &bytes);
+        }
+    }
+
+    /// A byte arrives from the probe.
+    pub fn hear(&mut self, byte: u8) -> Option<Message> {
+        let frame = self.decoder.push(byte)?;
+        Message::decode(&frame).ok()
+    }
+
+    /// Judges an answer. `drilling_for_s`: for how long the tool has been moving; `None` where the line stood still meanwhile.
+    pub fn answered(&mut self, answer: &Acknowledgement, drilling_for_s: Option<f64>, tally: &mut Tally) {
+        let Some(sent) = self.sent.get_mut(usize::from(answer.sequence)) else { return };
+        let accepted = answer.outcome == Outcome::Accepted;
+        match (sent.sender, &answer.outcome) {
+            (Sender::Forger, Outcome::Accepted) => tally.violated(Violation::Forged, || format!("{:?}", sent.command)),
+            (Sender::Keyless, Outcome::Accepted) if sent.command.needs_the_key() => {
+                tally.violated(Violation::Forged, || format!("{:?}", sent.command))
+            }
+            (Sender::Owner { counter }, Outcome::Accepted) => {
+                if sent.accepted || counter <= self.highest {
+                    tally.violated(Violation::Replayed, || format!("counter {counter}, {:?}", sent.command));
+                }
+                sent.accepted = true;
+                self.highest = self.highest.max(counter);
+            }
+            (_, Outcome::Refused(CommandRefusal::Replayed { latest } | CommandRefusal::CounterTooFar { latest })) => {
+                tally.checked(Violation::CounterFell);
+                if *latest < self.highest {
+                    tally.violated(Violation::CounterFell, || format!("{latest} after {}", self.highest));
+                }
+            }
+            _ => {}
+        }
+        tally.checked(Violation::Replayed);
+        tally.checked(Violation::Forged);
+        if let Some(drilling_for_s) = drilling_for_s {
+            tally.checked(Violation::ChangedWhileDrilling);
+            if accepted && sent.command.needs_a_pause() && drilling_for_s > super::EVIDENCE_S {
+                tally.violated(Violation::ChangedWhileDrilling, || {
+                    format!("{:?} after {drilling_for_s:.2} s", sent.command)
+                });
+            }
+        }
+    }
+}

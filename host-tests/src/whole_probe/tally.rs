@@ -1,0 +1,128 @@
+//! What is counted: troubles, checks and what did not hold.
+
+use super::plan::KINDS;
+
+/// What has to hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Violation {
+    /// Every sample is flown once, or counted as lost.
+    SampleLost,
+    /// A stationary survey is of a rest, says the tool's inclination, and is on the line in time.
+    Survey,
+    /// A stationary survey leaves within a second of its end.
+    LateSurvey,
+    /// The counter of commands never falls.
+    CounterFell,
+    /// A command of the owner is carried out once.
+    Replayed,
+    /// Nobody else's is that needs the key.
+    Forged,
+    /// What changes calibration is not done while drilling.
+    ChangedWhileDrilling,
+    /// Nothing is erased while drilling, but before the first sample.
+    ErasedWhileDrilling,
+    /// The model that is restored was completed.
+    ModelNotCompleted,
+    /// Flash that can be read is used.
+    StorageRefused,
+    /// An attitude without a flag is within five of its deviations.
+    Attitude,
+    /// The watchdog resets a stage that hangs, and nothing else.
+    WatchdogReset,
+    /// A probe with power and sound sensors says its attitude.
+    Silent,
+    /// Nothing panics.
+    Panic,
+}
+
+/// All, with their names.
+pub const VIOLATIONS: [(Violation, &str); 14] = [
+    (Violation::SampleLost, "every sample is flown once, or counted as lost"),
+    (Violation::Survey, "a survey is of a rest and within 5 sigma"),
+    (Violation::LateSurvey, "a survey is on the line a second after its end"),
+    (Violation::CounterFell, "the counter of commands never falls"),
+    (Violation::Replayed, "a command of the owner is carried out once"),
+    (Violation::Forged, "nobody else's command is, that needs the key"),
+    (Violation::ChangedWhileDrilling, "calibration is not changed while drilling"),
+    (Violation::ErasedWhileDrilling, "nothing is erased while drilling"),
+    (Violation::ModelNotCompleted, "the model that is restored was completed"),
+    (Violation::StorageRefused, "a flash that can be read is used"),
+    (Violation::Attitude, "an attitude without a flag is within 5 sigma, 30 s after start and faults"),
+    (Violation::WatchdogReset, "the watchdog resets a stage that hangs, and nothing else"),
+    (Violation::Silent, "attitude is back 3 s after the start"),
+    (Violation::Panic, "nothing panics"),
+];
+
+/// Counts of one run, or of many.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Troubles that struck, by kind.
+    pub troubles: [u64; KINDS.len()],
+    /// Checks made, in the order of [`VIOLATIONS`].
+    pub checks: [u64; VIOLATIONS.len()],
+    /// Those that did not hold, in the same order.
+    pub violations: [u64; VIOLATIONS.len()],
+    /// Attitudes without a flag that came before they had to be within their deviations, and those that were not.
+    pub soon: [u64; 2],
+    /// Commands of the owner.
+    pub commands: u64,
+    /// Starts of the program.
+    pub starts: u64,
+    /// Samples that were read.
+    pub samples: u64,
+    /// Of these lost and counted.
+    pub lost: u64,
+    /// Models stored.
+    pub models: u64,
+    /// Models restored.
+    pub restored: u64,
+    /// Time of the chip, for words, microseconds.
+    pub now_us: u64,
+    /// Most samples that waited.
+    pub queue: u64,
+    /// Seconds from a start to the first attitude on the line, while drilling and at rest; and to the first one without a flag.
+    pub back_s: [Vec<f64>; 3],
+    /// What was violated first, in words, and when.
+    pub first: Option<String>,
+}
+
+impl Tally {
+    /// Counts a check.
+    pub fn checked(&mut self, what: Violation) {
+        self.checks[what as usize] += 1;
+    }
+
+    /// Counts what does not hold, and keeps the first of it in words.
+    pub fn violated(&mut self, what: Violation, words: impl FnOnce() -> String) {
+        self.violations[what as usize] += 1;
+        self.first.get_or_insert_with(|| format!("{:.3} s: {what:?}: {}", self.now_us as f64 * 1e-6, words()));
+    }
+
+    /// Adds another run.
+    pub fn add(&mut self, other: &Self) {
+        let sums = [
+            (&mut self.troubles[..], &other.troubles[..]),
+            (&mut self.checks[..], &other.checks[..]),
+            (&mut self.violations[..], &other.violations[..]),
+            (&mut self.soon[..], &other.soon[..]),
+        ];
+        for (sums, others) in sums {
+            sums.iter_mut().zip(others).for_each(|(sum, other)| *sum += other);
+        }
+        self.commands += other.commands;
+        self.starts += other.starts;
+        self.samples += other.samples;
+        self.lost += other.lost;
+        self.models += other.models;
+        self.restored += other.restored;
+        self.queue = self.queue.max(other.queue);
+        for (all, more) in self.back_s.iter_mut().zip(&other.back_s) {
+            all.extend(more);
+        }
+    }
+
+    /// How much did not hold.
+    pub fn all_violations(&self) -> u64 {
+        self.violations.iter().sum()
+    }
+}

@@ -1,0 +1,30 @@
+//! The whole probe under attack: a share of the seeds that `mwd bench --only whole_probe` flies.
+#![allow(clippy::unwrap_used)]
+
+use mwd::whole_probe::{KINDS, Tally, VIOLATIONS, fly};
+
+const SEEDS: u64 = 200;
+
+#[test]
+fn what_has_to_hold_holds_whatever_goes_wrong() {
+    let mut all = Tally::default();
+    for seed in 0..SEEDS {
+        let run = fly(seed).unwrap();
+        assert_eq!(run.tally.all_violations(), 0, "seed {seed}: {:?}", run.tally.first);
+        all.add(&run.tally);
+    }
+    println!("{all:#?}");
+    for (kind, times) in KINDS.iter().zip(all.troubles) {
+        assert!(times > 0, "no {kind} in {SEEDS} seeds");
+    }
+    for ((_, name), checks) in VIOLATIONS.iter().zip(all.checks) {
+        assert!(checks > 0, "never looked whether {name}");
+    }
+}
+
+#[test]
+fn a_seed_gives_the_same_bytes_every_time() {
+    let (one, again, other) = (fly(7).unwrap(), fly(7).unwrap(), fly(8).unwrap());
+    assert_eq!(one, again);
+    assert_ne!(one.digest, other.digest);
+}
