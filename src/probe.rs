@@ -36,7 +36,7 @@ use survey::Calibrated;
 /// to 48 % of a Cortex-M4F at 168 MHz while there is work.
 const WORK_UNITS_PER_SECOND: u32 = 160_000;
 
-/// Time that the estimator has for its attitude, microseconds: less than the period of the instants that it is of.
+/// Time that the estimator has for its attitude, microseconds: it is asked anew where it was not done.
 const LOOK_LATENCY_US: u64 = 400_000;
 
 /// Step of time that counts as a gap, in nominal sample periods; and refused samples in a row that do.
@@ -247,7 +247,9 @@ impl Probe {
         let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         let warming_k = is_warm.then_some(sample.temperature_c - REFERENCE_TEMPERATURE_C);
         // Uncorrected: the estimator takes out by itself what it has found.
-        if self.identifier.push(sample.t_us, [gyro, accel, mag], warming_k) {
+        let can_look = self.identifier.push(sample.t_us, [gyro, accel, mag], warming_k);
+        if can_look && self.filter.is_doubted() && self.session.look_due_us == 0 {
+            self.identifier.look();
             self.filter.mark();
             self.session.look_due_us = sample.t_us.saturating_add(LOOK_LATENCY_US);
         }

@@ -56,6 +56,8 @@ pub struct AttitudeFilter {
     /// Filter step in progress.
     step: FilterStep,
     sample: LastSample,
+    /// True from a swap by which the model before was wrong until the estimator's attitude has been asked.
+    is_doubted: bool,
     report: Report,
 }
 
@@ -95,6 +97,7 @@ impl AttitudeFilter {
             turned_field: TurnedField::zero(),
             step: FilterStep::new(),
             sample: LastSample::NONE,
+            is_doubted: false,
             report: Report::ZERO,
         }
     }
@@ -306,7 +309,7 @@ impl AttitudeFilter {
             return;
         }
         let Self { state, heading, settings, .. } = self;
-        self.sensors.change_model(state, heading, [old, new], sigma, &settings.config);
+        self.is_doubted |= self.sensors.change_model(state, heading, [old, new], sigma, &settings.config);
         self.report.is_stale |= old.p != new.p;
     }
 
@@ -315,28 +318,33 @@ impl AttitudeFilter {
         self.heading.relearn_reference();
     }
 
+    /// Returns true from a swap by which the model flown before was wrong until [`AttitudeFilter::compare`]: the
+    /// attitude was turned by that model.
+    #[must_use]
+    pub const fn is_doubted(&self) -> bool {
+        self.is_doubted
+    }
+
     /// Marks this instant: the estimator is asked for its attitude.
-    pub const fn mark(&mut self) {
+    pub(crate) const fn mark(&mut self) {
         self.state.propagation.mark();
     }
 
     /// Compares the filter's attitude at the mark with the estimator's. If that excludes it (chi-square, once in a
-    /// thousand by chance), the filter goes on from the estimator's, with its covariance: the estimator knows P and
-    /// bias better than the model that flies.
-    pub fn compare(&mut self, known: &KnownAttitude) {
+    /// thousand by chance), the filter goes on from the estimator's, with its covariance. Nothing without a mark, which
+    /// a gap takes away.
+    pub(crate) fn compare(&mut self, known: &KnownAttitude) {
         let Self { state, heading, settings, .. } = self;
         let north = Vector3::new(0.0, 0.0, settings.earth.declination_rad.unwrap_or(0.0));
         let rotation = exp_quaternion(&north) * quaternion(&known.rotation);
         let Some(by) = state.propagation.since_mark(&rotation) else { return };
-        if !self.tilt.aligned || !heading.is_settled() {
+        self.is_doubted = false;
+        let tilt = state.errors.variance(0) + state.errors.variance(1);
+        let is_closer = known.covariance.m11 + known.covariance.m22 < tilt;
+        if !self.tilt.aligned || !is_closer {
             return;
         }
-        let error = rotation_vector(&by);
-        let Some(information) = known.covariance.try_inverse() else { return };
-        let square = error.dot(&(information * error));
-        if !matches!(square.partial_cmp(&IN_A_THOUSAND), Some(core::cmp::Ordering::Greater)) {
-            return;
-        }
+        heading.settle();
         state.propagation.turn(&by);
         state.errors.reset_attitude(&known.covariance);
         state.bias_rad_s = Vector3::zeros();

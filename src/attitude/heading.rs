@@ -85,9 +85,9 @@ impl Heading {
         self.steps > 0
     }
 
-    /// Returns true once the first heading has been averaged.
-    pub const fn is_settled(&self) -> bool {
-        self.steps >= ALIGNMENT_STEPS
+    /// Takes the heading as averaged.
+    pub const fn settle(&mut self) {
+        (self.steps, self.contradiction_s, self.doubt) = (ALIGNMENT_STEPS, 0.0, 0.0);
     }
 
     /// Returns true if the field recently agreed with the attitude, so that the tilt cannot be far off.

@@ -1,19 +1,16 @@
-//! The estimator's own attitude at instants of the samples' time, with its covariance.
-//!
-//! P, bias and the errors of the vector sensors are estimated beside it, so that it is right before a wrong P has been
-//! replaced in flight.
+//! The estimator's own attitude at an instant of the samples' time, with its covariance: P, bias and the errors of the
+//! vector sensors are estimated beside it, so that no wrong model has turned it.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
     Estimator,
     columns::{FIELD, GLOBALS, NODE},
+    increment::Item,
     real::{Real, rotation},
 };
 use nalgebra::Matrix3;
 
-/// Period of these instants, microseconds: a node.
-pub(super) const LOOK_EVERY_US: u64 = 500_000;
 /// Least square of the horizontal field over that of the whole: within 6 deg of a magnetic pole there is no heading.
 const LEAST_LEVEL_SQUARE: f32 = 0.01;
 
@@ -27,14 +24,10 @@ pub struct KnownAttitude {
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// Returns true if the attitude of this instant is to be known: the first end of an increment after a period.
-    pub(super) fn look(&mut self, t_us: u64) -> bool {
-        if t_us < self.next_look_us {
-            return false;
-        }
-        self.next_look_us = t_us.saturating_add(LOOK_EVERY_US);
+    /// Asks for the attitude of this instant, at which [`Estimator::push`] returned true.
+    pub fn look(&mut self) {
         self.known_attitude.clear();
-        true
+        self.queue(Item::Look);
     }
 
     /// Attitude that was asked for last; `None` until the work has come so far, and where there is none.
@@ -70,7 +63,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         };
         let since = self.unknown_rotation();
         let covariance = Matrix3::from_fn(product) + Matrix3::from_diagonal_element(since);
-        // A reading of an instant stands for the interval about it, so that an increment ends half a period after its last sample.
+        // A reading of an instant stands for the interval about it, so that an increment ends half a period after its
+        // last sample.
         let late = if self.settings.is_instant { T::of(0.5 * self.settings.sample_period_s) } else { T::ZERO };
         let last = self.parameters.p * (held.rate - self.parameters.bias) * (held.seconds - late);
         let attitude = turn * self.node.attitude * self.pre.rotation * rotation(&last);

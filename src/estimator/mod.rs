@@ -161,7 +161,6 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     centre: Vec<Centre, 1>,
     posterior: Vec<Posterior, 1>,
     known_attitude: Vec<KnownAttitude, 1>,
-    next_look_us: u64,
     motion_s: T,
     /// Shares of the latest time whose rates came to no node, of the latest motion whose rates contradict the field,
     /// and of the latest motion without a field.
@@ -230,7 +229,6 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             centre: Vec::new(),
             posterior: Vec::new(),
             known_attitude: Vec::new(),
-            next_look_us: 0,
             motion_s: T::ZERO,
             unread: Share::zero(),
             turned: Share::zero(),
@@ -249,18 +247,15 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// Takes one sample: raw rate, rad/s; specific force, m/s^2, and field, microtesla, calibrated; temperature over
-    /// the effects' reference temperature, K. Time must increase. Returns true if the attitude of this instant will be
-    /// known.
+    /// the effects' reference temperature, K. Time must increase. Returns true if an increment ends with it: then
+    /// [`Estimator::look`] can ask for the attitude.
     pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3], warming_k: Option<f32>) -> bool {
         self.builder.warm(warming_k);
         let step_s = if self.has_sample { t_us.saturating_sub(self.last_us) as f32 * 1e-6 } else { 0.0 };
         (self.has_sample, self.last_us) = (true, t_us);
         if let Some(item) = self.builder.push((t_us, step_s), &self.composed_with, [rate, force, field]) {
             self.queue(item);
-            if self.look(t_us) {
-                self.queue(Item::Look);
-                return true;
-            }
+            return true;
         }
         false
     }

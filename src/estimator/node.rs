@@ -23,6 +23,10 @@ const START_FIELD: f32 = 0.5;
 pub(super) struct Node<T> {
     /// Body to earth (z up, heading as it happened to be at the start).
     pub attitude: M3<T>,
+    /// Attitude at which rows are made linear: all through a rest that of its first node. At a new point in each node
+    /// the readings, though they stay the same, would seem to tell of directions that a rest says nothing of.
+    pub linear_at: M3<T>,
+    pub is_resting: bool,
     pub velocity: V3<T>,
     pub position: V3<T>,
     /// Earth field, of the norm.
@@ -50,6 +54,8 @@ impl<T: Real> Node<T> {
     pub const fn zero() -> Self {
         Self {
             attitude: zero33(),
+            linear_at: zero33(),
+            is_resting: false,
             velocity: zero3(),
             position: zero3(),
             field: zero3(),
@@ -75,6 +81,14 @@ impl<T: Real> Node<T> {
         for i in 0..3 {
             self.root[9 + i][9 + i] = T::of(1.0 / START_FIELD);
         }
+    }
+
+    /// Chooses the point at which the rows of a node of this kind are made linear.
+    pub fn choose_point(&mut self, kind: Kind) {
+        if kind == Kind::Moving || !self.is_resting {
+            self.linear_at = self.attitude;
+        }
+        self.is_resting = kind == Kind::Rest;
     }
 
     /// Moves the states to the optimum where the globals have moved, and all else has added so much to the rows'
@@ -136,6 +150,7 @@ impl<T: Real> Node<T> {
         let body = from_rows(&body, &up.cross(&body), &up);
         let earth = from_rows(&earth, &V3::z().cross(&earth), &V3::z());
         self.attitude = earth.transpose() * body;
+        self.is_resting = false;
         self.forget(noise);
         self.curved = MOST_CURVED;
         // The rows below those of attitude, velocity and position are the field's margin.

@@ -35,7 +35,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         };
         let attitude = self.node.attitude;
         let agreement = self.update.assemble(&mut self.node, &taken);
-        self.candidates.fill(&mut self.further, &self.update.rows, &attitude, &self.pre, self.kind);
+        self.candidates.fill(&mut self.further, &self.update.rows, &self.node.linear_at, &self.pre, self.kind);
         if agreement.field == Readings::Contradicted {
             self.remainder.contradict();
         }

@@ -31,7 +31,6 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.begin();
         self.posterior.clear();
         self.known_attitude.clear();
-        self.next_look_us = 0;
     }
 
     /// From the factory's prior.

@@ -182,16 +182,21 @@ impl Identifier {
     }
 
     /// Takes one sample: raw rate, calibrated specific force and field; temperature over the effects' reference
-    /// temperature, K. Returns true if the attitude of this instant will be known.
+    /// temperature, K. Returns true if [`Identifier::look`] can ask for the attitude of this instant.
     pub fn push(&mut self, t_us: u64, readings: [Reading; 3], warming_k: Option<f32>) -> bool {
         if self.schedule.is_over() {
             return false;
         }
-        let is_looked_at = self.estimator.push(t_us, readings, warming_k);
+        let can_look = self.estimator.push(t_us, readings, warming_k);
         if self.schedule.push(t_us).is_some() {
             self.estimator.close();
         }
-        is_looked_at
+        can_look
+    }
+
+    /// Asks for the estimator's attitude at the sample just pushed.
+    pub fn look(&mut self) {
+        self.estimator.look();
     }
 
     /// Attitude at the last instant for which it was asked, if the work has come so far.
