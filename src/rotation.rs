@@ -211,6 +211,21 @@ mod tests {
     }
 
     #[test]
+    fn a_matrix_has_its_quaternion_and_a_quaternion_its_rotation_vector() {
+        let axes = [[1.0, 0.0, 0.0], [0.0, -0.6, 0.8], [0.36, 0.48, -0.8], [-0.577_350_26; 3], [0.0, 0.0, 1.0]];
+        for axis in axes {
+            for step in 0..=31_u8 {
+                let rotation = Vector3::from(axis) * (0.1 * f32::from(step));
+                let q = quaternion(&matrix(&exp_quaternion(&rotation)));
+                assert!((rotation_vector(&q) - rotation).norm() < 5e-6, "{rotation:?} {q}");
+                assert!((rotation_vector(&-q) - rotation).norm() < 5e-6, "{rotation:?} {q}");
+            }
+        }
+        let small = Vector3::new(3e-6, -1e-5, 2e-6);
+        assert!((rotation_vector(&exp_quaternion(&small)) - small).norm() < 1e-9);
+    }
+
+    #[test]
     fn vectors_are_rotated_within_the_stated_bounds_there_and_back() {
         let v = Vector3::new(0.3, -0.8, 0.52).normalize();
         let axis = Vector3::new(0.6_f32, 0.64, -0.48);

@@ -21,7 +21,6 @@ use crate::{
     estimator::KnownAttitude,
     rest::UNSEEN_RATE_RAD_S,
     rotation::{exp_quaternion, quaternion, rotate_back, rotation_vector},
-    statistics::chi_square::IN_A_THOUSAND,
 };
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Vector3};
@@ -411,5 +410,67 @@ impl AttitudeFilter {
 impl Default for AttitudeFilter {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Config;
+
+    const GRAVITY_M_S2: f32 = 9.806_65;
+
+    /// A filter that has stood level for seconds, facing magnetic north, and whose gyro has just turned out another.
+    fn doubted() -> AttitudeFilter {
+        let config = Config::default();
+        let mut filter = AttitudeFilter::new();
+        filter.start(&config.attitude, &config.earth);
+        for _ in 0..2_000 {
+            filter.propagate(0.005, &Vector3::zeros());
+            filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&Vector3::new(20.0, 0.0, 44.0)));
+        }
+        assert!(!filter.is_doubted());
+        let mut other = GyroModel::IDENTITY;
+        other.p[1][2] = 0.08;
+        filter.model_changed(&GyroModel::IDENTITY, &other, &[0.005; 12]);
+        assert!(filter.is_doubted());
+        filter
+    }
+
+    fn turned(filter: &AttitudeFilter) -> Vector3<f32> {
+        rotation_vector(&filter.state.propagation.q)
+    }
+
+    #[test]
+    fn a_wrong_models_attitude_is_replaced_by_one_that_is_known_better() {
+        let truth = Vector3::new(0.2, -0.1, 0.5);
+        let known = |sigma: f32| KnownAttitude {
+            rotation: crate::rotation::exp_matrix(&truth),
+            covariance: Matrix3::from_diagonal_element(sigma * sigma),
+        };
+        let mut filter = doubted();
+        filter.mark();
+        filter.compare(&known(0.01));
+        assert!((turned(&filter) - truth).norm() < 1e-5 && !filter.is_doubted(), "{:?}", turned(&filter));
+        let sigma = filter.attitude(super::super::AttitudeFlags::empty()).unwrap().sigma_inclination_rad;
+        assert!((0.005..0.03).contains(&sigma), "{sigma}");
+        // One that is known less well is none to take, and without a mark there is none.
+        let mut filter = doubted();
+        filter.mark();
+        filter.compare(&known(0.3));
+        assert!(turned(&filter).norm() < 0.01 && !filter.is_doubted());
+        let mut filter = doubted();
+        filter.compare(&known(0.01));
+        assert!(turned(&filter).norm() < 0.01 && filter.is_doubted());
+    }
+
+    #[test]
+    fn a_change_within_what_the_gyro_was_thought_to_be_is_no_doubt() {
+        let mut filter = doubted();
+        filter.is_doubted = false;
+        let mut near = GyroModel::IDENTITY;
+        near.p[0][0] = 1.002;
+        filter.model_changed(&GyroModel::IDENTITY, &near, &[0.005; 12]);
+        assert!(!filter.is_doubted());
     }
 }

@@ -99,6 +99,39 @@ mod tests {
     }
 
     #[test]
+    fn another_attitude_at_the_mark_is_another_one_now() {
+        let step = |p: &mut Propagation, k: u8| {
+            let k = f32::from(k);
+            p.step(DT_S, &Vector3::new(3.0 - 0.1 * k, 0.07 * k, -2.0));
+            if k % 7.0 == 3.0 {
+                p.correct(&Vector3::new(0.02, -0.01 * k / 30.0, 0.03));
+            }
+        };
+        let mut p = level();
+        (0..30).for_each(|k| step(&mut p, k));
+        p.mark();
+        let other = exp_quaternion(&Vector3::new(0.4, -0.9, 1.3));
+        // The same increments from there, without the corrections, which the other one did not need.
+        let mut expected = other;
+        for k in 30..90 {
+            let before = p.q;
+            let mut alone = Propagation { q: before, ..Propagation::new() };
+            (alone.increment_rad, alone.moving) = (p.increment_rad, p.moving);
+            alone.step(DT_S, &Vector3::new(3.0 - 0.1 * f32::from(k), 0.07 * f32::from(k), -2.0));
+            expected = renormalised(&(expected * (before.conjugate() * alone.q)));
+            step(&mut p, k);
+        }
+        let by = p.since_mark(&other).unwrap();
+        p.turn(&by);
+        assert!((matrix(&p.q) - matrix(&expected)).norm() < 1e-5, "{} {}", p.q, expected);
+        // It is taken once, and never across a gap.
+        assert!(p.since_mark(&other).is_none());
+        p.mark();
+        p.interrupt();
+        assert!(p.since_mark(&other).is_none());
+    }
+
+    #[test]
     fn a_constant_rate_returns_after_whole_turns() {
         let mut p = level();
         let rate = Vector3::new(0.6, 0.0, 0.8) * core::f32::consts::TAU;

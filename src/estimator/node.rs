@@ -26,7 +26,10 @@ pub(super) struct Node<T> {
     /// Attitude at which rows are made linear: all through a rest that of its first node. At a new point in each node
     /// the readings, though they stay the same, would seem to tell of directions that a rest says nothing of.
     pub linear_at: M3<T>,
-    pub is_resting: bool,
+    /// True from a rest until the probe has turned.
+    is_held: bool,
+    /// Angle turned since the rest, rad.
+    turned: T,
     pub velocity: V3<T>,
     pub position: V3<T>,
     /// Earth field, of the norm.
@@ -43,6 +46,9 @@ pub(super) struct Node<T> {
 /// Most that an update turns an attitude, rad: a linear correction is worth nothing beyond.
 const MOST_TURN_RAD: f32 = 0.5;
 
+/// Turn by which a rest is over, rad: a degree. A node that is taken for motion by chance turns by less.
+const HELD_RAD: f32 = 0.017;
+
 /// Kind of a node's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -55,7 +61,8 @@ impl<T: Real> Node<T> {
         Self {
             attitude: zero33(),
             linear_at: zero33(),
-            is_resting: false,
+            is_held: false,
+            turned: T::ZERO,
             velocity: zero3(),
             position: zero3(),
             field: zero3(),
@@ -83,12 +90,22 @@ impl<T: Real> Node<T> {
         }
     }
 
-    /// Chooses the point at which the rows of a node of this kind are made linear.
-    pub fn choose_point(&mut self, kind: Kind) {
-        if kind == Kind::Moving || !self.is_resting {
+    /// Chooses the point at which the rows of a node of this kind, in which the probe turned by so much, are made
+    /// linear.
+    pub fn choose_point(&mut self, kind: Kind, angle: T) {
+        self.turned = if kind == Kind::Rest { T::ZERO } else { self.turned + angle };
+        if self.turned > T::of(HELD_RAD) {
+            self.is_held = false;
+        }
+        if !self.is_held {
             self.linear_at = self.attitude;
         }
-        self.is_resting = kind == Kind::Rest;
+        self.is_held |= kind == Kind::Rest;
+    }
+
+    /// Point at which the next rows will most likely be made linear.
+    pub const fn point(&self) -> &M3<T> {
+        if self.is_held { &self.linear_at } else { &self.attitude }
     }
 
     /// Moves the states to the optimum where the globals have moved, and all else has added so much to the rows'
@@ -150,9 +167,8 @@ impl<T: Real> Node<T> {
         let body = from_rows(&body, &up.cross(&body), &up);
         let earth = from_rows(&earth, &V3::z().cross(&earth), &V3::z());
         self.attitude = earth.transpose() * body;
-        self.is_resting = false;
+        self.is_held = false;
         self.forget(noise);
-        self.curved = MOST_CURVED;
         // The rows below those of attitude, velocity and position are the field's margin.
         let walk = T::of(noise.field_walk_rts * noise.field_walk_rts) * gap_s;
         let spread = T::ONE / (T::ONE + walk / T::of(noise.field_share * noise.field_share)).root();

@@ -10,8 +10,9 @@ use super::{
 
 /// Shortest node that can be half of a rest, seconds.
 const LEAST_S: f32 = 0.4;
-/// Square of the deviations by which two means differ where something has changed: four, once in 16,000 by chance.
-const CHANGED: f32 = 16.0;
+/// Square of the deviations by which two means differ where something has changed: five, once in 20,000 by chance where
+/// the scatter of two dozen increments gives the deviation (Student's t).
+const CHANGED: f32 = 25.0;
 /// Largest deviation of the specific force at rest, m/s^2 (VQF's default; Laidig and Seel, Information Fusion 91,
 /// 2023).
 const QUIET_M_S2: f32 = 0.5;

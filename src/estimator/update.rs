@@ -61,7 +61,7 @@ impl<T: Real> Update<T> {
             row[GLOBAL..CONSTANT].copy_from_slice(&root[NODE..]);
         }
         self.predicted = predict(node, taken);
-        node.choose_point(taken.kind);
+        node.choose_point(taken.kind, taken.pre.angle);
         let (_, new) = self.rows.split_at_mut(NODE);
         let (blocks, _) = new.as_chunks_mut::<3>();
         let [rotated, seen, first, second, walked, slow, near, still, ..] = blocks else {
