@@ -19,7 +19,7 @@ pub use stored_model::NotRestored;
 use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
     compensation::{Effect, effect::REFERENCE_TEMPERATURE_C},
-    config::{Config, ConfigError},
+    config::{Config, ConfigError, micros},
     diagnosis::DiagnosisReport,
     identification::{Identifier, WindowReport},
     magnet::{FieldUse, HardIronWatch},
@@ -35,9 +35,6 @@ use survey::Calibrated;
 /// Identification work budgeted per second, in units of some 300 instructions (up to 500 in a diagnosis): 29
 /// to 48 % of a Cortex-M4F at 168 MHz while there is work.
 const WORK_UNITS_PER_SECOND: u32 = 160_000;
-
-/// Time that the estimator has for its attitude, microseconds: it is asked anew where it was not done.
-const LOOK_LATENCY_US: u64 = 400_000;
 
 /// Step of time that counts as a gap, in nominal sample periods; and refused samples in a row that do.
 pub const GAP_PERIODS: u32 = 3;
@@ -251,7 +248,7 @@ impl Probe {
         if can_look && self.filter.is_doubted() && self.session.look_due_us == 0 {
             self.identifier.look();
             self.filter.mark();
-            self.session.look_due_us = sample.t_us.saturating_add(LOOK_LATENCY_US);
+            self.session.look_due_us = sample.t_us.saturating_add(micros(self.config.identification.latency_s));
         }
 
         let delay_s = self.effects().gyro_delay_s(self.library()) + self.config.latency.gyro_s.unwrap_or(0.0);

@@ -248,7 +248,7 @@ fn its_attitude_is_right_before_a_wrong_gyro_has_been_replaced() {
             assert!(error.xy().norm() < 0.04, "seed {seed}, {index}: {error:?}");
         }
         let drift = (gyro_alone.inverse() * simulated.attitudes.last().unwrap()).angle();
-        assert!(drift > 0.1, "seed {seed}: the gyro alone is no better, {drift} rad");
+        assert!(drift > 0.05, "seed {seed}: the gyro alone is no better, {drift} rad");
     }
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
     assert!(squares.len() > 60 && mean < 3.0, "{mean} of {}", squares.len());
