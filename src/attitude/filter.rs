@@ -20,7 +20,7 @@ use crate::{
     config::{AttitudeConfig, Earth},
     estimator::KnownAttitude,
     rest::UNSEEN_RATE_RAD_S,
-    rotation::{exp_quaternion, quaternion, rotate_back, rotation_vector},
+    rotation::{exp_quaternion, quaternion, rotate_back},
 };
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Vector3};
@@ -258,7 +258,8 @@ impl AttitudeFilter {
         state.errors.predict(&step.rotation_time, gravity_time, &noise);
 
         tilt.update_velocity(state, force, &motion.rest, step.time_s, settings);
-        if motion.rest.detected() {
+        motion.slow_turn.update(state, &step, motion.rest.detected());
+        if motion.rest.detected() && motion.slow_turn.is_none() {
             state.update_at_rest(&step);
         }
         if let Some(field) = &field {
@@ -416,7 +417,10 @@ impl Default for AttitudeFilter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Config;
+    use crate::{
+        Config,
+        rotation::{exp_matrix, matrix},
+    };
 
     const GRAVITY_M_S2: f32 = 9.806_65;
 
@@ -437,31 +441,32 @@ mod tests {
         filter
     }
 
-    fn turned(filter: &AttitudeFilter) -> Vector3<f32> {
-        rotation_vector(&filter.state.propagation.q)
+    /// Angle between the filter's attitude and another, rad, where it is small.
+    fn off(filter: &AttitudeFilter, rotation: &Vector3<f32>) -> f32 {
+        (matrix(&filter.state.propagation.q) - exp_matrix(rotation)).norm() / libm::sqrtf(2.0)
     }
 
     #[test]
     fn a_wrong_models_attitude_is_replaced_by_one_that_is_known_better() {
         let truth = Vector3::new(0.2, -0.1, 0.5);
         let known = |sigma: f32| KnownAttitude {
-            rotation: crate::rotation::exp_matrix(&truth),
+            rotation: exp_matrix(&truth),
             covariance: Matrix3::from_diagonal_element(sigma * sigma),
         };
         let mut filter = doubted();
         filter.mark();
         filter.compare(&known(0.01));
-        assert!((turned(&filter) - truth).norm() < 1e-5 && !filter.is_doubted(), "{:?}", turned(&filter));
+        assert!(off(&filter, &truth) < 1e-5 && !filter.is_doubted(), "{}", off(&filter, &truth));
         let sigma = filter.attitude(super::super::AttitudeFlags::empty()).unwrap().sigma_inclination_rad;
         assert!((0.005..0.03).contains(&sigma), "{sigma}");
         // One that is known less well is none to take, and without a mark there is none.
         let mut filter = doubted();
         filter.mark();
         filter.compare(&known(0.3));
-        assert!(turned(&filter).norm() < 0.01 && !filter.is_doubted());
+        assert!(off(&filter, &Vector3::zeros()) < 0.01 && !filter.is_doubted());
         let mut filter = doubted();
         filter.compare(&known(0.01));
-        assert!(turned(&filter).norm() < 0.01 && filter.is_doubted());
+        assert!(off(&filter, &Vector3::zeros()) < 0.01 && filter.is_doubted());
     }
 
     #[test]

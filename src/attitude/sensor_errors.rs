@@ -1,7 +1,7 @@
 //! Errors of the sensors that the filter learns of while it runs: another gyro model, a delay.
 
 use super::{error_state::BIAS, heading::Heading, state::State};
-use crate::{compensation::GyroModel, config::AttitudeConfig};
+use crate::{compensation::GyroModel, config::AttitudeConfig, statistics::chi_square::IN_TWENTY};
 use nalgebra::Vector3;
 
 /// Least scale error after compensation: the gyro's nonlinearity, 0.1 % (MPU-9250 PS section 3.1).
@@ -11,8 +11,6 @@ const LEAST_SCALE: f32 = 1e-3;
 const LEAST_BIAS_RAD_S: f32 = 1.75e-3;
 /// Least uncertainty of a known delay, seconds (the default of `SurveyErrors::mag_timing_s`).
 const LEAST_TIMING_S: f32 = 1e-3;
-/// Chi-square of a column of P beyond which the former one was wrong: 95 % of three degrees of freedom.
-const DOUBTED: f32 = 7.81;
 
 /// Deviations of the sensors' errors after compensation.
 pub(super) struct SensorErrors {
@@ -61,7 +59,8 @@ impl SensorErrors {
         let change = new.p_matrix() - old.p_matrix();
         let of_axes = change.column_iter().map(|column| column.norm_squared());
         let change = of_axes.fold(0.0, |most, x| if x > most { x } else { most });
-        let is_other = change > DOUBTED * self.scale_sigma * self.scale_sigma;
+        // A column of P has three elements.
+        let is_other = change > IN_TWENTY * self.scale_sigma * self.scale_sigma;
         if !is_other {
             // The change is within what the gyro was thought to be: nothing new is known.
             return false;
