@@ -19,7 +19,7 @@ pub use stored_model::NotRestored;
 use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
     compensation::{Effect, effect::REFERENCE_TEMPERATURE_C},
-    config::{Config, ConfigError},
+    config::{Config, ConfigError, micros},
     diagnosis::DiagnosisReport,
     identification::{Identifier, WindowReport},
     magnet::{FieldUse, HardIronWatch},
@@ -75,6 +75,8 @@ struct Session {
     began_afresh: bool,
     /// Time of validity of the last output.
     last_valid_us: u64,
+    /// When the estimator's attitude is compared; 0: it was not asked for.
+    look_due_us: u64,
     last_raw_rad_s: [f32; 3],
     /// Time since the last believable rate, seconds.
     unread_s: f32,
@@ -94,6 +96,7 @@ impl Session {
         has_begun: false,
         began_afresh: false,
         last_valid_us: 0,
+        look_due_us: 0,
         last_raw_rad_s: [0.0; 3],
         unread_s: 0.0,
         checks: ReadingChecks::ZERO,
@@ -194,6 +197,12 @@ impl Probe {
         self.session.counters.samples += 1;
 
         self.take_effect(sample.t_us);
+        if self.session.look_due_us > 0 && sample.t_us >= self.session.look_due_us {
+            self.session.look_due_us = 0;
+            if let Some(known) = self.identifier.known_attitude() {
+                self.filter.compare(known);
+            }
+        }
         let mut flags = self.flags(&sample);
         if !sample.flags.contains(SampleFlags::GYRO_MISSING) {
             self.session.last_raw_rad_s = sample.gyro_rad_s;
@@ -235,7 +244,12 @@ impl Probe {
         let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         let warming_k = is_warm.then_some(sample.temperature_c - REFERENCE_TEMPERATURE_C);
         // Uncorrected: the estimator takes out by itself what it has found.
-        self.identifier.push(sample.t_us, [gyro, accel, mag], warming_k);
+        let can_look = self.identifier.push(sample.t_us, [gyro, accel, mag], warming_k);
+        if can_look && self.filter.is_doubted() && self.session.look_due_us == 0 {
+            self.identifier.look();
+            self.filter.mark();
+            self.session.look_due_us = sample.t_us.saturating_add(micros(self.config.identification.latency_s));
+        }
 
         let delay_s = self.effects().gyro_delay_s(self.library()) + self.config.latency.gyro_s.unwrap_or(0.0);
         // No output is valid later than its sample: a gyro ahead of its time means two late vector sensors.

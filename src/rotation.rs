@@ -103,6 +103,22 @@ pub(crate) fn matrix(q: &Quaternion<f32>) -> Matrix3<f32> {
     )
 }
 
+/// Unit quaternion of a rotation matrix (Shepperd, J. Guidance and Control 1(3), 1978).
+pub(crate) fn quaternion(m: &Matrix3<f32>) -> Quaternion<f32> {
+    let trace = m.m11 + m.m22 + m.m33;
+    let root = |x: f32| libm::sqrtf(if x > 0.0 { x } else { 0.0 });
+    let q = if trace > 0.0 {
+        Quaternion::new(1.0 + trace, m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12)
+    } else if m.m11 >= m.m22 && m.m11 >= m.m33 {
+        Quaternion::new(m.m32 - m.m23, 1.0 + m.m11 - m.m22 - m.m33, m.m12 + m.m21, m.m13 + m.m31)
+    } else if m.m22 >= m.m33 {
+        Quaternion::new(m.m13 - m.m31, m.m12 + m.m21, 1.0 + m.m22 - m.m11 - m.m33, m.m23 + m.m32)
+    } else {
+        Quaternion::new(m.m21 - m.m12, m.m13 + m.m31, m.m23 + m.m32, 1.0 + m.m33 - m.m11 - m.m22)
+    };
+    q / root(q.norm_squared())
+}
+
 /// Normalises a quaternion whose norm is within 1e-3 of one, by one Newton step to within rounding.
 pub(crate) fn renormalised(q: &Quaternion<f32>) -> Quaternion<f32> {
     q * (1.5 - 0.5 * q.norm_squared())
@@ -183,6 +199,17 @@ mod tests {
     /// Same rotation in f64, by sine and cosine.
     fn turned(phi: &Vector3<f32>, v: &Vector3<f32>) -> Vector3<f64> {
         nalgebra::Rotation3::from_scaled_axis(phi.cast::<f64>()) * v.cast::<f64>()
+    }
+
+    #[test]
+    fn a_matrix_has_its_quaternion() {
+        for axis in [[1.0, 0.0, 0.0], [0.0, -0.6, 0.8], [0.36, 0.48, -0.8], [-0.577_350_26; 3], [0.0, 0.0, 1.0]] {
+            for step in 0..=62_u8 {
+                let turned = matrix(&exp_quaternion(&(Vector3::from(axis) * (0.1 * f32::from(step)))));
+                let q = quaternion(&turned);
+                assert!((matrix(&q) - turned).norm() < 2e-6 && (q.norm_squared() - 1.0).abs() < 1e-6, "{turned} {q}");
+            }
+        }
     }
 
     #[test]

@@ -8,7 +8,8 @@
  *   - the field's scatter within a node in its noise, and the norm's deviation only as far as that does not explain it;
  *   - norms of single fields, not of their mean;
  *   - what a field that is a mean over a sample period loses in length, in its noise;
- *   - rests judged from two nodes, and rows that say so of the bias;
+ *   - rests judged from nodes that are quiet, read the same and do not turn, and rows that say so of the bias;
+ *   - the point at which rows are made linear, which stays until a rest is over;
  *   - nodes that end after half a turn;
  *   - readings of the field that contradict everything known are left out (the library also forgets what they contradict for 20 s);
  *   - walks of P and b every 10 s, in the place of a fading memory;
@@ -46,7 +47,9 @@
 #define REST_RATE 8.7e-4f
 #define REST_SPEED 0.01f
 #define REST_LEAST_S 0.4f
-#define REST_TURN 0.017f
+#define REST_CHANGED 25.0f
+#define REST_QUIET 0.5f
+#define REST_HELD 0.017f
 #define WALK_EVERY_S 10.0f
 #define CONTRADICTED 21.1f           /* chi-square of three innovations */
 
@@ -68,7 +71,9 @@ struct increment {
 };
 
 struct node {
-    matrix attitude;
+    matrix attitude, linear_at;
+    int held;
+    float turned;
     vector velocity, position, field;
     int has_field, norms, curved;
     float mean_norm, mean_scatter;
@@ -91,13 +96,15 @@ struct path {
 
 struct half {
     int is_there;
-    vector rate, variance, force, field;
+    vector rate, variance, mean_variance, force, field;
+    float force_variance, field_variance; /* of their directions */
 };
 
 static struct settings S;
 static struct node node;
 static struct path path;
-static struct half before;
+static struct half before, first;
+static float first_s, doubted_s;
 static vector rest_rate, bias;
 static float x[GLOBALS], root[GLOBALS][GLOBALS];
 static float fields_out;
@@ -261,37 +268,64 @@ static void add(const struct increment *it, const float *force_rate) {
     path.count++;
 }
 
-static int turned(const float *a, const float *b) {
+/* Variance of the mean field on each axis. */
+static float field_scatter(void) {
+    float n = path.count, scatter = 0;
+    for (int k = 0; k < path.count; k++)
+        for (int i = 0; i < 3; i++) {
+            float d = path.fields[k][i] - path.field[i] / n;
+            scatter += d * d;
+        }
+    return path.count > 1 ? scatter / (n - 1) / (3 * n) : 0;
+}
+
+static int turned(const float *a, const float *b, float variance) {
     vector d;
     float na = norm(a), nb = norm(b);
     for (int i = 0; i < 3; i++) d[i] = a[i] / na - b[i] / nb;
-    return dot(d, d) > REST_TURN * REST_TURN;
+    return dot(d, d) > REST_CHANGED * variance;
 }
 
-/* A rest is two nodes with a quiet gyro whose mean a bias can be, and vectors that do not turn. */
+/* A rest is quiet nodes that read the same, whose mean a bias can be, and whose vectors have not turned since the quiet began. */
 static int is_rest(void) {
     struct half now, last = before;
-    if (path.seconds < REST_LEAST_S) {
-        before.is_there = 0;
-        return 0;
-    }
+    float n = path.count, T = path.seconds, own = S.field_share * S.field_at_rest;
+    int quiet = T >= REST_LEAST_S && path.vibration / n < REST_QUIET * REST_QUIET;
     now.is_there = 1;
     for (int i = 0; i < 3; i++) {
-        double mean = path.rate_sum[i] / path.count;
+        double mean = path.rate_sum[i] / n, between = path.rate_squares[i] / n - mean * mean;
         now.rate[i] = (float)mean;
-        now.variance[i] = (float)((path.rate_variance[i] + path.rate_squares[i]) / path.count - mean * mean);
+        now.variance[i] = (float)(path.rate_variance[i] / n + between);
+        now.mean_variance[i] = (float)(path.count > 1 ? between / (n - 1) : 0);
         now.force[i] = path.force_read[i];
         now.field[i] = path.field_read[i];
+        quiet &= now.variance[i] < S.rest_deviation * S.rest_deviation;
+    }
+    now.field_variance = own * own + field_scatter() * n * n / dot(now.field, now.field);
+    now.force_variance = (S.velocity_increment * S.velocity_increment + path.vibration / n * S.sample_period * T) / (S.gravity * T * S.gravity * T);
+    if (!quiet) {
+        before.is_there = first.is_there = 0;
+        first_s = doubted_s = 0;
+        return 0;
     }
     before = now;
     if (!last.is_there) return 0;
-    int quiet = 1;
+    int changed = 0;
     for (int i = 0; i < 3; i++) {
-        float apart = 0.5f * (last.rate[i] - now.rate[i]);
-        quiet &= 0.5f * (last.variance[i] + now.variance[i]) + apart * apart < S.rest_deviation * S.rest_deviation;
+        float d = now.rate[i] - last.rate[i];
         rest_rate[i] = 0.5f * (last.rate[i] + now.rate[i]);
+        changed |= d * d > REST_CHANGED * (last.mean_variance[i] + now.mean_variance[i]) + REST_RATE * REST_RATE;
     }
-    return quiet && norm(rest_rate) < S.most_bias && !turned(last.force, now.force) && !turned(last.field, now.field);
+    if (!first.is_there) first = last;
+    first_s += T;
+    if (turned(first.force, now.force, first.force_variance + now.force_variance)
+        || turned(first.field, now.field, first.field_variance + now.field_variance)) {
+        doubted_s = first_s;
+        first = now;
+        first_s = 0;
+        return 0;
+    }
+    return first_s >= doubted_s && norm(rest_rate) < S.most_bias && !changed;
 }
 
 /* The prior: three diagonal elements of the magnetometer matrix whose sum is zero have the precision [2 1; 1 2] / sigma^2 in the first two. */
@@ -350,7 +384,7 @@ static void global_rows(float (*b)[WIDTH], float (*by)[GLOBALS], float w) {
     for (int i = 0; i < 3; i++)
         for (int c = 0; c < GLOBALS; c++) {
             float sum = 0;
-            for (int l = 0; l < 3; l++) sum += node.attitude[3 * i + l] * by[l][c];
+            for (int l = 0; l < 3; l++) sum += node.linear_at[3 * i + l] * by[l][c];
             b[i][FIRST + c] = w * sum;
         }
 }
@@ -411,7 +445,11 @@ static void update(int rest) {
         memcpy(old[i] + FIRST, node.root[i] + STATES, GLOBALS * sizeof(float));
     }
     matrix attitude;
-    vector dv, dp, velocity, position, mean, innovation;
+    vector dv, dp, velocity, position, mean, innovation, at;
+    node.turned = rest ? 0 : node.turned + path.angle;
+    if (node.turned > REST_HELD) node.held = 0;
+    if (!node.held) memcpy(node.linear_at, node.attitude, sizeof node.linear_at);
+    node.held |= rest;
     multiply(node.attitude, path.rotation, attitude);
     apply(node.attitude, path.velocity, dv);
     apply(node.attitude, path.position, dp);
@@ -429,18 +467,15 @@ static void update(int rest) {
         rows[i][STATES + i] = w;
         for (int c = 0; c < GYRO; c++) {
             float sum = 0;
-            for (int l = 0; l < 3; l++) sum += node.attitude[3 * i + l] * path.rotation_by[l][c];
+            for (int l = 0; l < 3; l++) sum += node.linear_at[3 * i + l] * path.rotation_by[l][c];
             rows[i][FIRST + NUISANCES + c] = -w * sum;
         }
     }
 
     /* Field, and its walk. */
     vector body;
-    float n = path.count, scatter = 0;
+    float n = path.count, scatter = field_scatter();
     for (int i = 0; i < 3; i++) body[i] = path.field[i] / n;
-    for (int k = 0; k < path.count; k++)
-        for (int i = 0; i < 3; i++) scatter += (path.fields[k][i] - body[i]) * (path.fields[k][i] - body[i]);
-    scatter = path.count > 1 ? scatter / (n - 1) / (3 * n) : 0;
     apply(node.attitude, body, mean);
     if (!node.has_field) memcpy(node.field, mean, sizeof mean);
     node.has_field = 1;
@@ -449,7 +484,8 @@ static void update(int rest) {
     float shorter = turn_of_sample * turn_of_sample / 24, own = alone * alone + shorter * shorter;
     for (int i = 0; i < 3; i++) innovation[i] = mean[i] - node.field[i];
     w = 1 / sqrtf(own);
-    attitude_rows(rows + 3, mean, -w);
+    apply(node.linear_at, body, at);
+    attitude_rows(rows + 3, at, -w);
     global_rows(rows + 3, path.field_by, w / n);
     for (int i = 0; i < 3; i++) {
         rows[3 + i][9 + i] = -w;
@@ -483,13 +519,15 @@ static void update(int rest) {
     float aliased = sqrtf(S.velocity_increment * S.velocity_increment + path.vibration / n * S.sample_period * T);
     float speed = rest ? REST_SPEED : S.velocity;
     w = 1 / aliased;
-    attitude_rows(rows + 9, dv, w);
+    apply(node.linear_at, path.velocity, at);
+    attitude_rows(rows + 9, at, w);
     global_rows(rows + 9, path.velocity_by, -w);
     for (int i = 0; i < 3; i++) {
         rows[9 + i][3 + i] = -w;
     }
     w = 1 / (0.5f * aliased * T);
-    attitude_rows(rows + 12, dp, w);
+    apply(node.linear_at, path.position, at);
+    attitude_rows(rows + 12, at, w);
     global_rows(rows + 12, path.position_by, -w);
     for (int i = 0; i < 3; i++) {
         rows[9 + i][STATES + 3 + i] = 1 / aliased;

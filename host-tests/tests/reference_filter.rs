@@ -18,7 +18,7 @@ use meerkat_mwd::{
         Estimator, MovedByRows, Posterior, Real, Settings,
         columns::{ACCEL_BIAS, GLOBALS},
     },
-    sample::Reading,
+    sample::{Reading, SampleFlags},
 };
 use mwd::{flight::configuration::of_trace, simulate::known_error, trace::Trace};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
@@ -293,6 +293,18 @@ fn differences(name: &str, trace: &Trace) -> [f64; 5] {
     found
 }
 
+/// With the last force in the place of a missing one, which the second implementation does not know.
+fn held(mut trace: Trace) -> Trace {
+    let mut last = [0.0, 0.0, 9.8];
+    for sample in &mut trace.samples {
+        if sample.flags.contains(SampleFlags::ACCEL_MISSING) {
+            sample.accel_m_s2 = last;
+        }
+        last = sample.accel_m_s2;
+    }
+    trace
+}
+
 /// An element of P to 0.1 %. It is 0.002 % here; without any one of the terms that filter.c's head lists it
 /// is 0.03 % to 3 %.
 const SAME: f64 = 1e-3;
@@ -305,7 +317,7 @@ fn p_is_that_of_a_second_implementation_on_the_same_increments() {
     let traces = [
         ("fast rotation", recording(FAST_ROTATION)),
         ("fast rotation, gyro off by up to 10 %", spoilt(recording(FAST_ROTATION), 1.0)),
-        ("attached magnet, gyro off by up to 2 %", spoilt(recording(ATTACHED_MAGNET), 0.2)),
+        ("attached magnet, gyro off by up to 2 %", spoilt(held(recording(ATTACHED_MAGNET)), 0.2)),
         ("simulated", simulated),
     ];
     for (name, trace) in traces {

@@ -86,6 +86,16 @@ impl ErrorState {
         }
     }
 
+    /// Resets the attitude error to a covariance, NED, rad^2, uncorrelated with all others.
+    pub(crate) fn reset_attitude(&mut self, covariance: &Matrix3<f32>) {
+        for axis in 0..BIAS {
+            self.reset(axis, covariance[(axis, axis)]);
+        }
+        for (row, column) in [(0, 1), (0, 2), (1, 2)] {
+            self.covariance[row][column] = covariance[(row, column)];
+        }
+    }
+
     /// Inflates the variance of a state, up to a limit at which the state is reset.
     pub(crate) fn inflate(&mut self, state: usize, variance: f32, limit: f32) {
         let sum = self.covariance[state][state] + variance;

@@ -18,8 +18,9 @@ use super::{
 use crate::{
     compensation::GyroModel,
     config::{AttitudeConfig, Earth},
+    estimator::KnownAttitude,
     rest::UNSEEN_RATE_RAD_S,
-    rotation::rotate_back,
+    rotation::{exp_quaternion, quaternion, rotate_back},
 };
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Vector3};
@@ -54,6 +55,8 @@ pub struct AttitudeFilter {
     /// Filter step in progress.
     step: FilterStep,
     sample: LastSample,
+    /// True from a swap by which the model before was wrong until the estimator's attitude has been asked.
+    is_doubted: bool,
     report: Report,
 }
 
@@ -93,6 +96,7 @@ impl AttitudeFilter {
             turned_field: TurnedField::zero(),
             step: FilterStep::new(),
             sample: LastSample::NONE,
+            is_doubted: false,
             report: Report::ZERO,
         }
     }
@@ -254,7 +258,8 @@ impl AttitudeFilter {
         state.errors.predict(&step.rotation_time, gravity_time, &noise);
 
         tilt.update_velocity(state, force, &motion.rest, step.time_s, settings);
-        if motion.rest.detected() {
+        motion.slow_turn.update(state, &step, motion.rest.detected());
+        if motion.rest.detected() && motion.slow_turn.is_none() {
             state.update_at_rest(&step);
         }
         if let Some(field) = &field {
@@ -304,13 +309,49 @@ impl AttitudeFilter {
             return;
         }
         let Self { state, heading, settings, .. } = self;
-        self.sensors.change_model(state, heading, [old, new], sigma, &settings.config);
+        self.is_doubted |= self.sensors.change_model(state, heading, [old, new], sigma, &settings.config);
         self.report.is_stale |= old.p != new.p;
     }
 
     /// Restarts the average of the field's reference, after a change in what is taken out of the field.
     pub const fn field_changed(&mut self) {
         self.heading.relearn_reference();
+    }
+
+    /// Returns true from a swap by which the model flown before was wrong until [`AttitudeFilter::compare`]: the
+    /// attitude was turned by that model.
+    #[must_use]
+    pub const fn is_doubted(&self) -> bool {
+        self.is_doubted
+    }
+
+    /// Marks this instant: the estimator is asked for its attitude.
+    pub(crate) const fn mark(&mut self) {
+        self.state.propagation.mark();
+    }
+
+    /// Compares the filter's attitude at the mark with the estimator's. If that excludes it (chi-square, once in a
+    /// thousand by chance), the filter goes on from the estimator's, with its covariance. Nothing without a mark, which
+    /// a gap takes away.
+    pub(crate) fn compare(&mut self, known: &KnownAttitude) {
+        let Self { state, heading, settings, .. } = self;
+        let north = Vector3::new(0.0, 0.0, settings.earth.declination_rad.unwrap_or(0.0));
+        let rotation = exp_quaternion(&north) * quaternion(&known.rotation);
+        let Some(by) = state.propagation.since_mark(&rotation) else { return };
+        self.is_doubted = false;
+        let tilt = state.errors.variance(0) + state.errors.variance(1);
+        let is_closer = known.covariance.m11 + known.covariance.m22 < tilt;
+        if !self.tilt.aligned || !is_closer {
+            return;
+        }
+        heading.settle();
+        state.propagation.turn(&by);
+        state.errors.reset_attitude(&known.covariance);
+        state.bias_rad_s = Vector3::zeros();
+        state.reset_bias(&settings.config);
+        state.refresh_rotation();
+        self.stop();
+        self.report.is_stale = true;
     }
 
     /// Sets whether the gyro's delay is known. If not, the attitude is uncertain by the turn of half a sample
@@ -370,5 +411,71 @@ impl AttitudeFilter {
 impl Default for AttitudeFilter {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        Config,
+        rotation::{exp_matrix, matrix},
+    };
+
+    const GRAVITY_M_S2: f32 = 9.806_65;
+
+    /// A filter that has stood level for seconds, facing magnetic north, and whose gyro has just turned out another.
+    fn doubted() -> AttitudeFilter {
+        let config = Config::default();
+        let mut filter = AttitudeFilter::new();
+        filter.start(&config.attitude, &config.earth);
+        for _ in 0..2_000 {
+            filter.propagate(0.005, &Vector3::zeros());
+            filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&Vector3::new(20.0, 0.0, 44.0)));
+        }
+        assert!(!filter.is_doubted());
+        let mut other = GyroModel::IDENTITY;
+        other.p[1][2] = 0.08;
+        filter.model_changed(&GyroModel::IDENTITY, &other, &[0.005; 12]);
+        assert!(filter.is_doubted());
+        filter
+    }
+
+    /// Angle between the filter's attitude and another, rad, where it is small.
+    fn off(filter: &AttitudeFilter, rotation: &Vector3<f32>) -> f32 {
+        (matrix(&filter.state.propagation.q) - exp_matrix(rotation)).norm() / libm::sqrtf(2.0)
+    }
+
+    #[test]
+    fn a_wrong_models_attitude_is_replaced_by_one_that_is_known_better() {
+        let truth = Vector3::new(0.2, -0.1, 0.5);
+        let known = |sigma: f32| KnownAttitude {
+            rotation: exp_matrix(&truth),
+            covariance: Matrix3::from_diagonal_element(sigma * sigma),
+        };
+        let mut filter = doubted();
+        filter.mark();
+        filter.compare(&known(0.01));
+        assert!(off(&filter, &truth) < 1e-5 && !filter.is_doubted(), "{}", off(&filter, &truth));
+        let sigma = filter.attitude(super::super::AttitudeFlags::empty()).unwrap().sigma_inclination_rad;
+        assert!((0.005..0.03).contains(&sigma), "{sigma}");
+        // One that is known less well is none to take, and without a mark there is none.
+        let mut filter = doubted();
+        filter.mark();
+        filter.compare(&known(0.3));
+        assert!(off(&filter, &Vector3::zeros()) < 0.01 && !filter.is_doubted());
+        let mut filter = doubted();
+        filter.compare(&known(0.01));
+        assert!(off(&filter, &Vector3::zeros()) < 0.01 && filter.is_doubted());
+    }
+
+    #[test]
+    fn a_change_within_what_the_gyro_was_thought_to_be_is_no_doubt() {
+        let mut filter = doubted();
+        filter.is_doubted = false;
+        let mut near = GyroModel::IDENTITY;
+        near.p[0][0] = 1.002;
+        filter.model_changed(&GyroModel::IDENTITY, &near, &[0.005; 12]);
+        assert!(!filter.is_doubted());
     }
 }

@@ -85,6 +85,11 @@ impl Heading {
         self.steps > 0
     }
 
+    /// Takes the heading as averaged.
+    pub const fn settle(&mut self) {
+        (self.steps, self.contradiction_s, self.doubt) = (ALIGNMENT_STEPS, 0.0, 0.0);
+    }
+
     /// Returns true if the field recently agreed with the attitude, so that the tilt cannot be far off.
     pub const fn agrees(&self) -> bool {
         self.disagreed_s < AGREEMENT_S && self.steps >= ALIGNMENT_STEPS

@@ -14,6 +14,7 @@ mod rest;
 mod sensor_errors;
 mod settings;
 mod shaking;
+mod slow_turn;
 mod state;
 mod sustained;
 mod tilt;

@@ -5,6 +5,7 @@ use super::{
     filter_step::FilterStep,
     rest::RestTracker,
     shaking::{Shaking, UNSEEN_FORCE_DENSITY},
+    slow_turn::SlowTurn,
     sustained::SustainedRotation,
 };
 use crate::config::AttitudeConfig;
@@ -17,16 +18,22 @@ const SCALE_CORRELATION_S: f32 = 0.1;
 /// MPU-9250 PS section 3.2: 300 ug). Vibration folded into it is measured separately.
 const FORCE_NOISE_M_S2_RTHZ: f32 = 0.003;
 
-/// Detectors of rest, sustained rotation and slow shaking.
+/// Detectors of rest, slow turns, sustained rotation and slow shaking.
 pub(super) struct Motion {
     pub rest: RestTracker,
+    pub slow_turn: SlowTurn,
     pub sustained: SustainedRotation,
     pub shaking: Shaking,
 }
 
 impl Motion {
     pub const fn new() -> Self {
-        Self { rest: RestTracker::new(), sustained: SustainedRotation::new(), shaking: Shaking::new() }
+        Self {
+            rest: RestTracker::new(),
+            slow_turn: SlowTurn::new(),
+            sustained: SustainedRotation::new(),
+            shaking: Shaking::new(),
+        }
     }
 
     /// Process noise of a filter step. `step_s` is the interval of the samples, `scale_sigma` the deviation of

@@ -1,6 +1,6 @@
 //! Propagation of the attitude by the compensated rate, sample by sample.
 
-use crate::rotation::{exp_quaternion, renormalised};
+use crate::rotation::{IDENTITY, exp_quaternion, renormalised};
 use nalgebra::{Quaternion, Vector3, Vector4};
 
 /// Body-to-earth quaternion, integrated from body rates sample by sample.
@@ -15,6 +15,10 @@ pub(crate) struct Propagation {
     pub(crate) q: Quaternion<f32>,
     increment_rad: Vector3<f32>,
     moving: bool,
+    /// Attitude at the mark, and the product of the corrections since, in the earth frame.
+    marked: Quaternion<f32>,
+    corrected: Quaternion<f32>,
+    has_mark: bool,
 }
 
 impl Propagation {
@@ -24,12 +28,29 @@ impl Propagation {
             q: Quaternion::from_vector(Vector4::new(0.0, 0.0, 0.0, 0.0)),
             increment_rad: Vector3::new(0.0, 0.0, 0.0),
             moving: false,
+            marked: Quaternion::from_vector(Vector4::new(0.0, 0.0, 0.0, 0.0)),
+            corrected: Quaternion::from_vector(Vector4::new(0.0, 0.0, 0.0, 0.0)),
+            has_mark: false,
         }
     }
 
     /// Forgets the previous sample, so that the next step adds no coning term across a gap.
     pub(crate) const fn interrupt(&mut self) {
         self.moving = false;
+        self.has_mark = false;
+    }
+
+    /// Marks the attitude of this instant.
+    pub(crate) const fn mark(&mut self) {
+        (self.marked, self.corrected, self.has_mark) = (self.q, IDENTITY, true);
+    }
+
+    /// Takes the mark. Returns the rotation, earth frame, that brings the attitude now to where it would be if it had been
+    /// `rotation` (body to earth) at the mark, with the same increments since; `None` without a mark.
+    pub(crate) fn since_mark(&mut self, rotation: &Quaternion<f32>) -> Option<Quaternion<f32>> {
+        // The attitude now is corrected * marked * increments.
+        core::mem::replace(&mut self.has_mark, false)
+            .then(|| rotation * self.marked.conjugate() * self.corrected.conjugate())
     }
 
     /// Advances by the `dt_s` seconds that end now, at their mean rate.
@@ -46,14 +67,20 @@ impl Propagation {
 
     /// Rotates the estimate by a rotation vector in the earth frame.
     pub(crate) fn correct(&mut self, rotation_vector_rad: &Vector3<f32>) {
-        self.q = renormalised(&(exp_quaternion(rotation_vector_rad) * self.q));
+        self.turn(&exp_quaternion(rotation_vector_rad));
+    }
+
+    /// Rotates the estimate in the earth frame.
+    pub(crate) fn turn(&mut self, by: &Quaternion<f32>) {
+        self.q = renormalised(&(by * self.q));
+        self.corrected = renormalised(&(by * self.corrected));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rotation::{IDENTITY, matrix};
+    use crate::rotation::matrix;
 
     const DT_S: f32 = 0.005;
 
@@ -69,6 +96,39 @@ mod tests {
             p.step(DT_S, &Vector3::new(20.0 * phase, 8.0, -30.0 * phase * phase));
         }
         assert!((p.q.norm_squared() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn another_attitude_at_the_mark_is_another_one_now() {
+        let step = |p: &mut Propagation, k: u8| {
+            let k = f32::from(k);
+            p.step(DT_S, &Vector3::new(3.0 - 0.1 * k, 0.07 * k, -2.0));
+            if k % 7.0 == 3.0 {
+                p.correct(&Vector3::new(0.02, -0.01 * k / 30.0, 0.03));
+            }
+        };
+        let mut p = level();
+        (0..30).for_each(|k| step(&mut p, k));
+        p.mark();
+        let other = exp_quaternion(&Vector3::new(0.4, -0.9, 1.3));
+        // The same increments from there, without the corrections, which the other one did not need.
+        let mut expected = other;
+        for k in 30..90 {
+            let before = p.q;
+            let mut alone = Propagation { q: before, ..Propagation::new() };
+            (alone.increment_rad, alone.moving) = (p.increment_rad, p.moving);
+            alone.step(DT_S, &Vector3::new(3.0 - 0.1 * f32::from(k), 0.07 * f32::from(k), -2.0));
+            expected = renormalised(&(expected * (before.conjugate() * alone.q)));
+            step(&mut p, k);
+        }
+        let by = p.since_mark(&other).unwrap();
+        p.turn(&by);
+        assert!((matrix(&p.q) - matrix(&expected)).norm() < 1e-5, "{} {}", p.q, expected);
+        // It is taken once, and never across a gap.
+        assert!(p.since_mark(&other).is_none());
+        p.mark();
+        p.interrupt();
+        assert!(p.since_mark(&other).is_none());
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Rest, as the attitude filter and the surveys judge it: readings that stay the same. The estimator has its own,
-//! `estimator/rest.rs`.
+//! Rest, as the attitude filter and the surveys judge it: readings that stay the same. A turn too slow for the gyro to
+//! be told from its bias is found by `slow_turn`. The estimator has its own, `estimator/rest.rs`.
 
 use nalgebra::Vector3;
 

@@ -1,7 +1,7 @@
 //! Errors of the sensors that the filter learns of while it runs: another gyro model, a delay.
 
 use super::{error_state::BIAS, heading::Heading, state::State};
-use crate::{compensation::GyroModel, config::AttitudeConfig};
+use crate::{compensation::GyroModel, config::AttitudeConfig, statistics::chi_square::IN_TWENTY};
 use nalgebra::Vector3;
 
 /// Least scale error after compensation: the gyro's nonlinearity, 0.1 % (MPU-9250 PS section 3.1).
@@ -11,8 +11,6 @@ const LEAST_SCALE: f32 = 1e-3;
 const LEAST_BIAS_RAD_S: f32 = 1.75e-3;
 /// Least uncertainty of a known delay, seconds (the default of `SurveyErrors::mag_timing_s`).
 const LEAST_TIMING_S: f32 = 1e-3;
-/// Change of P, in sigmas, beyond which the former P was wrong: 95 %.
-const DOUBTED: f32 = 2.0;
 
 /// Deviations of the sensors' errors after compensation.
 pub(super) struct SensorErrors {
@@ -43,7 +41,8 @@ impl SensorErrors {
         };
     }
 
-    /// Swaps the gyro model, see [`AttitudeFilter::model_changed`](super::AttitudeFilter::model_changed).
+    /// Swaps the gyro model, see [`AttitudeFilter::model_changed`](super::AttitudeFilter::model_changed). Returns true if
+    /// the former one was wrong.
     pub fn change_model(
         &mut self,
         state: &mut State,
@@ -51,28 +50,32 @@ impl SensorErrors {
         [old, new]: [&GyroModel; 2],
         sigma: &[f32; 12],
         config: &AttitudeConfig,
-    ) {
+    ) -> bool {
         // The learnt total bias stays valid under the new model.
         state.bias_rad_s += new.p_matrix() * (Vector3::from(old.b_rad_s) - Vector3::from(new.b_rad_s));
         if old.p == new.p {
-            return;
+            return false;
         }
         let change = new.p_matrix() - old.p_matrix();
-        let of_axes = change.column_iter().map(|column| column.norm_squared() / 3.0);
+        let of_axes = change.column_iter().map(|column| column.norm_squared());
         let change = of_axes.fold(0.0, |most, x| if x > most { x } else { most });
-        let is_other = change > DOUBTED * DOUBTED * self.scale_sigma * self.scale_sigma;
+        // A column of P has three elements.
+        let is_other = change > IN_TWENTY * self.scale_sigma * self.scale_sigma;
         if !is_other {
             // The change is within what the gyro was thought to be: nothing new is known.
-            return;
+            return false;
         }
         state.bias_rad_s = Vector3::zeros();
         heading.reset(state);
+        // By so much it erred a radian.
+        state.inflate_attitude(libm::sqrtf(change));
         let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
         self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, config.gyro_scale_sigma);
         for (k, sigma) in sigma.iter().skip(9).enumerate() {
             let sigma = between(*sigma, LEAST_BIAS_RAD_S, config.gyro_bias_sigma_rad_s);
             state.errors.reset(BIAS + k, sigma * sigma);
         }
+        true
     }
 }
 

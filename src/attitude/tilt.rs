@@ -107,7 +107,7 @@ impl Tilt {
     fn align(&mut self, state: &mut State, heading: &mut Heading, force_ned_m_s2: &Vector3<f32>, settings: &Settings) {
         let config = &settings.config;
         let norm = libm::sqrtf(force_ned_m_s2.norm_squared());
-        state.propagation.q = renormalised(&(to_upright(&(force_ned_m_s2 / norm)) * state.propagation.q));
+        state.propagation.turn(&renormalised(&to_upright(&(force_ned_m_s2 / norm))));
         if !self.aligned {
             let angles = ToolAngles::of(&matrix(&state.propagation.q));
             let vertical = angles.inclination_rad < config.near_vertical_rad;

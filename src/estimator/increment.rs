@@ -53,6 +53,8 @@ pub enum Item<T> {
         /// As much of it as no sample came at all.
         silent_s: T,
     },
+    /// The attitude at the end of the increment before is asked for.
+    Look,
     /// The posterior of everything before is asked for.
     Close,
 }

@@ -7,6 +7,7 @@
 //! `posterior`) whenever it is asked for.
 
 mod alignment;
+mod attitude;
 mod averaging;
 mod candidates;
 pub(crate) mod cholesky;
@@ -45,6 +46,7 @@ mod widths;
 mod window_cost;
 mod work;
 
+pub use attitude::KnownAttitude;
 pub use candidates::{Claim, EFFECTS, MAX_CLAIMED, MAX_CLAIMS};
 pub use drift::P_DRIFT;
 #[cfg(feature = "explanation")]
@@ -158,6 +160,7 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     // Not `Option`s: these would not be all zero bytes.
     centre: Vec<Centre, 1>,
     posterior: Vec<Posterior, 1>,
+    known_attitude: Vec<KnownAttitude, 1>,
     motion_s: T,
     /// Shares of the latest time whose rates came to no node, of the latest motion whose rates contradict the field,
     /// and of the latest motion without a field.
@@ -225,6 +228,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             left_over: LeftOver::zero(),
             centre: Vec::new(),
             posterior: Vec::new(),
+            known_attitude: Vec::new(),
             motion_s: T::ZERO,
             unread: Share::zero(),
             turned: Share::zero(),
@@ -243,14 +247,17 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// Takes one sample: raw rate, rad/s; specific force, m/s^2, and field, microtesla, calibrated; temperature over
-    /// the effects' reference temperature, K. Time must increase.
-    pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3], warming_k: Option<f32>) {
+    /// the effects' reference temperature, K. Time must increase. Returns true if an increment ends with it: then
+    /// [`Estimator::look`] can ask for the attitude.
+    pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3], warming_k: Option<f32>) -> bool {
         self.builder.warm(warming_k);
         let step_s = if self.has_sample { t_us.saturating_sub(self.last_us) as f32 * 1e-6 } else { 0.0 };
         (self.has_sample, self.last_us) = (true, t_us);
         if let Some(item) = self.builder.push((t_us, step_s), &self.composed_with, [rate, force, field]) {
             self.queue(item);
+            return true;
         }
+        false
     }
 
     /// Sets the flown model, with which rotations are composed: it changes at instants of the samples' own time.
@@ -285,7 +292,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             self.dropped_s += match item {
                 Item::Increment(increment) => increment.seconds,
                 Item::Gap { seconds, .. } => seconds,
-                Item::Close => T::ZERO,
+                Item::Look | Item::Close => T::ZERO,
             };
         }
     }

@@ -23,6 +23,13 @@ const START_FIELD: f32 = 0.5;
 pub(super) struct Node<T> {
     /// Body to earth (z up, heading as it happened to be at the start).
     pub attitude: M3<T>,
+    /// Attitude at which rows are made linear: all through a rest that of its first node. At a new point in each node
+    /// the readings, though they stay the same, would seem to tell of directions that a rest says nothing of.
+    pub linear_at: M3<T>,
+    /// True from a rest until the probe has turned.
+    is_held: bool,
+    /// Angle turned since the rest, rad.
+    turned: T,
     pub velocity: V3<T>,
     pub position: V3<T>,
     /// Earth field, of the norm.
@@ -39,6 +46,9 @@ pub(super) struct Node<T> {
 /// Most that an update turns an attitude, rad: a linear correction is worth nothing beyond.
 const MOST_TURN_RAD: f32 = 0.5;
 
+/// Turn by which a rest is over, rad: a degree. A node that is taken for motion by chance turns by less.
+const HELD_RAD: f32 = 0.017;
+
 /// Kind of a node's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -50,6 +60,9 @@ impl<T: Real> Node<T> {
     pub const fn zero() -> Self {
         Self {
             attitude: zero33(),
+            linear_at: zero33(),
+            is_held: false,
+            turned: T::ZERO,
             velocity: zero3(),
             position: zero3(),
             field: zero3(),
@@ -75,6 +88,24 @@ impl<T: Real> Node<T> {
         for i in 0..3 {
             self.root[9 + i][9 + i] = T::of(1.0 / START_FIELD);
         }
+    }
+
+    /// Chooses the point at which the rows of a node of this kind, in which the probe turned by so much, are made
+    /// linear.
+    pub fn choose_point(&mut self, kind: Kind, angle: T) {
+        self.turned = if kind == Kind::Rest { T::ZERO } else { self.turned + angle };
+        if self.turned > T::of(HELD_RAD) {
+            self.is_held = false;
+        }
+        if !self.is_held {
+            self.linear_at = self.attitude;
+        }
+        self.is_held |= kind == Kind::Rest;
+    }
+
+    /// Point at which the next rows will most likely be made linear.
+    pub const fn point(&self) -> &M3<T> {
+        if self.is_held { &self.linear_at } else { &self.attitude }
     }
 
     /// Moves the states to the optimum where the globals have moved, and all else has added so much to the rows'
@@ -136,6 +167,7 @@ impl<T: Real> Node<T> {
         let body = from_rows(&body, &up.cross(&body), &up);
         let earth = from_rows(&earth, &V3::z().cross(&earth), &V3::z());
         self.attitude = earth.transpose() * body;
+        self.is_held = false;
         self.forget(noise);
         // The rows below those of attitude, velocity and position are the field's margin.
         let walk = T::of(noise.field_walk_rts * noise.field_walk_rts) * gap_s;

@@ -35,7 +35,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         };
         let attitude = self.node.attitude;
         let agreement = self.update.assemble(&mut self.node, &taken);
-        self.candidates.fill(&mut self.further, &self.update.rows, &attitude, &self.pre, self.kind);
+        self.candidates.fill(&mut self.further, &self.update.rows, &self.node.linear_at, &self.pre, self.kind);
         if agreement.field == Readings::Contradicted {
             self.remainder.contradict();
         }
@@ -99,7 +99,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// Variance of the node's rotation by what is not known of bias and P, rad^2.
-    fn unknown_rotation(&self) -> T {
+    pub(super) fn unknown_rotation(&self) -> T {
         let sigma = self.sigma.iter().skip(NUISANCES);
         let mut by = [[T::ZERO; GYRO]; 3];
         for ((k, of), sigma) in self.pre.by_gyro.iter().enumerate().zip(sigma) {

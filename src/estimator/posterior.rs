@@ -4,6 +4,7 @@
 use super::{
     Estimator, Refusal,
     averaging::Averaged,
+    cholesky::Cholesky,
     columns::{BIAS, P},
     gaussian::triangle,
     real::{Real, V3, norm},
@@ -14,6 +15,10 @@ use nalgebra::Vector3;
 /// Motion before which nothing flies, seconds: of 26 recordings two were made worse after 4 to 20 s of it, and none
 /// after 14.
 const LEAST_MOTION_S: f32 = 14.0;
+/// Least motion where the data exclude the P that the filter began with, seconds: as many nodes as P has elements.
+const LEAST_MOTION_EXCLUDED_S: f32 = 4.5;
+/// Chi-square of nine degrees of freedom, exceeded once in a thousand.
+const EXCLUDED: f32 = 27.88;
 /// Mean squared innovation, over its degrees of freedom, of a filter that has diverged: four deviations of the mean
 /// of 120 nodes of nine over 1. Sound runs stay under 1.07.
 pub(super) const DIVERGED: f32 = 1.2;
@@ -56,6 +61,16 @@ pub struct Posterior {
     pub motion_s: f32,
     /// Decision whether it may fly, and the reason if not.
     pub fitness: Result<(), Refusal>,
+}
+
+/// Returns true if the P that the filter began with is as far from the mean as chance allows once in a thousand.
+fn excludes_start<T: Real>(averaged: &Averaged<T>) -> bool {
+    let covariance = |i: usize, j: usize| averaged.covariance.get(triangle(i) + j).copied().unwrap_or(T::ZERO);
+    let Some(factor) = Cholesky::<T, 9>::new(9, covariance) else { return false };
+    let [p @ .., _, _, _] = averaged.mean;
+    let mut whitened: [T; 9] = p;
+    factor.solve_lower(&mut whitened);
+    whitened.iter().fold(T::ZERO, |sum, x| sum + *x * *x) > T::of(EXCLUDED)
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
@@ -110,8 +125,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let motion_s = self.motion_s.narrow();
         // State learnt before the power was off counts, but says nothing new before the first motion.
         let motion_s = if self.innovations == 0 { 0.0 } else { motion_s };
-        if motion_s < LEAST_MOTION_S {
-            return Err(Refusal::NotEnoughMotion { motion_s, needed_s: LEAST_MOTION_S });
+        let needed_s = if excludes_start(averaged) { LEAST_MOTION_EXCLUDED_S } else { LEAST_MOTION_S };
+        if motion_s < needed_s {
+            return Err(Refusal::NotEnoughMotion { motion_s, needed_s });
         }
         let early = 1.0 + DIVERGED_EARLY / libm::sqrtf(f32::from(self.innovations));
         let nis = self.innovation.narrow();

@@ -272,6 +272,16 @@ impl<T: Real> Preintegration<T> {
         (self.variances / n + self.squares / n - mean.component_mul(&mean), mean + self.first_rate)
     }
 
+    /// Variance of the mean raw rate on each axis, by how much the increments' means scatter, (rad/s)^2.
+    pub fn rate_variance_of_mean(&self) -> V3<T> {
+        if self.increments < 2 {
+            return zero3();
+        }
+        let n = T::of(f32::from(self.increments));
+        let mean = self.rates / n;
+        (self.squares / n - mean.component_mul(&mean)) / (n - T::ONE)
+    }
+
     /// Mean of what is taken out of the rate, rad/s.
     pub fn mean_taken_out(&self) -> V3<T> {
         let n = if self.increments > 0 { self.increments } else { 1 };

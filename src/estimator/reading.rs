@@ -83,7 +83,7 @@ pub(super) fn rotate<T: Real>(rows: &mut [[T; WIDTH]], node: &Node<T>, taken: &T
     // A Gaussian error x leaves x^2 / 2 in the linear model, of mean square 3 / 4 of the squared variance.
     let curvature = T::of(0.75) * unknown * unknown;
     let variance = T::of(noise.rotation_rad_rts * noise.rotation_rad_rts) * pre.seconds + angle * angle + curvature;
-    rows::rotation(Block { rows, weight: weight(variance / peak(noise)), sigma }, &node.attitude, &pre.by_gyro);
+    rows::rotation(Block { rows, weight: weight(variance / peak(noise)), sigma }, &node.linear_at, &pre.by_gyro);
 }
 
 /// Fate of the field that was read.
@@ -108,7 +108,8 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     }
     let length = pre.field_norms * share;
     let innovation = mean - node.field;
-    let reading = FieldReading { attitude: &node.attitude, pre, share, mean, innovation };
+    let reading =
+        FieldReading { attitude: &node.linear_at, pre, share, mean: node.linear_at * pre.field * share, innovation };
     let at_rest = if taken.kind == Kind::Rest { noise.field_at_rest } else { 1.0 };
     let own = T::of(noise.field_share * at_rest);
     // A reading is a mean over some time between none and a sample period: across the axis it is shorter by up to
@@ -169,7 +170,7 @@ pub(super) fn is_path_contradicted<T: Real>(
     let variance = white * white * pre.seconds + speed * speed + aliased_variance(taken);
     let weight = weight(variance);
     let only_velocity = PathNoise { velocity: weight, position_by_velocity: T::ZERO, position: T::ONE };
-    rows::path(path, sigma, &node.attitude, pre, &only_velocity);
+    rows::path(path, sigma, &node.linear_at, pre, &only_velocity);
     for (row, velocity) in path.iter_mut().zip(velocity.iter()) {
         row[CONSTANT] = *velocity * weight;
     }

@@ -1,30 +1,94 @@
-//! Rest, as the estimator judges it: two nodes in succession with a quiet gyro, a mean rate that a bias can be, and
-//! vectors that do not turn. The attitude filter has its own, `attitude/rest.rs`.
+//! Rest, as the estimator judges it: nodes in succession that are quiet and read the same, and whose vectors have not
+//! turned since the quiet began. The attitude filter has its own, `attitude/rest.rs`.
 
 use super::{
     preintegration::{Preintegration, largest, squared_angle},
     real::{Real, V3, norm, square, zero3},
     settings::Settings,
+    update::REST_WEIGHT,
 };
 
 /// Shortest node that can be half of a rest, seconds.
 const LEAST_S: f32 = 0.4;
-/// A vector that turns by more in half a second turns: a degree.
-const LEAST_TURN_RAD: f32 = 0.017;
+/// Square of the deviations by which two means differ where something has changed: five, once in 20,000 by chance where
+/// the scatter of two dozen increments gives the deviation (Student's t).
+const CHANGED: f32 = 25.0;
+/// Largest deviation of the specific force at rest, m/s^2 (VQF's default; Laidig and Seel, Information Fusion 91,
+/// 2023).
+const QUIET_M_S2: f32 = 0.5;
 
 /// Readings of a node; a vector without readings is zero.
 #[derive(Clone, Copy)]
 struct Half<T> {
     rate: V3<T>,
+    /// Variance of the rate, and of its mean, on each axis.
     variance: V3<T>,
-    force: V3<T>,
-    field: V3<T>,
+    mean_variance: V3<T>,
+    force: Direction<T>,
+    field: Direction<T>,
+}
+
+/// Mean of a vector, of any length, and the variance of its direction about an axis, rad^2.
+#[derive(Clone, Copy)]
+struct Direction<T> {
+    mean: V3<T>,
+    variance: T,
+}
+
+impl<T: Real> Direction<T> {
+    fn has_turned(&self, since: &Self) -> bool {
+        let are_read = square(&self.mean) > T::ZERO && square(&since.mean) > T::ZERO;
+        are_read && squared_angle(&self.mean, &since.mean) > T::of(CHANGED) * (self.variance + since.variance)
+    }
+}
+
+impl<T: Real> Half<T> {
+    fn of(pre: &Preintegration<T>, settings: &Settings) -> Self {
+        let (variance, rate) = pre.rate_statistics();
+        let noise = &settings.noise;
+        let over = |variance: T, vector: &V3<T>| {
+            let square = square(vector);
+            if square > T::ZERO { variance / square } else { T::ZERO }
+        };
+        let fields = T::of(f32::from(pre.fields));
+        let own = T::of(noise.field_share * noise.field_at_rest);
+        let of_field = own * own + over(pre.field_variance() * fields * fields, &pre.fields_read);
+        let increment = T::of(noise.velocity_increment_m_s);
+        let read = pre.mean_vibration() * T::of(settings.sample_period_s) * pre.seconds;
+        let fallen = T::of(settings.gravity_m_s2) * pre.seconds;
+        let of_force = (increment * increment + read) / (fallen * fallen);
+        Self {
+            rate,
+            variance,
+            mean_variance: pre.rate_variance_of_mean(),
+            force: Direction { mean: pre.forces_read, variance: of_force },
+            field: Direction { mean: pre.fields_read, variance: of_field },
+        }
+    }
+
+    /// Returns true if the vectors point elsewhere.
+    fn has_turned(&self, since: &Self) -> bool {
+        self.force.has_turned(&since.force) || self.field.has_turned(&since.field)
+    }
+
+    /// Returns true if the mean rate is another one, by more than the rows of a rest allow for.
+    fn has_changed(&self, since: &Self) -> bool {
+        let change = self.rate - since.rate;
+        let chance = (self.mean_variance + since.mean_variance) * T::of(CHANGED);
+        let least = T::ONE / T::of(REST_WEIGHT * REST_WEIGHT);
+        change.iter().zip(chance.iter()).any(|(change, chance)| *change * *change > *chance + least)
+    }
 }
 
 /// The node before, as half of a rest.
 #[derive(Clone, Copy)]
 pub(super) struct Rests<T> {
     before: Option<Half<T>>,
+    /// The first of the quiet nodes, seconds since, and the seconds that have to go by without a turn: as many as
+    /// the latest turn needed to be seen.
+    first: Option<Half<T>>,
+    first_s: T,
+    doubted_s: T,
     /// Mean raw rate of the two.
     pub rate: V3<T>,
     /// When the latest rest ended, microseconds; 0: there was none.
@@ -37,7 +101,17 @@ pub(super) struct Rests<T> {
 
 impl<T: Real> Rests<T> {
     pub const fn zero() -> Self {
-        Self { before: None, rate: zero3(), latest_us: 0, history: 0, second_s: T::ZERO, rest_s: T::ZERO }
+        Self {
+            before: None,
+            first: None,
+            first_s: T::ZERO,
+            doubted_s: T::ZERO,
+            rate: zero3(),
+            latest_us: 0,
+            history: 0,
+            second_s: T::ZERO,
+            rest_s: T::ZERO,
+        }
     }
 
     pub fn start(&mut self) {
@@ -46,7 +120,7 @@ impl<T: Real> Rests<T> {
 
     /// Forgets the node before: the next one does not follow it.
     pub fn interrupt(&mut self) {
-        self.before = None;
+        (self.before, self.first, self.first_s) = (None, None, T::ZERO);
     }
 
     /// Returns the number of the last `seconds` (at most 64) that were at rest.
@@ -73,26 +147,27 @@ impl<T: Real> Rests<T> {
     }
 
     fn is_rest(&mut self, pre: &Preintegration<T>, settings: &Settings) -> bool {
-        if pre.seconds < T::of(LEAST_S) {
-            self.before = None;
+        let limit = T::of(settings.rest_deviation_rad_s);
+        let half = Half::of(pre, settings);
+        let is_quiet = pre.seconds >= T::of(LEAST_S)
+            && largest(&half.variance) < limit * limit
+            && pre.mean_vibration() < T::of(QUIET_M_S2 * QUIET_M_S2);
+        if !is_quiet {
+            self.interrupt();
+            self.doubted_s = T::ZERO;
             return false;
         }
-        let (variance, rate) = pre.rate_statistics();
-        let half = Half { rate, variance, force: pre.forces_read, field: pre.fields_read };
         let Some(before) = self.before.replace(half) else { return false };
-        let part = T::of(0.5);
-        let apart = (before.rate - half.rate) * part;
-        let variance = (before.variance + half.variance) * part + apart.component_mul(&apart);
-        let limit = T::of(settings.rest_deviation_rad_s);
-        self.rate = (before.rate + half.rate) * part;
-        let turned = |a: &V3<T>, b: &V3<T>| {
-            let are_read = square(a) > T::ZERO && square(b) > T::ZERO;
-            are_read && squared_angle(a, b) > T::of(LEAST_TURN_RAD * LEAST_TURN_RAD)
-        };
-        let quiet = largest(&variance) < limit * limit;
-        quiet
-            && norm(&self.rate) < T::of(settings.most_bias_rad_s)
-            && !turned(&before.force, &half.force)
-            && !turned(&before.field, &half.field)
+        self.rate = (before.rate + half.rate) * T::of(0.5);
+        let first = *self.first.get_or_insert(before);
+        self.first_s += pre.seconds;
+        if half.has_turned(&first) {
+            // A turn too slow for two nodes.
+            self.doubted_s = self.first_s;
+            (self.first, self.first_s) = (Some(half), T::ZERO);
+            return false;
+        }
+        let is_believed = self.first_s >= self.doubted_s;
+        is_believed && norm(&self.rate) < T::of(settings.most_bias_rad_s) && !half.has_changed(&before)
     }
 }

@@ -30,6 +30,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.bias = V3::new(x, y, z);
         self.begin();
         self.posterior.clear();
+        self.known_attitude.clear();
     }
 
     /// From the factory's prior.

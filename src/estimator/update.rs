@@ -61,6 +61,7 @@ impl<T: Real> Update<T> {
             row[GLOBAL..CONSTANT].copy_from_slice(&root[NODE..]);
         }
         self.predicted = predict(node, taken);
+        node.choose_point(taken.kind, taken.pre.angle);
         let (_, new) = self.rows.split_at_mut(NODE);
         let (blocks, _) = new.as_chunks_mut::<3>();
         let [rotated, seen, first, second, walked, slow, near, still, ..] = blocks else {
@@ -90,7 +91,7 @@ impl<T: Real> Update<T> {
                 force = Readings::Contradicted;
             } else {
                 let path_noise = path_noise(taken, &self.predicted.velocity, speed);
-                rows::path(&mut path, sigma, &node.attitude, pre, &path_noise);
+                rows::path(&mut path, sigma, &node.linear_at, pre, &path_noise);
                 for (slot, row) in first.iter_mut().chain(second).zip(&path) {
                     *slot = *row;
                 }

@@ -101,6 +101,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 self.gap(seconds);
                 INCREMENT_UNITS
             }
+            Some(Item::Look) => {
+                self.note_attitude();
+                INCREMENT_UNITS
+            }
             Some(Item::Close) => {
                 self.average();
                 START_UNITS
@@ -191,7 +195,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let (out, moment) = self.candidates.look_at(&increment, &rate_change, self.field_unit, &self.parameters);
         let gravity = (self.is_aligned && self.settings.noise.predicted_gravity).then(|| {
             let up = V3::new(T::ZERO, T::ZERO, T::of(self.settings.gravity_m_s2));
-            self.node.attitude.transpose() * up
+            self.node.point().transpose() * up
         });
         let turned = self.pre.add(&increment, &force_rate, gravity.as_ref(), &self.parameters, &out);
         self.candidates.add(&turned);

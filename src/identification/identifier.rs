@@ -13,7 +13,7 @@ use crate::{
     compensation::{ActiveEffects, Effect, GyroModel},
     config::Config,
     diagnosis::{DiagnosisReport, Findings},
-    estimator::{Estimator, Settings},
+    estimator::{Estimator, KnownAttitude, Settings},
     optimizer::{Cost, Progress},
     sample::Reading,
 };
@@ -182,15 +182,26 @@ impl Identifier {
     }
 
     /// Takes one sample: raw rate, calibrated specific force and field; temperature over the effects' reference
-    /// temperature, K.
-    pub fn push(&mut self, t_us: u64, readings: [Reading; 3], warming_k: Option<f32>) {
+    /// temperature, K. Returns true if [`Identifier::look`] can ask for the attitude of this instant.
+    pub fn push(&mut self, t_us: u64, readings: [Reading; 3], warming_k: Option<f32>) -> bool {
         if self.schedule.is_over() {
-            return;
+            return false;
         }
-        self.estimator.push(t_us, readings, warming_k);
+        let can_look = self.estimator.push(t_us, readings, warming_k);
         if self.schedule.push(t_us).is_some() {
             self.estimator.close();
         }
+        can_look
+    }
+
+    /// Asks for the estimator's attitude at the sample just pushed.
+    pub fn look(&mut self) {
+        self.estimator.look();
+    }
+
+    /// Attitude at the last instant for which it was asked, if the work has come so far.
+    pub fn known_attitude(&self) -> Option<&KnownAttitude> {
+        self.estimator.known_attitude()
     }
 
     /// Does one bounded piece of work; returns its size in units, 0 when there is nothing to do.

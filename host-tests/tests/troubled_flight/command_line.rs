@@ -76,7 +76,7 @@ fn a_trace_shorter_than_a_window_says_so_with_and_without_hold_out() {
     let run = run(30.0, 1);
     for (more, why) in [
         (&[][..], "the trace lasts 30.0 s; a window takes 50.0 s"),
-        (&["--hold-out", "0.5"], "of motion with a usable gyro since the start, 14.0 s are needed"),
+        (&["--hold-out", "0.5"], "of motion with a usable gyro since the start, 4.5 s are needed"),
         (&["--hold-out", "0.97"], "before the hold-out lasts 0.9 s; the result of a window takes 1.0 s"),
     ] {
         let replayed = replayed(&run.trace, run.trace.samples.clone(), more);

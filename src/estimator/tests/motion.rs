@@ -11,6 +11,8 @@ const REST_S: f64 = 6.0;
 
 pub struct Simulated {
     pub samples: Vec<(u64, [Reading; 3])>,
+    /// Body to an earth frame whose y points to magnetic north and z up, at each sample.
+    pub attitudes: Vec<Rotation3<f64>>,
     pub truth: GyroModel,
 }
 
@@ -60,7 +62,7 @@ impl Simulated {
                 }
             })
         };
-        let mut samples = Vec::new();
+        let (mut samples, mut attitudes) = (Vec::new(), Vec::new());
         for k in 0..(seconds / PERIOD_S) as u64 {
             let t = k as f64 * PERIOD_S;
             let moving = if t > REST_S { 1.0_f64.min((t - REST_S) / 2.0) } else { 0.0 };
@@ -73,6 +75,7 @@ impl Simulated {
             let read = mag * (attitude.inverse() * field) + iron;
             let raw = inverse * rate + bias + random.vector(2e-3);
             let readings = [raw, force + random.vector(0.02), read + random.vector(0.15)];
+            attitudes.push(attitude);
             samples.push((k * 10_000, readings.map(|v| Reading::Usable(v.cast::<f32>()))));
         }
         let p = p.map(|x| x as f32);
@@ -80,6 +83,25 @@ impl Simulated {
             p: core::array::from_fn(|i| core::array::from_fn(|j| p[(i, j)])),
             b_rad_s: bias.cast::<f32>().into(),
         };
-        Self { samples, truth }
+        Self { samples, attitudes, truth }
     }
+}
+
+/// A probe in a drill string: it rests, then it turns at a steady rate about the axis that its body's x has at first,
+/// rad/s, from `from_s` on; gravity and field with their noise.
+pub fn drill_string(seed: u64, seconds: f64, from_s: f64, rate: f64) -> Vec<(u64, [Reading; 3])> {
+    let mut random = Random(Xoshiro128PlusPlus::seed_from_u64(seed + 1));
+    let (bias, tilt) = (random.vector(2e-3), random.vector(0.8));
+    let (gravity, field) = (Vector3::new(0.0, 0.0, 9.806_65), Vector3::new(0.0, 20.0, -44.0));
+    let sample = |k: u64| {
+        let t = k as f64 * PERIOD_S;
+        let turned = Vector3::x() * (rate * (t - from_s).max(0.0));
+        let attitude = Rotation3::from_scaled_axis(tilt) * Rotation3::from_scaled_axis(turned);
+        let raw = bias + if t > from_s { Vector3::x() * rate } else { Vector3::zeros() };
+        let vectors = [gravity, field].map(|v| attitude.inverse() * v);
+        let [force, read] = vectors;
+        let readings = [raw + random.vector(2e-3), force + random.vector(0.02), read + random.vector(0.15)];
+        (k * 10_000, readings.map(|v| Reading::Usable(v.cast::<f32>())))
+    };
+    (0..(seconds / PERIOD_S) as u64).map(sample).collect()
 }

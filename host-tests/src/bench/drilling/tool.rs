@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{
     Config,
-    config::{AttitudeConfig, Latency, SurveyErrors},
+    config::{AttitudeConfig, IdentificationConfig, Latency, SurveyErrors, VectorErrors},
 };
 
 use crate::{
@@ -75,6 +75,17 @@ pub(super) fn config(trace: &Trace) -> Config {
             gyro_scale_sigma: GYRO_SCALE as f32,
             gyro_bias_sigma_rad_s: GYRO_BIAS_DEG_S.to_radians() as f32,
             ..AttitudeConfig::default()
+        },
+        identification: IdentificationConfig {
+            vector_errors: VectorErrors {
+                mag_matrix: model.mag_scale,
+                hard_iron: model.mag_bias_ut / field_ut,
+                mag_lag_s: model.mag_timing_s,
+                accel_matrix: model.accel_scale,
+                accel_bias_m_s2: model.accel_bias_m_s2,
+                accel_lag_s: model.mag_timing_s,
+            },
+            ..config.identification
         },
         ..config
     }
