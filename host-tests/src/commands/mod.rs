@@ -9,6 +9,7 @@ mod exit_status;
 mod field;
 mod hold_out;
 pub mod main_job;
+mod man;
 mod monitor;
 mod record;
 mod replay;
@@ -80,7 +81,7 @@ pub enum Command {
     Record(record::RecordArgs),
     /// Show what a probe reports
     #[command(
-        after_help = "Examples:\n  cargo mwd monitor /dev/ttyUSB0 --baud 115200\n  cargo mwd monitor capture.bin --once"
+        after_help = "Examples:\n  cargo mwd monitor /dev/ttyUSB0 --baud 115200\n  cargo mwd monitor capture.bin --once\n  cargo mwd monitor /dev/ttyUSB0 --web"
     )]
     Monitor(monitor::MonitorArgs),
     /// Send a command to a probe and wait for its answer
@@ -94,6 +95,9 @@ pub enum Command {
     /// Correct a run's surveys, work out the path with its uncertainty, and write the files that others read
     #[command(after_help = "Examples:\n  cargo mwd survey stations.csv --run run.toml --csv path.csv")]
     Survey(survey::SurveyArgs),
+    /// Write manual pages of all commands
+    #[command(after_help = "Examples:\n  cargo mwd man target/man")]
+    Man(man::ManArgs),
 }
 
 /// Runs the program with the process's arguments.
@@ -140,6 +144,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         Some(Command::Command(args)) => command::run(args),
         Some(Command::Field(args)) => field::run(args),
         Some(Command::Survey(args)) => survey::run(args),
+        Some(Command::Man(args)) => man::run(args),
     }
 }
 
@@ -204,6 +209,17 @@ mod tests {
                     assert!(root.join(path).exists(), "{example}: {path}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn every_command_has_a_manual_page() {
+        let folder = tempfile::tempdir().unwrap();
+        man::run(&man::ManArgs { folder: folder.path().join("new") }).unwrap();
+        for command in Cli::command().get_subcommands() {
+            let page =
+                std::fs::read_to_string(folder.path().join(format!("new/mwd-{}.1", command.get_name()))).unwrap();
+            assert!(page.contains("Examples:"), "{}", command.get_name());
         }
     }
 
