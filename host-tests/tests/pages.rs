@@ -53,7 +53,9 @@ const CHECK: &str = "<script>(async () => {
     }).length;
     told.plots = document.querySelectorAll('.uplot').length;
     told.small = [...document.querySelectorAll('main *')].filter(node => node.childNodes.length && parseFloat(getComputedStyle(node).fontSize) < 12).length;
-    const first = report.plots[0], press = key => first.place.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+    const first = report.plots[0];
+    first.isSeen = true;
+    const press = key => first.place.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
     const span = () => document.querySelector('.bar .span').textContent;
     const before = span();
     press('+');

@@ -6,7 +6,7 @@ use meerkat_mwd::{
 };
 
 use super::{
-    effect_words::{effect_words, parameter_text},
+    effect_words::{EFFECT_WORDS, effect_words, parameter_text},
     json::parameters::Parameters,
     refusal_text::refusal_text,
     remainder_text::remainder_text,
@@ -147,9 +147,17 @@ fn effect(found: &Found) -> String {
     } else {
         "not taken out, because it is larger than such an effect can be".to_owned()
     };
-    let aliases = found.aliases();
-    let doubt = if aliases.is_empty() { String::new() } else { format!(" It could also be {}.", aliases.join(", ")) };
+    let aliases: Vec<String> = found.aliases().into_iter().map(alias_in_words).collect();
+    let doubt = if aliases.is_empty() { String::new() } else { format!(" It could also be: {}.", aliases.join("; ")) };
     format!("{}{at}{size}, {done}.{doubt}", words.title)
+}
+
+/// An alias by its title, with its name: what follows the name says when it is one.
+fn alias_in_words(alias: &str) -> String {
+    let name = alias.split(' ').next().unwrap_or(alias);
+    let Some(words) = EFFECT_WORDS.iter().find(|words| words.name == name) else { return alias.to_owned() };
+    let (first, rest) = words.title.split_at(1);
+    format!("{}{rest} ({alias})", first.to_lowercase())
 }
 
 /// What the correction gained, in degrees; `None` if nothing tells.

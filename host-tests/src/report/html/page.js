@@ -90,11 +90,15 @@ function build(plot) {
       { ...axis, size: 34, space: 70, values: (_, ticks) => ticks.map(tick => +tick.toPrecision(8) + " " + page.over) },
       { ...axis, size: 58, space: 36, ...(chart.angle ? { incrs: [1, 5, 10, 30, 90] } : {}), values: (_, ticks) => ticks.map(tick => String(+tick.toPrecision(8))) },
     ],
-    cursor: { drag: { x: true, y: false, setScale: false }, points: { size: 6 }, focus: { prox: -1 } },
+    cursor: {
+      drag: { x: true, y: false, setScale: false }, points: { size: 6 }, focus: { prox: -1 },
+      // The time that one plot points at is pointed at in all; what is dragged is one plot's own.
+      sync: { key: "report", filters: { pub: type => type === "mousemove" || type === "mouseleave" } },
+    },
     hooks: {
       drawClear: [u => shade(u, chart)],
       draw: [u => drawOver(u, chart, plot)],
-      setCursor: [u => read(plot, u.cursor.idx, u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null)],
+      setCursor: [u => { if (plot.isSeen) read(plot, u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null); }],
       setSelect: [u => {
         if (u.select.width > 3) show(u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x"));
         u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
@@ -160,8 +164,8 @@ function drawOver(u, chart, plot) {
 }
 
 // Values at a time beside the names, and what is marked there.
-function read(plot, idx, t) {
-  const { chart, figure, u } = plot;
+function read(plot, t) {
+  const { chart, figure } = plot;
   figure.querySelectorAll(".legend output").forEach((output, k) => {
     let text = "";
     if (t !== null && chart.series[k]) {
@@ -223,7 +227,9 @@ function pressed(event, plot) {
   else if (step) {
     const width = u.over.clientWidth;
     const from = u.cursor.left >= 0 ? u.cursor.left : width / 2;
-    u.setCursor({ left: Math.min(Math.max(from + step * width / 100, 0), width), top: u.over.clientHeight / 2 });
+    const left = Math.min(Math.max(from + step * width / 100, 0), width);
+    // As if it were pointed at, so that the other plots follow.
+    u.setCursor({ left, top: u.over.clientHeight / 2 }, true, true);
   } else if (event.key === "+" || event.key === "=") zoom(0.5);
   else if (event.key === "-") zoom(2);
   else if (event.key === "Home" || event.key === "0") actions.all();

@@ -81,23 +81,30 @@ pub(super) fn add_rotation(page: &mut Page, told: &Told) {
     }
     let errors = rotation_errors(told.trace, told.flight, &told.settings());
     let first_s = told.span_s()[0];
-    let of = |reading: Reading| -> Vec<[f64; 3]> {
+    let of = |errors: &[(f64, PerModel)], reading: Reading| -> Vec<[f64; 3]> {
         let point = |(t_s, error): &(f64, PerModel)| [first_s + t_s, reading(error).unwrap_or(f64::NAN), 0.0];
-        errors.deg.iter().map(point).collect()
+        errors.iter().map(point).collect()
     };
     let lines: [(&str, &'static str, Reading); 3] = [
         ("raw gyro", "before", |error| error.uncompensated),
         ("bias alone taken out", "x", |error| error.bias_only),
         ("as flown", "after", |error| error.with_effects),
     ];
-    let series = lines.map(|(name, class, reading)| Series {
-        bridged_s: 2.0 * BRIDGED_S,
-        ..line(name, class, of(reading), [0.0, 0.0])
-    });
+    let series = |errors: &[(f64, PerModel)]| -> Vec<Series> {
+        let one = |(name, class, reading): (&str, &'static str, Reading)| Series {
+            bridged_s: 2.0 * BRIDGED_S,
+            ..line(name, class, of(errors, reading), [0.0, 0.0])
+        };
+        lines.map(one).into()
+    };
     let about = format!(
         "Error of the gyro's rotation over each 2 s against the reference, whose delay of {:.1} ms is taken out.",
         // Not -0.0.
         (10.0 * errors.delay_ms).round() / 10.0 + 0.0
     );
-    page.chart(Chart::new("Rotation error", "deg", &about, series.into()).of_sizes());
+    page.chart(Chart::new("Rotation error", "deg", &about, series(&errors.deg)).of_sizes());
+    for (axis, errors) in ["x", "y", "z"].iter().zip(&errors.about_axes_deg) {
+        let about = format!("The part of it about the body's {axis} at the end of the 2 s, with its sign.");
+        page.chart(Chart::new(&format!("Rotation error about {axis}"), "deg", &about, series(errors)));
+    }
 }
