@@ -40,14 +40,14 @@ pub fn verdict(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diag
     if flight.standing().is_none() {
         return caution(match flight.reports.last().map(|report| report.decision) {
             Some(Decision::Refused(refusal)) => {
-                format!("No correction of the gyro's axes flies, only its bias: {}.", refusal_text(&refusal))
+                format!("The gyro's scale and axes are not corrected, only its bias: {}.", refusal_text(&refusal))
             }
-            _ => "No correction of the gyro's axes flies, only its bias.".to_owned(),
+            _ => "The gyro's scale and axes are not corrected, only its bias.".to_owned(),
         });
     }
     let since = flight.reports.iter().find(|report| report.decision == Decision::Accepted);
     let since_s = since.and_then(|report| report.t_effect_us).map_or(0.0, |t_us| t_us as f64 * 1e-6);
-    let flies = format!("The gyro's errors were identified, and their correction flies since {since_s:.0} s");
+    let flies = format!("The gyro's errors were identified, and have been corrected since {since_s:.0} s");
     // Only the last window counts: one that was refused early has been overtaken.
     if let Some(Decision::Refused(refusal)) = flight.reports.last().map(|report| report.decision) {
         let why = refused_in_short(&refusal);

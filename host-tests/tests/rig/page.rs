@@ -35,10 +35,14 @@ pub fn unbalanced(page: &str) -> Vec<String> {
     wrong
 }
 
-/// The page tells figures that are none, or asks for another file, or may load one.
+/// The page tells no figure that is none, asks for no other file, and may load none.
 pub fn is_whole(page: &str) -> bool {
     let seen = without_scripts(page);
     let links = seen.split("href=\"").skip(1).all(|link| link.starts_with('#'));
     let nowhere = page.contains("Content-Security-Policy\" content=\"default-src 'none';");
-    links && nowhere && !seen.contains("src=") && ![">NaN", "NaN ", ">inf", "inf "].iter().any(|x| seen.contains(x))
+    links
+        && nowhere
+        && !seen.contains("src=")
+        && !seen.contains("<td>-</td>")
+        && ![">NaN", "NaN ", ">inf", "inf "].iter().any(|x| seen.contains(x))
 }

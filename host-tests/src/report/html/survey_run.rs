@@ -11,11 +11,12 @@ pub fn page(run: &SurveyedRun) -> String {
     let mut page = Page::over(&format!("Surveys of {}", run.well), span_m, ("measured depth", "m"));
     page.head(&first_screen(run));
     page.section("Path");
-    let north_east: Vec<[f64; 2]> = run.stations.iter().map(|s| [s.position_m[1], -s.position_m[0]]).collect();
-    page.add(&view("Plan", "North is up, east to the right.", ["east", "south"], &north_east));
+    let plan: Vec<[f64; 2]> = run.stations.iter().map(|s| [s.position_m[1], s.position_m[0]]).collect();
+    let plan = view("Plan", "North is up, east to the right.", ["East", "north"], true, &plan);
     let section: Vec<[f64; 2]> = run.stations.iter().map(|s| [s.vertical_section_m, s.position_m[2]]).collect();
-    let about = format!("Seen across {:.0} deg: distance to the right, depth down.", run.vertical_section_deg);
-    page.add(&view("Vertical section", &about, ["section", "depth"], &section));
+    let about = format!("Along {:.0} deg: distance to the right, depth down.", run.vertical_section_deg);
+    let section = view("Vertical section", &about, ["Distance", "depth"], false, &section);
+    page.add(&format!("<div class=\"pair\">\n{plan}{section}</div>\n"));
     charts(&mut page, run);
     page.section("Stations");
     page.add(&stations(run));
@@ -59,7 +60,7 @@ fn first_screen(run: &SurveyedRun) -> String {
     let no_go = run.stations.iter().filter(|station| station.axial_no_go == Some(true)).count();
     let (class, verdict) = match (doubted, run.warnings.len()) {
         (0, 0) => ("good", format!("{} stations agree with each other.", run.stations.len())),
-        (0, _) => ("caution", "The stations agree, but something about the run is doubtful.".to_owned()),
+        (0, _) => ("caution", "The stations agree, but something about the run is assumed or doubtful.".to_owned()),
         _ => ("caution", format!("{doubted} of {} stations are contradicted by the others.", run.stations.len())),
     };
     let mut reasons = run.warnings.clone();
@@ -164,30 +165,34 @@ fn stations(run: &SurveyedRun) -> String {
     table(&head, rows)
 }
 
-/// A drawing of the path in metres, one scale for both axes; `points` go to the right and down.
-fn view(name: &str, about: &str, [right, down]: [&str; 2], points: &[[f64; 2]]) -> String {
+/// A drawing of the path in metres, one scale for both axes; `points` go to the right and down, or up.
+fn view(name: &str, about: &str, [right, other]: [&str; 2], is_up: bool, points: &[[f64; 2]]) -> String {
     let range = |k: usize| {
         let of = || points.iter().map(move |point| point[k]);
         [of().fold(f64::MAX, f64::min), of().fold(f64::MIN, f64::max)]
     };
     let [x, y] = [range(0), range(1)];
     let size = (x[1] - x[0]).max(y[1] - y[0]).max(1.0);
-    let place = |[a, b]: [f64; 2]| [20.0 + 260.0 * (a - x[0]) / size, 20.0 + 260.0 * (b - y[0]) / size];
+    let place = |[a, b]: [f64; 2]| {
+        let down = if is_up { y[1] - b } else { b - y[0] };
+        [20.0 + 260.0 * (a - x[0]) / size, 20.0 + 260.0 * down / size]
+    };
     let path: Vec<String> = points.iter().map(|point| place(*point)).map(|[a, b]| format!("{a:.1} {b:.1}")).collect();
     let dots: String = points
         .iter()
         .map(|point| place(*point))
         .map(|[a, b]| format!("<circle class=\"z\" cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"2.5\"/>\n"))
         .collect();
-    let height = 60.0 + 260.0 * (y[1] - y[0]) / size;
-    let told = format!("{right} {:.1} to {:.1} m, {down} {:.1} to {:.1} m", x[0], x[1], y[0], y[1]);
+    let height = 40.0 + 260.0 * (y[1] - y[0]) / size;
+    // Not -0.0.
+    let [x, y] = [x, y].map(|range| range.map(|m| (10.0 * m).round() / 10.0 + 0.0));
+    let told = format!("{right} {:.1} to {:.1} m, {other} {:.1} to {:.1} m.", x[0], x[1], y[0], y[1]);
     format!(
-        "<figure class=\"dial\">\n<h3>{name}</h3>\n<p class=\"about\">{}</p>\n<svg viewBox=\"0 0 300 {height:.0}\" role=\"img\" aria-label=\"{}\">\n\
-         <path class=\"after\" d=\"M{}\"/>\n{dots}<text x=\"20\" y=\"{:.0}\">{}</text>\n</svg>\n</figure>\n",
+        "<figure class=\"dial\">\n<h3>{name}</h3>\n<p class=\"about\">{} {}</p>\n<svg viewBox=\"0 0 300 {height:.0}\" role=\"img\" aria-label=\"{}\">\n\
+         <path class=\"after\" d=\"M{}\"/>\n{dots}</svg>\n</figure>\n",
         escape(about),
+        escape(&told),
         escape(&format!("{name}: {told}")),
         path.join("L"),
-        height - 8.0,
-        escape(&told),
     )
 }
