@@ -42,9 +42,9 @@ pub struct MainJobArgs {
     /// Write the rotation errors of flight 2 as a picture
     #[arg(long, value_name = "OUT.svg")]
     pub plot: Option<PathBuf>,
-    /// Where to write the report of flight 2
-    #[arg(long, value_name = "OUT.html", default_value = "mwd-report.html")]
-    pub html: PathBuf,
+    /// Where to write the report of flight 2; mwd-report.html if not said
+    #[arg(long, value_name = "OUT.html")]
+    pub html: Option<PathBuf>,
     /// Print P and b with their deviations, all scores, and the cost on the chip
     #[arg(long)]
     pub details: bool,
@@ -64,6 +64,9 @@ const KNOWN_ERRORS: [(u32, f64, &str); 2] = [
     (2, 1.0, "P diagonal up to 10 %, off-diagonal up to 5 %, bias 2 deg/s"),
     (3, 0.2, "P diagonal up to 2 %, off-diagonal up to 1 %, bias 0.4 deg/s"),
 ];
+
+/// The report, where nobody names a file.
+const UNNAMED_REPORT: &str = "mwd-report.html";
 
 /// Number of the flight that `--plot` draws.
 const DRAWN: u32 = 2;
@@ -108,7 +111,7 @@ pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
 
     let whole = known_error::draw(KNOWN_ERROR_SEED);
     let mut emulated = as_recorded.emulated;
-    let mut words = String::new();
+    let (mut words, mut report_line) = (String::new(), String::new());
     for (number, scale, sizes) in KNOWN_ERRORS {
         let mut with_error = trace.clone();
         let truth = known_error::scaled(&whole, scale);
@@ -123,7 +126,7 @@ pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
         told(&mut out, args, (number, &title, &short), &config, &with_error, (flight, Some(&truth)))?;
         if number == DRAWN {
             words = sentences(&config, &with_error, flight);
-            write_report(args, &config, &with_error, flight)?;
+            report_line = write_report(args, &config, &with_error, flight)?;
             if let Some(path) = &args.plot {
                 draw(path, &config, &with_error, flight)?;
             }
@@ -139,7 +142,7 @@ pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
         writeln!(out)?;
     }
     writeln!(out, "{words}")?;
-    writeln!(out, "Report of flight {DRAWN}: {HEAD}{}{HEAD:#} (open it in a browser)", args.html.display())?;
+    writeln!(out, "Report of flight {DRAWN}: {HEAD}{report_line}{HEAD:#}")?;
     writeln!(
         out,
         "Next: `cargo mwd replay TRACE --html OUT.html` flies a recording of yours, a CSV file with the columns"
@@ -190,8 +193,9 @@ fn sentences(config: &Config, trace: &Trace, flight: &Flight) -> String {
     )
 }
 
-/// Writes the report of a flight as a page.
-fn write_report(args: &MainJobArgs, config: &Config, trace: &Trace, flight: &Flight) -> anyhow::Result<()> {
+/// Writes the report of a flight as a page, and tells where it is. Where nobody named a file, one that cannot be written
+/// does not end the job.
+fn write_report(args: &MainJobArgs, config: &Config, trace: &Trace, flight: &Flight) -> anyhow::Result<String> {
     let diagnosed = diagnosed(trace, config, flight);
     let reference = score::score(trace, flight, &score::Settings::of(trace, config));
     let watched = watched(started(config, None)?, &trace.samples)?;
@@ -204,8 +208,11 @@ fn write_report(args: &MainJobArgs, config: &Config, trace: &Trace, flight: &Fli
         watched: Some(&watched),
         place: "with a known error of 10 % multiplied into the gyro's readings",
     };
-    write_page(&args.html, &page(&told))?;
-    Ok(())
+    let path = args.html.as_deref().unwrap_or_else(|| Path::new(UNNAMED_REPORT));
+    match write_page(path, &page(&told)) {
+        Err(error) if args.html.is_none() => Ok(format!("none, {error}; name another place with --html")),
+        written => Ok(written.map(|()| format!("{} (open it in a browser)", path.display()))?),
+    }
 }
 
 /// Draws a flight's rotation errors over the half that is held out.
