@@ -54,3 +54,8 @@ pub use sample::{Sample, SampleFlags};
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
+
+/// Code of the guide, compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../guide/src/rust.md")]
+pub struct Guide;

@@ -11,8 +11,8 @@ mod norm_fit;
 pub mod record;
 pub mod result;
 mod rests;
-mod sensor;
-mod verdict;
+pub mod sensor;
+pub mod verdict;
 
 use std::path::Path;
 

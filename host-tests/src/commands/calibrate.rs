@@ -12,6 +12,7 @@ use super::{hold_out::hold_out, same_file::same_file};
 use crate::{
     calibrate::{calibrate, print_account, record, result},
     failure::Failure,
+    report::html::{calibration::page, write_page},
     trace::Trace,
 };
 
@@ -27,6 +28,9 @@ pub struct CalibrateArgs {
     /// Write the result as JSON
     #[arg(long, value_name = "OUT.json")]
     pub json: Option<PathBuf>,
+    /// Write a report with figures as HTML
+    #[arg(long, value_name = "OUT.html")]
+    pub html: Option<PathBuf>,
     /// Configuration that overrides the traces' headers; its sensor models are the values to improve on
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
@@ -47,6 +51,9 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
     if let Some(path) = &args.json {
         result::write(&calibration, path)?;
     }
+    if let Some(path) = &args.html {
+        write_page(path, &page(&calibration))?;
+    }
     if let Some(path) = &args.output {
         record::write(&calibration, path)?;
     }
@@ -55,17 +62,17 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
 
 /// Refuses to overwrite an input, and to write two results to one file.
 fn check_outputs(args: &CalibrateArgs) -> Result<(), Failure> {
-    let outputs: Vec<&Path> = [&args.output, &args.json].into_iter().flatten().map(AsRef::as_ref).collect();
+    let outputs: Vec<&Path> = [&args.output, &args.json, &args.html].into_iter().flatten().map(AsRef::as_ref).collect();
     let inputs = args.traces.iter().chain(&args.config);
     for output in &outputs {
         if output.is_file() && inputs.clone().any(|input| same_file(output, input)) {
             return Err(Failure::BadInput(format!("{}: the result would overwrite what is read", output.display())));
         }
     }
-    match outputs.as_slice() {
-        [a, b] if a == b || same_file(a, b) => {
-            Err(Failure::BadInput(format!("{}: the result would overwrite another one", a.display())))
+    for (index, output) in outputs.iter().enumerate() {
+        if outputs.iter().take(index).any(|other| other == output || same_file(other, output)) {
+            return Err(Failure::BadInput(format!("{}: the result would overwrite another one", output.display())));
         }
-        _ => Ok(()),
     }
+    Ok(())
 }

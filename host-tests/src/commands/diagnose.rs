@@ -11,10 +11,10 @@ use super::{
 };
 use crate::{
     diagnosis::{against_reference, diagnosed},
-    flight::started,
+    flight::{started, watched},
     report::{
         account::print_account,
-        html::{diagnosis::page, write_page},
+        html::{Told, diagnosis::page, write_page},
         json::result_json,
     },
     score,
@@ -82,7 +82,21 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
         result_json(&trace, &config, &flight, &diagnosed, reference).write(path)?;
     }
     if let Some(path) = &args.html {
-        write_page(path, &page(&trace, &config, &diagnosed, reference.as_ref()))?;
+        // On the bench the vectors are the reference's: those of the recording did not fly.
+        let place = if args.against_reference { "against the reference" } else { "on this machine" };
+        let seen = watched(started(&config, None)?, &trace.samples)?;
+        write_page(
+            path,
+            &page(&Told {
+                trace: &trace,
+                config: &config,
+                flight: &flight,
+                diagnosed: &diagnosed,
+                reference: reference.as_ref(),
+                watched: Some(&seen).filter(|_| !args.against_reference),
+                place,
+            }),
+        )?;
     }
     print_account(&mut io::stdout().lock(), &trace, &config, &diagnosed, reference.as_ref())?;
     Ok(())

@@ -14,13 +14,19 @@ use meerkat_mwd::{
 };
 
 use crate::{
+    diagnosis::diagnosed,
     failure::Failure,
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},
-        fly,
+        fly, started, watched,
     },
-    report::{picture::picture, refusal_text::refusal_text},
+    report::{
+        html::{Told, replay::page, write_page},
+        picture::picture,
+        plain_words,
+        refusal_text::refusal_text,
+    },
     score::{self, PerModel, Reference},
     simulate::known_error,
     target::{
@@ -36,6 +42,12 @@ pub struct MainJobArgs {
     /// Write the rotation errors of flight 2 as a picture
     #[arg(long, value_name = "OUT.svg")]
     pub plot: Option<PathBuf>,
+    /// Where to write the report of flight 2; mwd-report.html if not said
+    #[arg(long, value_name = "OUT.html")]
+    pub html: Option<PathBuf>,
+    /// Print P and b with their deviations, all scores, and the cost on the chip
+    #[arg(long)]
+    pub details: bool,
 }
 
 /// A real recording: BROAD trial 06, cut to 110 s (attribution in the folder's README).
@@ -53,6 +65,9 @@ const KNOWN_ERRORS: [(u32, f64, &str); 2] = [
     (3, 0.2, "P diagonal up to 2 %, off-diagonal up to 1 %, bias 0.4 deg/s"),
 ];
 
+/// The report, where nobody names a file.
+const UNNAMED_REPORT: &str = "mwd-report.html";
+
 /// Number of the flight that `--plot` draws.
 const DRAWN: u32 = 2;
 
@@ -62,13 +77,15 @@ pub fn recording() -> PathBuf {
     folder().join(RECORDING)
 }
 
-/// Flies the bundled recording as recorded and with a known error of two sizes, and prints results and
-/// scores. Flies on the emulated chip; where no emulator can be had, on this machine, and says so.
+/// Flies the bundled recording as recorded and with a known error of two sizes, prints what was wrong, what was done and
+/// what it gained, and writes the report of flight 2. Flies on the emulated chip; where no emulator can be had, on this
+/// machine, and says so.
 ///
 /// # Errors
-/// The recording or the emulator fails, or the picture cannot be written.
+/// The recording or the emulator fails, or a file cannot be written.
 pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
-    let mut out = io::stdout().lock();
+    // Without colours where it is no terminal.
+    let mut out = anstream::stdout().lock();
     let trace = Trace::read(&recording())?;
     let mut config = of_trace(&trace);
     config.freeze_at_us = Some(freeze_at_us(&trace, HOLD_OUT));
@@ -86,31 +103,116 @@ pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
 
     let as_recorded = flown(&config, &trace)?;
     writeln!(out, "{}\n", as_recorded.place)?;
-    writeln!(out, "1. AS RECORDED (a factory-calibrated gyro, P within 0.7 % of the identity)")?;
-    report(&mut out, &as_recorded.flight, None)?;
-    scores(&mut out, &config, &trace, &as_recorded.flight)?;
+    if !args.details {
+        writeln!(out, "{HEAD}Rotation over 2 s, deg wrong (rms)      raw gyro  bias alone    as flown{HEAD:#}")?;
+    }
+    let title = "AS RECORDED (a factory-calibrated gyro, P within 0.7 % of the identity)";
+    told(&mut out, args, (1, title, "as recorded"), &config, &trace, (&as_recorded.flight, None))?;
 
     let whole = known_error::draw(KNOWN_ERROR_SEED);
     let mut emulated = as_recorded.emulated;
+    let (mut words, mut report_line) = (String::new(), String::new());
     for (number, scale, sizes) in KNOWN_ERRORS {
         let mut with_error = trace.clone();
         let truth = known_error::scaled(&whole, scale);
         known_error::apply(&mut with_error, &truth);
         let identified = flown(&config, &with_error)?;
-        writeln!(out, "\n{number}. WITH A KNOWN ERROR multiplied in: {sizes}")?;
-        report(&mut out, &identified.flight, Some(&truth))?;
-        scores(&mut out, &config, &with_error, &identified.flight)?;
-        if let Some(path) = args.plot.as_ref().filter(|_| number == DRAWN) {
-            draw(path, &config, &with_error, &identified.flight)?;
+        let title = format!("WITH A KNOWN ERROR multiplied in: {sizes}");
+        let short = format!("with a known error of {:.0} %", 10.0 * scale);
+        let flight = &identified.flight;
+        if args.details {
+            writeln!(out)?;
+        }
+        told(&mut out, args, (number, &title, &short), &config, &with_error, (flight, Some(&truth)))?;
+        if number == DRAWN {
+            words = sentences(&config, &with_error, flight);
+            report_line = write_report(args, &config, &with_error, flight)?;
+            if let Some(path) = &args.plot {
+                draw(path, &config, &with_error, flight)?;
+            }
         }
         emulated = identified.emulated;
     }
 
     writeln!(out)?;
-    for line in emulated.iter().flat_map(EmulatedFlight::cost_lines) {
-        writeln!(out, "{line}")?;
+    if args.details {
+        for line in emulated.iter().flat_map(EmulatedFlight::cost_lines) {
+            writeln!(out, "{line}")?;
+        }
+        writeln!(out)?;
     }
+    writeln!(out, "{words}")?;
+    writeln!(out, "Report of flight {DRAWN}: {HEAD}{report_line}{HEAD:#}")?;
+    writeln!(
+        out,
+        "Next: `cargo mwd replay TRACE --html OUT.html` flies a recording of yours, a CSV file with the columns"
+    )?;
+    writeln!(
+        out,
+        "t_s gx gy gz ax ay az mx my mz; `cargo mwd --details` prints P and b, all scores and the cost on the chip."
+    )?;
     Ok(())
+}
+
+/// Style of what stands out on a terminal.
+const HEAD: anstyle::Style = anstyle::Style::new().bold();
+
+/// Tells of a flight: in a line, or with all its figures.
+fn told(
+    out: &mut impl Write,
+    args: &MainJobArgs,
+    (number, title, short): (u32, &str, &str),
+    config: &Config,
+    trace: &Trace,
+    (flight, truth): (&Flight, Option<&GyroModel>),
+) -> io::Result<()> {
+    if args.details {
+        writeln!(out, "{HEAD}{number}. {title}{HEAD:#}")?;
+        report(out, flight, truth)?;
+        return scores(out, config, trace, flight);
+    }
+    let scored = score::score(trace, flight, &score::Settings::of(trace, config));
+    let cells = scored.map(|reference| {
+        let PerModel { uncompensated, bias_only, with_effects, .. } = reference.orientation_2s_rms_time_aligned_deg;
+        [uncompensated, bias_only, with_effects].map(|x| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.2}")))
+    });
+    let [raw, bias, flown] = cells.unwrap_or_default();
+    writeln!(out, "  flight {number}, {short:<28} {raw:>8}    {bias:>8}    {HEAD}{flown:>8}{HEAD:#}")
+}
+
+/// What was wrong with the gyro, what was done about it, what it gained: a sentence each.
+fn sentences(config: &Config, trace: &Trace, flight: &Flight) -> String {
+    let diagnosed = diagnosed(trace, config, flight);
+    let reference = score::score(trace, flight, &score::Settings::of(trace, config));
+    let gained = plain_words::gain(&diagnosed, reference.as_ref());
+    format!(
+        "In flight {DRAWN}, what was wrong: {}\nWhat was done: {}\nWhat it gained: {}\n",
+        plain_words::gyro(config, flight),
+        plain_words::done(trace, config, flight, &diagnosed),
+        gained.unwrap_or_else(|| "nothing that can be told without a reference.".to_owned()),
+    )
+}
+
+/// Writes the report of a flight as a page, and tells where it is. Where nobody named a file, one that cannot be written
+/// does not end the job.
+fn write_report(args: &MainJobArgs, config: &Config, trace: &Trace, flight: &Flight) -> anyhow::Result<String> {
+    let diagnosed = diagnosed(trace, config, flight);
+    let reference = score::score(trace, flight, &score::Settings::of(trace, config));
+    let watched = watched(started(config, None)?, &trace.samples)?;
+    let told = Told {
+        trace,
+        config,
+        flight,
+        diagnosed: &diagnosed,
+        reference: reference.as_ref(),
+        watched: Some(&watched),
+        place: "with a known error of 10 % multiplied into the gyro's readings",
+    };
+    let path = args.html.as_deref().unwrap_or_else(|| Path::new(UNNAMED_REPORT));
+    match write_page(path, &page(&told)) {
+        Err(error) if args.html.is_none() => Ok(format!("none, {error}; name another place with --html")),
+        written => Ok(written.map(|()| format!("{} (open it in a browser)", path.display()))?),
+    }
 }
 
 /// Draws a flight's rotation errors over the half that is held out.

@@ -9,6 +9,7 @@ mod exit_status;
 mod field;
 mod hold_out;
 pub mod main_job;
+mod man;
 mod monitor;
 mod record;
 mod replay;
@@ -26,7 +27,13 @@ use exit_status::exit_status;
 /// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores.
 /// Without a subcommand: flies a bundled recording end to end, scores it and prints the result.
 #[derive(Debug, Parser)]
-#[command(name = "mwd", bin_name = "cargo mwd", version, args_conflicts_with_subcommands = true)]
+#[command(
+    name = "mwd",
+    bin_name = "cargo mwd",
+    version,
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:\n  cargo mwd\n  cargo mwd replay TRACE.csv --html report.html\n  cargo mwd replay --help"
+)]
 pub struct Cli {
     /// Options of the main job.
     #[command(flatten)]
@@ -40,27 +47,57 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Fly a trace on this machine and print parameters (or why they were refused), attitude and scores
+    #[command(
+        after_help = "Examples:\n  cargo mwd replay host-tests/traces/broad_06_fast_rotation_110s.csv.gz --html report.html\n  cargo mwd replay TRACE.csv --hold-out 0.5 --json result.json --attitude attitude.csv"
+    )]
     Replay(replay::ReplayArgs),
     /// Tell which physical effect a trace's residual shows
+    #[command(
+        after_help = "Examples:\n  cargo mwd diagnose host-tests/traces/broad_06_fast_rotation_110s.csv.gz --html report.html\n  cargo mwd diagnose TRACE.csv --against-reference"
+    )]
     Diagnose(diagnose::DiagnoseArgs),
     /// Fly a trace with the firmware on an emulated Cortex-M4F, through register models of the sensors
+    #[command(
+        after_help = "Examples:\n  cargo mwd emulate host-tests/traces/broad_06_fast_rotation_110s.csv.gz --hold-out 0.5"
+    )]
     Emulate(emulate::EmulateArgs),
     /// Make accelerometer and magnetometer models from traces with rests and turns
+    #[command(
+        after_help = "Examples:\n  cargo mwd calibrate host-tests/traces/multipos_mpu9150_imu0.csv.gz -o calibration.toml\n  cargo mwd replay TRACE.csv --config calibration.toml"
+    )]
     Calibrate(calibrate::CalibrateArgs),
     /// Simulate a scenario and write its trace
+    #[command(
+        after_help = "Examples:\n  cargo mwd simulate host-tests/scenarios/drilling_45deg.toml -o drilling.csv.gz --seed 1"
+    )]
     Simulate(simulate::SimulateArgs),
     /// Measure speed and accuracy, and print tables
+    #[command(
+        after_help = "Examples:\n  cargo mwd bench --quick\n  cargo mwd bench --only benefit --markdown docs/measurements"
+    )]
     Bench(bench::BenchArgs),
     /// Record a probe's raw samples as a trace, with the configuration beside it
+    #[command(after_help = "Examples:\n  cargo mwd record /dev/ttyUSB0 --baud 115200 -o trace.csv.gz --seconds 120")]
     Record(record::RecordArgs),
     /// Show what a probe reports
+    #[command(
+        after_help = "Examples:\n  cargo mwd monitor /dev/ttyUSB0 --baud 115200\n  cargo mwd monitor capture.bin --once\n  cargo mwd monitor /dev/ttyUSB0 --web"
+    )]
     Monitor(monitor::MonitorArgs),
     /// Send a command to a probe and wait for its answer
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --help")]
     Command(command::CommandArgs),
     /// Print a place's reference field and gravity as a configuration
+    #[command(
+        after_help = "Examples:\n  cargo mwd field --latitude 60.4 --longitude 5.3 --date 2026-06-01 > field.toml"
+    )]
     Field(field::FieldArgs),
     /// Correct a run's surveys, work out the path with its uncertainty, and write the files that others read
+    #[command(after_help = "Examples:\n  cargo mwd survey stations.csv --run run.toml --csv path.csv")]
     Survey(survey::SurveyArgs),
+    /// Write manual pages of all commands
+    #[command(after_help = "Examples:\n  cargo mwd man target/man")]
+    Man(man::ManArgs),
 }
 
 /// Runs the program with the process's arguments.
@@ -107,6 +144,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         Some(Command::Command(args)) => command::run(args),
         Some(Command::Field(args)) => field::run(args),
         Some(Command::Survey(args)) => survey::run(args),
+        Some(Command::Man(args)) => man::run(args),
     }
 }
 
@@ -150,6 +188,38 @@ mod tests {
             let section = of(command.get_name()).unwrap_or_else(|| panic!("{} has no section", command.get_name()));
             let replay = if shares_its_options { of("replay").unwrap() } else { "" };
             documented(command, &format!("{section}{replay}"));
+        }
+    }
+
+    /// Each example parses, and names files of the repository that are there.
+    #[test]
+    fn every_help_has_examples_that_are_commands() {
+        let cli = Cli::command();
+        let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+        for command in [&cli].into_iter().chain(cli.get_subcommands()) {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let examples: Vec<&str> = help.lines().filter_map(|line| line.strip_prefix("  cargo ")).collect();
+            assert!(help.starts_with("Examples:\n") && !examples.is_empty(), "{}: {help}", command.get_name());
+            for example in examples {
+                let words: Vec<&str> = example.split(' ').take_while(|word| *word != ">").collect();
+                let parsed = Cli::try_parse_from(&words);
+                let asks_for_help = words.contains(&"--help");
+                assert!(parsed.is_ok() || asks_for_help, "{example}: {}", parsed.unwrap_err());
+                for path in words.iter().filter(|word| word.starts_with("host-tests/")) {
+                    assert!(root.join(path).exists(), "{example}: {path}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_command_has_a_manual_page() {
+        let folder = tempfile::tempdir().unwrap();
+        man::run(&man::ManArgs { folder: folder.path().join("new") }).unwrap();
+        for command in Cli::command().get_subcommands() {
+            let page =
+                std::fs::read_to_string(folder.path().join(format!("new/mwd-{}.1", command.get_name()))).unwrap();
+            assert!(page.contains("Examples:"), "{}", command.get_name());
         }
     }
 

@@ -1,7 +1,8 @@
-//! `mwd monitor`: shows what a probe reports, live or once.
+//! `mwd monitor`: shows what a probe reports, live, as a page or once.
 
 use std::{
     io::{self, IsTerminal, Write},
+    thread,
     time::{Duration, Instant},
 };
 
@@ -12,7 +13,7 @@ use crate::{
     failure::Failure,
     port::{
         line::{Line, LineArgs, Received},
-        monitor::{State, draw, summary_lines},
+        monitor::{LivePage, State, draw, summary_lines},
     },
 };
 
@@ -28,6 +29,10 @@ pub struct MonitorArgs {
     /// Seconds to listen with --once; a captured file is read to its end
     #[arg(long, value_name = "S", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub seconds: u64,
+    /// Show it as a page for browsers on this machine, at http://127.0.0.1:N/; 0 takes any number that is
+    /// free
+    #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, default_missing_value = "7878", conflicts_with = "once")]
+    pub web: Option<u16>,
 }
 
 /// Time between two pictures of the live view.
@@ -40,6 +45,9 @@ const FRAME: Duration = Duration::from_millis(100);
 pub fn run(args: &MonitorArgs) -> anyhow::Result<()> {
     let mut line = Line::open(&args.line)?;
     let mut listener = Listener::default();
+    if let Some(port) = args.web {
+        return serve(port, &mut line, &mut listener);
+    }
     if args.once || !io::stdout().is_terminal() {
         let until = Instant::now() + Duration::from_secs(args.seconds);
         while (!line.is_live() || Instant::now() < until) && listener.listen(&mut line)? {}
@@ -59,6 +67,23 @@ pub fn run(args: &MonitorArgs) -> anyhow::Result<()> {
     let shown = show(&mut terminal, &mut line, &mut listener);
     ratatui::restore();
     shown
+}
+
+/// Serves the live view as a page until Ctrl-C; what a captured file holds stays to be seen.
+fn serve(port: u16, line: &mut Line, listener: &mut Listener) -> anyhow::Result<()> {
+    let page = LivePage::open(port)?;
+    writeln!(io::stdout(), "live page: http://{}/ (Ctrl-C ends)", page.address())?;
+    let mut goes_on = true;
+    while goes_on {
+        let next = Instant::now() + FRAME;
+        while goes_on && Instant::now() < next {
+            goes_on = listener.listen(line)?;
+        }
+        page.show(listener.told());
+    }
+    loop {
+        thread::park();
+    }
 }
 
 /// Shows the live view until q, Esc or Ctrl-C.

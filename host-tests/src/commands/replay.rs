@@ -15,12 +15,12 @@ use crate::{
     flight::{
         Flight,
         configuration::{configuration, freeze_at_us},
-        fly_on, started, surveys, through_sensors,
+        fly_on, started, surveys, through_sensors, watched,
     },
     report::{
         attitude_csv::write_attitude_csv,
         explanation::{Explanation, print_explanation},
-        html::{replay::page, write_page},
+        html::{Told, replay::page, write_page},
         json::result_json,
         progress_bar::progress_bar,
         rates_csv::write_rates_csv,
@@ -234,7 +234,9 @@ pub fn deliver(
         explanation.iter().fold(result, |result, explanation| result.explained(explanation)).write(path)?;
     }
     if let Some(path) = &args.html {
-        write_page(path, &page(trace, config, flight, &diagnosed, reference.as_ref(), place))?;
+        let watched = watched(started(config, stored_model(args)?.as_ref())?, &trace.samples)?;
+        let (diagnosed, reference) = (&diagnosed, reference.as_ref());
+        write_page(path, &page(&Told { trace, config, flight, diagnosed, reference, watched: Some(&watched), place }))?;
     }
     let mut out = io::stdout().lock();
     writeln!(out, "flown {place}")?;

@@ -13,6 +13,7 @@ use nalgebra::Vector3;
 use crate::{
     failure::Failure,
     flight::{configuration::of_trace, started, surveys},
+    report::html::{survey_run::page, write_page},
     surveys::{
         files,
         reference::Reference,
@@ -63,6 +64,9 @@ pub struct SurveyArgs {
     /// Write everything as JSON
     #[arg(long, value_name = "OUT.json")]
     pub json: Option<PathBuf>,
+    /// Write a report with figures as HTML
+    #[arg(long, value_name = "OUT.html")]
+    pub html: Option<PathBuf>,
     /// Send WITS level 0 records over TCP
     #[arg(long, value_name = "HOST:PORT")]
     pub wits0: Option<String>,
@@ -99,6 +103,9 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
     }
     if let Some(path) = &args.json {
         files::save(path, &files::json(&run)?)?;
+    }
+    if let Some(path) = &args.html {
+        write_page(path, &page(&run))?;
     }
     if let Some(address) = &args.wits0 {
         files::wits0::send(&run, address)?;

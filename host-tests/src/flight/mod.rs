@@ -2,6 +2,7 @@
 
 pub mod configuration;
 pub mod through_sensors;
+mod watched;
 
 use meerkat_mwd::{
     Config, Probe, Sample,
@@ -12,8 +13,9 @@ use meerkat_mwd::{
     magnet::HardIronInterval,
     probe::{Counters, Output},
     storage::StoredModel,
-    survey::{SurveyNews, SurveyReport, Surveyor},
 };
+
+pub use watched::{Calibrated, Watched, surveys, watched};
 
 use crate::failure::Failure;
 
@@ -89,26 +91,6 @@ pub fn fly_at_a_desk(
     samples: &[Sample],
 ) -> Result<Flight, ConfigError> {
     Ok(fly_at(Pace::OfADesk, probe(library, config)?, samples, |_| {}))
-}
-
-/// Surveys of a flight, at rest and over whole turns, in the order of their completion.
-///
-/// # Errors
-/// The field of the configuration that cannot be used.
-pub fn surveys(mut probe: Box<Probe>, samples: &[Sample]) -> Result<Vec<SurveyReport>, ConfigError> {
-    let (config, mut surveyor) = (*probe.config(), Surveyor::new());
-    surveyor.configure(&config.earth, &config.survey)?;
-    let mut taken = Vec::new();
-    for sample in samples {
-        if let Some(output) = probe.push(sample) {
-            let news = surveyor.push(&probe.survey_input(sample, &output));
-            taken.extend(surveyor.stationary().filter(|_| news.contains(SurveyNews::STATIONARY)).copied());
-            taken.extend(surveyor.rotating().filter(|_| news.contains(SurveyNews::ROTATING)).copied());
-        }
-        probe.poll(probe.poll_budget());
-        probe.take_diagnosis();
-    }
-    Ok(taken)
 }
 
 /// Amount of work done after each sample.

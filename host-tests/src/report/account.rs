@@ -12,7 +12,7 @@ use meerkat_mwd::{
 use super::remainder_text::remainder_text;
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed, Found, rivals},
-    score::Reference,
+    score::{PerModel, Reference},
     trace::{Trace, seconds},
 };
 
@@ -42,6 +42,9 @@ pub fn print_account(
     let residual = &diagnosed.residual;
     let figure = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.3}"));
     for (name, before_after) in [("gravity", &residual.gravity_deg), ("field", &residual.magnetic_deg)] {
+        if before_after.before.is_none() && before_after.after.is_none() {
+            continue;
+        }
         let (before, after) = (figure(before_after.before), figure(before_after.after));
         writeln!(out, "residual  {name} over a second: {before} -> {after} deg rms")?;
     }
@@ -49,6 +52,9 @@ pub fn print_account(
         let scores = &reference.orientation_2s_rms_deg;
         let aligned = &reference.orientation_2s_rms_time_aligned_deg;
         for (name, scores) in [("as it is", scores), ("one delay taken out", aligned)] {
+            if *scores == PerModel::default() {
+                continue;
+            }
             let cells = [scores.bias_only, scores.twelve_parameters, scores.with_effects].map(figure);
             let [bias, twelve, flown] = cells;
             writeln!(

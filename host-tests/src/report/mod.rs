@@ -2,11 +2,13 @@
 
 pub mod account;
 pub mod attitude_csv;
+pub mod effect_words;
 pub mod explanation;
 pub mod html;
 pub mod json;
 pub mod motion;
 pub mod picture;
+pub mod plain_words;
 pub mod progress_bar;
 pub mod rates_csv;
 pub mod refusal_text;

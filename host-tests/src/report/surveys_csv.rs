@@ -74,7 +74,7 @@ fn kind(kind: SurveyKind) -> &'static str {
     }
 }
 
-fn grade(grade: Grade) -> &'static str {
+pub(super) fn grade(grade: Grade) -> &'static str {
     match grade {
         Grade::Good => "good",
         Grade::Doubtful => "doubtful",
@@ -82,7 +82,7 @@ fn grade(grade: Grade) -> &'static str {
     }
 }
 
-fn reason(checked: Checked) -> &'static str {
+pub(super) fn reason(checked: Checked) -> &'static str {
     match checked {
         Checked::Gravity => "gravity",
         Checked::Field => "field",

@@ -64,6 +64,15 @@ pub fn attitude_errors_deg(trace: &Trace, flight: &Flight, settings: &Settings) 
     errors(trace, attitudes_of(flight), settings, reference_to_ned).map(timed).collect()
 }
 
+/// The reference's attitudes at the trace's samples, in the frame that the flight reports in. Empty if the two norths
+/// cannot be related.
+#[must_use]
+pub fn reference_attitudes(trace: &Trace, settings: &Settings) -> Vec<(u64, UnitQuaternion<f64>)> {
+    let Some(reference_to_ned) = reference_to_ned(trace, settings) else { return Vec::new() };
+    let both = trace.samples.iter().zip(&trace.reference);
+    both.filter_map(|(sample, q)| Some((sample.t_us, reference_to_ned * unit_quaternion((*q)?)?))).collect()
+}
+
 fn attitudes_of(flight: &Flight) -> impl Iterator<Item = TimedAttitude> {
     flight.outputs.iter().filter_map(|output| Some((output.t_us, output.attitude.as_ref()?.q.map(f64::from))))
 }

@@ -20,7 +20,7 @@ use meerkat_mwd::{
 };
 
 pub(crate) use attitude::unit_quaternion;
-pub use attitude::{AttitudeRms, TimedAttitude, attitude_errors_deg, attitude_rms_deg};
+pub use attitude::{AttitudeRms, TimedAttitude, attitude_errors_deg, attitude_rms_deg, reference_attitudes};
 pub(crate) use orientation_2s::trimmed_rms;
 pub use rate_error::{rate_error_rad_s, systematic_rate_error_rad_s};
 pub(crate) use rates::seconds_since;
@@ -125,6 +125,8 @@ pub struct RotationErrors {
     /// End of each 2 s window, seconds since the trace's first sample, and the angle between the integrated
     /// rotation and the reference's, degrees. Windows that a gap cuts are left out.
     pub deg: Vec<(f64, PerModel)>,
+    /// The same windows' errors about x, y and z of the body at the window's end, with their signs.
+    pub about_axes_deg: [Vec<(f64, PerModel)>; 3],
 }
 
 /// The errors whose root mean square [`Reference::orientation_2s_rms_time_aligned_deg`] is, from
@@ -136,8 +138,15 @@ pub fn rotation_errors(trace: &Trace, flight: &Flight, settings: &Settings) -> R
     let windows = orientation_2s::windows(trace, settings.from_us);
     let delay_s = time_alignment::fit(&windows, &tracks).unwrap_or(0.0);
     let covered = windows.iter().filter(|window| tracks.cover(window.from_s + delay_s, window.to_s + delay_s));
-    let deg = covered.map(|window| (window.to_s, tracks.per_model(|track| window.error_deg(track, delay_s))));
-    RotationErrors { delay_ms: 1e3 * delay_s, deg: deg.collect() }
+    let covered: Vec<_> = covered.collect();
+    let deg = covered.iter().map(|window| (window.to_s, tracks.per_model(|track| window.error_deg(track, delay_s))));
+    let about = |axis: usize| {
+        let error = |window: &&orientation_2s::Window| {
+            (window.to_s, tracks.per_model(|track| window.error_about_deg(track, delay_s, axis)))
+        };
+        covered.iter().copied().map(|window| error(&window)).collect()
+    };
+    RotationErrors { delay_ms: 1e3 * delay_s, deg: deg.collect(), about_axes_deg: [about(0), about(1), about(2)] }
 }
 
 /// Step in time above which there is a gap, microseconds; no score spans one. Half a microsecond more than

@@ -27,6 +27,12 @@ impl Window {
         let rotation = track.rotation(self.from_s + delay_s, self.to_s + delay_s)?;
         Some(self.rotation.angle_to(&rotation).to_degrees())
     }
+
+    /// Part of that error about one axis of the body at the window's end, with its sign, degrees.
+    pub(super) fn error_about_deg(&self, track: &Integrated, delay_s: f64, axis: usize) -> Option<f64> {
+        let rotation = track.rotation(self.from_s + delay_s, self.to_s + delay_s)?;
+        (self.rotation.inverse() * rotation).scaled_axis().get(axis).map(|error| error.to_degrees())
+    }
 }
 
 /// The windows that count, end to end from the first sample at or after `from_us`.

@@ -2,7 +2,7 @@ use super::motions::{bias, close, flight, from, report, swing, swing_rate, trace
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use mwd::{
     flight::Flight,
-    score::{Reference, score},
+    score::{Reference, rotation_errors, score},
     trace::Trace,
 };
 use nalgebra::Vector3;
@@ -14,6 +14,20 @@ fn a_constant_rate_error_turns_by_twice_itself_in_two_seconds() {
     let scores = score(&trace, &flight(&trace, unturned), &from(0)).unwrap().orientation_2s_rms_deg;
     close(scores.uncompensated, 3.0, 1e-4);
     close(scores.with_effects, 3.0, 1e-4);
+}
+
+#[test]
+fn an_error_about_one_axis_shows_on_that_axis_with_its_sign() {
+    let wrong = Vector3::new(0.0, -1.5_f64.to_radians(), 0.0);
+    let trace = trace(5_000, 21, unturned, |_| wrong);
+    let errors = rotation_errors(&trace, &flight(&trace, unturned), &from(0));
+    assert_eq!(errors.deg.len(), 10);
+    for (axis, expected) in errors.about_axes_deg.iter().zip([0.0, -3.0, 0.0]) {
+        assert_eq!(axis.len(), errors.deg.len());
+        for (_, error) in axis {
+            close(error.uncompensated, expected, 1e-4);
+        }
+    }
 }
 
 #[test]

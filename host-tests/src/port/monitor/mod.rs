@@ -1,9 +1,11 @@
-//! View of what a probe has reported so far, as a screen and as lines.
+//! View of what a probe has reported so far, as a screen, as lines and as a page.
 
+mod live_page;
 mod screen;
 mod state;
 mod summary;
 
+pub use live_page::LivePage;
 pub use screen::draw;
 pub use state::State;
 pub use summary::summary_lines;

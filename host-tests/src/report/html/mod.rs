@@ -1,18 +1,81 @@
-//! HTML pages, each one file that needs nothing else.
+//! HTML pages, each one file that needs nothing else: its plots are drawn without scripts, and drawn anew by a script to
+//! be zoomed.
 
+mod attitude;
+pub mod calibration;
+mod chart;
+mod dial;
 pub mod diagnosis;
+mod dynamics;
+mod effects;
 pub mod escape;
+mod first_screen;
+mod page;
+mod provenance;
+mod readings;
 pub mod replay;
+mod residual;
+mod surveys;
+pub mod survey_run;
 mod svg;
 mod table;
+mod thinned;
+mod toolface;
+mod windows;
 
 use std::path::Path;
 
-use escape::escape;
+use meerkat_mwd::Config;
+
+pub use chart::{Chart, Mark};
+pub use page::Page;
 pub use svg::{Plot, Series};
 pub use table::{figure, table};
 
-use crate::failure::Failure;
+use crate::{
+    diagnosis::Diagnosed,
+    failure::Failure,
+    flight::{Flight, Watched},
+    score::{Reference, Settings},
+    trace::Trace,
+};
+
+/// What a page tells of.
+#[derive(Clone, Copy)]
+pub struct Told<'a> {
+    /// The recording.
+    pub trace: &'a Trace,
+    /// The configuration that flew.
+    pub config: &'a Config,
+    /// The flight.
+    pub flight: &'a Flight,
+    /// Findings of the flight.
+    pub diagnosed: &'a Diagnosed,
+    /// Scores, where there is something to score against.
+    pub reference: Option<&'a Reference>,
+    /// Surveys, dynamics and calibrated vectors, where the flight was watched.
+    pub watched: Option<&'a Watched>,
+    /// Where it was flown, in words.
+    pub place: &'a str,
+}
+
+impl Told<'_> {
+    /// Time of the first and the last sample, seconds.
+    fn span_s(&self) -> [f64; 2] {
+        let samples = &self.trace.samples;
+        [samples.first(), samples.last()].map(|sample| sample.map_or(0.0, |sample| in_s(sample.t_us)))
+    }
+
+    /// Settings of the scores.
+    fn settings(&self) -> Settings {
+        Settings::of(self.trace, self.config)
+    }
+
+    /// Name of the trace's file.
+    fn file_name(&self) -> String {
+        self.trace.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+}
 
 /// Writes a page.
 ///
@@ -22,16 +85,6 @@ pub fn write_page(path: &Path, page: &str) -> Result<(), Failure> {
     std::fs::write(path, page).map_err(|error| Failure::output(path, &error))
 }
 
-/// A whole page around a body. The title is plain text and is escaped here.
-#[must_use]
-pub fn document(title: &str, body: &str) -> String {
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
-        escape(title),
-        include_str!("style.css"),
-    )
-}
-
 /// Text with a capital first letter.
 #[must_use]
 pub fn sentence(text: &str) -> String {
@@ -39,9 +92,20 @@ pub fn sentence(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// Microseconds in seconds.
+fn in_s(t_us: u64) -> f64 {
+    t_us as f64 * 1e-6
+}
+
+/// A line of a plot. It breaks where nothing was read for a hundredth of the plot.
+fn line(name: &str, class: &'static str, points: Vec<[f64; 3]>, [from_s, to_s]: [f64; 2]) -> Series {
+    Series { name: name.to_owned(), class, points, bridged_s: 0.01 * (to_s - from_s), marked: false }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use escape::escape;
 
     #[test]
     fn what_means_something_in_a_page_is_escaped() {

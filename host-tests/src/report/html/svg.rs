@@ -48,10 +48,12 @@ pub struct Series {
 pub struct Plot<'a> {
     /// Unit of the values.
     pub unit: &'a str,
-    /// Start of the time axis, seconds.
-    pub from_s: f64,
-    /// End of the time axis, seconds.
-    pub to_s: f64,
+    /// Name and unit of the axis below, mostly time.
+    pub over: &'a str,
+    /// Start of that axis.
+    pub from: f64,
+    /// End of that axis.
+    pub to: f64,
     /// Range of the value axis; values beyond it are drawn on its edge.
     pub range: [f64; 2],
     /// Shaded intervals of time.
@@ -62,7 +64,7 @@ pub struct Plot<'a> {
 
 impl Plot<'_> {
     fn x(&self, t_s: f64) -> f64 {
-        let share = (t_s - self.from_s) / (self.to_s - self.from_s).max(1e-9);
+        let share = (t_s - self.from) / (self.to - self.from).max(1e-9);
         LEFT + (WIDTH - LEFT - RIGHT) * share.clamp(0.0, 1.0)
     }
 
@@ -72,17 +74,13 @@ impl Plot<'_> {
         TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - share.clamp(0.0, 1.0))
     }
 
-    /// The plot as SVG for a page, which has the style sheet, with its legend behind it.
+    /// The plot as SVG for a page, which has style sheet and legend; `described` is for a reader who does not see it.
     #[must_use]
-    pub fn draw(&self) -> String {
-        let mut out = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\">\n");
+    pub fn draw(&self, described: &str) -> String {
+        let label = escape(described);
+        let mut out = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{label}\">\n");
         self.draw_all(&mut out);
-        out.push_str("</svg>\n<p class=\"legend\">");
-        for series in &self.series {
-            let _ = write!(out, "<span class=\"{}\">{}</span> ", series.class, escape(&series.name));
-        }
-        out.push_str("</p>\n");
-        out
+        out + "</svg>\n"
     }
 
     /// The plot as an SVG file of its own: style, white ground, title and legend are inside.
@@ -135,17 +133,32 @@ impl Plot<'_> {
             let (x, y) = (LEFT - 6.0, y + 4.0);
             writeln!(out, "<text x=\"{x}\" y=\"{y:.1}\" text-anchor=\"end\">{text}</text>")?;
         }
-        for (value, text) in ticks([self.from_s, self.to_s]) {
+        for (value, text) in ticks([self.from, self.to]) {
             let (x, y) = (self.x(value), bottom + 16.0);
             writeln!(out, "<text x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{text}</text>")?;
         }
-        let (middle, end) = (0.5 * (LEFT + right), HEIGHT - 4.0);
-        writeln!(out, "<text x=\"{middle}\" y=\"{end}\" text-anchor=\"middle\">time, s</text>")?;
+        let (middle, end, over) = (0.5 * (LEFT + right), HEIGHT - 4.0, escape(self.over));
+        writeln!(out, "<text x=\"{middle}\" y=\"{end}\" text-anchor=\"middle\">{over}</text>")?;
         let (y, unit) = (0.5 * (TOP + bottom), escape(self.unit));
         writeln!(out, "<text transform=\"translate(12 {y}) rotate(-90)\" text-anchor=\"middle\">{unit}</text>")
     }
 
+    /// The band of one deviation to each side of a line.
+    fn draw_band(&self, out: &mut String, series: &Series) -> std::fmt::Result {
+        let is_broken = |point: &&[f64; 3]| !point[1].is_finite();
+        for stretch in series.points.split(|point| is_broken(&point)).filter(|stretch| stretch.len() > 1) {
+            let upper = stretch.iter().map(|[t_s, x, sigma]| (*t_s, x + sigma));
+            let lower = stretch.iter().rev().map(|[t_s, x, sigma]| (*t_s, x - sigma));
+            let corners = upper.chain(lower).map(|(t_s, x)| format!("{:.1} {:.1}", self.x(t_s), self.y(x)));
+            writeln!(out, "<path class=\"band\" d=\"M{}Z\"/>", corners.collect::<Vec<_>>().join("L"))?;
+        }
+        Ok(())
+    }
+
     fn draw_series(&self, out: &mut String, series: &Series) -> std::fmt::Result {
+        if !series.marked && series.points.iter().any(|[_, _, sigma]| *sigma > 0.0) {
+            self.draw_band(out, series)?;
+        }
         let mut path = String::new();
         let mut last_s = f64::NEG_INFINITY;
         for [t_s, value, _] in &series.points {
@@ -196,7 +209,15 @@ mod tests {
             bridged_s: 2.0,
             marked: false,
         };
-        let plot = Plot { unit: "deg", from_s: 0.0, to_s: 1.0, range: [0.0, 2.0], shaded_s: &[], series: vec![series] };
+        let plot = Plot {
+            unit: "deg",
+            over: "time, s",
+            from: 0.0,
+            to: 1.0,
+            range: [0.0, 2.0],
+            shaded_s: &[],
+            series: vec![series],
+        };
         let drawn = plot.standalone("Error & time");
         assert!(drawn.starts_with("<svg xmlns=") && drawn.ends_with("</svg>\n"), "{drawn}");
         assert!(drawn.contains(">Error &amp; time</text>") && drawn.contains(">a &lt; b</text>"), "{drawn}");

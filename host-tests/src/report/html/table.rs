@@ -5,22 +5,38 @@ use super::escape::escape;
 /// A row: whether it is highlighted, and its cells.
 pub type Row = (bool, Vec<String>);
 
-/// A table. Cells are plain text and are escaped here.
+/// Letters from which a cell is text that needs room.
+const LONG: usize = 40;
+
+/// A table that scrolls where it is wider than the page. Cells are plain text and are escaped here. A head of empty
+/// cells is left out.
 #[must_use]
 pub fn table(head: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
-    let cells = |tag: &str, cells: &mut dyn Iterator<Item = &str>| -> String {
-        cells.map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect()
-    };
-    let mut out = format!("<table>\n<tr>{}</tr>\n", cells("th", &mut head.iter().copied()));
+    let mut out = "<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"Table\">\n<table>\n".to_owned();
+    if head.iter().any(|name| !name.is_empty()) {
+        let cells: String = head.iter().map(|name| format!("<th scope=\"col\">{}</th>", escape(name))).collect();
+        out += &format!("<tr>{cells}</tr>\n");
+    }
     for (stands_out, row) in rows {
         let class = if stands_out { " class=\"added\"" } else { "" };
-        out += &format!("<tr{class}>{}</tr>\n", cells("td", &mut row.iter().map(String::as_str)));
+        let cell = |text: &String| {
+            let class = if text.len() >= LONG && text.contains(' ') {
+                " class=\"text\""
+            } else if text.len() >= LONG {
+                " class=\"hash\""
+            } else {
+                ""
+            };
+            format!("<td{class}>{}</td>", escape(text))
+        };
+        let cells: String = row.iter().map(cell).collect();
+        out += &format!("<tr{class}>{cells}</tr>\n");
     }
-    out + "</table>\n"
+    out + "</table>\n</div>\n"
 }
 
-/// A number, or a dash if there is none.
+/// A number, or nothing if there is none.
 #[must_use]
 pub fn figure(x: Option<f64>) -> String {
-    x.map_or_else(|| "-".to_owned(), |x| format!("{x:.3}"))
+    x.map_or_else(String::new, |x| format!("{x:.3}"))
 }

@@ -1,0 +1,61 @@
+//! What a flight shows beside attitude and parameters: surveys, drilling dynamics, calibrated vectors.
+
+use meerkat_mwd::{
+    Probe, Sample,
+    config::ConfigError,
+    survey::{DrillingDynamics, SurveyNews, SurveyReport, Surveyor},
+};
+
+/// Calibrated vectors of one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibrated {
+    /// Time of acquisition, microseconds.
+    pub t_us: u64,
+    /// Specific force, m/s^2; `None` if it is not usable.
+    pub force_m_s2: Option<[f32; 3]>,
+    /// Field, microtesla; `None` if it is not usable.
+    pub field_ut: Option<[f32; 3]>,
+}
+
+/// What a flight shows beside attitude and parameters.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Watched {
+    /// Surveys at rest and over whole turns, in the order of their completion.
+    pub surveys: Vec<SurveyReport>,
+    /// Windows of drilling dynamics.
+    pub dynamics: Vec<DrillingDynamics>,
+    /// One per sample.
+    pub calibrated: Vec<Calibrated>,
+}
+
+/// Flies a configured probe and watches it.
+///
+/// # Errors
+/// The field of the configuration that cannot be used.
+pub fn watched(mut probe: Box<Probe>, samples: &[Sample]) -> Result<Watched, ConfigError> {
+    let (config, mut surveyor) = (*probe.config(), Surveyor::new());
+    surveyor.configure(&config.earth, &config.survey)?;
+    let mut seen = Watched::default();
+    for sample in samples {
+        if let Some(output) = probe.push(sample) {
+            let input = probe.survey_input(sample, &output);
+            let news = surveyor.push(&input);
+            seen.surveys.extend(surveyor.stationary().filter(|_| news.contains(SurveyNews::STATIONARY)).copied());
+            seen.surveys.extend(surveyor.rotating().filter(|_| news.contains(SurveyNews::ROTATING)).copied());
+            seen.dynamics.extend(surveyor.dynamics().filter(|_| news.contains(SurveyNews::DYNAMICS)).copied());
+            let calibrated = Calibrated { t_us: sample.t_us, force_m_s2: input.force_m_s2, field_ut: input.field_ut };
+            seen.calibrated.push(calibrated);
+        }
+        probe.poll(probe.poll_budget());
+        probe.take_diagnosis();
+    }
+    Ok(seen)
+}
+
+/// Surveys of a flight, at rest and over whole turns, in the order of their completion.
+///
+/// # Errors
+/// The field of the configuration that cannot be used.
+pub fn surveys(probe: Box<Probe>, samples: &[Sample]) -> Result<Vec<SurveyReport>, ConfigError> {
+    Ok(watched(probe, samples)?.surveys)
+}

@@ -1,0 +1,80 @@
+//! A calibration as a page: what goes on record and why, and the errors before and after.
+
+use meerkat_mwd::compensation::VectorModel;
+
+use super::{Page, chart::in_digits, escape::escape, sentence, table};
+use crate::calibrate::{Calibration, print_account, record, sensor::SensorCalibration, verdict::Verdict};
+
+/// The whole page.
+#[must_use]
+pub fn page(calibration: &Calibration) -> String {
+    let title = format!("Calibration from {}", calibration.traces.join(", "));
+    let mut page = Page::new(&title, [0.0, 1.0]);
+    page.head(&first_screen(&title, calibration));
+    page.section("Accelerometer");
+    let accel = calibration.accel.as_ref();
+    sensor(&mut page, accel, calibration.accel_model(), "m/s²", "rests");
+    page.section("Magnetometer");
+    sensor(&mut page, calibration.mag.as_ref(), calibration.mag_model(), "µT", "readings");
+    if let Some(record) = record::text(calibration) {
+        page.section("The record");
+        page.add("<p>Save it as a file and fly with it: <code>cargo mwd replay TRACE --config FILE.toml</code>.</p>\n");
+        page.add(&format!("<pre tabindex=\"0\">{}</pre>\n", escape(&record)));
+    }
+    let mut account = Vec::new();
+    // Writing to memory does not fail.
+    let _ = print_account(&mut account, calibration);
+    page.section("Every figure");
+    page.add(&format!("<pre tabindex=\"0\">{}</pre>\n", escape(&String::from_utf8_lossy(&account))));
+    page.finish()
+}
+
+fn first_screen(title: &str, calibration: &Calibration) -> String {
+    let told = |name: &str, sensor: Option<&SensorCalibration>, none: String| match sensor.map(|sensor| &sensor.verdict)
+    {
+        Some(Verdict::Calibrated) => (true, format!("The {name} is calibrated: all new values go on record.")),
+        Some(Verdict::Partly(why)) => {
+            (false, format!("The {name} is calibrated in part, the rest stays as it was: {why}."))
+        }
+        Some(Verdict::Kept(why)) => (false, format!("The {name} keeps its old values: {why}.")),
+        None => (false, format!("The {name} keeps its old values: {none}.")),
+    };
+    let both = [
+        told("accelerometer", calibration.accel.as_ref(), calibration.no_accel()),
+        told("magnetometer", calibration.mag.as_ref(), calibration.no_mag()),
+    ];
+    let class = if both.iter().all(|(is_new, _)| *is_new) { "good" } else { "caution" };
+    let sentences: String =
+        both.iter().map(|(_, text)| format!("<p class=\"sentence\">{}</p>\n", escape(text))).collect();
+    let notes: String =
+        calibration.notes.iter().map(|note| format!("<li>{}</li>\n", escape(&sentence(note)))).collect();
+    let list = if notes.is_empty() { String::new() } else { format!("<ul>\n{notes}</ul>\n") };
+    format!(
+        "<header>\n<h1>{}</h1>\n<div class=\"verdict {class}\">\n{sentences}{list}</div>\n</header>\n",
+        escape(title)
+    )
+}
+
+fn sensor(page: &mut Page, sensor: Option<&SensorCalibration>, model: VectorModel, unit: &str, of: &str) {
+    let Some(sensor) = sensor else { return };
+    let mut rows = Vec::new();
+    let mut row =
+        |name: String, before: f64, after: f64| rows.push((false, vec![name, in_digits(before), in_digits(after)]));
+    if let Some((before, after)) = sensor.before_after() {
+        row(format!("{of} that were fitted, rms"), before, after);
+    }
+    if let Some(check) = &sensor.held_out {
+        row(format!("{} {of} held out ({}), rms", check.count, check.how), check.before, check.after);
+    }
+    let before = format!("before, {unit}");
+    let after = format!("after, {unit}");
+    page.add("<p>Error of the size of the calibrated vector, which should be gravity's or the field's.</p>\n");
+    page.add(&table(&["error of the size", &before, &after], rows));
+    page.add("<h3>Model on record: calibrated = matrix (raw - offset)</h3>\n");
+    let rows = model.matrix.iter().zip(model.offset).zip(["x", "y", "z"]).map(|((row, offset), axis)| {
+        let cells = row.iter().map(|x| format!("{x:.5}"));
+        (false, [axis.to_owned()].into_iter().chain(cells).chain([format!("{offset:.5}")]).collect())
+    });
+    let offset = format!("offset, {unit}");
+    page.add(&table(&["axis", "matrix", "", "", &offset], rows));
+}

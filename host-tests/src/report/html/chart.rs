@@ -1,0 +1,270 @@
+//! A plot of a page: a drawing that stands without scripts and on paper, and the data with which the page's script
+//! draws it anew, to be zoomed.
+
+use serde_json::{Value, json};
+
+use super::{
+    escape::escape,
+    svg::{Plot, Series},
+    thinned::{Point, STRETCHES, packed, packed_times, thinned},
+};
+
+/// Stretches of the drawing that stands without scripts.
+const DRAWN_STRETCHES: usize = 350;
+
+/// Share of the values that a plot of sizes shows at first.
+const SHOWN: f64 = 0.995;
+
+/// An interval of time that a plot shades, with its reason for the reader who points at it.
+#[derive(Clone, Debug)]
+pub struct Mark {
+    /// Start and end, seconds.
+    pub span_s: [f64; 2],
+    /// What is there.
+    pub text: String,
+}
+
+/// A plot over time.
+pub struct Chart<'a> {
+    /// Headline.
+    pub name: &'a str,
+    /// Unit of the values.
+    pub unit: &'a str,
+    /// What it shows and how it is to be read, in a sentence or two.
+    pub about: &'a str,
+    /// Lines, bands (lines with deviations) and points.
+    pub series: Vec<Series>,
+    /// Values are sizes: the axis begins at zero, and rare large values are not shown at first.
+    pub is_size: bool,
+    /// Values are angles that go once around: a line breaks where it passes north.
+    pub is_angle: bool,
+    /// Shaded intervals.
+    pub marks: Vec<Mark>,
+    /// Horizontal lines: value and name.
+    pub levels: Vec<(f64, String)>,
+}
+
+impl<'a> Chart<'a> {
+    /// A plot without marks and levels.
+    #[must_use]
+    pub const fn new(name: &'a str, unit: &'a str, about: &'a str, series: Vec<Series>) -> Self {
+        Self { name, unit, about, series, is_size: false, is_angle: false, marks: Vec::new(), levels: Vec::new() }
+    }
+
+    /// A plot of sizes, which begin at zero.
+    #[must_use]
+    pub fn of_sizes(self) -> Self {
+        Self { is_size: true, ..self }
+    }
+
+    /// A plot of angles that go once around.
+    #[must_use]
+    pub fn of_angles(self) -> Self {
+        Self { is_angle: true, ..self }
+    }
+
+    /// Shades intervals.
+    #[must_use]
+    pub fn marked(self, marks: &[Mark]) -> Self {
+        Self { marks: marks.to_vec(), ..self }
+    }
+
+    /// Draws horizontal lines.
+    #[must_use]
+    pub fn with_levels(self, levels: Vec<(f64, String)>) -> Self {
+        Self { levels, ..self }
+    }
+
+    /// The plot's place in the page and its data; `None` if there is nothing to show.
+    pub(super) fn drawn(mut self, number: usize, span: [f64; 2], over: (&str, &str)) -> Option<(String, Value)> {
+        self.series.retain(|series| series.points.iter().any(|[_, x, _]| x.is_finite()));
+        let range = self.range()?;
+        let beyond = self.beyond(range);
+        let about = [self.about, &beyond].map(str::trim).join(" ");
+        let described = format!("{}, {}. {} {}", self.name, self.unit, about.trim(), self.in_words());
+        let mut out = format!(
+            "<figure id=\"chart-{number}\">\n<h3>{}, {}</h3>\n<p class=\"about\">{}</p>\n",
+            escape(self.name),
+            escape(self.unit),
+            escape(about.trim()),
+        );
+        out +=
+            &format!("<div class=\"plot\" tabindex=\"0\" role=\"img\" aria-label=\"{}\"></div>\n", escape(&described));
+        out += &format!("<div class=\"drawing\">\n{}</div>\n", self.drawing(&described, range, span, over));
+        out += "<p class=\"legend\">";
+        for series in &self.series {
+            let class = series.class;
+            out += &format!("<span class=\"{class}\">{}<output></output></span> ", escape(&series.name));
+        }
+        for (_, name) in self.levels.iter().filter(|(_, name)| !name.is_empty()) {
+            out += &format!("<span class=\"level\">{}</span> ", escape(name));
+        }
+        out += "</p>\n<p class=\"note\" aria-live=\"polite\"></p>\n</figure>\n";
+        Some((out, self.data(range, span)))
+    }
+
+    /// The values that the axis spans at first: a band may run out of it where it is rarely that wide.
+    fn range(&self) -> Option<[f64; 2]> {
+        if self.is_angle {
+            return Some([0.0, 360.0]);
+        }
+        let points = self.series.iter().flat_map(|series| &series.points).filter(|[_, x, _]| x.is_finite());
+        let mut ends: Vec<f64> = points.flat_map(|[_, x, sigma]| [x - sigma, x + sigma]).collect();
+        ends.sort_by(f64::total_cmp);
+        let at = |share: f64| ends.get((ends.len().saturating_sub(1) as f64 * share).round() as usize).copied();
+        let solid = self.series.iter().flat_map(|series| {
+            let deviations = if series.marked { 1.0 } else { 0.0 };
+            series.points.iter().flat_map(move |[_, x, sigma]| [x - deviations * sigma, x + deviations * sigma])
+        });
+        let solid = solid.chain(self.levels.iter().map(|(level, _)| *level)).filter(|x| x.is_finite());
+        let usual = [at(1.0 - SHOWN)?, at(SHOWN)?];
+        let (lowest, highest) =
+            solid.chain(usual).fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+        if self.is_size {
+            let shown = ends.get((ends.len() as f64 * SHOWN) as usize).copied().unwrap_or(highest);
+            let top = if highest < 1.5 * shown { highest } else { shown };
+            return Some([0.0, (1.1 * top).max(1e-6)]);
+        }
+        let margin = 0.05 * (highest - lowest).max(1e-3);
+        Some([lowest - margin, highest + margin])
+    }
+
+    /// Says so if values lie beyond the axis.
+    fn beyond(&self, [_, high]: [f64; 2]) -> String {
+        let values = || self.series.iter().flat_map(|series| &series.points).map(|[_, x, _]| *x);
+        let count = values().filter(|x| *x > high).count();
+        if count == 0 {
+            return String::new();
+        }
+        let largest = values().filter(|x| x.is_finite()).fold(high, f64::max);
+        format!("{count} values lie above the axis, the largest at {}.", in_digits(largest))
+    }
+
+    /// The plot for a reader who does not see it.
+    fn in_words(&self) -> String {
+        let words = self.series.iter().map(|series| {
+            let values = || series.points.iter().map(|[_, x, _]| *x).filter(|x| x.is_finite());
+            let (low, high) = values().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+            let mean = values().sum::<f64>() / values().count().max(1) as f64;
+            let [low, high, mean] = [low, high, mean].map(in_digits);
+            format!("{}: {low} to {high}, {mean} on the mean.", series.name)
+        });
+        words.collect::<Vec<_>>().join(" ")
+    }
+
+    fn drawing(&self, described: &str, range: [f64; 2], span: [f64; 2], (name, unit): (&str, &str)) -> String {
+        let series = self.series.iter().map(|series| {
+            let points = thinned(&series.points, span, DRAWN_STRETCHES).points;
+            let points = if self.is_angle { broken_at_north(points) } else { points };
+            Series { name: series.name.clone(), points, ..*series }
+        });
+        let shaded: Vec<[f64; 2]> = self.marks.iter().map(|mark| mark.span_s).collect();
+        Plot {
+            unit: self.unit,
+            over: &format!("{name}, {unit}"),
+            from: span[0],
+            to: span[1],
+            range,
+            shaded_s: &shaded,
+            series: series.collect(),
+        }
+        .draw(described)
+    }
+
+    fn data(&self, range: [f64; 2], span: [f64; 2]) -> Value {
+        let series: Vec<Value> = self
+            .series
+            .iter()
+            .map(|series| {
+                let thin = thinned(&series.points, span, STRETCHES);
+                let has_deviations = thin.points.iter().any(|[_, _, sigma]| *sigma > 0.0);
+                let values = |k: usize| {
+                    let packed = packed(thin.points.iter().map(move |point| point.get(k).copied().unwrap_or(f64::NAN)));
+                    json!([packed.middle, packed.step, packed.base64])
+                };
+                json!({
+                    "name": series.name,
+                    "class": series.class,
+                    "marked": series.marked,
+                    "bridged": if series.bridged_s < 1e9 { series.bridged_s } else { 1e9 },
+                    "t": if thin.is_even { Value::Null } else { packed_times(&thin.points, span[0]).into() },
+                    "y": values(1),
+                    "s": if has_deviations { values(2) } else { Value::Null },
+                })
+            })
+            .collect();
+        let marks: Vec<Value> =
+            self.marks.iter().map(|mark| json!([mark.span_s[0], mark.span_s[1], mark.text])).collect();
+        let levels: Vec<f64> = self.levels.iter().map(|(level, _)| *level).collect();
+        json!({
+            "unit": self.unit,
+            "range": range,
+            "angle": self.is_angle,
+            "series": series,
+            "marks": marks,
+            "levels": levels,
+        })
+    }
+}
+
+/// A number with about four digits.
+pub fn in_digits(x: f64) -> String {
+    let decimals = if x == 0.0 { 0.0 } else { (3.0 - x.abs().log10().floor()).clamp(0.0, 6.0) };
+    format!("{x:.0$}", decimals as usize)
+}
+
+/// Jump of an angle at which a line breaks: the angle has passed north.
+const HALF_TURN_DEG: f64 = 180.0;
+
+fn broken_at_north(points: Vec<Point>) -> Vec<Point> {
+    let mut broken: Vec<Point> = Vec::with_capacity(points.len());
+    for point in points {
+        if broken.last().is_some_and(|before| (before[1] - point[1]).abs() > HALF_TURN_DEG) {
+            broken.push([point[0], f64::NAN, 0.0]);
+        }
+        broken.push(point);
+    }
+    broken
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn line(points: Vec<Point>) -> Series {
+        Series { name: "a".to_owned(), class: "x", points, bridged_s: 10.0, marked: false }
+    }
+
+    #[test]
+    fn a_line_breaks_at_north_and_nowhere_else() {
+        let at = |angles: &[f64]| broken_at_north(angles.iter().map(|angle| [0.0, *angle, 0.0]).collect());
+        assert_eq!(at(&[10.0, 80.0, 170.0]).len(), 3);
+        let broken = at(&[350.0, 359.0, 2.0]);
+        assert!(broken.len() == 4 && broken[2][1].is_nan());
+    }
+
+    #[test]
+    fn nothing_to_show_is_no_plot() {
+        let empty = Chart::new("a", "b", "c", vec![line(vec![[0.0, f64::NAN, 0.0]]), line(Vec::new())]);
+        assert!(empty.drawn(0, [0.0, 1.0], ("time", "s")).is_none());
+    }
+
+    #[test]
+    fn values_beyond_the_axis_are_told() {
+        let mut points: Vec<Point> = (0..1_000).map(|k| [f64::from(k), 1.0, 0.0]).collect();
+        points[7][1] = 50.0;
+        let (drawn, data) =
+            Chart::new("a", "b", "c", vec![line(points)]).of_sizes().drawn(0, [0.0, 1e3], ("time", "s")).unwrap();
+        assert!(drawn.contains("1 values lie above the axis, the largest at 50.00"), "{drawn}");
+        assert!(data["range"][1].as_f64().unwrap() < 2.0);
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        assert_eq!(
+            [0.0, 9.80665, -123.456, 0.00123, 54_321.0].map(in_digits),
+            ["0", "9.807", "-123.5", "0.001230", "54321"]
+        );
+    }
+}

@@ -1,0 +1,31 @@
+//! The account of a diagnosis as a page.
+
+use super::{
+    Page, Told, attitude, dynamics, effects, first_screen, provenance::provenance, readings, residual, windows,
+};
+
+/// The whole page.
+#[must_use]
+pub fn page(told: &Told) -> String {
+    let mut page = Page::new(&format!("Diagnosis of {}", told.file_name()), told.span_s());
+    page.head(&first_screen::of_a_diagnosis(told));
+    page.section("Effects that were found");
+    effects::add(&mut page, told);
+    page.section("Residuals");
+    residual::add(&mut page, told);
+    page.section("Against the reference");
+    residual::add_rotation(&mut page, told);
+    page.section("Every candidate");
+    effects::add_diagnoses(&mut page, told.diagnosed);
+    page.section("What was identified");
+    windows::add(&mut page, told);
+    page.section("Attitude");
+    attitude::add(&mut page, told);
+    page.section("Rotation, vibration, shocks");
+    dynamics::add(&mut page, told);
+    page.section("Readings");
+    readings::add(&mut page, told);
+    page.section("Where this comes from");
+    page.add(&provenance(told));
+    page.finish()
+}

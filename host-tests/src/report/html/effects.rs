@@ -1,0 +1,165 @@
+//! Effects and magnets that were found, with their evidence.
+
+use meerkat_mwd::{
+    compensation::{Effect, Parameter},
+    diagnosis::{DiagnosisReport, Verdict},
+};
+
+use super::{Chart, Page, Series, Told, escape::escape, figure, in_s, sentence, table};
+use crate::{
+    diagnosis::{BeforeAfter, Diagnosed, Found},
+    report::{
+        account::verdict_name,
+        effect_words::{effect_words, parameter_text},
+        remainder_text::remainder_text,
+    },
+};
+
+/// Adds the effects found with their estimates, and magnets.
+pub(super) fn add(page: &mut Page, told: &Told) {
+    let diagnosed = told.diagnosed;
+    if !diagnosed.effects.is_empty() {
+        page.add(&effects(diagnosed));
+        for found in &diagnosed.effects {
+            estimates(page, diagnosed, found);
+        }
+    }
+    if !diagnosed.magnets.is_empty() {
+        page.add("<h3>Magnets that came and went</h3>\n");
+        page.add(&magnets(diagnosed));
+    }
+}
+
+/// Adds every diagnosis with all its candidates, the last one open.
+pub(super) fn add_diagnoses(page: &mut Page, diagnosed: &Diagnosed) {
+    if diagnosed.reports.is_empty() {
+        return;
+    }
+    page.add("<p>Each diagnosis weighs every candidate. Evidence is a log Bayes factor: from 5 (drilling) or 10 (by hand) on an effect is found.</p>\n");
+    let last = diagnosed.reports.len();
+    for (number, (report, library)) in diagnosed.reports.iter().enumerate() {
+        page.add(&diagnosis(report, library, number + 1 == last));
+    }
+}
+
+/// Adds the estimates of an effect over the diagnoses that found it.
+fn estimates(page: &mut Page, diagnosed: &Diagnosed, found: &Found) {
+    let effect = found.effect;
+    let all = effect.parameters().iter().enumerate().map(|(k, parameter)| Series {
+        name: parameter.name.to_owned(),
+        class: ["x", "y", "z", "u", "v", "before"][k % 6],
+        points: points(diagnosed, effect, k, parameter),
+        bridged_s: f64::MAX,
+        marked: true,
+    });
+    let name = format!("{} over the diagnoses", effect.name());
+    let about = format!(
+        "{} Each point is a diagnosis' estimate, in the unit of its name, with one deviation.",
+        effect_words(effect).what
+    );
+    page.chart(Chart::new(&name, "estimate", &about, all.collect()));
+}
+
+/// End of each diagnosis in seconds, the parameter it found and its deviation, in the parameter's unit.
+fn points(diagnosed: &Diagnosed, effect: &dyn Effect, k: usize, parameter: &Parameter) -> Vec<[f64; 3]> {
+    let reports = diagnosed.reports.iter();
+    let of_report = reports.flat_map(|(report, library)| report.found().map(move |found| (report, *library, found)));
+    let own = of_report.filter(|(_, library, found)| {
+        library.get(usize::from(found.found.index)).is_some_and(|other| other.name() == effect.name())
+    });
+    own.map(|(report, _, found)| {
+        let in_unit = |values: &[f32]| f64::from(values.get(k).copied().unwrap_or(0.0) * parameter.in_unit);
+        [in_s(report.t_end_us), in_unit(&found.found.parameters), in_unit(&found.found.sigma)]
+    })
+    .collect()
+}
+
+/// Table of the effects found.
+fn effects(diagnosed: &Diagnosed) -> String {
+    let row = |found: &Found| {
+        let in_seconds = |t_us: u64| format!("{:.1}", t_us as f64 * 1e-6);
+        let taken_out = if found.report.is_taken_out() {
+            in_seconds(found.report.taken_out_us)
+        } else {
+            "not: larger than it can be".to_owned()
+        };
+        let [from_s, _] = found.active_s;
+        let cells = vec![
+            found.effect.name().to_owned(),
+            effect_words(found.effect).title.to_owned(),
+            sizes(found),
+            format!("{:.0}", found.report.evidence),
+            before_after(&found.residual_deg),
+            format!("{from_s:.1}"),
+            in_seconds(found.report.found_us),
+            taken_out,
+            found.aliases().join(", "),
+        ];
+        (false, cells)
+    };
+    let head = [
+        "effect",
+        "in words",
+        "size",
+        "log Bayes factor",
+        "residual without and with it, deg rms",
+        "there from, s",
+        "found, s",
+        "taken out, s",
+        "could also be",
+    ];
+    table(&head, diagnosed.effects.iter().map(row))
+}
+
+fn before_after(residual: &BeforeAfter) -> String {
+    if residual.before.is_none() && residual.after.is_none() {
+        return String::new();
+    }
+    format!("{} to {}", figure(residual.before), figure(residual.after))
+}
+
+/// Parameters of an effect that was found, with their deviations and units.
+pub(super) fn sizes(found: &Found) -> String {
+    let both = found.report.found.parameters.iter().zip(&found.report.found.sigma);
+    let texts = found.effect.parameters().iter().zip(both);
+    texts.map(|(parameter, (x, sigma))| parameter_text(parameter, *x, *sigma)).collect::<Vec<_>>().join("; ")
+}
+
+/// Table of the magnets that came and went.
+fn magnets(diagnosed: &Diagnosed) -> String {
+    let rows = diagnosed.magnets.iter().map(|magnet| {
+        let in_seconds = |t_us: u64| format!("{:.1}", t_us as f64 * 1e-6);
+        let offsets = magnet.offset_ut.iter().zip(&magnet.sigma_ut).map(|(x, sigma)| format!("{x:.2} ± {sigma:.2}"));
+        let cells = [in_seconds(magnet.from_us), magnet.to_us.map_or_else(|| "the end".to_owned(), in_seconds)];
+        let what = if magnet.corrected { "taken out" } else { "the field is not used while it lasts" };
+        (false, cells.into_iter().chain(offsets).chain([what.to_owned()]).collect())
+    });
+    table(&["from, s", "to, s", "x, µT", "y, µT", "z, µT", "what was done"], rows)
+}
+
+/// One diagnosis with all its candidates, `open` or folded.
+fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_open: bool) -> String {
+    let open = if is_open { " open=\"open\"" } else { "" };
+    let [nis, nis_after] = report.nis;
+    let mut out = format!(
+        "<details{open}>\n<summary>{:.1} to {:.1} s: {}</summary>\n<p>Mean square of the innovations in units of their variance: {nis:.2} with the gyro's parameters alone, {nis_after:.2} with what was found.</p>\n",
+        report.t_start_us as f64 * 1e-6,
+        report.t_end_us as f64 * 1e-6,
+        verdict_name(report.verdict).replace('_', " "),
+    );
+    if report.verdict == Verdict::UnexplainedResidual {
+        out += &format!("<p>{}.</p>\n", escape(&sentence(&remainder_text(&report.remainder))));
+    }
+    let candidates = report.tried.iter().zip(library).take(report.candidates.into()).enumerate();
+    let rows = candidates.map(|(index, (tried, effect))| {
+        let found = report.found().find(|found| usize::from(found.found.index) == index);
+        let outcome = found.map_or_else(String::new, |found| {
+            let remark = if found.is_taken_out() { "" } else { "; larger than it can be, so not taken out" };
+            format!("found: turns its vector by {:.2} deg rms{remark}", found.size_rad.to_degrees())
+        });
+        let evidence = found.map_or(*tried, |found| found.evidence);
+        (found.is_some(), vec![effect.name().to_owned(), format!("{evidence:.1}"), outcome])
+    });
+    out += &table(&["candidate", "log Bayes factor beside what was found", "outcome"], rows);
+    out + "</details>\n"
+}

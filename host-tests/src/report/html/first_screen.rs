@@ -1,0 +1,102 @@
+//! First screen of a page: the verdict in a sentence, what flew and why, attitude at the end.
+
+use meerkat_mwd::diagnosis::Verdict;
+
+use super::{
+    Told,
+    escape::escape,
+    in_s, sentence,
+    toolface::{has_north, is_vertical, toolface_rad},
+};
+use crate::{
+    report::{motion, plain_words},
+    trace::seconds,
+};
+
+/// First screen of a flight's page.
+pub(super) fn of_a_flight(told: &Told) -> String {
+    let verdict = plain_words::verdict(told.trace, told.config, told.flight, told.diagnosed);
+    let mut reasons = vec![plain_words::gyro(told.config, told.flight)];
+    if told.config.effects {
+        reasons.extend(plain_words::effects(told.diagnosed));
+    }
+    reasons.extend(plain_words::gain(told.diagnosed, told.reference));
+    reasons.extend(plain_words::remainder(told.diagnosed));
+    head(told, "Flight", &verdict, &reasons) + &tiles(told)
+}
+
+/// First screen of a diagnosis' page.
+pub(super) fn of_a_diagnosis(told: &Told) -> String {
+    let diagnosed = told.diagnosed;
+    let (is_sound, meaning) = match diagnosed.verdict {
+        Verdict::ModelSufficient => (true, "No effect shows, and what is left is noise."),
+        Verdict::EffectsFound => {
+            (true, "What the gyro's twelve parameters do not explain has a name, and what is left is small.")
+        }
+        Verdict::NotEnoughExcitation => {
+            (false, "Nothing can be told: the tool moved too little, or too little could be read.")
+        }
+        _ => (false, "More is left than noise, and no effect that is known explains it."),
+    };
+    let verdict = plain_words::VerdictWords { is_sound, sentence: meaning.to_owned() };
+    let mut reasons = plain_words::effects(diagnosed);
+    reasons.extend(plain_words::gain(diagnosed, told.reference));
+    reasons.extend(plain_words::remainder(diagnosed));
+    reasons.push(plain_words::gyro(told.config, told.flight));
+    head(told, "Diagnosis", &verdict, &reasons)
+}
+
+fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &[String]) -> String {
+    let trace = told.trace;
+    let mut out = format!("<header>\n<h1>{kind} of {}</h1>\n", escape(&told.file_name()));
+    let class = if verdict.is_sound { "good" } else { "caution" };
+    out += &format!(
+        "<div class=\"verdict {class}\">\n<p class=\"sentence\">{}</p>\n",
+        escape(&sentence(&verdict.sentence))
+    );
+    let items: String = reasons.iter().map(|reason| format!("<li>{}</li>\n", escape(&sentence(reason)))).collect();
+    if !items.is_empty() {
+        out += &format!("<ul>\n{items}</ul>\n");
+    }
+    out += "</div>\n</header>\n";
+    let frozen = told.config.freeze_at_us.map_or_else(String::new, |freeze_us| {
+        format!(" Parameters and effects are frozen from {} s; scores are over what follows.", seconds(freeze_us))
+    });
+    let about = format!(
+        "{} samples over {:.1} s, flown {}; {}.{frozen}",
+        trace.samples.len(),
+        trace.duration_s(),
+        told.place,
+        motion::line(trace, told.config)
+    );
+    out + &format!("<p class=\"trace\">{}</p>\n", escape(&about))
+}
+
+/// Attitude at the end, with its deviations.
+fn tiles(told: &Told) -> String {
+    let last = told.flight.outputs.iter().rev().find_map(|output| Some((output.t_us, output.attitude?)));
+    let Some((t_us, attitude)) = last else { return String::new() };
+    let north = match (has_north(&attitude), told.config.earth.declination_rad) {
+        (false, _) => "no field: north was never seen",
+        (true, Some(_)) => "from true north",
+        (true, None) => "from magnetic north",
+    };
+    let kind = if is_vertical(&attitude) { "magnetic, near the vertical" } else { "gravity, from the highside" };
+    let axis = match told.trace.keys.body_frame {
+        crate::trace::BodyFrame::Tool => "of the tool's axis",
+        crate::trace::BodyFrame::Sensor => "of the sensor's z axis",
+    };
+    let angles = [
+        ("Inclination", attitude.inclination_rad, attitude.sigma_inclination_rad, axis),
+        ("Azimuth", attitude.azimuth_rad, attitude.sigma_azimuth_rad, north),
+        ("Toolface", toolface_rad(&attitude), attitude.sigma_toolface_rad, kind),
+    ];
+    let tile = |(name, x, sigma, what): (&str, f32, f32, &str)| {
+        let (x, sigma) = (x.to_degrees(), sigma.to_degrees());
+        let is_known = name != "Azimuth" || has_north(&attitude);
+        let value = if is_known { format!("{x:.2}° ± {sigma:.2}°") } else { "unknown".to_owned() };
+        format!("<div><dt>{name} at {:.1} s</dt><dd>{value} <small>{what}</small></dd></div>\n", in_s(t_us))
+    };
+    let tiles: String = angles.into_iter().map(tile).collect();
+    format!("<dl class=\"tiles\">\n{tiles}</dl>\n")
+}

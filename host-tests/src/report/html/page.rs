@@ -1,0 +1,136 @@
+//! A page as it is put together: sections with what they hold, and the data of the plots.
+
+use serde_json::{Value, json};
+
+use super::{chart::Chart, escape::escape};
+
+/// A page in the making.
+pub struct Page {
+    title: String,
+    head: String,
+    sections: Vec<(String, String)>,
+    data: Vec<Value>,
+    /// Times of the lines that were not thinned, each once: most lines share theirs.
+    times: Vec<Value>,
+    span: [f64; 2],
+    /// Name and unit of what the plots are over.
+    over: (&'static str, &'static str),
+}
+
+impl Page {
+    /// An empty page. `span_s` is the time in seconds that every plot shows at first.
+    #[must_use]
+    pub fn new(title: &str, span_s: [f64; 2]) -> Self {
+        Self::over(title, span_s, ("time", "s"))
+    }
+
+    /// An empty page whose plots are over something else than time: its span, name and unit.
+    #[must_use]
+    pub fn over(title: &str, span: [f64; 2], over: (&'static str, &'static str)) -> Self {
+        Self {
+            title: title.to_owned(),
+            head: String::new(),
+            sections: Vec::new(),
+            data: Vec::new(),
+            times: Vec::new(),
+            span,
+            over,
+        }
+    }
+
+    /// Adds to the first screen, before all sections.
+    pub fn head(&mut self, html: &str) {
+        self.head += html;
+    }
+
+    /// Begins a section; it is left out if nothing follows.
+    pub fn section(&mut self, name: &str) {
+        self.sections.push((name.to_owned(), String::new()));
+    }
+
+    /// Adds to the section that was begun last, or to the first screen.
+    pub fn add(&mut self, html: &str) {
+        match self.sections.last_mut() {
+            Some((_, body)) => body.push_str(html),
+            None => self.head += html,
+        }
+    }
+
+    /// Adds a plot; nothing if it would be empty.
+    pub fn chart(&mut self, chart: Chart) {
+        let Some((html, mut data)) = chart.drawn(self.data.len(), self.span, self.over) else { return };
+        for series in data["series"].as_array_mut().into_iter().flatten() {
+            let times = series["t"].take();
+            if times.is_null() {
+                continue;
+            }
+            let known = self.times.iter().position(|known| *known == times);
+            series["t"] = known.unwrap_or(self.times.len()).into();
+            if known.is_none() {
+                self.times.push(times);
+            }
+        }
+        self.data.push(data);
+        self.add(&html);
+    }
+
+    /// The whole page, one file that needs nothing else and may load nothing.
+    #[must_use]
+    pub fn finish(self) -> String {
+        let kept: Vec<_> = self.sections.iter().filter(|(_, body)| !body.is_empty()).enumerate().collect();
+        let links: String = kept
+            .iter()
+            .map(|(number, (name, _))| format!("<a href=\"#section-{number}\">{}</a>\n", escape(name)))
+            .collect();
+        let sections: String = kept
+            .iter()
+            .map(|(number, (name, body))| {
+                let name = escape(name);
+                format!("<section aria-labelledby=\"section-{number}\">\n<h2 id=\"section-{number}\">{name}</h2>\n{body}</section>\n")
+            })
+            .collect();
+        let has_plots = !self.data.is_empty();
+        let bar = if has_plots { include_str!("bar.html") } else { "" };
+        // A script ends at the first `</`, wherever it stands.
+        let data = json!({ "span": self.span, "over": self.over.1, "times": self.times, "charts": self.data })
+            .to_string()
+            .replace("</", "<\\/");
+        let scripts = if has_plots {
+            format!(
+                "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n/* uPlot\n{}*/\n{}\n</script>\n<script>\n{}</script>\n",
+                include_str!("vendor/uplot/LICENSE"),
+                include_str!("vendor/uplot/uPlot.iife.min.js"),
+                include_str!("page.js"),
+            )
+        } else {
+            String::new()
+        };
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+             <meta name=\"color-scheme\" content=\"light dark\"/>\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:\"/>\n\
+             <title>{}</title>\n<style>\n{}\n{}</style>\n</head>\n<body>\n<main>\n{}<nav aria-label=\"Sections\">\n{links}</nav>\n{bar}{sections}</main>\n{scripts}</body>\n</html>\n",
+            escape(&self.title),
+            include_str!("vendor/uplot/uPlot.min.css"),
+            include_str!("style.css"),
+            self.head,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_section_without_anything_is_not_shown() {
+        let mut page = Page::new("a", [0.0, 1.0]);
+        page.section("Empty");
+        page.section("Full");
+        page.add("<p>what</p>");
+        let page = page.finish();
+        assert!(!page.contains("Empty") && page.matches(">Full<").count() == 2, "{page}");
+        assert!(!page.contains("<script"), "no plot, no script");
+    }
+}

@@ -1,0 +1,142 @@
+//! Readings of a flight: raw sensors with what is missing or clipped, calibrated totals with their limits, counts.
+
+use meerkat_mwd::{Sample, SampleFlags};
+
+use super::{Chart, Mark, Page, Series, Told, in_s, line, table};
+use crate::{flight::Calibrated, trace::clipping_is_known};
+
+/// Stretches into which marks of a plot are gathered.
+const MARKS: f64 = 400.0;
+
+/// Picks a vector of a sample.
+type Vector = fn(&Sample) -> [f32; 3];
+
+/// Adds raw readings, totals and counts.
+pub(super) fn add(page: &mut Page, told: &Told) {
+    let span = told.span_s();
+    let raw: [(&str, &str, f64, Vector, [SampleFlags; 2]); 3] = [
+        (
+            "Gyro, as read",
+            "deg/s",
+            1_f64.to_degrees(),
+            |s| s.gyro_rad_s,
+            [SampleFlags::GYRO_MISSING, SampleFlags::GYRO_CLIPPED],
+        ),
+        (
+            "Accelerometer, as read",
+            "m/s²",
+            1.0,
+            |s| s.accel_m_s2,
+            [SampleFlags::ACCEL_MISSING, SampleFlags::ACCEL_CLIPPED],
+        ),
+        ("Magnetometer, as read", "µT", 1.0, |s| s.mag_ut, [SampleFlags::MAG_MISSING, SampleFlags::MAG_CLIPPED]),
+    ];
+    for (name, unit, factor, vector, [missing, clipped]) in raw {
+        let axes = [("x", "x"), ("y", "y"), ("z", "z")].into_iter().enumerate();
+        let series: Vec<Series> = axes
+            .map(|(k, (name, class))| {
+                let value = |s: &Sample| {
+                    let x = vector(s)[k];
+                    if s.flags.contains(missing) { f64::NAN } else { factor * f64::from(x) }
+                };
+                let points = told.trace.samples.iter().map(|s| [in_s(s.t_us), value(s), 0.0]).collect();
+                line(name, class, points, span)
+            })
+            .collect();
+        let marks = [(missing, "missing"), (clipped, "clipped"), (SampleFlags::FAULT, "the driver reports a fault")];
+        let marks: Vec<Mark> = marks.into_iter().flat_map(|(flag, text)| flagged(told, flag, text)).collect();
+        let about =
+            if marks.is_empty() { "" } else { "Shaded: readings are missing or clipped; point at it to see which." };
+        page.chart(Chart::new(name, unit, about, series).marked(&marks));
+    }
+    totals(page, told);
+    let warmth = |s: &Sample| {
+        let is_there = !s.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+        [in_s(s.t_us), if is_there { f64::from(s.temperature_c) } else { f64::NAN }, 0.0]
+    };
+    let warmth = told.trace.samples.iter().map(warmth).collect();
+    page.chart(Chart::new("Temperature", "°C", "", vec![line("temperature", "x", warmth, span)]));
+    page.add(&counts(told));
+}
+
+/// Adds |G|, |B| and dip of the calibrated vectors with their references and limits.
+fn totals(page: &mut Page, told: &Told) {
+    let Some(watched) = told.watched else { return };
+    let (earth, limits) = (&told.config.earth, &told.config.survey.limits);
+    let span = told.span_s();
+    let over_time = |of: &dyn Fn(&Calibrated) -> Option<f64>| -> Vec<[f64; 3]> {
+        watched.calibrated.iter().map(|c| [in_s(c.t_us), of(c).unwrap_or(f64::NAN), 0.0]).collect()
+    };
+    let norm = |v: [f32; 3]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+    let levels = |reference: Option<f64>, limit: f64, unit: &str| -> Vec<(f64, String)> {
+        reference.map_or_else(Vec::new, |reference| {
+            [
+                (reference, format!("expected {reference:.3} {unit}")),
+                (reference - limit, format!("limits of a survey at rest, ± {limit:.3} {unit}")),
+                (reference + limit, String::new()),
+            ]
+            .into()
+        })
+    };
+    let gravity = over_time(&|c| c.force_m_s2.map(norm));
+    let about = "Size of the calibrated specific force: gravity, and all vibration and shock on top.";
+    let expected = levels(Some(earth.gravity_m_s2.into()), limits.gravity_m_s2.into(), "m/s²");
+    page.chart(Chart::new("|G|", "m/s²", about, vec![line("|G|", "after", gravity, span)]).with_levels(expected));
+    let field = over_time(&|c| c.field_ut.map(norm));
+    let about = "Size of the calibrated field. It should be that of the place; what changes it is a magnet or an error of the magnetometer.";
+    let expected = levels(earth.magnetic_field_ut.map(f64::from), limits.field_ut.into(), "µT");
+    page.chart(Chart::new("|B|", "µT", about, vec![line("|B|", "after", field, span)]).with_levels(expected));
+    let dip = over_time(&|c| {
+        let (g, b) = (c.force_m_s2?, c.field_ut?);
+        let along: f64 = g.iter().zip(&b).map(|(g, b)| -f64::from(*g) * f64::from(*b)).sum();
+        Some((along / (norm(g) * norm(b))).asin().to_degrees()).filter(|x| x.is_finite())
+    });
+    let about = "Angle of the field below the horizon, by the same sample's specific force: vibration shows in it.";
+    let expected =
+        levels(earth.dip_rad.map(|x| f64::from(x).to_degrees()), f64::from(limits.dip_rad).to_degrees(), "deg");
+    page.chart(Chart::new("Dip", "deg", about, vec![line("dip", "after", dip, span)]).with_levels(expected));
+}
+
+/// Intervals of samples with a flag; those that no plot could show apart are one.
+fn flagged(told: &Told, flag: SampleFlags, text: &str) -> Vec<Mark> {
+    let [from_s, to_s] = told.span_s();
+    let samples = &told.trace.samples;
+    // A sensor that never reads has no curve.
+    if samples.iter().all(|sample| sample.flags.contains(flag)) {
+        return Vec::new();
+    }
+    let (apart_s, half_s) = ((to_s - from_s) / MARKS, 0.5e-6 * f64::from(told.trace.nominal_period_us()));
+    let mut spans: Vec<([f64; 2], usize)> = Vec::new();
+    for sample in samples.iter().filter(|sample| sample.flags.contains(flag)) {
+        let t_s = in_s(sample.t_us);
+        match spans.last_mut() {
+            Some(([_, until_s], count)) if t_s - *until_s < apart_s => (*until_s, *count) = (t_s + half_s, *count + 1),
+            _ => spans.push(([t_s - half_s, t_s + half_s], 1)),
+        }
+    }
+    spans.into_iter().map(|(span_s, count)| Mark { span_s, text: format!("{count} samples: {text}") }).collect()
+}
+
+/// Table of the counters that are not zero.
+fn counts(told: &Told) -> String {
+    let counters = &told.flight.counters;
+    let lacking = |flag| told.trace.count(flag) as u64;
+    let counts = [
+        ("samples", counters.samples),
+        ("without the gyro", lacking(SampleFlags::GYRO_MISSING)),
+        ("without the accelerometer", lacking(SampleFlags::ACCEL_MISSING)),
+        ("without the magnetometer", lacking(SampleFlags::MAG_MISSING)),
+        ("without temperature", lacking(SampleFlags::TEMPERATURE_MISSING)),
+        ("with a clipped sensor", counters.clipped.into()),
+        ("out of order, refused", counters.out_of_order.into()),
+        ("gaps in time", counters.gaps.into()),
+        ("windows that were not ready in time", counters.overruns.into()),
+    ];
+    let rows = counts.iter().filter(|(_, count)| *count > 0);
+    let mut out =
+        table(&["readings", "count"], rows.map(|(name, count)| (false, vec![(*name).to_owned(), count.to_string()])));
+    if !clipping_is_known(&told.config.full_scale) {
+        out += "<p>Whether a sensor clipped cannot be known: the trace states no full scale.</p>\n";
+    }
+    out
+}

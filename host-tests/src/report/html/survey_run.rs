@@ -1,0 +1,198 @@
+//! A run of surveys as a page: path, uncertainty, quality.
+
+use super::{Chart, Page, Series, escape::escape, table};
+use crate::surveys::surveyed::{SurveyedRun, SurveyedStation};
+
+/// The whole page.
+#[must_use]
+pub fn page(run: &SurveyedRun) -> String {
+    let depths = || run.stations.iter().map(|station| station.md_m);
+    let span_m = [depths().fold(f64::MAX, f64::min), depths().fold(f64::MIN, f64::max)];
+    let mut page = Page::over(&format!("Surveys of {}", run.well), span_m, ("measured depth", "m"));
+    page.head(&first_screen(run));
+    page.section("Path");
+    let plan: Vec<[f64; 2]> = run.stations.iter().map(|s| [s.position_m[1], s.position_m[0]]).collect();
+    let plan = view("Plan", "North is up, east to the right.", ["East", "north"], true, &plan);
+    let section: Vec<[f64; 2]> = run.stations.iter().map(|s| [s.vertical_section_m, s.position_m[2]]).collect();
+    let about = format!("Along {:.0} deg: distance to the right, depth down.", run.vertical_section_deg);
+    let section = view("Vertical section", &about, ["Distance", "depth"], false, &section);
+    page.add(&format!("<div class=\"pair\">\n{plan}{section}</div>\n"));
+    charts(&mut page, run);
+    page.section("Stations");
+    page.add(&stations(run));
+    if let Some(analysis) = &run.analysis {
+        page.section("Multi-station analysis");
+        let told = format!(
+            "From {} stations. Azimuths: {}. Inclinations: {}.",
+            analysis.counted, analysis.azimuth, analysis.inclination
+        );
+        page.add(&format!("<p>{}</p>\n", escape(&told)));
+        let rows = analysis.estimates.iter().map(|(name, value, sigma, before, observable)| {
+            let told = if *observable { "determined" } else { "not determined" };
+            let cells = [
+                (*name).to_owned(),
+                format!("{value:.5}"),
+                format!("{sigma:.5}"),
+                format!("{before:.5}"),
+                told.to_owned(),
+            ];
+            (false, cells.to_vec())
+        });
+        page.add(&table(&["common error", "value", "deviation", "deviation before", "by these stations"], rows));
+    }
+    page.section("Where this comes from");
+    let provenance = &run.provenance;
+    let rows = [
+        ("program", format!("meerkat-mwd {}", env!("CARGO_PKG_VERSION"))),
+        ("reference", provenance.model.clone()),
+        ("day", provenance.date.clone()),
+        ("place", provenance.place.clone()),
+    ];
+    let known = rows.into_iter().filter(|(_, what)| !what.is_empty());
+    page.add(&table(&["", ""], known.map(|(name, what)| (false, vec![name.to_owned(), what]))));
+    page.finish()
+}
+
+/// Verdict in a sentence, and where the hole is.
+fn first_screen(run: &SurveyedRun) -> String {
+    let Some(last) = run.stations.last() else { return "<h1>No station</h1>\n".to_owned() };
+    let doubted = run.stations.iter().filter(|station| station.doubted).count();
+    let no_go = run.stations.iter().filter(|station| station.axial_no_go == Some(true)).count();
+    let (class, verdict) = match (doubted, run.warnings.len()) {
+        (0, 0) => ("good", format!("{} stations agree with each other.", run.stations.len())),
+        (0, _) => ("caution", "The stations agree, but something about the run is assumed or doubtful.".to_owned()),
+        _ => ("caution", format!("{doubted} of {} stations are contradicted by the others.", run.stations.len())),
+    };
+    let mut reasons = run.warnings.clone();
+    if no_go > 0 {
+        reasons.push(format!("{no_go} stations are where the short-collar correction cannot be trusted."));
+    }
+    let items: String =
+        reasons.iter().map(|reason| format!("<li>{}</li>\n", escape(&super::sentence(reason)))).collect();
+    let list = if items.is_empty() { String::new() } else { format!("<ul>\n{items}</ul>\n") };
+    let north = if run.convergence_deg.is_some() { "from grid north" } else { "from true north" };
+    let angle =
+        |x: f64, sigma: Option<f64>| sigma.map_or_else(|| format!("{x:.2}°"), |sigma| format!("{x:.2}° ± {sigma:.2}°"));
+    let [n, e, tvd] = last.position_m;
+    let [major, ..] = last.ellipse;
+    let at = format!("at {:.1} m", last.md_m);
+    let tiles = [
+        ("Inclination", angle(last.inclination_deg, last.sigma_inclination_deg), at),
+        ("Azimuth", angle(last.azimuth_deg, last.sigma_azimuth_deg), north.to_owned()),
+        ("True vertical depth", format!("{tvd:.2} m"), String::new()),
+        ("North, east", format!("{n:.1}, {e:.1} m"), format!("± {major:.2} m, one deviation")),
+    ];
+    let tiles: String = tiles
+        .iter()
+        .map(|(name, what, small)| format!("<div><dt>{name}</dt><dd>{what} <small>{small}</small></dd></div>\n"))
+        .collect();
+    format!(
+        "<header>\n<h1>Surveys of {}</h1>\n<div class=\"verdict {class}\">\n<p class=\"sentence\">{verdict}</p>\n{list}</div>\n</header>\n<dl class=\"tiles\">\n{tiles}</dl>\n",
+        escape(&run.well)
+    )
+}
+
+/// Picks a figure of a station and its deviation.
+type Figure = fn(&SurveyedStation) -> Option<[f64; 2]>;
+
+fn charts(page: &mut Page, run: &SurveyedRun) {
+    let series = |name: &str, class: &'static str, figure: Figure| {
+        let point = |station: &SurveyedStation| {
+            let [x, sigma] = figure(station).unwrap_or([f64::NAN, 0.0]);
+            [station.md_m, x, sigma]
+        };
+        let points = run.stations.iter().map(point).collect();
+        Series { name: name.to_owned(), class, points, bridged_s: f64::MAX, marked: true }
+    };
+    let measured = series("as measured", "before", |s| Some([s.measured_deg[0], 0.0]));
+    let corrected = series("corrected", "after", |s| Some([s.inclination_deg, s.sigma_inclination_deg.unwrap_or(0.0)]));
+    page.chart(Chart::new("Inclination", "deg", "", vec![measured, corrected]));
+    let azimuth = series("corrected", "after", |s| Some([s.azimuth_deg, s.sigma_azimuth_deg.unwrap_or(0.0)]));
+    page.chart(Chart::new("Azimuth", "deg", "From the north that positions count from.", vec![azimuth]));
+    let dogleg = series("dogleg", "x", |s| Some([s.dogleg_deg_30m, 0.0]));
+    page.chart(Chart::new("Dogleg severity", "deg/30 m", "Bend since the station before.", vec![dogleg]).of_sizes());
+    let off: [(&str, &str, &str, Figure); 3] = [
+        ("|G| less the place's", "m/s²", "Gravity: what is off is an error of the accelerometer, or motion.", |s| {
+            Some([s.off_reference?[0], 0.0])
+        }),
+        (
+            "|B| less the place's",
+            "µT",
+            "Field: what is off is the drill string, a magnet, or the magnetometer.",
+            |s| Some([s.off_reference?[1], 0.0]),
+        ),
+        ("Dip less the place's", "deg", "", |s| Some([s.off_reference?[2], 0.0])),
+    ];
+    for (name, unit, about, figure) in off {
+        let zero = vec![(0.0, "the place's".to_owned())];
+        page.chart(
+            Chart::new(name, unit, about, vec![series("measured less reference", "z", figure)]).with_levels(zero),
+        );
+    }
+}
+
+fn stations(run: &SurveyedRun) -> String {
+    let sigma =
+        |x: f64, sigma: Option<f64>| sigma.map_or_else(|| format!("{x:.2}"), |sigma| format!("{x:.2} ± {sigma:.2}"));
+    let head = [
+        "depth, m",
+        "inclination, deg",
+        "azimuth, deg",
+        "TVD, m",
+        "north, m",
+        "east, m",
+        "dogleg, deg/30 m",
+        "ellipse, m",
+        "remark",
+    ];
+    let rows = run.stations.iter().map(|s| {
+        let [n, e, tvd] = s.position_m.map(|x| format!("{x:.2}"));
+        let [major, minor, azimuth] = s.ellipse;
+        let remark = if s.doubted { "contradicted by the others" } else { s.corrected };
+        let cells = vec![
+            format!("{:.2}", s.md_m),
+            sigma(s.inclination_deg, s.sigma_inclination_deg),
+            sigma(s.azimuth_deg, s.sigma_azimuth_deg),
+            tvd,
+            n,
+            e,
+            format!("{:.2}", s.dogleg_deg_30m),
+            format!("{major:.2} x {minor:.2} at {azimuth:.0}"),
+            remark.to_owned(),
+        ];
+        (s.doubted, cells)
+    });
+    table(&head, rows)
+}
+
+/// A drawing of the path in metres, one scale for both axes; `points` go to the right and down, or up.
+fn view(name: &str, about: &str, [right, other]: [&str; 2], is_up: bool, points: &[[f64; 2]]) -> String {
+    let range = |k: usize| {
+        let of = || points.iter().map(move |point| point[k]);
+        [of().fold(f64::MAX, f64::min), of().fold(f64::MIN, f64::max)]
+    };
+    let [x, y] = [range(0), range(1)];
+    let size = (x[1] - x[0]).max(y[1] - y[0]).max(1.0);
+    let place = |[a, b]: [f64; 2]| {
+        let down = if is_up { y[1] - b } else { b - y[0] };
+        [20.0 + 260.0 * (a - x[0]) / size, 20.0 + 260.0 * down / size]
+    };
+    let path: Vec<String> = points.iter().map(|point| place(*point)).map(|[a, b]| format!("{a:.1} {b:.1}")).collect();
+    let dots: String = points
+        .iter()
+        .map(|point| place(*point))
+        .map(|[a, b]| format!("<circle class=\"z\" cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"2.5\"/>\n"))
+        .collect();
+    let height = 40.0 + 260.0 * (y[1] - y[0]) / size;
+    // Not -0.0.
+    let [x, y] = [x, y].map(|range| range.map(|m| (10.0 * m).round() / 10.0 + 0.0));
+    let told = format!("{right} {:.1} to {:.1} m, {other} {:.1} to {:.1} m.", x[0], x[1], y[0], y[1]);
+    format!(
+        "<figure class=\"dial\">\n<h3>{name}</h3>\n<p class=\"about\">{} {}</p>\n<svg viewBox=\"0 0 300 {height:.0}\" role=\"img\" aria-label=\"{}\">\n\
+         <path class=\"after\" d=\"M{}\"/>\n{dots}</svg>\n</figure>\n",
+        escape(about),
+        escape(&told),
+        escape(&format!("{name}: {told}")),
+        path.join("L"),
+    )
+}

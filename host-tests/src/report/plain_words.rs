@@ -1,0 +1,196 @@
+//! A flight in plain sentences: what was wrong with the gyro, what was done about it, what it gained.
+
+use meerkat_mwd::{
+    Config,
+    identification::{Decision, Refusal},
+};
+
+use super::{
+    effect_words::{EFFECT_WORDS, effect_words, parameter_text},
+    json::parameters::Parameters,
+    refusal_text::refusal_text,
+    remainder_text::remainder_text,
+    window_note::why_no_window,
+};
+use crate::{
+    diagnosis::{BeforeAfter, Diagnosed, Found},
+    flight::Flight,
+    score::{PerModel, Reference},
+    trace::Trace,
+};
+
+/// Deviations from which an error of the gyro is called one.
+const SHOWN_SIGMAS: f32 = 2.0;
+
+/// A verdict in a sentence.
+pub struct VerdictWords {
+    /// Whether nothing stands against what flew.
+    pub is_sound: bool,
+    /// The sentence, without its point.
+    pub sentence: String,
+}
+
+/// The verdict on a flight.
+#[must_use]
+pub fn verdict(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> VerdictWords {
+    let caution = |sentence: String| VerdictWords { is_sound: false, sentence };
+    if let Some(why) = why_no_window(trace, config, flight) {
+        return caution(format!("Nothing was identified: {why}."));
+    }
+    if flight.standing().is_none() {
+        return caution(match flight.reports.last().map(|report| report.decision) {
+            Some(Decision::Refused(refusal)) => {
+                format!("The gyro's scale and axes are not corrected, only its bias: {}.", refusal_text(&refusal))
+            }
+            _ => "The gyro's scale and axes are not corrected, only its bias.".to_owned(),
+        });
+    }
+    let since = flight.reports.iter().find(|report| report.decision == Decision::Accepted);
+    let since_s = since.and_then(|report| report.t_effect_us).map_or(0.0, |t_us| t_us as f64 * 1e-6);
+    let flies = format!("The gyro's errors were identified, and have been corrected since {since_s:.0} s");
+    // Only the last window counts: one that was refused early has been overtaken.
+    if let Some(Decision::Refused(refusal)) = flight.reports.last().map(|report| report.decision) {
+        let why = refused_in_short(&refusal);
+        return caution(format!("{flies}; the last window was refused, because {why}."));
+    }
+    if config.effects && diagnosed.remainder().is_some() {
+        return caution(format!("{flies}, but more is left than noise accounts for."));
+    }
+    VerdictWords { is_sound: true, sentence: format!("{flies}.") }
+}
+
+fn refused_in_short(refusal: &Refusal) -> String {
+    let text = refusal_text(refusal);
+    text.split(':').next().unwrap_or_default().to_owned()
+}
+
+/// What is wrong with the gyro, as far as the data tell: bias, scale, axes.
+#[must_use]
+pub fn gyro(config: &Config, flight: &Flight) -> String {
+    let last = Parameters::at_the_end(config, flight);
+    let bias = last.b_rad_s.map(f32::to_degrees);
+    let size = bias.map(f64::from).iter().map(|b| b * b).sum::<f64>().sqrt();
+    if last.is_prior {
+        return format!(
+            "The gyro reads a bias of {size:.2} deg/s, which is taken out; of its scale and axes nothing is known."
+        );
+    }
+    let element = |k: usize| (last.p[k] - if k.is_multiple_of(4) { 1.0 } else { 0.0 }, last.sigma[k]);
+    let largest = |of: &dyn Fn(usize) -> bool| {
+        let those = (0..9).filter(|k| of(*k)).map(|k| (k, element(k)));
+        those.max_by(|(_, (a, _)), (_, (b, _))| a.abs().total_cmp(&b.abs()))
+    };
+    let axes = ["x", "y", "z"];
+    let mut faults = vec![format!("a bias of {size:.2} deg/s")];
+    if let Some((k, (error, sigma))) =
+        largest(&|k| k.is_multiple_of(4)).filter(|(_, (e, s))| e.abs() > SHOWN_SIGMAS * s)
+    {
+        // rate = P raw: a P above one means that too little is read.
+        let what = if error > 0.0 { "little" } else { "much" };
+        let (percent, sigma) = (100.0 * error.abs(), 100.0 * sigma);
+        faults.push(format!("axis {} reads {percent:.2} ± {sigma:.2} % too {what}", axes[k / 4]));
+    }
+    if let Some((k, (error, sigma))) =
+        largest(&|k| !k.is_multiple_of(4)).filter(|(_, (e, s))| e.abs() > SHOWN_SIGMAS * s)
+    {
+        let (percent, sigma) = (100.0 * error.abs(), 100.0 * sigma);
+        faults.push(format!(
+            "{percent:.2} ± {sigma:.2} % of axis {}'s rate shows on axis {}",
+            axes[k % 3],
+            axes[k / 3]
+        ));
+    }
+    let sound = if faults.len() == 1 { "; its scale and axes are right as far as can be told" } else { "" };
+    format!("The gyro has {}{sound}; this is taken out.", faults.join("; "))
+}
+
+/// What was done about the gyro, in a sentence: what flies, since when, and which effects are taken out.
+#[must_use]
+pub fn done(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> String {
+    let flies = verdict(trace, config, flight, diagnosed).sentence;
+    let taken_out = diagnosed.effects.iter().filter(|found| found.report.is_taken_out());
+    let named: Vec<&str> = taken_out.map(|found| found.effect.name()).collect();
+    if named.is_empty() { flies } else { format!("{flies} Also taken out: {}.", named.join(", ")) }
+}
+
+/// Effects and magnets, one sentence each.
+#[must_use]
+pub fn effects(diagnosed: &Diagnosed) -> Vec<String> {
+    let magnets = diagnosed.magnets.iter().map(|magnet| {
+        let [x, y, z] = magnet.offset_ut.map(f64::from);
+        let size = (x * x + y * y + z * z).sqrt();
+        let until = magnet.to_us.map_or_else(|| "the end".to_owned(), |to_us| format!("{:.0} s", to_us as f64 * 1e-6));
+        let done = if magnet.corrected { "its field is taken out" } else { "the field is not used while it lasts" };
+        let from_s = magnet.from_us as f64 * 1e-6;
+        format!("A magnet of {size:.0} µT is on the probe from {from_s:.0} s to {until}; {done}.")
+    });
+    diagnosed.effects.iter().map(effect).chain(magnets).collect()
+}
+
+fn effect(found: &Found) -> String {
+    let words = effect_words(found.effect);
+    // The clearest of many parameters speaks for the effect.
+    let both = found.report.found.parameters.iter().zip(&found.report.found.sigma);
+    let parameters = found.effect.parameters().iter().zip(both);
+    let in_sigmas = |x: f32, sigma: f32| if sigma > 0.0 { (x / sigma).abs() } else { 0.0 };
+    let clearest = parameters.max_by(|(_, (a, s)), (_, (b, t))| in_sigmas(**a, **s).total_cmp(&in_sigmas(**b, **t)));
+    let size = clearest.map_or_else(String::new, |(parameter, (x, sigma))| {
+        format!(" ({}: {})", found.effect.name(), parameter_text(parameter, *x, *sigma))
+    });
+    let at = if found.effect.is_bias_step() {
+        format!(" at {:.0} s", found.report.step_us as f64 * 1e-6)
+    } else {
+        String::new()
+    };
+    let done = if found.report.is_taken_out() {
+        format!("taken out since {:.0} s", found.report.taken_out_us as f64 * 1e-6)
+    } else {
+        "not taken out, because it is larger than such an effect can be".to_owned()
+    };
+    let aliases: Vec<String> = found.aliases().into_iter().map(alias_in_words).collect();
+    let doubt = if aliases.is_empty() { String::new() } else { format!(" It could also be: {}.", aliases.join("; ")) };
+    format!("{}{at}{size}, {done}.{doubt}", words.title)
+}
+
+/// An alias by its title, with its name: what follows the name says when it is one.
+fn alias_in_words(alias: &str) -> String {
+    let name = alias.split(' ').next().unwrap_or(alias);
+    let Some(words) = EFFECT_WORDS.iter().find(|words| words.name == name) else { return alias.to_owned() };
+    let (first, rest) = words.title.split_at(1);
+    format!("{}{rest} ({alias})", first.to_lowercase())
+}
+
+/// What the correction gained, in degrees; `None` if nothing tells.
+#[must_use]
+pub fn gain(diagnosed: &Diagnosed, reference: Option<&Reference>) -> Option<String> {
+    if let Some(reference) = reference {
+        let aligned = &reference.orientation_2s_rms_time_aligned_deg;
+        let scores = if *aligned == PerModel::default() { &reference.orientation_2s_rms_deg } else { aligned };
+        if let PerModel { uncompensated: Some(raw), bias_only: Some(bias), with_effects: Some(flown), .. } = scores {
+            return Some(format!(
+                "Against the reference, two seconds of rotation are wrong by {flown:.2} deg; by {raw:.2} deg with the raw gyro, by {bias:.2} deg with its bias alone taken out."
+            ));
+        }
+    }
+    match diagnosed.residual.magnetic_deg {
+        BeforeAfter { before: Some(before), after: Some(after) } => Some(format!(
+            "The gyro now predicts the field over a second to {after:.2} deg; to {before:.2} deg with its bias alone taken out."
+        )),
+        _ => None,
+    }
+}
+
+/// What is left unexplained, in a sentence.
+#[must_use]
+pub fn remainder(diagnosed: &Diagnosed) -> Option<String> {
+    let remainder = diagnosed.remainder()?;
+    let largest = remainder.named().max_by(|a, b| a.share.total_cmp(&b.share));
+    Some(match largest {
+        Some(found) => format!(
+            "What is left is no noise: {:.0} % of it goes with {}, and no effect that is known explains that.",
+            100.0 * found.share,
+            found.correlate.name().replace('_', " ")
+        ),
+        None => format!("{}.", remainder_text(remainder)),
+    })
+}

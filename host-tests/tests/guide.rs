@@ -1,0 +1,125 @@
+//! The guide: its summary has every page, no link leads nowhere, every Rust block is compiled, and every refusal and
+//! every effect has its page.
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
+
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use mwd::report::effect_words::EFFECT_WORDS;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn guide() -> PathBuf {
+    root().join("guide/src")
+}
+
+/// Pages below a folder, by their paths in the guide. Folders that are links to others' are none of the guide's.
+fn pages(folder: &Path) -> BTreeSet<PathBuf> {
+    let mut found = BTreeSet::new();
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let path = entry.path();
+        if entry.file_type().unwrap().is_dir() {
+            found.extend(pages(&path));
+        } else if path.extension().is_some_and(|extension| extension == "md") {
+            found.insert(path.strip_prefix(guide()).unwrap().to_owned());
+        }
+    }
+    found
+}
+
+/// Text of a page, with what it includes.
+fn text(page: &Path) -> String {
+    let path = guide().join(page);
+    let text = fs::read_to_string(&path).unwrap();
+    match text.trim().strip_prefix("{{#include ").and_then(|rest| rest.strip_suffix("}}")) {
+        Some(included) => fs::read_to_string(path.parent().unwrap().join(included)).unwrap(),
+        None => text,
+    }
+}
+
+fn links(text: &str) -> impl Iterator<Item = &str> {
+    text.split("](").skip(1).map(|rest| rest.split_once(')').unwrap().0)
+}
+
+#[test]
+fn the_summary_has_every_page_once() {
+    let summary = text(Path::new("SUMMARY.md"));
+    let listed: Vec<PathBuf> = links(&summary).map(PathBuf::from).collect();
+    let once: BTreeSet<PathBuf> = listed.iter().cloned().collect();
+    assert_eq!(once.len(), listed.len());
+    let mut there = pages(&guide());
+    there.remove(Path::new("SUMMARY.md"));
+    assert_eq!(once, there);
+    assert!(there.len() > 40);
+}
+
+/// In the book, where a page of `docs` includes the one of the repository.
+#[test]
+fn every_link_leads_to_a_page_or_a_file_of_the_book() {
+    for page in pages(&guide()) {
+        let folder = guide().join(page.parent().unwrap());
+        for link in links(&text(&page)).map(str::to_owned).collect::<Vec<_>>() {
+            let target = link.split('#').next().unwrap();
+            let is_there = link.starts_with("http") || target.is_empty() || folder.join(target).exists();
+            assert!(is_there, "{}: {link}", page.display());
+        }
+    }
+}
+
+/// By the documentation tests of the library, which compile the pages that they include.
+#[test]
+fn every_rust_block_is_compiled() {
+    let library = fs::read_to_string(root().join("src/lib.rs")).unwrap();
+    for page in pages(&guide()) {
+        if text(&page).contains("```rust") {
+            let included = format!("include_str!(\"../guide/src/{}\")", page.display());
+            assert!(library.contains(&included), "{}", page.display());
+        }
+    }
+}
+
+/// Has the page, under its title, with what it is and what to do.
+fn is_explained(page: &str, title: Option<&str>) {
+    let path = guide().join(page);
+    let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{page}: {error}"));
+    if let Some(title) = title {
+        assert!(text.starts_with(&format!("# {title}\n")), "{page}");
+    }
+    assert!(text.starts_with("# ") && text.contains("## What to do\n"), "{page}");
+}
+
+#[test]
+fn every_effect_has_its_page() {
+    for words in &EFFECT_WORDS {
+        is_explained(&format!("effects/{}.md", words.name), Some(words.title));
+    }
+}
+
+#[test]
+fn every_refusal_has_its_page() {
+    let source = fs::read_to_string(root().join("src/estimator/refusal.rs")).unwrap();
+    let enumeration = source.split("pub enum Refusal {").nth(1).unwrap();
+    let variants = enumeration.lines().filter_map(|line| {
+        let name = line.strip_prefix("    ")?.trim_end_matches([',', '{', ' ']);
+        name.starts_with(char::is_uppercase).then_some(name)
+    });
+    let variants: Vec<&str> = variants.collect();
+    assert!(variants.len() >= 8, "{variants:?}");
+    for variant in variants {
+        let mut snake = String::new();
+        for letter in variant.chars() {
+            if letter.is_uppercase() && !snake.is_empty() {
+                snake.push('_');
+            }
+            snake.extend(letter.to_lowercase());
+        }
+        let page = format!("refusals/{snake}.md");
+        is_explained(&page, None);
+        assert!(text(Path::new(&page)).contains(&format!("`{variant}`")), "{page}");
+    }
+}

@@ -1,0 +1,238 @@
+//! Pages in a browser: no error, nothing wider than the screen, every plot drawn, keys work, and an hour's page is small
+//! and quick. Chromium draws them; without one the tests print SKIPPED, and with `MWD_REQUIRE_BROWSER=1` they fail.
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
+
+mod rig;
+
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use meerkat_mwd::{
+    Config, Sample,
+    attitude::{Attitude, AttitudeFlags},
+    probe::Output,
+};
+use mwd::{
+    diagnosis::diagnosed,
+    flight::{Calibrated, Flight, Watched},
+    report::html::{Told, replay::page, write_page},
+    trace::Trace,
+};
+use rig::{
+    files::{FAST_ROTATION, recording_path},
+    page::{is_whole, unbalanced},
+};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Largest page of an hour's flight, bytes.
+const LARGEST_PAGE: usize = 6_000_000;
+
+/// Longest time to move the span of the plots in view, milliseconds.
+const LONGEST_MOVE_MS: f64 = 100.0;
+
+/// Runs in the page before everything else.
+const LISTEN: &str =
+    "<script>window.wrong = []; window.onerror = text => { window.wrong.push(String(text)); };</script>";
+
+/// Runs when the page is there. It awaits no timer, so it is done before the browser writes the page out.
+const CHECK: &str = "<script>(async () => {
+  const told = { wrong: window.wrong, dark: matchMedia('(prefers-color-scheme: dark)').matches, width: innerWidth };
+  try {
+    if (window.report) report.buildAll();
+    await 0; await 0;
+    told.page = document.documentElement.scrollWidth;
+    const inside = node => node.closest('.scroll, pre, .uplot');
+    told.wide = [...document.querySelectorAll('main *')].filter(node => !inside(node) && node.getBoundingClientRect().right > innerWidth + 1)
+      .map(node => node.tagName + ' ' + node.className);
+    told.blank = [...document.querySelectorAll('.uplot canvas')].filter(canvas => {
+      const pixels = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+      const seen = new Set();
+      for (let k = 0; k < pixels.length; k += 4) if (pixels[k + 3] > 200) seen.add(pixels[k] << 16 | pixels[k + 1] << 8 | pixels[k + 2]);
+      return seen.size < 3;
+    }).length;
+    told.plots = document.querySelectorAll('.uplot').length;
+    told.small = [...document.querySelectorAll('main *')].filter(node => node.childNodes.length && parseFloat(getComputedStyle(node).fontSize) < 12).length;
+    if (window.report) {
+    const first = report.plots[0];
+    first.isSeen = true;
+    const press = key => first.place.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+    const span = () => document.querySelector('.bar .span').textContent;
+    const before = span();
+    press('+');
+    told.zooms = span() !== before;
+    press('Home');
+    told.returns = span() === before;
+    first.u.setScale('x', { min: first.u.data[0][0], max: first.u.data[0][first.u.data[0].length - 1] });
+    await 0; await 0;
+    press('ArrowRight');
+    told.reads = first.figure.querySelector('.legend output').textContent;
+    report.plots.slice(0, 3).forEach(plot => { plot.isSeen = true; });
+    const [from, to] = [first.u.data[0][0], first.u.data[0][first.u.data[0].length - 1]];
+    const began = performance.now(), moves = 20;
+    for (let k = 0; k < moves; k++) { report.show(from + k, from + k + 0.9 * (to - from)); await 0; await 0; }
+    told.move_ms = (performance.now() - began) / moves;
+    }
+  } catch (error) { told.wrong.push(String(error)); }
+  document.body.dataset.told = JSON.stringify(told);
+})();</script>";
+
+/// The browser; `None`, said so, where there is none.
+fn browser() -> Option<PathBuf> {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let names = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"];
+    let found =
+        env::split_paths(&path).flat_map(|folder| names.map(|name| folder.join(name))).find(|path| path.is_file());
+    if found.is_none() {
+        assert!(env::var_os("MWD_REQUIRE_BROWSER").is_none(), "no browser: apt install chromium-headless-shell");
+        println!("SKIPPED: no browser (apt install chromium-headless-shell)");
+    }
+    found
+}
+
+/// What a page tells of itself in a browser.
+fn told(browser: &Path, page: &Path, width: u32, is_dark: bool) -> Value {
+    let text = fs::read_to_string(page).unwrap();
+    let text =
+        text.replacen("<head>", &format!("<head>{LISTEN}"), 1).replacen("</body>", &format!("{CHECK}</body>"), 1);
+    let checked = page.with_extension("checked.html");
+    fs::write(&checked, text).unwrap();
+    let profile = TempDir::new().unwrap();
+    let mut command = Command::new(browser);
+    command.args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--dump-dom"]);
+    command.arg(format!("--user-data-dir={}", profile.path().display()));
+    command.arg(format!("--window-size={width},900"));
+    command.arg(format!("--blink-settings=preferredColorScheme={}", u8::from(!is_dark)));
+    let output = command.arg(format!("file://{}", checked.display())).output().unwrap();
+    let page = String::from_utf8_lossy(&output.stdout);
+    let told = page.split("data-told=\"").nth(1).unwrap_or_else(|| panic!("{output:?}"));
+    serde_json::from_str(&told.split('"').next().unwrap().replace("&quot;", "\"").replace("&amp;", "&")).unwrap()
+}
+
+/// Nothing is wrong, too wide, too small to read, or blank.
+fn is_legible(told: &Value, width: u32, is_dark: bool) {
+    assert_eq!(told["wrong"], Value::Array(Vec::new()), "{told}");
+    assert_eq!((told["width"].as_u64(), told["dark"].as_bool()), (Some(width.into()), Some(is_dark)), "{told}");
+    assert!(told["page"].as_u64().unwrap() <= u64::from(width) && told["wide"] == Value::Array(Vec::new()), "{told}");
+    assert!(told["blank"] == 0 && told["small"] == 0, "{told}");
+}
+
+/// A page with plots of a flight: legible, and its keys work.
+fn is_sound(told: &Value, width: u32, is_dark: bool) {
+    is_legible(told, width, is_dark);
+    assert!(told["plots"].as_u64().unwrap() > 10, "{told}");
+    assert!(told["zooms"] == true && told["returns"] == true, "{told}");
+    assert!(told["reads"].as_str().unwrap().contains(|letter: char| letter.is_ascii_digit()), "{told}");
+}
+
+#[test]
+fn pages_of_a_recording_are_sound_on_a_desk_and_on_a_phone_in_the_light_and_in_the_dark() {
+    let Some(browser) = browser() else { return };
+    let directory = TempDir::new().unwrap();
+    for command in ["replay", "diagnose"] {
+        let page = directory.path().join(format!("{command}.html"));
+        let mut mwd = Command::new(env!("CARGO_BIN_EXE_mwd"));
+        let output = mwd.arg(command).arg(recording_path(FAST_ROTATION)).arg("--html").arg(&page).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        for (width, is_dark) in [(1280, false), (390, true)] {
+            is_sound(&told(&browser, &page, width, is_dark), width, is_dark);
+        }
+    }
+}
+
+/// Stations of a hole that builds to the north, as CSV.
+fn stations() -> String {
+    let mut text = "md_m,gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt\n".to_owned();
+    let (north_nt, down_nt) = (21_000.0, 45_000.0);
+    for k in 1..=12 {
+        let (sine, cosine) = (5.0 * f64::from(k)).to_radians().sin_cos();
+        let (bx, bz) = (north_nt * cosine - down_nt * sine, north_nt * sine + down_nt * cosine);
+        text += &format!("{},{:.6},0.0,{cosine:.6},{bx:.1},0.0,{bz:.1}\n", 100 * k, -sine);
+    }
+    text
+}
+
+#[test]
+fn pages_of_a_calibration_and_of_a_run_of_surveys_are_legible() {
+    let directory = TempDir::new().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    fs::write(at("stations.csv"), stations()).unwrap();
+    fs::write(at("run.toml"), "latitude_deg = 60.4\nlongitude_deg = 5.3\ndate = \"2026-06-01\"\n").unwrap();
+    let run = at("run.toml").display().to_string();
+    let rests = recording_path("multipos_mpu9150_imu0");
+    let browser = browser();
+    for (command, input, more) in [("calibrate", rests, vec![]), ("survey", at("stations.csv"), vec!["--run", &run])] {
+        let page = at(&format!("{command}.html"));
+        let mut mwd = Command::new(env!("CARGO_BIN_EXE_mwd"));
+        let output = mwd.arg(command).arg(input).args(more).arg("--html").arg(&page).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let text = fs::read_to_string(&page).unwrap();
+        assert!(unbalanced(&text).is_empty() && is_whole(&text), "{command}: {:?}", unbalanced(&text));
+        for (width, is_dark) in [(1280, false), (390, true)] {
+            if let Some(browser) = &browser {
+                is_legible(&told(browser, &page, width, is_dark), width, is_dark);
+            }
+        }
+    }
+}
+
+/// Outputs and readings of an hour at 100 Hz, with every curve moving all the time.
+#[test]
+fn a_page_of_an_hour_is_small_and_its_plots_move_at_once() {
+    let times = || (1..=360_000_u64).map(|k| (10_000 * k, k as f32 * 0.01));
+    let shaken = |t_s: f32, k: f32| libm::sinf(t_s * k) + 0.1 * libm::sinf(t_s * 31.7 * k);
+    let attitude = |t_s: f32| Attitude {
+        q: [1.0, 0.0, 0.0, 0.0],
+        inclination_rad: 0.7 + 0.01 * shaken(t_s, 0.3),
+        azimuth_rad: 1.0 + 0.02 * shaken(t_s, 0.4),
+        gravity_toolface_rad: (3.0 * t_s).rem_euclid(core::f32::consts::TAU),
+        magnetic_toolface_rad: 0.0,
+        sigma_inclination_rad: 0.003,
+        sigma_azimuth_rad: 0.01,
+        sigma_toolface_rad: 0.005,
+        flags: AttitudeFlags::empty(),
+    };
+    let vector = |t_s: f32| [1.1, 2.3, 3.7].map(|k| shaken(t_s, k));
+    let sample = |(t_us, t_s)| Sample {
+        t_us,
+        gyro_rad_s: vector(t_s),
+        accel_m_s2: vector(t_s + 1.0),
+        mag_ut: vector(t_s + 2.0),
+        temperature_c: 60.0 + shaken(t_s, 0.01),
+        ..Sample::default()
+    };
+    let trace = Trace { samples: times().map(sample).collect(), ..Trace::default() };
+    let outputs = times().map(|(t_us, t_s)| Output { t_us, rate_rad_s: vector(t_s), attitude: Some(attitude(t_s)) });
+    let flight = Flight { outputs: outputs.collect(), ..Flight::default() };
+    let calibrated = times().map(|(t_us, t_s)| Calibrated {
+        t_us,
+        force_m_s2: Some(vector(t_s + 1.0)),
+        field_ut: Some(vector(t_s + 2.0)),
+    });
+    let watched = Watched { calibrated: calibrated.collect(), ..Watched::default() };
+    let config = Config { effects: false, ..Config::default() };
+    let diagnosed = diagnosed(&Trace::default(), &config, &Flight::default());
+    let (trace, flight) = (&trace, &flight);
+    let text = page(&Told {
+        trace,
+        config: &config,
+        flight,
+        diagnosed: &diagnosed,
+        reference: None,
+        watched: Some(&watched),
+        place: "here",
+    });
+    assert!(text.len() < LARGEST_PAGE, "{}", text.len());
+    let Some(browser) = browser() else { return };
+    let directory = TempDir::new().unwrap();
+    let file = directory.path().join("hour.html");
+    write_page(&file, &text).unwrap();
+    let told = told(&browser, &file, 1280, false);
+    is_sound(&told, 1280, false);
+    let took_ms = told["move_ms"].as_f64().unwrap();
+    println!("page of an hour: {} bytes, {took_ms:.1} ms to move the plots in view", text.len());
+    assert!(took_ms < LONGEST_MOVE_MS, "{told}");
+}

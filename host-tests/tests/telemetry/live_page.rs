@@ -1,0 +1,56 @@
+//! The monitor's page on loopback.
+
+use std::{
+    fs,
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
+    process,
+    time::{Duration, Instant},
+};
+
+use meerkat_mwd::telemetry::AttitudeFormat;
+
+use crate::flown;
+
+/// What a monitor on loopback answers; its status line and all that follows.
+fn answered(address: &str, request: &str) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    stream.write_all(request.as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer
+}
+
+/// The page has the last attitude; another name for this machine, or another path, gets nothing.
+#[test]
+fn the_live_page_is_for_this_machine_and_shows_what_the_probe_says() {
+    let (config, samples) = flown::recording("broad_06");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("line.bin");
+    fs::write(&path, flown::stream(&config, &samples, AttitudeFormat::Exact)).unwrap();
+    let flight = mwd::flight::fly(&config, &samples, |_| ()).unwrap();
+    let last = flight.outputs.last().unwrap().attitude.unwrap();
+    let mut monitor = process::Command::new(env!("CARGO_BIN_EXE_mwd"));
+    let mut monitor = monitor.arg("monitor").arg(&path).arg("--web=0").stdout(process::Stdio::piped()).spawn().unwrap();
+    let mut said = String::new();
+    BufReader::new(monitor.stdout.take().unwrap()).read_line(&mut said).unwrap();
+    let address = said.split("http://").nth(1).unwrap().split('/').next().unwrap().to_owned();
+    assert!(address.starts_with("127.0.0.1:"), "{said}");
+    let ask = |path: &str, host: &str| answered(&address, &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n"));
+    let until = Instant::now() + Duration::from_secs(30);
+    let inclination = loop {
+        let answer = ask("/state", &address);
+        let body: serde_json::Value = serde_json::from_str(answer.split("\r\n\r\n").nth(1).unwrap()).unwrap();
+        let is_last = (body["t_s"].as_f64().unwrap() - samples.last().unwrap().t_us as f64 * 1e-6).abs() < 0.5;
+        if is_last || Instant::now() > until {
+            break body["angles"]["deg"][0].as_f64().unwrap();
+        }
+    };
+    let page = ask("/", &address);
+    let refused = [ask("/state", "elsewhere.example"), ask("/etc/passwd", &address)];
+    monitor.kill().unwrap();
+    monitor.wait().unwrap();
+    assert!((inclination - f64::from(last.inclination_rad.to_degrees())).abs() < 0.01, "{inclination}");
+    assert!(page.starts_with("HTTP/1.1 200") && page.contains("connect-src 'self'") && page.contains("uPlot"));
+    assert!(refused[0].starts_with("HTTP/1.1 403") && refused[1].starts_with("HTTP/1.1 404"), "{refused:?}");
+}
