@@ -9,6 +9,7 @@ pub mod earth;
 pub mod failure;
 pub mod flight;
 pub mod fuzzed;
+pub mod import;
 pub mod port;
 pub mod report;
 pub mod research;

@@ -8,6 +8,7 @@ mod emulate;
 mod exit_status;
 mod field;
 mod hold_out;
+mod import;
 pub mod main_job;
 mod monitor;
 mod record;
@@ -47,6 +48,8 @@ pub enum Command {
     Emulate(emulate::EmulateArgs),
     /// Make accelerometer and magnetometer models from traces with rests and turns
     Calibrate(calibrate::CalibrateArgs),
+    /// Make a trace of foreign recordings, and refuse what cannot be
+    Import(import::ImportArgs),
     /// Simulate a scenario and write its trace
     Simulate(simulate::SimulateArgs),
     /// Measure speed and accuracy, and print tables
@@ -98,6 +101,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         None => main_job::run(&cli.main_job),
         Some(Command::Replay(args)) => replay::run(args),
         Some(Command::Emulate(args)) => emulate::run(args),
+        Some(Command::Import(args)) => import::run(args),
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Diagnose(args)) => diagnose::run(args),
         Some(Command::Calibrate(args)) => calibrate::run(args),
