@@ -1,5 +1,6 @@
 //! What surrounds `meerkat-mwd` on a desk: commands, traces, simulation, scores, reports, the emulated chip.
 
+pub mod batch;
 pub mod bench;
 pub mod bus_faults;
 pub mod calibrate;

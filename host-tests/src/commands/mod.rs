@@ -1,5 +1,6 @@
 //! The command line: each command with its options is one file.
 
+mod batch;
 mod bench;
 mod calibrate;
 mod command;
@@ -52,6 +53,8 @@ pub enum Command {
     Import(import::ImportArgs),
     /// Simulate a scenario and write its trace
     Simulate(simulate::SimulateArgs),
+    /// Fly many recordings at once and write tables of the results
+    Batch(batch::BatchArgs),
     /// Measure speed and accuracy, and print tables
     Bench(bench::BenchArgs),
     /// Record a probe's raw samples as a trace, with the configuration beside it
@@ -105,6 +108,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Diagnose(args)) => diagnose::run(args),
         Some(Command::Calibrate(args)) => calibrate::run(args),
+        Some(Command::Batch(args)) => batch::run(args),
         Some(Command::Bench(args)) => bench::run(args),
         Some(Command::Record(args)) => record::run(args),
         Some(Command::Monitor(args)) => monitor::run(args),
