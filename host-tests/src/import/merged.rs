@@ -51,6 +51,10 @@ pub fn merged(parts: &[Resolved], mut all: Vec<Series>) -> Result<Merged, Failur
         let sensor = name(part.quantity);
         let (first, last) = (series.t_us.first(), series.t_us.last());
         if first > gyro.t_us.last() || last < gyro.t_us.first() {
+            if matches!(part.quantity, Quantity::Temperature | Quantity::Reference) {
+                merged.notes.push(format!("the {sensor} is left out: it has no time in common with the gyro"));
+                continue;
+            }
             return Err(Failure::BadInput(format!(
                 "the {sensor} and the gyro have no time in common: {} to {} s and {} to {} s. Name another column of time, \
                  or time_offset_s = ... in [{sensor}] of --map",

@@ -40,7 +40,11 @@ fn tables(data: &ParsedData, topic: &str) -> Vec<Table> {
     let instances: BTreeMap<String, _> = instances.map(|(id, fields)| (format!("{id:?}"), fields)).collect();
     let named = instances.values().enumerate().map(|(index, fields)| {
         let fields: BTreeMap<_, _> = fields.iter().collect();
-        let columns = fields.into_iter().filter_map(|(name, values)| Some(Column::of(name, numbers(values)?)));
+        let columns = fields.into_iter().filter_map(|(name, values)| {
+            // The format's clock; a slow topic's step alone would look like nanoseconds.
+            let name = if name == "timestamp" { "timestamp [us]" } else { name.as_str() };
+            Some(Column::of(name, numbers(values)?))
+        });
         let name = if index == 0 { topic.to_owned() } else { format!("{topic} {}", index + 1) };
         Table { name, columns: columns.collect(), keys: Vec::new() }
     });
