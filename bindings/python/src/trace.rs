@@ -54,7 +54,7 @@ impl Trace {
         let mut last = None;
         for (row, time) in times.iter().enumerate() {
             let t_us = (time * 1e6).round();
-            if !(t_us >= 0.0 && t_us < 1.8e19) {
+            if !(0.0..1.8e19).contains(&t_us) {
                 return Err(bad(format!("row {row}: time {time} s is negative, too large or no number")));
             }
             let t_us = t_us as u64;
