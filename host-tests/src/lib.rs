@@ -1,5 +1,6 @@
 //! What surrounds `meerkat-mwd` on a desk: commands, traces, simulation, scores, reports, the emulated chip.
 
+pub mod batch;
 pub mod bench;
 pub mod bus_faults;
 pub mod calibrate;
@@ -9,6 +10,7 @@ pub mod earth;
 pub mod failure;
 pub mod flight;
 pub mod fuzzed;
+pub mod import;
 pub mod port;
 pub mod report;
 pub mod research;

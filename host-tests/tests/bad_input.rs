@@ -120,12 +120,43 @@ fn optional_columns_are_read_as_strictly() {
 #[test]
 fn time_must_be_there_and_increase() {
     let after = |time: &str| refused_text(&format!("{HEADER}\n{ROW}\n{time},0,0,0,0,0,9.8\n"));
+    // Half of all rows: the clock is wrong, and not one packet late.
     assert_eq!(after("0.009"), ", line 3, column t_s: time goes back: 0.009000 s after 0.010000 s");
     assert_eq!(after("0.0100"), ", line 3, column t_s: time repeats: 0.010000 s is the time of the row before");
     // The same microsecond in different texts.
     assert!(after("0.0100004").starts_with(", line 3, column t_s: time repeats"));
     assert_eq!(after(""), ", line 3, column t_s: the time is missing");
     assert_eq!(after("-1"), r#", line 3, column t_s: time "-1" is negative or too large"#);
+}
+
+/// A few repeated and late rows cost themselves; the flight is that without them.
+#[test]
+fn repeated_and_late_rows_are_dropped_and_counted_unless_strict() {
+    let directory = TempDir::new().unwrap();
+    let rows: Vec<String> = (1..400).map(|i| format!("{}.{:02},0.0{},0,0,0,0,9.8", i / 100, i % 100, i % 7)).collect();
+    let mut spoilt = rows.clone();
+    spoilt.insert(200, rows[199].clone());
+    spoilt.insert(300, rows[290].clone());
+    let mut results = Vec::new();
+    for (name, rows) in [("plain", &rows), ("spoilt", &spoilt)] {
+        let trace = file(&directory, &format!("{name}.csv"), format!("{HEADER}\n{}\n", rows.join("\n")).as_bytes());
+        let (json, attitude) = (directory.path().join("out.json"), directory.path().join("out.csv"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));
+        command.arg("replay").arg(&trace).arg("--json").arg(&json).arg("--attitude").arg(&attitude);
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let result: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap();
+        results.push((result["trace"]["dropped"].clone(), fs::read(attitude).unwrap(), output.stdout));
+    }
+    assert_eq!(results[0].0, serde_json::json!({"repeated": 0, "late": 0}));
+    assert_eq!(results[1].0, serde_json::json!({"repeated": 1, "late": 1}));
+    assert_eq!(results[0].1, results[1].1);
+    let told = String::from_utf8(results[1].2.clone()).unwrap();
+    assert!(told.contains("2 rows dropped: 1 repeat a time, 1 are late; the first in line 202"), "{told}");
+    let mut strict = Command::new(env!("CARGO_BIN_EXE_mwd"));
+    let strict = strict.arg("replay").arg(directory.path().join("spoilt.csv")).arg("--strict").output().unwrap();
+    assert_eq!(strict.status.code(), Some(2));
+    assert!(String::from_utf8(strict.stderr).unwrap().contains("line 202, column t_s: time repeats"));
 }
 
 #[test]

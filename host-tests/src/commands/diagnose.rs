@@ -60,6 +60,7 @@ impl DiagnoseArgs {
             no_effects: false,
             explain: false,
             through_sensors: false,
+            strict: false,
         }
     }
 }

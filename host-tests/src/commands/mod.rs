@@ -1,5 +1,6 @@
 //! The command line: each command with its options is one file.
 
+mod batch;
 mod bench;
 mod calibrate;
 mod command;
@@ -8,6 +9,7 @@ mod emulate;
 mod exit_status;
 mod field;
 mod hold_out;
+mod import;
 pub mod main_job;
 mod man;
 mod monitor;
@@ -66,11 +68,15 @@ pub enum Command {
         after_help = "Examples:\n  cargo mwd calibrate host-tests/traces/multipos_mpu9150_imu0.csv.gz -o calibration.toml\n  cargo mwd replay TRACE.csv --config calibration.toml"
     )]
     Calibrate(calibrate::CalibrateArgs),
+    /// Make a trace of foreign recordings, and refuse what cannot be
+    Import(import::ImportArgs),
     /// Simulate a scenario and write its trace
     #[command(
         after_help = "Examples:\n  cargo mwd simulate host-tests/scenarios/drilling_45deg.toml -o drilling.csv.gz --seed 1"
     )]
     Simulate(simulate::SimulateArgs),
+    /// Fly many recordings at once and write tables of the results
+    Batch(batch::BatchArgs),
     /// Measure speed and accuracy, and print tables
     #[command(
         after_help = "Examples:\n  cargo mwd bench --quick\n  cargo mwd bench --only benefit --markdown docs/measurements"
@@ -135,9 +141,11 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         None => main_job::run(&cli.main_job),
         Some(Command::Replay(args)) => replay::run(args),
         Some(Command::Emulate(args)) => emulate::run(args),
+        Some(Command::Import(args)) => import::run(args),
         Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Diagnose(args)) => diagnose::run(args),
         Some(Command::Calibrate(args)) => calibrate::run(args),
+        Some(Command::Batch(args)) => batch::run(args),
         Some(Command::Bench(args)) => bench::run(args),
         Some(Command::Record(args)) => record::run(args),
         Some(Command::Monitor(args)) => monitor::run(args),

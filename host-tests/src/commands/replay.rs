@@ -77,6 +77,9 @@ pub struct ReplayArgs {
     /// `emulate` does
     #[arg(long)]
     pub through_sensors: bool,
+    /// Refuse a trace with a row whose time repeats or goes back, instead of dropping that row
+    #[arg(long)]
+    pub strict: bool,
 }
 
 impl ReplayArgs {
@@ -174,6 +177,9 @@ fn stored_model(args: &ReplayArgs) -> Result<Option<StoredModel>, Failure> {
 pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
     check_outputs(args)?;
     let mut trace = Trace::read(&args.trace)?;
+    if args.strict {
+        trace.none_dropped()?;
+    }
     let config = configuration(&trace, args.config.as_deref(), |config| args.set(config, &trace))?;
     trace.mark_clipped(&config.full_scale);
     Ok((trace, config))

@@ -29,6 +29,15 @@ pub fn write_surveys_csv(surveys: &[SurveyReport], path: &Path) -> Result<(), Fa
     write().map_err(|error| Failure::output(path, &error))
 }
 
+/// The same as text.
+#[must_use]
+pub fn surveys_csv(surveys: &[SurveyReport]) -> String {
+    let mut text = Vec::new();
+    // Writing to memory does not fail.
+    let _ = write_rows(surveys, &mut text);
+    String::from_utf8_lossy(&text).into_owned()
+}
+
 fn write_rows(surveys: &[SurveyReport], out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "{HEADER}")?;
     for SurveyReport { survey, quality, .. } in surveys {

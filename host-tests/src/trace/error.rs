@@ -97,7 +97,7 @@ pub enum Fault {
 }
 
 /// A fault with line and column, before the file's name is known.
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Located {
     pub line: Option<u64>,
     pub column: Option<&'static str>,

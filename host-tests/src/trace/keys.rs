@@ -96,6 +96,14 @@ impl Keys {
         })
     }
 
+    /// Sets one key; false for one that no trace has.
+    ///
+    /// # Errors
+    /// A value that this key cannot have.
+    pub fn assign(&mut self, key: &str, value: &str) -> Result<bool, Fault> {
+        self.set(key, value).map(|outcome| outcome == KeyOutcome::Taken)
+    }
+
     /// Sets one key.
     pub(super) fn set(&mut self, key: &str, value: &str) -> Result<KeyOutcome, Fault> {
         let bad = |must_be| Fault::BadKey { assignment: format!("{key} = {}", quoted(value)), must_be };

@@ -2,6 +2,7 @@
 
 mod columns;
 mod decimal_time;
+mod dropped;
 mod error;
 mod keys;
 mod lines;
@@ -13,6 +14,7 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
+pub use dropped::Dropped;
 pub use error::{Fault, TraceError};
 pub use keys::{BodyFrame, EarthFrame, Keys};
 use meerkat_mwd::{Sample, SampleFlags, config::FullScale, probe::CLIPPED_SHARE};
@@ -40,6 +42,8 @@ pub struct Trace {
     /// Flags that the driver itself set (column `sample_flags` of recorded traces, the bits of
     /// [`SampleFlags`]).
     pub driver_flags: Option<Vec<SampleFlags>>,
+    /// Rows of the file that are no samples, for their times.
+    pub dropped: Dropped,
     /// Remarks for the user, such as ignored columns.
     pub notes: Vec<String>,
 }
@@ -51,12 +55,21 @@ pub fn clipping_is_known(full_scale: &FullScale) -> bool {
 }
 
 impl Trace {
-    /// Reads a trace, plain or gzip.
+    /// Reads a trace, plain or gzip. Rows whose time repeats or goes back are dropped, counted and noted; over
+    /// one in twenty, they are an error.
     ///
     /// # Errors
     /// What is wrong, with the file, the line and the column.
     pub fn read(path: &Path) -> Result<Self, TraceError> {
         read::read(path)
+    }
+
+    /// The first dropped row as an error, for who allows none.
+    ///
+    /// # Errors
+    /// A row was dropped for its time.
+    pub fn none_dropped(&self) -> Result<(), TraceError> {
+        self.dropped.first(&self.path).map_or(Ok(()), Err)
     }
 
     /// Writes the trace so that [`Trace::read`] gives it back, gzip when the name ends in `.gz`.

@@ -31,7 +31,14 @@ fn read_lines<R: BufRead>(mut lines: Lines<R>) -> Result<Trace, Located> {
             continue;
         }
         let mut row = parse_row(row, line, &columns)?;
-        let t_us = row.time_after(last_us).map_err(|fault| fault.in_column(line, "t_s"))?;
+        let t_us = match row.time_after(last_us) {
+            Ok(t_us) => t_us,
+            Err(fault @ (Fault::TimeBack { .. } | Fault::TimeRepeated(_))) => {
+                trace.dropped.count(fault.in_column(line, "t_s"));
+                continue;
+            }
+            Err(fault) => return Err(fault.in_column(line, "t_s")),
+        };
         last_us = Some(t_us);
         not_rotations += usize::from(row.drop_reference_that_is_no_rotation());
         row.append_to(t_us, &mut trace);
@@ -39,6 +46,10 @@ fn read_lines<R: BufRead>(mut lines: Lines<R>) -> Result<Trace, Located> {
     if trace.samples.is_empty() {
         return Err(Fault::NoSamples.of_file());
     }
+    if let Some(fault) = trace.dropped.too_many(trace.samples.len()) {
+        return Err(fault);
+    }
+    trace.notes.extend(trace.dropped.note());
     if not_rotations > 0 {
         trace.notes.push(format!("{not_rotations} reference quaternions are far from unit norm and count as missing"));
     }

@@ -47,6 +47,13 @@ struct TraceFacts {
     gaps: u32,
     clipped: Option<usize>,
     missing: Missing,
+    dropped: DroppedRows,
+}
+
+#[derive(Debug, Serialize)]
+struct DroppedRows {
+    repeated: usize,
+    late: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -170,6 +177,7 @@ pub fn result_json(
                 temp: trace.count(SampleFlags::TEMPERATURE_MISSING),
                 reference: trace.reference_missing(),
             },
+            dropped: DroppedRows { repeated: trace.dropped.repeated, late: trace.dropped.late },
         },
         identification: Identification {
             motion: name(config.identification.motion),
@@ -203,6 +211,14 @@ impl ResultJson {
         self
     }
 
+    /// The result as text.
+    ///
+    /// # Errors
+    /// When a value cannot be written as JSON.
+    pub fn text(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self)
+    }
+
     /// Writes the result, indented.
     ///
     /// # Errors
@@ -210,8 +226,7 @@ impl ResultJson {
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
         let write = || -> std::io::Result<()> {
             let mut file = BufWriter::new(File::create(path)?);
-            serde_json::to_writer_pretty(&mut file, self)?;
-            writeln!(file)?;
+            writeln!(file, "{}", self.text()?)?;
             file.flush()
         };
         write().map_err(|error| Failure::output(path, &error))

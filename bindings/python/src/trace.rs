@@ -1,0 +1,166 @@
+//! A recording.
+
+use std::path::PathBuf;
+
+use meerkat_mwd::{Sample, SampleFlags};
+use mwd::trace::{Keys, Trace as Inner};
+use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, ndarray::Array2};
+use pyo3::{prelude::*, types::PyDict};
+
+use crate::bad;
+
+/// A recording: samples, keys of its header, and a reference attitude if there is one.
+#[pyclass(frozen, module = "meerkat_mwd")]
+pub struct Trace(pub Inner);
+
+#[pymethods]
+impl Trace {
+    /// Reads a trace file, .csv or .csv.gz.
+    #[staticmethod]
+    fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        py.detach(|| Inner::read(&path)).map(Self).map_err(bad)
+    }
+
+    /// A trace of arrays: times in seconds (N), rad/s (N, 3), m/s^2 (N, 3), uT (N, 3), degC (N). NaN is a
+    /// missing value.
+    #[staticmethod]
+    #[pyo3(signature = (t_s, gyr, acc, mag=None, temperature=None, keys=Vec::new()))]
+    fn from_arrays(
+        t_s: PyReadonlyArray1<'_, f64>,
+        gyr: PyReadonlyArray2<'_, f64>,
+        acc: PyReadonlyArray2<'_, f64>,
+        mag: Option<PyReadonlyArray2<'_, f64>>,
+        temperature: Option<PyReadonlyArray1<'_, f64>>,
+        keys: Vec<(String, String)>,
+    ) -> PyResult<Self> {
+        let mut trace = Inner { path: "arrays".into(), keys: header(&keys)?, ..Inner::default() };
+        let times = t_s.as_array();
+        let count = times.len();
+        for (name, shape) in [
+            ("gyr", Some(gyr.as_array().dim())),
+            ("acc", Some(acc.as_array().dim())),
+            ("mag", mag.as_ref().map(|mag| mag.as_array().dim())),
+        ] {
+            if shape.is_some_and(|shape| shape != (count, 3)) {
+                return Err(bad(format!(
+                    "{name} must have the shape ({count}, 3) of the times, not {:?}",
+                    shape.unwrap_or_default()
+                )));
+            }
+        }
+        if temperature.as_ref().is_some_and(|temperature| temperature.as_array().len() != count) {
+            return Err(bad(format!("temperature must have {count} values, as the times")));
+        }
+        let mut last = None;
+        for (row, time) in times.iter().enumerate() {
+            let t_us = (time * 1e6).round();
+            if !(0.0..1.8e19).contains(&t_us) {
+                return Err(bad(format!("row {row}: time {time} s is negative, too large or no number")));
+            }
+            let t_us = t_us as u64;
+            if last.is_some_and(|last| t_us <= last) {
+                return Err(bad(format!("row {row}: time {time} s is not after that of the row before")));
+            }
+            last = Some(t_us);
+            let mut flags = SampleFlags::empty();
+            let mut three = |values: Option<&PyReadonlyArray2<'_, f64>>, missing| {
+                let read = values.map(|values| {
+                    let values = values.as_array();
+                    [0, 1, 2].map(|axis| values[(row, axis)] as f32)
+                });
+                read.filter(|row| row.iter().all(|x| x.is_finite())).unwrap_or_else(|| {
+                    flags.insert(missing);
+                    [0.0; 3]
+                })
+            };
+            let gyro_rad_s = three(Some(&gyr), SampleFlags::GYRO_MISSING);
+            let accel_m_s2 = three(Some(&acc), SampleFlags::ACCEL_MISSING);
+            let mag_ut = three(mag.as_ref(), SampleFlags::MAG_MISSING);
+            let warm = temperature.as_ref().map(|values| values.as_array()[row] as f32).filter(|x| x.is_finite());
+            flags.set(SampleFlags::TEMPERATURE_MISSING, warm.is_none());
+            trace.samples.push(Sample {
+                t_us,
+                gyro_rad_s,
+                accel_m_s2,
+                mag_ut,
+                temperature_c: warm.unwrap_or(0.0),
+                flags,
+            });
+        }
+        if trace.samples.is_empty() {
+            return Err(bad("there is no sample"));
+        }
+        trace.mark_clipped(&trace.keys.full_scale());
+        Ok(Self(trace))
+    }
+
+    /// Writes the trace, gzip when the name ends in .gz.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| self.0.write(&path)).map_err(bad)
+    }
+
+    /// Arrays by name; NaN where a value is missing.
+    fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let samples = &self.0.samples;
+        let arrays = PyDict::new(py);
+        let times: Vec<f64> = samples.iter().map(|sample| sample.t_us as f64 / 1e6).collect();
+        arrays.set_item("t_s", times.into_pyarray(py))?;
+        let three = |of: fn(&Sample) -> [f32; 3], missing| {
+            let row = |sample: &Sample| if sample.flags.contains(missing) { [f32::NAN; 3] } else { of(sample) };
+            rows(samples.iter().map(row))
+        };
+        arrays.set_item("gyr", three(|s| s.gyro_rad_s, SampleFlags::GYRO_MISSING).into_pyarray(py))?;
+        arrays.set_item("acc", three(|s| s.accel_m_s2, SampleFlags::ACCEL_MISSING).into_pyarray(py))?;
+        arrays.set_item("mag", three(|s| s.mag_ut, SampleFlags::MAG_MISSING).into_pyarray(py))?;
+        let warm =
+            |s: &Sample| if s.flags.contains(SampleFlags::TEMPERATURE_MISSING) { f32::NAN } else { s.temperature_c };
+        arrays.set_item("temperature", samples.iter().map(warm).collect::<Vec<_>>().into_pyarray(py))?;
+        if !self.0.reference.is_empty() {
+            let reference = self.0.reference.iter().map(|q| q.unwrap_or([f64::NAN; 4]));
+            arrays.set_item("reference", rows(reference).into_pyarray(py))?;
+        }
+        if let Some(rates) = &self.0.true_rate {
+            arrays.set_item("true_rate", rows(rates.iter().copied()).into_pyarray(py))?;
+        }
+        Ok(arrays)
+    }
+
+    /// Remarks of the reader, such as ignored columns.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.0.notes.clone()
+    }
+
+    /// From the first sample to the last, seconds.
+    #[getter]
+    fn duration_s(&self) -> f64 {
+        self.0.duration_s()
+    }
+
+    fn __len__(&self) -> usize {
+        self.0.samples.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Trace({} samples, {:.3} s, {})", self.0.samples.len(), self.0.duration_s(), self.0.path.display())
+    }
+}
+
+/// Keys of a header by their names.
+pub fn header(keys: &[(String, String)]) -> PyResult<Keys> {
+    let mut header = Keys::default();
+    for (key, value) in keys {
+        if !header.assign(key, value).map_err(bad)? {
+            return Err(bad(format!("{key} is no key of a trace's header")));
+        }
+    }
+    Ok(header)
+}
+
+/// Rows as one array, without a copy.
+pub fn rows<T: Copy, const N: usize>(rows: impl Iterator<Item = [T; N]>) -> Array2<T> {
+    let values: Vec<T> = rows.flatten().collect();
+    let count = values.len() / N;
+    // The shape is the values': it cannot fail.
+    Array2::from_shape_vec((count, N), values).unwrap_or_else(|_| unreachable!())
+}

@@ -1,0 +1,89 @@
+//! The recordings that a command line names: files, folders, patterns, and lists.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crate::failure::Failure;
+
+/// Endings of traces.
+const ENDINGS: [&str; 2] = [".csv", ".csv.gz"];
+
+/// All recordings in the order of their naming, each once; those of a folder in the order of their names.
+/// `@FILE` names a list, one a line.
+///
+/// # Errors
+/// A list or a folder that cannot be read, or one that holds nothing.
+pub fn recordings(inputs: &[String]) -> Result<Vec<PathBuf>, Failure> {
+    let mut found = Vec::new();
+    for input in inputs {
+        add(input, &mut found)?;
+    }
+    let mut seen = std::collections::BTreeSet::new();
+    found.retain(|path| seen.insert(path.clone()));
+    Ok(found)
+}
+
+fn add(input: &str, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
+    let bad = |what: String| Err(Failure::BadInput(format!("{input}: {what}")));
+    if let Some(list) = input.strip_prefix('@') {
+        let text = fs::read_to_string(list);
+        let text = text.map_err(|error| Failure::BadInput(format!("{list}: cannot be read: {error}")))?;
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+        return lines.into_iter().try_for_each(|line| add(line, found));
+    }
+    let path = Path::new(input);
+    if path.is_dir() {
+        let before = found.len();
+        folder(path, found)?;
+        return if found.len() > before { Ok(()) } else { bad("the folder holds no .csv and no .csv.gz".into()) };
+    }
+    // A file may have a star in its name.
+    if !input.contains(['*', '?', '[']) || path.exists() {
+        found.push(path.to_owned());
+        return Ok(());
+    }
+    let matches = match glob::glob(input) {
+        Ok(matches) => matches,
+        Err(error) => return bad(format!("is no pattern: {error}")),
+    };
+    let before = found.len();
+    found.extend(matches.flatten().filter(|path| path.is_file()));
+    if found.len() > before { Ok(()) } else { bad("no file is so named".into()) }
+}
+
+fn folder(path: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
+    for path in crate::trace::recordings::listed(path)? {
+        let name = path.to_string_lossy().into_owned();
+        if path.is_dir() && !name.ends_with(super::parts::ENDING) {
+            folder(&path, found)?;
+        } else if ENDINGS.iter().any(|ending| name.ends_with(ending)) {
+            found.push(path);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn files_folders_patterns_and_lists_are_each_recording_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+        fs::create_dir(at("deep")).unwrap();
+        for name in ["b.csv", "a.csv.gz", "deep/c.csv", "notes.txt"] {
+            fs::write(at(name), "").unwrap();
+        }
+        fs::write(at("list"), format!("# two\n{}\n\n{}\n", at("b.csv"), at("gone.csv"))).unwrap();
+        let all = recordings(&[at("deep/../b.csv"), at(""), at("*.csv"), format!("@{}", at("list"))]).unwrap();
+        let names: Vec<_> = all.iter().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
+        // The list's missing file is a row of its own later.
+        assert_eq!(names, ["b.csv", "a.csv.gz", "b.csv", "c.csv", "gone.csv"]);
+        assert!(recordings(&[at("*.mat")]).unwrap_err().to_string().ends_with("no file is so named"));
+        assert!(recordings(&[format!("@{}", at("none"))]).is_err());
+    }
+}

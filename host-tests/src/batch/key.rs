@@ -1,0 +1,81 @@
+//! What a result depends on, as a hash: the recording's bytes, the configuration's, the options and the
+//! program itself.
+
+use std::{
+    fs::File,
+    io::{self, Read},
+    path::Path,
+    sync::OnceLock,
+};
+
+use blake2::{Blake2b512, Digest};
+
+use super::options::Options;
+
+/// Hash of a recording and all that its result depends on, 32 hexadecimal digits.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Key(String);
+
+impl Key {
+    /// The key of a recording's content.
+    ///
+    /// # Errors
+    /// The recording or the configuration cannot be read.
+    pub fn of(path: &Path, options: &Options) -> io::Result<Self> {
+        let mut hash = Blake2b512::new();
+        hash.update(program());
+        hash.update(options.told());
+        if let Some(config) = &options.config {
+            add(&mut hash, config)?;
+        }
+        hash.update(b"trace");
+        add(&mut hash, path)?;
+        Ok(Self::from(hash))
+    }
+
+    /// The key of a recording that cannot be read.
+    #[must_use]
+    pub fn of_path(path: &Path) -> Self {
+        Self::from(Blake2b512::new_with_prefix(path.to_string_lossy().as_bytes()))
+    }
+
+    fn from(hash: Blake2b512) -> Self {
+        Self(hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect())
+    }
+
+    /// As text.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.0
+    }
+
+    /// Name of a file of a recording's own: recordings of one name in two folders differ in their keys.
+    #[must_use]
+    pub fn file(&self, path: &Path, ending: &str) -> String {
+        format!("{}.{}.{ending}", crate::trace::recordings::name(path), &self.0[..8])
+    }
+}
+
+/// Hash of the program's own file: another build may fly otherwise. Its version where the file is not there.
+fn program() -> &'static [u8] {
+    static PROGRAM: OnceLock<Vec<u8>> = OnceLock::new();
+    PROGRAM.get_or_init(|| {
+        let mut hash = Blake2b512::new_with_prefix(env!("CARGO_PKG_VERSION"));
+        if let Ok(file) = std::env::current_exe() {
+            let _ = add(&mut hash, &file);
+        }
+        hash.finalize().to_vec()
+    })
+}
+
+fn add(hash: &mut Blake2b512, path: &Path) -> io::Result<()> {
+    let mut file = File::open(path)?;
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        let count = file.read(&mut buffer)?;
+        if count == 0 {
+            return Ok(());
+        }
+        hash.update(&buffer[..count]);
+    }
+}

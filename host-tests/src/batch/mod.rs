@@ -1,0 +1,118 @@
+//! Many recordings at once: each flown on its own, its result kept under a hash of all that it depends on,
+//! so that a run goes on where it stopped; three tables of all of them at the end.
+
+mod flown;
+pub mod inputs;
+mod key;
+mod options;
+mod parquet_file;
+mod parts;
+mod schema;
+
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::{Path, PathBuf},
+};
+
+use rayon::prelude::*;
+
+pub use flown::{Result, result};
+pub use key::Key;
+pub use options::Options;
+
+use crate::failure::Failure;
+use parquet_file::Table;
+use parts::{Part, Parts};
+use schema::{RECORDINGS, STATIONS, WINDOWS};
+
+/// What a run did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Recordings in the tables.
+    pub recordings: usize,
+    /// Of these, flown in this run.
+    pub flown: usize,
+    /// Of these, refused; their rows say why.
+    pub bad: usize,
+    /// Seconds of recordings that were flown in this run.
+    pub flown_s: f64,
+}
+
+/// Flies all recordings and writes the tables.
+///
+/// `progress` is called after each recording with the seconds that it holds; `threads` is how many fly at
+/// once.
+///
+/// # Errors
+/// Something cannot be written. What is wrong with a recording is in its row.
+pub fn run(
+    paths: &[PathBuf],
+    results: &Path,
+    options: &Options,
+    threads: usize,
+    progress: impl Fn(f64) + Sync,
+) -> std::result::Result<Tally, Failure> {
+    let parts = Parts::beside(results)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| Failure::BadInput(format!("{threads} threads cannot be had: {error}")))?;
+    let keyed: Vec<std::result::Result<(Key, f64), Failure>> = pool.install(|| {
+        let one = |path: &PathBuf| {
+            let outcome = one(path, &parts, options);
+            progress(outcome.as_ref().map_or(0.0, |(_, seconds)| *seconds));
+            outcome
+        };
+        // One at a time: recordings differ in length.
+        paths.par_iter().with_max_len(1).map(one).collect()
+    });
+    let mut tally = Tally { recordings: paths.len(), ..Tally::default() };
+    let mut tables = [
+        Table::create(results, "", RECORDINGS)?,
+        Table::create(results, "windows", WINDOWS)?,
+        Table::create(results, "stations", STATIONS)?,
+    ];
+    for (path, keyed) in paths.iter().zip(keyed) {
+        let (key, seconds) = keyed?;
+        let part = parts.read(&key)?;
+        tally.bad += usize::from(part.error.is_some());
+        tally.flown += usize::from(seconds >= 0.0);
+        tally.flown_s += seconds.max(0.0);
+        for (table, rows) in tables.iter_mut().zip(schema::rows(path, &key, &part)) {
+            for row in rows {
+                table.push(&row)?;
+            }
+        }
+    }
+    tables.into_iter().try_for_each(Table::finish)?;
+    Ok(tally)
+}
+
+/// The message of an error without the file's name: a copy of the file has the same result.
+fn without_path(message: &str, path: &Path) -> String {
+    message.replace(&path.display().to_string(), "").trim_start_matches([',', ':', ' ']).to_owned()
+}
+
+/// Flies one recording unless its result is there; its key, and the seconds that were flown, less than zero
+/// if none were.
+fn one(path: &Path, parts: &Parts, options: &Options) -> std::result::Result<(Key, f64), Failure> {
+    let key = match Key::of(path, options) {
+        Ok(key) => key,
+        Err(error) => {
+            // A file that cannot be read has no content to be known by.
+            let key = Key::of_path(path);
+            parts.write(&key, &Part::refused(format!("cannot be read: {error}")))?;
+            return Ok((key, 0.0));
+        }
+    };
+    let attitude = options.attitude_dir.as_deref().map(|folder| folder.join(key.file(path, "csv")));
+    if parts.has(&key) && attitude.as_ref().is_none_or(|file| file.exists()) {
+        return Ok((key, -1.0));
+    }
+    let flown = catch_unwind(AssertUnwindSafe(|| flown::fly(path, options, attitude.as_deref())));
+    let part = match flown {
+        Ok(Ok(part)) => part,
+        Ok(Err(error)) => Part::refused(without_path(&error.to_string(), path)),
+        Err(_) => Part::refused("a defect of this program: it panicked".into()),
+    };
+    parts.write(&key, &part)?;
+    Ok((key, part.duration_s()))
+}

@@ -1,0 +1,42 @@
+//! What all recordings of a batch are flown with.
+
+use std::path::PathBuf;
+
+use meerkat_mwd::Config;
+
+use crate::{flight::configuration::freeze_at_us, trace::Trace};
+
+/// What all recordings of a batch are flown with.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Configuration over the traces' headers.
+    pub config: Option<PathBuf>,
+    /// Share of each trace that is held out.
+    pub hold_out: Option<f64>,
+    /// Seed of the searches.
+    pub seed: Option<u64>,
+    /// Identify the twelve parameters only.
+    pub no_effects: bool,
+    /// Folder for the attitudes.
+    pub attitude_dir: Option<PathBuf>,
+}
+
+impl Options {
+    /// All that a result depends on but the configuration's bytes.
+    pub(super) fn told(&self) -> String {
+        format!("{:?} {:?} {}", self.hold_out, self.seed, self.no_effects)
+    }
+
+    /// Sets the fields that the options name.
+    pub(super) fn set(&self, config: &mut Config, trace: &Trace) {
+        if let Some(seed) = self.seed {
+            config.seed = seed;
+        }
+        if self.no_effects {
+            config.effects = false;
+        }
+        if let Some(fraction) = self.hold_out {
+            config.freeze_at_us = Some(freeze_at_us(trace, fraction));
+        }
+    }
+}

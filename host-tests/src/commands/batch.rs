@@ -1,0 +1,83 @@
+//! `mwd batch`: flies many recordings at once and writes three tables.
+
+use std::{path::PathBuf, time::Instant};
+
+use clap::Args;
+
+use super::hold_out::hold_out;
+use crate::{
+    batch::{Options, inputs::recordings, run as fly_all},
+    failure::Failure,
+    report::progress_bar::progress_bar,
+};
+
+/// Options of `batch`.
+#[derive(Debug, Clone, Args)]
+pub struct BatchArgs {
+    /// Traces, folders of traces, patterns in quotes, and @FILE for a list, one a line
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<String>,
+    /// The table of recordings; those of windows and of stations are written beside it
+    #[arg(short, value_name = "RESULTS.parquet")]
+    pub output: PathBuf,
+    /// Recordings flown at once; all processors without it
+    #[arg(long, value_name = "N")]
+    pub jobs: Option<usize>,
+    /// Write the attitude of every sample of each recording into this folder
+    #[arg(long, value_name = "DIR")]
+    pub attitude_dir: Option<PathBuf>,
+    /// Configuration that overrides the traces' headers
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Hold out the last fraction F of each trace: freeze the parameters before it and score only there
+    #[arg(long, value_name = "F", value_parser = hold_out)]
+    pub hold_out: Option<f64>,
+    /// Seed of the searches
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Identify the 12 parameters only and look for no further effect
+    #[arg(long)]
+    pub no_effects: bool,
+}
+
+/// Flies all recordings, writes the tables and prints what was done.
+///
+/// # Errors
+/// An input names nothing, or something cannot be written.
+pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
+    let paths = recordings(&args.inputs)?;
+    if let Some(config) = args.config.as_deref().filter(|config| !config.is_file()) {
+        return Err(Failure::BadInput(format!("{}: cannot be read", config.display())).into());
+    }
+    if let Some(folder) = &args.attitude_dir {
+        std::fs::create_dir_all(folder).map_err(|error| Failure::output(folder, &error))?;
+    }
+    let options = Options {
+        config: args.config.clone(),
+        hold_out: args.hold_out,
+        seed: args.seed,
+        no_effects: args.no_effects,
+        attitude_dir: args.attitude_dir.clone(),
+    };
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let (bar, began) = (progress_bar(paths.len()), Instant::now());
+    let tally = fly_all(&paths, &args.output, &options, args.jobs.unwrap_or(processors).max(1), |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    let seconds = began.elapsed().as_secs_f64();
+    println!(
+        "{} recordings: {} flown now, {} from before; {} bad, each with its reason in the table",
+        tally.recordings,
+        tally.flown,
+        tally.recordings - tally.flown,
+        tally.bad
+    );
+    if tally.flown_s > 0.0 {
+        println!(
+            "{:.0} s of recordings in {seconds:.1} s, {:.0} times real time",
+            tally.flown_s,
+            tally.flown_s / seconds
+        );
+    }
+    println!("{}, and beside it .windows.parquet and .stations.parquet", args.output.display());
+    Ok(())
+}

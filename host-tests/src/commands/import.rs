@@ -1,0 +1,90 @@
+//! `mwd import`: foreign recordings to a trace.
+
+use std::{
+    ffi::OsString,
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+
+use super::same_file::same_file;
+use crate::{
+    failure::Failure,
+    import::{ColumnMap, import},
+};
+
+/// Options of `import`.
+#[derive(Debug, Clone, Args)]
+pub struct ImportArgs {
+    /// Files or folders of one recording; - reads the standard input
+    #[arg(required = true, value_name = "SOURCE")]
+    pub sources: Vec<PathBuf>,
+    /// Where to write the trace, .csv or .csv.gz; the map goes beside it. Without it the source is only looked at
+    #[arg(short, value_name = "TRACE.csv.gz")]
+    pub output: Option<PathBuf>,
+    /// Columns, units and clocks that win over the guess
+    #[arg(long, value_name = "MAP.toml")]
+    pub map: Option<PathBuf>,
+    /// Key of the trace's header, such as body_frame=tool; any number of times
+    #[arg(long = "key", value_name = "KEY=VALUE", value_parser = key)]
+    pub keys: Vec<(String, String)>,
+    /// Write the trace although the gate found it wrong
+    #[arg(long)]
+    pub force: bool,
+    /// Refuse a source with repeated, late or missing times instead of dropping these rows
+    #[arg(long)]
+    pub strict: bool,
+}
+
+fn key(text: &str) -> Result<(String, String), String> {
+    let (key, value) = text.split_once('=').ok_or("must be KEY=VALUE")?;
+    Ok((key.trim().to_owned(), value.trim().to_owned()))
+}
+
+/// Reads a source, prints what was understood and found, and writes the trace with its map.
+///
+/// # Errors
+/// The source cannot be read or understood, or the gate found it wrong.
+pub fn run(args: &ImportArgs) -> anyhow::Result<()> {
+    let map_file = args.output.as_deref().map(beside);
+    for output in [&args.output, &map_file].into_iter().flatten() {
+        if args.sources.iter().chain(&args.map).any(|read| same_file(output, read)) {
+            return Err(Failure::BadInput(format!(
+                "{}: the trace would overwrite what it is made of",
+                output.display()
+            ))
+            .into());
+        }
+    }
+    let map = args.map.as_deref().map_or_else(|| Ok(ColumnMap::default()), ColumnMap::read)?;
+    let imported = import(&args.sources, &map, &args.keys)?;
+    let mut out = io::stdout().lock();
+    imported.describe(&mut out)?;
+    let refuse = |why: String| Err(Failure::BadInput(why).into());
+    if args.strict && imported.dropped() > 0 {
+        return refuse(format!(
+            "{} rows have a repeated, late or missing time, and --strict forbids to drop them",
+            imported.dropped()
+        ));
+    }
+    if imported.is_wrong() && !args.force {
+        return refuse("no trace is written: the lines marked WRONG cannot be. Put the fix into a file for --map, or insist by --force".into());
+    }
+    let (Some(path), Some(map_file)) = (&args.output, map_file) else {
+        writeln!(out, "nothing is written without -o; this is the map:\n\n{}", imported.map.to_toml())?;
+        return Ok(());
+    };
+    imported.trace.write(path)?;
+    std::fs::write(&map_file, imported.map.to_toml()).map_err(|error| Failure::output(&map_file, &error))?;
+    let (samples, seconds) = (imported.trace.samples.len(), imported.trace.duration_s());
+    writeln!(out, "{}: {samples} samples, {seconds:.3} s; map in {}", path.display(), map_file.display())?;
+    Ok(())
+}
+
+/// The map's file beside a trace.
+fn beside(trace: &Path) -> PathBuf {
+    let mut name = OsString::from(trace.file_name().unwrap_or_default());
+    name.push(".map.toml");
+    trace.with_file_name(name)
+}

@@ -1,0 +1,169 @@
+//! Sizes of the readings: gravity at rest, the field, dead axes, saturation.
+
+use super::{
+    super::{
+        resolve::{in_words, name},
+        units::{Quantity, STANDARD_GRAVITY},
+    },
+    Finding, Imported,
+};
+
+/// Gravity that the pipeline takes (`Earth::gravity_m_s2`): an accelerometer's scale may be off, a unit not.
+const GRAVITY: std::ops::RangeInclusive<f64> = 9.0..=10.5;
+/// Norm in motion: vibration adds to gravity.
+const IN_MOTION: std::ops::RangeInclusive<f64> = 4.0..=40.0;
+/// The earth's field, microtesla (World Magnetic Model: 22 to 67).
+const FIELD: std::ops::RangeInclusive<f64> = 20.0..=70.0;
+/// Deviation of the specific force's norm and of a rate over a second of rest.
+const REST: (f64, f64) = (0.15, 0.05);
+/// Readings at the largest value from which a sensor counts as saturated, and share from which it is wrong.
+const SATURATED: (usize, f64) = (10, 0.05);
+
+pub(super) fn check(imported: &Imported) -> Vec<Finding> {
+    let merged = imported.merged;
+    let mut findings = Vec::new();
+    for (quantity, rows) in
+        [(Quantity::Gyro, &merged.gyro), (Quantity::Accel, &merged.accel), (Quantity::Mag, &merged.mag)]
+    {
+        let there: Vec<[f64; 3]> =
+            rows.iter().map(|row| [row[0], row[1], row[2]]).filter(|row| row.iter().all(|x| x.is_finite())).collect();
+        if rows.is_empty() || there.is_empty() {
+            if quantity == Quantity::Mag {
+                findings.push(Finding::note("no magnetometer: no P flies, and there is no azimuth".into()));
+            } else {
+                let fix = format!("name other columns in [{}]", name(quantity));
+                findings.push(Finding::wrong(format!("the {} has no reading", in_words(quantity)), fix));
+            }
+            continue;
+        }
+        findings.extend(dead_axes(imported, quantity, &there));
+        findings.extend(saturation(imported, quantity, &there));
+        match quantity {
+            Quantity::Accel => findings.push(gravity(imported)),
+            Quantity::Mag => findings.push(field(imported, &there)),
+            _ => {}
+        }
+    }
+    findings
+}
+
+fn norm(row: &[f64]) -> f64 {
+    row[..3].iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { f64::NAN } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// Mean norms of the specific force in the seconds of rest.
+fn at_rest(imported: &Imported) -> Vec<f64> {
+    let merged = imported.merged;
+    let per_second = (imported.gyro.rate_hz().round() as usize).max(2);
+    let deviation = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        ((values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / values.len() as f64).sqrt(), mean)
+    };
+    let seconds = merged.gyro.chunks_exact(per_second).zip(merged.accel.chunks_exact(per_second));
+    let rest = seconds.filter_map(|(gyro, accel)| {
+        let norms: Vec<f64> = accel.iter().map(|row| norm(row)).filter(|x| x.is_finite()).collect();
+        let rates: Vec<f64> = gyro.iter().map(|row| norm(row)).filter(|x| x.is_finite()).collect();
+        if 2 * norms.len() < per_second || 2 * rates.len() < per_second {
+            return None;
+        }
+        // In units of gravity, so that a wrong unit does not hide a rest.
+        let (spread, mean) = deviation(&norms);
+        let (turning, _) = deviation(&rates);
+        (spread < REST.0 * mean / STANDARD_GRAVITY && turning < REST.1).then_some(mean)
+    });
+    rest.collect()
+}
+
+fn gravity(imported: &Imported) -> Finding {
+    let rest = at_rest(imported);
+    let (value, allowed, told) = if rest.is_empty() {
+        let all = imported.merged.accel.iter().map(|row| norm(row)).filter(|x| x.is_finite()).collect();
+        let value = median(all);
+        (value, IN_MOTION, format!("|a| {value:.3} m/s^2 on the median; there is no second of rest"))
+    } else {
+        let count = rest.len();
+        let value = median(rest);
+        (value, GRAVITY, format!("|a| at rest {value:.3} m/s^2, over {count} s"))
+    };
+    if allowed.contains(&value) {
+        return Finding::fine(told);
+    }
+    let fix = match other_unit(imported, Quantity::Accel, value, &GRAVITY) {
+        Some(unit) => format!("unit = {unit:?} in [accel]"),
+        None if value < 1.0 => {
+            "gravity was taken out of these columns: name those of the whole acceleration in [accel]".into()
+        }
+        None => "columns or unit in [accel]; calibrate the accelerometer if its scale is really so far off".into(),
+    };
+    Finding::wrong(told, fix)
+}
+
+fn field(imported: &Imported, there: &[[f64; 3]]) -> Finding {
+    let value = median(there.iter().map(|row| norm(row)).collect());
+    let told = format!("|B| {value:.2} uT on the median");
+    if FIELD.contains(&value) {
+        return Finding::fine(told);
+    }
+    let fix = other_unit(imported, Quantity::Mag, value, &FIELD).map_or_else(
+        || "the earth's field is 20 to 70 uT: a magnet on the probe, or a magnetometer without its calibration (--force imports it)".into(),
+        |unit| format!("unit = {unit:?} in [mag]"),
+    );
+    Finding::wrong(told, fix)
+}
+
+/// The unit in which this size would be right.
+fn other_unit(
+    imported: &Imported,
+    quantity: Quantity,
+    value: f64,
+    allowed: &std::ops::RangeInclusive<f64>,
+) -> Option<&'static str> {
+    let factor = quantity.unit(imported.map.part(quantity).unit.as_deref()?)?.factor;
+    quantity.units().iter().find(|unit| allowed.contains(&(value * unit.factor / factor))).map(|unit| unit.name)
+}
+
+fn dead_axes(imported: &Imported, quantity: Quantity, there: &[[f64; 3]]) -> Vec<Finding> {
+    let columns = imported.map.part(quantity).columns.as_deref().unwrap_or_default();
+    let dead = (0..3).filter(|&axis| there.len() > 10 && there.iter().all(|row| row[axis] == there[0][axis]));
+    let finding = |axis: usize| {
+        let column = columns.get(axis).map_or("", String::as_str);
+        let told = format!("{} {}, column {column:?}, never changes", in_words(quantity), ["x", "y", "z"][axis]);
+        Finding::wrong(told, format!("name the right column in [{}], or the sensor is dead", name(quantity)))
+    };
+    dead.map(finding).collect()
+}
+
+fn saturation(imported: &Imported, quantity: Quantity, there: &[[f64; 3]]) -> Option<Finding> {
+    let keys = imported.keys;
+    let (key, known) = match quantity {
+        Quantity::Gyro => ("gyro_full_scale_rad_s", keys.gyro_full_scale_rad_s),
+        Quantity::Accel => ("accel_full_scale_m_s2", keys.accel_full_scale_m_s2),
+        _ => ("mag_full_scale_ut", keys.mag_full_scale_ut),
+    };
+    let largest = |row: &[f64; 3]| row.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let limit = there.iter().map(largest).fold(0.0, f64::max);
+    // A reading that saturates stays at the end of its range for more than one sample.
+    let runs = there
+        .windows(2)
+        .filter(|pair| largest(&pair[0]) >= 0.999 * limit && largest(&pair[1]) >= 0.999 * limit)
+        .count();
+    let typical = median(there.iter().map(largest).collect());
+    if runs < SATURATED.0 || limit < 2.0 * typical {
+        return None;
+    }
+    let share = runs as f64 / there.len() as f64;
+    let told = format!("the {} saturates at {limit:.4} in {runs} samples", in_words(quantity));
+    let fix = format!("{key} = {limit:.4} in [keys], so that these samples count as clipped");
+    Some(if share > SATURATED.1 {
+        Finding::wrong(told, "the full scale was too small for this motion; --force imports it".into())
+    } else if known.is_some() {
+        Finding::note(told)
+    } else {
+        Finding { fix: Some(fix), ..Finding::note(told) }
+    })
+}

@@ -1,0 +1,154 @@
+//! Foreign recordings to traces: files to tables, tables to sensors by a map, sensors on one clock, and a
+//! gate that refuses what cannot be.
+
+mod account;
+mod clock_time;
+mod column_map;
+mod delimited;
+mod gate;
+mod matlab;
+mod merged;
+mod names;
+mod one_clock;
+mod resolve;
+mod rotation_fit;
+mod series;
+mod source;
+mod table;
+mod text;
+mod ulog;
+mod units;
+
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+};
+
+pub use column_map::{ColumnMap, Part};
+pub use gate::{Finding, Verdict};
+pub use source::STDIN;
+
+use merged::{Merged, merged};
+use resolve::{Resolved, resolve};
+use rotation_fit::fit;
+use series::{Series, series};
+use units::Quantity;
+
+use crate::{
+    failure::Failure,
+    trace::{Keys, Trace},
+};
+
+/// A recording as it was understood.
+#[derive(Clone, Debug)]
+pub struct Import {
+    /// The trace.
+    pub trace: Trace,
+    /// The whole map.
+    pub map: ColumnMap,
+    /// What the gate found.
+    pub findings: Vec<Finding>,
+    parts: Vec<Resolved>,
+    all: Vec<Series>,
+    merged: Merged,
+}
+
+/// Imports files, folders or the standard input ([`STDIN`]); what `map` leaves open is guessed, and `keys`
+/// are those of the header that the command line sets.
+///
+/// # Errors
+/// What cannot be read or understood, with its file and place.
+pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -> Result<Import, Failure> {
+    let tables = source::tables(sources, map.dialect)?;
+    let header = header(sources, &tables, map, keys)?;
+    let mut parts = resolve(&tables, map)?;
+    let mut all = parts.iter().map(|part| series(&tables, part)).collect::<Result<Vec<_>, _>>()?;
+    let mut merged = merged(&parts, all.clone())?;
+    if map.gyro.unit.is_none() {
+        by_the_vectors(&mut parts, &mut all, &mut merged);
+    }
+    let mut whole = ColumnMap { dialect: map.dialect, keys: map.keys.clone(), ..ColumnMap::default() };
+    for part in &parts {
+        *whole.part_mut(part.quantity) = part.part.clone();
+    }
+    let gyro = all.first().cloned().unwrap_or_default();
+    let findings =
+        gate::findings(&gate::Imported { merged: &merged, gyro: &gyro, all: &all, map: &whole, keys: &header });
+    let trace = merged.trace(header);
+    Ok(Import { trace, map: whole, findings, parts, all, merged })
+}
+
+impl Import {
+    /// Whether the gate found something that cannot be.
+    #[must_use]
+    pub fn is_wrong(&self) -> bool {
+        self.findings.iter().any(|finding| finding.verdict == Verdict::Wrong)
+    }
+
+    /// Rows that were dropped for their time.
+    #[must_use]
+    pub fn dropped(&self) -> usize {
+        // Sensors of one clock share their rows.
+        let clocks: std::collections::BTreeMap<_, _> =
+            self.all.iter().map(|series| (&series.clock, series.dropped())).collect();
+        clocks.values().sum()
+    }
+
+    /// Writes the map and the findings.
+    ///
+    /// # Errors
+    /// When they cannot be written.
+    pub fn describe(&self, out: &mut impl Write) -> io::Result<()> {
+        account::write(out, &self.parts, &self.all, &self.merged, &self.findings)
+    }
+}
+
+/// Keys of the trace: those above the source's header row, over them the map's, over them the command line's.
+fn header(
+    sources: &[PathBuf],
+    tables: &[table::Table],
+    map: &ColumnMap,
+    given: &[(String, String)],
+) -> Result<Keys, Failure> {
+    let names: Vec<String> =
+        sources.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
+    let mut keys = Keys { source: Some(names.join(" ")), ..Keys::default() };
+    for (key, value) in tables.iter().flat_map(|table| &table.keys) {
+        // A logger's own comments may look like keys.
+        let _ = keys.assign(key, value);
+    }
+    let of_map = map.keys.iter().map(|(key, value)| {
+        let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        (key.clone(), text)
+    });
+    for (key, value) in of_map.chain(given.iter().cloned()) {
+        let known =
+            keys.assign(&key, &value).map_err(|fault| Failure::BadInput(format!("key of the header: {fault}")))?;
+        if !known {
+            return Err(Failure::BadInput(format!("{key} is no key of a trace's header; docs/commands.md lists them")));
+        }
+    }
+    Ok(keys)
+}
+
+/// A gyro whose unit only its size told gets the one that makes the vectors turn as they do.
+fn by_the_vectors(parts: &mut [Resolved], all: &mut [Series], merged: &mut Merged) {
+    let (Some(part), Some(series)) = (parts.first_mut(), all.first_mut()) else { return };
+    if !part.unit_why.starts_with("by its size") {
+        return;
+    }
+    let vectors = [&merged.mag, &merged.accel];
+    let Some(fit) =
+        vectors.into_iter().filter(|rows| !rows.is_empty()).find_map(|rows| fit(&merged.t_us, &merged.gyro, rows))
+    else {
+        return;
+    };
+    let now = part.part.unit.as_deref().and_then(|unit| Quantity::Gyro.unit(unit)).map_or(1.0, |unit| unit.factor);
+    let fits = |unit: &&units::Unit| (0.7..1.4).contains(&(fit.scale * now / unit.factor));
+    let Some(unit) = Quantity::Gyro.units().iter().find(fits) else { return };
+    part.part.unit = Some(unit.name.to_owned());
+    part.unit_why = "by the rate at which the vectors turn".into();
+    for row in series.rows.iter_mut().chain(&mut merged.gyro) {
+        row.iter_mut().for_each(|x| *x *= unit.factor / now);
+    }
+}

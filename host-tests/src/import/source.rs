@@ -1,0 +1,86 @@
+//! Files of a source to tables; the kind of a file is told by its first bytes.
+
+use std::{
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    delimited::{self, Dialect},
+    matlab,
+    table::Table,
+    text, ulog,
+};
+use crate::{failure::Failure, trace::recordings};
+
+/// Name of the standard input.
+pub const STDIN: &str = "-";
+
+/// First bytes of files that are known and cannot be read, with what to do.
+const REFUSED: [(&[u8], &str); 2] = [
+    (b"PK\x03\x04", "a zip archive: unpack it and name the files or their folder"),
+    (b"\x89HDF", "an HDF5 file, as MATLAB writes with -v7.3: save it with -v7"),
+];
+
+/// Tables of all files, folders and the standard input that are named.
+///
+/// # Errors
+/// A file that cannot be read, with its name, and what is wrong in it.
+pub fn tables(sources: &[PathBuf], dialect: Option<Dialect>) -> Result<Vec<Table>, Failure> {
+    let mut tables: Vec<Table> = Vec::new();
+    for source in sources {
+        let files = if source.is_dir() { recordings::listed(source)? } else { vec![source.clone()] };
+        for file in files.iter().filter(|file| !file.is_dir()) {
+            tables
+                .extend(read(file, dialect).map_err(|what| Failure::BadInput(format!("{}: {what}", file.display())))?);
+        }
+    }
+    // A map names a table; two of a name would be one.
+    for index in 1..tables.len() {
+        let is_taken = |name: &str| tables[..index].iter().any(|table| table.name == name);
+        let plain = tables[index].name.clone();
+        if let Some(free) =
+            (2..).map(|count| format!("{plain} {count}")).find(|name| !is_taken(name)).filter(|_| is_taken(&plain))
+        {
+            tables[index].name = free;
+        }
+    }
+    Ok(tables)
+}
+
+fn read(path: &Path, dialect: Option<Dialect>) -> Result<Vec<Table>, String> {
+    let bytes = if path.as_os_str() == STDIN {
+        let mut bytes = Vec::new();
+        std::io::stdin().lock().read_to_end(&mut bytes).map_err(|error| format!("cannot be read: {error}"))?;
+        bytes
+    } else {
+        std::fs::read(path).map_err(|error| format!("cannot be opened: {error}"))?
+    };
+    if bytes.is_empty() {
+        return Err("the file is empty".into());
+    }
+    let name = if path.as_os_str() == STDIN { "stdin".into() } else { stem(path) };
+    if let Some((_, what)) = REFUSED.iter().find(|(start, _)| bytes.starts_with(start)) {
+        return Err((*what).into());
+    }
+    let bytes = text::unzipped(bytes)?;
+    if bytes.starts_with(ulog::MAGIC) {
+        return ulog::read(path);
+    }
+    if bytes.starts_with(matlab::MAGIC) {
+        return matlab::read(&bytes, &name);
+    }
+    let text = text::decoded(bytes)?;
+    if text.chars().take(2_000).any(|letter| letter == '\0') {
+        return Err("neither text nor a kind of file that is known".into());
+    }
+    let dialect = dialect.unwrap_or_else(|| delimited::dialect(&text));
+    Ok(vec![delimited::read(&text, &name, dialect)?])
+}
+
+/// A file's name without its endings.
+fn stem(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.trim_end_matches(".gz");
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_owned()
+}

@@ -1,0 +1,49 @@
+//! A table of numbers as a source holds it: named columns, before anything is known of their meaning.
+
+/// Columns of one file, topic or variable, all of the same length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Name by which a map refers to it: the file's name without its ending, the topic, the variable.
+    pub name: String,
+    /// Its columns, in their order.
+    pub columns: Vec<Column>,
+    /// `key = value` lines that stand above the header row.
+    pub keys: Vec<(String, String)>,
+}
+
+/// A named column.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Column {
+    /// Name as the source has it, with its unit if that stands in it.
+    pub name: String,
+    /// One number a row; NaN for a cell that is empty or no number.
+    pub values: Vec<f64>,
+    /// Whether the cells are clock times, here in seconds.
+    pub is_clock: bool,
+    /// First cell that is no number, with its line.
+    pub not_a_number: Option<(u64, String)>,
+    /// Number of such cells.
+    pub not_numbers: usize,
+}
+
+impl Column {
+    /// A column of numbers.
+    #[must_use]
+    pub fn of(name: &str, values: Vec<f64>) -> Self {
+        Self { name: name.to_owned(), values, ..Self::default() }
+    }
+}
+
+impl Table {
+    /// The column of this name; case and blanks around it do not count.
+    #[must_use]
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|column| column.name.trim().eq_ignore_ascii_case(name.trim()))
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |column| column.values.len())
+    }
+}

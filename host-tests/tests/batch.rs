@@ -1,0 +1,158 @@
+//! Many recordings at once: three tables, a row for a bad file, and a run that goes on where it was killed.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+#[path = "rig/mod.rs"]
+mod rig;
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    time::{Duration, SystemTime},
+};
+
+use mwd::simulate::{Scenario, simulate};
+use parquet::{
+    file::reader::{FileReader, SerializedFileReader},
+    record::Field,
+};
+use rig::{files::scenario, program::mwd};
+use tempfile::TempDir;
+
+/// Recordings of `seconds` with a rest at their start.
+fn recordings(folder: &Path, count: u64, seconds: f64) -> Vec<PathBuf> {
+    let scenario = Scenario { duration_s: seconds, ..scenario("drilling_45deg") };
+    (1..=count)
+        .map(|seed| {
+            let path = folder.join(format!("run_{seed:02}.csv"));
+            simulate(&scenario, seed).0.write(&path).unwrap();
+            path
+        })
+        .collect()
+}
+
+/// Rows of a table, each by the names of its columns.
+fn table(path: &Path) -> Vec<BTreeMap<String, Field>> {
+    let reader = SerializedFileReader::new(fs::File::open(path).unwrap()).unwrap();
+    let rows = reader.get_row_iter(None).unwrap().map(Result::unwrap);
+    rows.map(|row| row.get_column_iter().map(|(name, value)| (name.clone(), value.clone())).collect()).collect()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn three_tables_hold_what_replay_says_and_a_bad_file_is_a_row() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let good = recordings(folder.path(), 2, 75.0);
+    fs::write(at("bad.csv"), "t_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,9.8\n0.01,0,oops,0,0,0,9.8\n").unwrap();
+    fs::create_dir(at("out")).unwrap();
+    let results = at("out/all.parquet");
+    let list = at("list");
+    fs::write(&list, format!("{}\n", text(&at("gone.csv")))).unwrap();
+    let pattern = format!("{}/*.csv", text(folder.path()));
+    let listed = format!("@{}", text(&list));
+    let attitudes = at("attitudes");
+    let output = mwd(&["batch", &pattern, &listed, "-o", text(&results), "--attitude-dir", text(&attitudes)]);
+    assert!(output.status.success(), "{output:?}");
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(told.starts_with("4 recordings: 4 flown now, 0 from before; 2 bad"), "{told}");
+
+    let rows = table(&results);
+    let of = |path: &Path| rows.iter().find(|row| row["path"] == Field::Str(text(path).into())).unwrap();
+    let error = |path: &Path| of(path)["error"].to_string();
+    let told = error(&at("bad.csv"));
+    assert!(told.starts_with(r#""line 3, column gy: "oops" is not a number"#), "{told}");
+    assert!(error(&at("gone.csv")).contains("cannot be read"));
+    assert_eq!(of(&at("bad.csv"))["trace_samples"], Field::Null);
+    let windows = table(&at("out/all.windows.parquet"));
+    let stations = table(&at("out/all.stations.parquet"));
+    for path in &good {
+        let (json, attitude, surveys) = (at("one.json"), at("one.csv"), at("surveys.csv"));
+        let one =
+            ["replay", text(path), "--json", text(&json), "--attitude", text(&attitude), "--surveys", text(&surveys)];
+        assert!(mwd(&one).status.success());
+        let json: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap();
+        let row = of(path);
+        assert_eq!(row["ok"], Field::Bool(true));
+        assert_eq!(row["trace_samples"], Field::Long(json["trace"]["samples"].as_i64().unwrap()));
+        for (column, value) in [
+            ("identification_final_P_4", &json["identification"]["final"]["P"][4]),
+            ("identification_final_sigma_11", &json["identification"]["final"]["sigma"][11]),
+            ("reference_attitude_rms_deg_total", &json["reference"]["attitude_rms_deg"]["total"]),
+        ] {
+            assert_eq!(row[column], Field::Double(value.as_f64().unwrap()), "{column}");
+        }
+        let mine = |row: &&BTreeMap<String, Field>| row["path"] == Field::Str(text(path).into());
+        let expected = json["identification"]["windows"].as_array().unwrap();
+        let found: Vec<_> = windows.iter().filter(mine).collect();
+        assert!(!found.is_empty() && found.len() == expected.len());
+        assert_eq!(found[0]["b_rad_s_2"], Field::Double(expected[0]["b_rad_s"][2].as_f64().unwrap()));
+        let surveys = fs::read_to_string(surveys).unwrap();
+        let found: Vec<_> = stations.iter().filter(mine).collect();
+        assert!(!found.is_empty() && found.len() == surveys.lines().count() - 1);
+        let first = surveys.lines().nth(1).unwrap().split(',').nth(3).unwrap();
+        assert_eq!(found[0]["inclination_deg"], Field::Double(first.parse().unwrap()));
+        let name = mwd::trace::recordings::name(path);
+        let name = name.trim_end_matches(".csv");
+        let files = fs::read_dir(&attitudes).unwrap().map(|entry| entry.unwrap().path());
+        let file = files.into_iter().find(|file| text(file).contains(name)).unwrap();
+        assert_eq!(fs::read(file).unwrap(), fs::read(attitude).unwrap(), "the attitude's bytes");
+    }
+}
+
+fn parts(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let parts = entries.filter(|path| path.extension().is_some_and(|ending| ending == "json"));
+    parts.map(|path| (path.clone(), fs::metadata(path).unwrap().modified().unwrap())).collect()
+}
+
+#[test]
+fn a_killed_run_goes_on_and_only_what_changed_is_flown_again() {
+    let folder = TempDir::new().unwrap();
+    let paths = recordings(folder.path(), 10, 45.0);
+    let out = TempDir::new().unwrap();
+    let results = out.path().join("all.parquet");
+    let kept = out.path().join("all.parquet.parts");
+    let arguments = ["batch", text(folder.path()), "-o", text(&results), "--jobs", "2"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).stdout(Stdio::null()).spawn().unwrap();
+    while parts(&kept).len() < 3 {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it could be killed");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    // On Unix this is SIGKILL.
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let before = parts(&kept);
+    assert!(!results.exists() && before.len() < 10, "{}", before.len());
+    let told = |arguments: &[&str]| String::from_utf8(mwd(arguments).stdout).unwrap();
+    let again = told(&arguments);
+    let expected = format!("10 recordings: {} flown now, {} from before; 0 bad", 10 - before.len(), before.len());
+    assert!(again.starts_with(&expected), "{again}");
+    let after = parts(&kept);
+    assert!(before.iter().all(|(path, time)| after.get(path) == Some(time)), "what was there stays untouched");
+    assert_eq!(table(&results).len(), 10);
+    let first = fs::read(&results).unwrap();
+    assert!(told(&arguments).starts_with("10 recordings: 0 flown now, 10 from before"));
+    assert_eq!(fs::read(&results).unwrap(), first, "the same bytes");
+    // One recording changes, and then the options.
+    let text_of_one = fs::read_to_string(&paths[4]).unwrap();
+    fs::write(&paths[4], text_of_one.trim_end().rsplit_once('\n').unwrap().0).unwrap();
+    assert!(told(&arguments).starts_with("10 recordings: 1 flown now, 9 from before"));
+    let other = [&arguments[..], &["--seed", "2"]].concat();
+    assert!(told(&other).starts_with("10 recordings: 10 flown now, 0 from before"));
+}
+
+#[test]
+fn an_input_that_names_nothing_is_told() {
+    let folder = TempDir::new().unwrap();
+    let results = folder.path().join("all.parquet");
+    let output = mwd(&["batch", text(folder.path()), "-o", text(&results)]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stderr).unwrap().ends_with("the folder holds no .csv and no .csv.gz\n"));
+    let output = mwd(&["batch", "/nowhere/*.csv", "-o", text(&results)]);
+    assert!(String::from_utf8(output.stderr).unwrap().ends_with("no file is so named\n"));
+}

@@ -1,0 +1,234 @@
+//! Files that are understood without a word from the user.
+
+use meerkat_mwd::Sample;
+use mwd::import::Verdict;
+use tempfile::TempDir;
+
+use crate::files::{
+    Written, accel, flies_as_the_original, flies_within, gyro, imported, mag, original, rows, si, with_map, written,
+};
+
+const G: f64 = 9.806_65;
+
+#[test]
+fn degrees_gauss_and_milliseconds() {
+    let folder = TempDir::new().unwrap();
+    let time = |sample: &Sample| Some(sample.t_us as f64 * 1e-3);
+    let g = [0, 1, 2].map(|axis| move |sample: &Sample| gyro(sample, axis).map(f64::to_degrees));
+    let a = [0, 1, 2].map(|axis| move |sample: &Sample| accel(sample, axis).map(|x| x / G));
+    let m = [0, 1, 2].map(|axis| move |sample: &Sample| mag(sample, axis).map(|x| x / 100.0));
+    let columns: [Written; 10] = [
+        ("time", &time),
+        ("gyr_x", &g[0]),
+        ("gyr_y", &g[1]),
+        ("gyr_z", &g[2]),
+        ("acc_x", &a[0]),
+        ("acc_y", &a[1]),
+        ("acc_z", &a[2]),
+        ("mag_x", &m[0]),
+        ("mag_y", &m[1]),
+        ("mag_z", &m[2]),
+    ];
+    // No unit is named: sizes, the step of time and the turning of the field tell them.
+    let path = written(&folder, "log.csv", &rows(&original().samples, &columns, ',', '.'));
+    let told = imported(&[path]);
+    flies_as_the_original(&told);
+    assert_eq!(told.map.gyro.unit.as_deref(), Some("deg/s"));
+    assert_eq!(told.map.gyro.time_unit.as_deref(), Some("ms"));
+}
+
+#[test]
+fn decimal_commas_a_preamble_and_a_row_of_units() {
+    let folder = TempDir::new().unwrap();
+    let time = |sample: &Sample| Some(sample.t_us as f64);
+    let g = [0, 1, 2].map(|axis| move |sample: &Sample| gyro(sample, axis).map(f64::to_degrees));
+    let a = [0, 1, 2].map(|axis| move |sample: &Sample| accel(sample, axis).map(|x| x / G * 1e3));
+    let m = [0, 1, 2].map(|axis| move |sample: &Sample| mag(sample, axis).map(|x| x * 1e3));
+    let columns: [Written; 10] = [
+        ("Zeit t", &time),
+        ("gx", &g[0]),
+        ("gy", &g[1]),
+        ("gz", &g[2]),
+        ("ax", &a[0]),
+        ("ay", &a[1]),
+        ("az", &a[2]),
+        ("mx", &m[0]),
+        ("my", &m[1]),
+        ("mz", &m[2]),
+    ];
+    let text = rows(&original().samples, &columns, ';', ',');
+    let (head, body) = text.split_once('\n').unwrap();
+    let text = format!("Logger 7;serial 12\r\n\r\n{head}\r\nus;dps;dps;dps;mg;mg;mg;nT;nT;nT\r\n{body}");
+    let told = imported(&[written(&folder, "log.txt", &text)]);
+    assert_eq!(told.map.mag.unit.as_deref(), Some("nT"));
+    flies_as_the_original(&told);
+    // The map that an import saves gives the same trace.
+    let again = with_map(&folder.path().join("log.txt"), &told.map.to_toml());
+    assert_eq!(again.trace, told.trace);
+}
+
+#[test]
+fn clock_times() {
+    let folder = TempDir::new().unwrap();
+    let plain = si([|v| v; 3]);
+    let mut text = String::from("clock,gx,gy,gz,ax,ay,az,mx,my,mz\n");
+    for (row, sample) in plain.lines().skip(1).zip(&original().samples) {
+        // Over midnight.
+        let us = sample.t_us + 86_370_000_000 - original().first_us();
+        let (s, us) = (us / 1_000_000 % 86_400, us % 1_000_000);
+        let cells = row.split_once(',').unwrap().1;
+        text += &format!("{:02}:{:02}:{:02}.{us:06},{cells}\n", s / 3_600, s / 60 % 60, s % 60);
+    }
+    let mut told = imported(&[written(&folder, "log.csv", &text)]);
+    let moved = told.trace.first_us() - original().first_us();
+    told.trace.samples.iter_mut().for_each(|sample| sample.t_us -= moved);
+    flies_as_the_original(&told);
+}
+
+/// Three files of a phone's logger: 286 Hz, 143 Hz and 48 Hz, by the nanoseconds of a date.
+#[test]
+fn three_files_of_different_rates_on_one_clock() {
+    let folder = TempDir::new().unwrap();
+    let time = |sample: &Sample| Some(1.7e18 + sample.t_us as f64 * 1e3);
+    let file = |name: &str, of: fn(&Sample, usize) -> Option<f64>, every: usize| {
+        let values = [0, 1, 2].map(|axis| move |sample: &Sample| of(sample, axis));
+        let columns: [Written; 4] = [("time", &time), ("z", &values[2]), ("y", &values[1]), ("x", &values[0])];
+        let samples: Vec<Sample> = original().samples.iter().step_by(every).copied().collect();
+        written(&folder, name, &rows(&samples, &columns, ',', '.'))
+    };
+    let paths = [file("Accelerometer.csv", accel, 2), file("Gyroscope.csv", gyro, 1), file("Magnetometer.csv", mag, 6)];
+    let mut told = imported(&paths);
+    assert!(!told.is_wrong(), "{:#?}", told.findings);
+    let fields = told.trace.samples.len() - told.trace.count(meerkat_mwd::SampleFlags::MAG_MISSING);
+    let all = original().samples.len() - original().count(meerkat_mwd::SampleFlags::MAG_MISSING);
+    assert!(fields.abs_diff(all / 6) < all / 60, "each field counts once: {fields} of {all}");
+    // The nanoseconds of a date have 256 of them to a step.
+    let moved = told.trace.first_us() as i64 - original().first_us() as i64;
+    for (sample, original) in told.trace.samples.iter_mut().zip(&original().samples) {
+        sample.t_us = (sample.t_us as i64 - moved) as u64;
+        assert!(sample.t_us.abs_diff(original.t_us) <= 1);
+        sample.t_us = original.t_us;
+    }
+    // Half the accelerations and a sixth of the fields, of a hand that turns fast.
+    flies_within(&told.trace, 5.0);
+    // The same as a folder.
+    assert_eq!(imported(&[folder.path().to_owned()]).map, told.map);
+}
+
+#[test]
+fn repeated_and_late_rows_are_dropped_and_counted() {
+    let folder = TempDir::new().unwrap();
+    let mut lines: Vec<String> = si([|v| v; 3]).lines().map(str::to_owned).collect();
+    lines.insert(2_001, lines[2_000].clone());
+    lines.insert(3_000, lines[2_990].clone());
+    let told = imported(&[written(&folder, "log.csv", &lines.join("\n"))]);
+    assert_eq!(told.dropped(), 2);
+    let counted = |finding: &mwd::import::Finding| finding.told.contains("2 rows dropped (1 repeat a time, 1 are late");
+    assert!(told.findings.iter().any(|finding| finding.verdict == Verdict::Note && counted(finding)));
+    flies_as_the_original(&told);
+}
+
+/// A ULog of the two topics, as PX4 writes it.
+#[test]
+fn a_ulog() {
+    let mut bytes = b"ULog\x01\x12\x35\x01".to_vec();
+    bytes.extend(0_u64.to_le_bytes());
+    let mut message = |kind: u8, body: &[u8]| {
+        bytes.extend((body.len() as u16).to_le_bytes());
+        bytes.push(kind);
+        bytes.extend(body);
+    };
+    message(b'B', &[0; 40]);
+    message(
+        b'F',
+        b"sensor_combined:uint64_t timestamp;float[3] gyro_rad;int32_t accelerometer_timestamp_relative;float[3] accelerometer_m_s2;",
+    );
+    message(b'F', b"vehicle_magnetometer:uint64_t timestamp;float[3] magnetometer_ga;");
+    for (id, name) in [(0_u16, "sensor_combined"), (1, "vehicle_magnetometer")] {
+        let mut body = vec![0];
+        body.extend(id.to_le_bytes());
+        body.extend(name.as_bytes());
+        message(b'A', &body);
+    }
+    for sample in &original().samples {
+        let floats = |v: [f32; 3]| v.into_iter().flat_map(f32::to_le_bytes);
+        let mut body = 0_u16.to_le_bytes().to_vec();
+        body.extend(sample.t_us.to_le_bytes());
+        body.extend(floats(sample.gyro_rad_s));
+        body.extend(0_i32.to_le_bytes());
+        body.extend(floats(sample.accel_m_s2));
+        message(b'D', &body);
+        if mag(sample, 0).is_some() {
+            let mut body = 1_u16.to_le_bytes().to_vec();
+            body.extend(sample.t_us.to_le_bytes());
+            body.extend(floats(sample.mag_ut.map(|x| x / 100.0)));
+            message(b'D', &body);
+        }
+    }
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("log.ulg");
+    std::fs::write(&path, &bytes).unwrap();
+    let told = imported(std::slice::from_ref(&path));
+    assert_eq!(told.map.mag.unit.as_deref(), Some("gauss"));
+    flies_as_the_original(&told);
+    // Cut off, as by a crash of the vehicle: the samples before are there.
+    std::fs::write(&path, &bytes[..bytes.len() / 2 + 7]).unwrap();
+    let half = imported(&[path]).trace.samples.len();
+    assert!(half.abs_diff(original().samples.len() / 2) < 50, "{half}");
+}
+
+/// A .mat with a structure of single and double arrays, one of which lies.
+#[test]
+fn a_mat_file() {
+    fn element(kind: u32, data: &[u8]) -> Vec<u8> {
+        let mut bytes = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
+        bytes.extend(data);
+        bytes.resize(bytes.len().next_multiple_of(8), 0);
+        bytes
+    }
+    fn array(class: u8, dimensions: [usize; 2], name: &str, parts: &[Vec<u8>]) -> Vec<u8> {
+        let dimensions: Vec<u8> = dimensions.iter().flat_map(|size| (*size as u32).to_le_bytes()).collect();
+        let head = [element(6, &[class, 0, 0, 0, 0, 0, 0, 0]), element(5, &dimensions), element(1, name.as_bytes())];
+        element(14, &[head.concat(), parts.concat()].concat())
+    }
+    let samples = &original().samples;
+    let count = samples.len();
+    let time: Vec<u8> = samples.iter().flat_map(|s| (s.t_us as f64 * 1e-6).to_le_bytes()).collect();
+    let column_major: Vec<u8> =
+        (0..3).flat_map(|axis| samples.iter().flat_map(move |s| s.gyro_rad_s[axis].to_le_bytes())).collect();
+    let row_major: Vec<u8> = samples.iter().flat_map(|s| s.accel_m_s2.map(f32::to_le_bytes)).flatten().collect();
+    let field: Vec<u8> = (0..3)
+        .flat_map(|axis| {
+            samples.iter().flat_map(move |s| mag(s, axis).map_or(f32::NAN, |_| s.mag_ut[axis]).to_le_bytes())
+        })
+        .collect();
+    let fields = [
+        array(6, [count, 1], "", &[element(9, &time)]),
+        array(7, [count, 3], "", &[element(7, &column_major)]),
+        array(7, [3, count], "", &[element(7, &row_major)]),
+        array(7, [count, 3], "", &[element(7, &field)]),
+        array(6, [1, 1], "", &[element(9, &100.0_f64.to_le_bytes())]),
+    ];
+    let names: Vec<u8> = ["time", "gyro", "acc", "mag", "fs"]
+        .iter()
+        .flat_map(|name| {
+            let mut name = name.as_bytes().to_vec();
+            name.resize(8, 0);
+            name
+        })
+        .collect();
+    let parts = [vec![element(5, &8_u32.to_le_bytes()), element(1, &names)], fields.to_vec()].concat();
+    let mut bytes = b"MATLAB 5.0 MAT-file".to_vec();
+    bytes.resize(124, b' ');
+    bytes.extend(b"\x00\x01IM");
+    bytes.extend(array(2, [1, 1], "imu", &parts));
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("log.mat");
+    std::fs::write(&path, &bytes).unwrap();
+    flies_as_the_original(&imported(std::slice::from_ref(&path)));
+    // No cut and no flipped byte makes it panic.
+    for cut in (0..2_000).chain((2_000..bytes.len()).step_by(4_001)) {
+        std::fs::write(&path, &bytes[..cut]).unwrap();
+        let _ = mwd::import::import(std::slice::from_ref(&path), &Default::default(), &[]);
+    }
+}

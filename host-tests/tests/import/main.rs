@@ -1,0 +1,10 @@
+//! Foreign recordings: imported they fly as the original does, or they are refused with the fix.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+#[path = "../rig/mod.rs"]
+mod rig;
+
+mod files;
+mod formats;
+mod refused;
+mod tool;
