@@ -47,6 +47,10 @@ mod statistics;
 mod units;
 
 pub use config::Config;
+/// Bounded text and lists of the public interface.
+pub use heapless;
+/// Vectors and matrices of the public interface.
+pub use nalgebra;
 pub use probe::Probe;
 pub use sample::{Sample, SampleFlags};
 
