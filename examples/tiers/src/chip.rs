@@ -20,11 +20,36 @@ unsafe extern "C" {
 }
 
 /// After the stack pointer, which the linker script writes: reset, and the same for all faults.
+#[cfg(target_arch = "arm")]
 #[used]
 // SAFETY: the linker script has the place for it, and nothing else goes there.
 #[allow(unsafe_code)]
 #[unsafe(link_section = ".vectors")]
 static VECTORS: [unsafe extern "C" fn() -> !; 6] = [reset, fault, fault, fault, fault, fault];
+
+/// A RISC-V has no stack pointer after reset. No machine runs this image yet: it is linked, and held to its memory.
+#[cfg(target_arch = "riscv32")]
+#[allow(unsafe_code)]
+mod start {
+    core::arch::global_asm!(".section .vectors, \"ax\"", ".global _start", "_start:", "la sp, _stack_top", "j reset");
+}
+
+/// The stack pointer.
+#[allow(unsafe_code)]
+fn stack_pointer() -> *mut u32 {
+    let pointer: *mut u32;
+    // SAFETY: it reads a register.
+    #[cfg(target_arch = "arm")]
+    unsafe {
+        core::arch::asm!("mov {}, sp", out(reg) pointer, options(nomem, nostack));
+    }
+    // SAFETY: the same.
+    #[cfg(target_arch = "riscv32")]
+    unsafe {
+        core::arch::asm!("mv {}, sp", out(reg) pointer, options(nomem, nostack));
+    }
+    pointer
+}
 
 // SAFETY: the name is nobody else's.
 #[allow(unsafe_code)]
@@ -32,9 +57,12 @@ static VECTORS: [unsafe extern "C" fn() -> !; 6] = [reset, fault, fault, fault, 
 unsafe extern "C" fn reset() -> ! {
     // CPACR, full access to CP10 and CP11 (Armv7-M ARM, B3.2.20). SAFETY: one write to a register of the core, before
     // anything else runs.
-    unsafe { (0xE000_ED88 as *mut u32).write_volatile(0xF << 20) };
-    cortex_m::asm::dsb();
-    cortex_m::asm::isb();
+    #[cfg(target_abi = "eabihf")]
+    unsafe {
+        (0xE000_ED88 as *mut u32).write_volatile(0xF << 20);
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+    }
     // SAFETY: the linker script says from where to where initial values go.
     unsafe {
         let (mut to, mut from) = (&raw mut _data_start, &raw const _data_image);
@@ -47,7 +75,7 @@ unsafe extern "C" fn reset() -> ! {
     // so that .bss needs no clearing.
     unsafe {
         let mut word = &raw mut _stack_end;
-        let end = (cortex_m::register::msp::read() as *mut u32).wrapping_sub(IN_USE);
+        let end = stack_pointer().wrapping_sub(IN_USE);
         while word < end {
             word.write_volatile(PAINT);
             word = word.add(1);
@@ -57,6 +85,7 @@ unsafe extern "C" fn reset() -> ! {
 }
 
 // SAFETY: it ends the program.
+#[cfg(target_arch = "arm")]
 #[allow(unsafe_code)]
 unsafe extern "C" fn fault() -> ! {
     eprintln!("a fault");
