@@ -38,7 +38,8 @@
 //!
 //! # In a firmware of one's own
 //!
-//! A dependant's profile counts, not this crate's:
+//! A dependant's profile counts, not this crate's. On a Cortex-M4F the whole pipeline takes 254 KB of flash with this one, 345
+//! with that of a new crate:
 //!
 //! ```toml
 //! [profile.release]
