@@ -1,5 +1,6 @@
 //! The probe: the whole pipeline behind [`Probe::push`] for every sample and [`Probe::poll`] for spare time.
 
+mod attitude_probe;
 mod corrector;
 mod latency;
 mod output;
@@ -11,6 +12,7 @@ mod staleness;
 mod stored_model;
 mod survey;
 
+pub use attitude_probe::AttitudeProbe;
 pub use output::{Counters, Output};
 pub use reading_checks::CLIPPED_SHARE;
 #[cfg(feature = "storage")]

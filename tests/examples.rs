@@ -17,6 +17,9 @@ mod own_sensor;
 #[cfg(feature = "storage")]
 #[path = "../examples/stored_model.rs"]
 mod stored_model;
+#[cfg(feature = "telemetry")]
+#[path = "../examples/super_loop.rs"]
+mod super_loop;
 
 use meerkat_mwd::compensation::GyroModel;
 
@@ -35,6 +38,15 @@ fn the_minimal_pipeline_finds_the_gyros_errors() {
     minimal_pipeline::main().unwrap();
     let [p, b] = apart(&minimal_pipeline::fly().unwrap(), &minimal_pipeline::motion::TRUE);
     assert!(p < 6e-3 && b < 2e-3, "{p} {b}");
+}
+
+#[cfg(feature = "telemetry")]
+#[test]
+fn a_super_loop_sends_and_identifies() {
+    super_loop::main().unwrap();
+    let (bytes, apart) = super_loop::fly().unwrap();
+    // 9,000 samples a 100th of a second apart, some 30 bytes each.
+    assert!(bytes > 100_000 && apart < 6e-3, "{bytes} {apart}");
 }
 
 #[test]

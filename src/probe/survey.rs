@@ -50,19 +50,28 @@ impl Probe {
     /// attitude. It is for [`Surveyor::push`](crate::survey::Surveyor::push).
     #[must_use]
     pub fn survey_input(&self, sample: &Sample, output: &Output) -> SurveyInput {
-        let kept = &self.session.calibrated;
-        let rate = Vector3::from(output.rate_rad_s) - self.filter.residual_bias_rad_s();
-        let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
-        SurveyInput {
-            t_us: sample.t_us,
-            rate_rad_s: kept.gyro_usable.then(|| rate.into()),
-            force_m_s2: kept.accel_usable.then_some(kept.force_m_s2),
-            field_ut: kept.mag_usable.then_some(kept.field_ut),
-            raw_accel_m_s2: sample.accel_m_s2,
-            raw_mag_ut: sample.mag_ut,
-            accel_clipped: kept.accel_clipped,
-            temperature_c: warm.then_some(sample.temperature_c),
-            attitude: output.attitude,
-        }
+        input_of(&self.session.calibrated, &self.filter.residual_bias_rad_s(), sample, output)
+    }
+}
+
+/// Survey's input of a sample that was kept as `kept` and gave `output`.
+pub(super) fn input_of(
+    kept: &Calibrated,
+    residual_bias_rad_s: &Vector3<f32>,
+    sample: &Sample,
+    output: &Output,
+) -> SurveyInput {
+    let rate = Vector3::from(output.rate_rad_s) - residual_bias_rad_s;
+    let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+    SurveyInput {
+        t_us: sample.t_us,
+        rate_rad_s: kept.gyro_usable.then(|| rate.into()),
+        force_m_s2: kept.accel_usable.then_some(kept.force_m_s2),
+        field_ut: kept.mag_usable.then_some(kept.field_ut),
+        raw_accel_m_s2: sample.accel_m_s2,
+        raw_mag_ut: sample.mag_ut,
+        accel_clipped: kept.accel_clipped,
+        temperature_c: warm.then_some(sample.temperature_c),
+        attitude: output.attitude,
     }
 }

@@ -11,6 +11,7 @@ mod history;
 mod learnt;
 mod marginal;
 mod models;
+mod nor;
 mod power_cuts;
 mod room;
 mod spoilt;

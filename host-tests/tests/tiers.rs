@@ -1,0 +1,152 @@
+//! Three sizes of the pipeline (`examples/tiers`) as images for a Cortex-M4F: what each takes, and that it flies on the
+//! emulated chip what it flies here.
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
+
+#[path = "rig/emulator.rs"]
+mod emulator;
+
+use meerkat_mwd::{Config, probe::Output};
+use meerkat_mwd::{Probe, Sample, estimator::Estimator, probe::AttitudeProbe, survey::Surveyor};
+use mwd::{
+    simulate::{Scenario, simulate},
+    target::{
+        deadline,
+        image::Image,
+        toolchain::{Toolchain, workspace},
+    },
+    trace::{Trace, recordings},
+};
+use std::{fs, process::Command, time::Duration};
+use tiers::{Attitude, Digest, Full, Identify, Tier, by_hand, pack};
+
+const BUILD: Duration = Duration::from_secs(600);
+const RUN: Duration = Duration::from_secs(300);
+
+/// Limits of an image: static RAM, stack and flash, bytes.
+struct Limits {
+    tier: &'static str,
+    ram: u64,
+    stack: u64,
+    flash: u64,
+}
+
+/// What the images take today, and a tenth.
+const LIMITS: [Limits; 3] = [
+    Limits { tier: "attitude", ram: 8 * 1024, stack: 7 * 1024, flash: 72 * 1024 },
+    Limits { tier: "identify", ram: 40 * 1024, stack: 12 * 1024, flash: 150 * 1024 },
+    Limits { tier: "full", ram: 100 * 1024, stack: 14 * 1024, flash: 210 * 1024 },
+];
+
+fn recording() -> (u32, Vec<Sample>) {
+    let path = recordings::bundled().unwrap().into_iter().find(|path| path.to_string_lossy().contains("broad_06"));
+    let trace = Trace::read(&path.unwrap()).unwrap();
+    (trace.nominal_period_us(), trace.samples)
+}
+
+/// Digest of what a tier flies here, and its results.
+fn flown(tier: &mut impl Tier, period_us: u32, samples: &[Sample]) -> (u32, u32) {
+    assert!(tier.configure(&by_hand(period_us)));
+    let mut digest = Digest::default();
+    samples.iter().filter_map(|sample| tier.push(sample)).for_each(|output| digest.take(&output));
+    (digest.number(), tier.results())
+}
+
+fn here(tier: &str, period_us: u32, samples: &[Sample]) -> (u32, u32) {
+    let (mut probe, mut surveyor) = (Box::new(AttitudeProbe::new()), Box::new(Surveyor::new()));
+    match tier {
+        "attitude" => flown(&mut Attitude::new(&mut probe, &mut surveyor), period_us, samples),
+        "identify" => flown(&mut Identify::new(&mut probe, &mut Box::new(Estimator::zero())), period_us, samples),
+        _ => flown(&mut Full::new(&mut Box::new(Probe::new()), &mut surveyor), period_us, samples),
+    }
+}
+
+/// Samples, digest, results and stack of an image's run, as it prints them.
+fn run(toolchain: &Toolchain, elf: &std::path::Path, samples: &[u8]) -> [u32; 4] {
+    let directory = tempfile::tempdir().unwrap();
+    fs::write(directory.path().join("samples.bin"), samples).unwrap();
+    let mut qemu = Command::new(&toolchain.qemu);
+    qemu.current_dir(directory.path()).args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none"]);
+    qemu.args(["-serial", "none", "-semihosting-config", "enable=on,target=native", "-kernel"]).arg(elf);
+    let printed = deadline::run(&mut qemu, RUN).unwrap_or_else(|error| panic!("{error}"));
+    let numbers: Vec<u32> = printed.split_whitespace().map(|number| number.parse().unwrap()).collect();
+    numbers.try_into().unwrap()
+}
+
+#[test]
+fn each_tier_fits_and_flies_the_same_on_the_chip() {
+    let Some(toolchain) = emulator::toolchain() else { return };
+    // For size: these are for parts with little memory.
+    let mut build = toolchain.cargo_build();
+    build.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "s").args(["-p", "tiers"]);
+    deadline::run(&mut build, BUILD).unwrap_or_else(|error| panic!("{error}"));
+    let (period_us, samples) = recording();
+    let mut file = period_us.to_le_bytes().to_vec();
+    file.extend(samples.iter().flat_map(pack));
+    println!("| tier | static RAM | stack | flash | results |\n|---|---|---|---|---|");
+    for Limits { tier, ram, stack, flash } in LIMITS {
+        let path = toolchain.built(tier);
+        let elf = fs::read(&path).unwrap();
+        let size = Image::parse(&elf).unwrap().size();
+        let [number, digest, results, used] = run(&toolchain, &path, &file);
+        let statics = size.data_bytes + size.bss_bytes;
+        println!("| {tier} | {statics} | {used} | {} | {results} |", size.flash_bytes);
+        assert_eq!(number as usize, samples.len());
+        assert_eq!((digest, results), here(tier, period_us, &samples), "{tier}");
+        assert!(statics <= ram && u64::from(used) <= stack && size.flash_bytes <= flash, "{tier} has grown");
+    }
+}
+
+/// Inclination and azimuth of an attitude, degrees.
+fn direction(q: [f64; 4]) -> [f64; 2] {
+    let [w, x, y, z] = q;
+    let axis = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)];
+    [axis[2].clamp(-1.0, 1.0).acos().to_degrees(), axis[1].atan2(axis[0]).to_degrees()]
+}
+
+/// Errors of a tier in a run, rms of inclination and azimuth in degrees, from 70 s on.
+fn errors(tier: &mut impl Tier, config: &Config, trace: &Trace) -> [f64; 2] {
+    assert!(tier.configure(config));
+    let outputs: Vec<Option<Output>> = trace.samples.iter().map(|sample| tier.push(sample)).collect();
+    let from = trace.samples.iter().position(|sample| sample.t_us > trace.first_us() + 70_000_000).unwrap();
+    let mut squares = [0.0; 2];
+    for (output, truth) in outputs.iter().zip(&trace.reference).skip(from) {
+        let told = direction(output.unwrap().attitude.unwrap().q.map(f64::from));
+        let truth = direction(truth.unwrap());
+        for k in 0..2 {
+            let error = (told[k] - truth[k] + 540.0).rem_euclid(360.0) - 180.0;
+            squares[k] += error * error / (outputs.len() - from) as f64;
+        }
+    }
+    squares.map(f64::sqrt)
+}
+
+/// What a tier gives up: with a gyro that is off by percents, drilling at 45 deg and 30 revolutions a minute.
+#[test]
+fn what_is_identified_is_worth_it_while_drilling() {
+    let scenario = Scenario::read(&workspace().join("host-tests/scenarios/drilling_45deg.toml")).unwrap();
+    let scenario = Scenario { duration_s: 180.0, ..scenario };
+    let mut sums = [[0.0_f64; 2]; 3];
+    const RUNS: u64 = 4;
+    for seed in 1..=RUNS {
+        let (trace, _) = simulate(&scenario, seed);
+        let config = mwd::flight::configuration::of_trace(&trace);
+        let (mut probe, mut surveyor) = (Box::new(AttitudeProbe::new()), Box::new(Surveyor::new()));
+        let of = [
+            errors(&mut Attitude::new(&mut probe, &mut surveyor), &config, &trace),
+            errors(
+                &mut Identify::new(&mut Box::new(AttitudeProbe::new()), &mut Box::new(Estimator::zero())),
+                &config,
+                &trace,
+            ),
+            errors(&mut Full::new(&mut Box::new(Probe::new()), &mut surveyor), &config, &trace),
+        ];
+        sums.iter_mut().zip(of).for_each(|(sum, of)| (0..2).for_each(|k| sum[k] += of[k] / RUNS as f64));
+    }
+    println!("| tier | inclination, deg rms | azimuth, deg rms |\n|---|---|---|");
+    for (Limits { tier, .. }, [inclination, azimuth]) in LIMITS.iter().zip(sums) {
+        println!("| {tier} | {inclination:.2} | {azimuth:.2} |");
+    }
+    let [attitude, identify, full] = sums;
+    assert!(identify[0] < attitude[0] && full[0] < attitude[0], "{sums:?}");
+    assert!(identify[0] < 1.5 * full[0], "{sums:?}");
+}
