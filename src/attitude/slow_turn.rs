@@ -166,7 +166,15 @@ mod tests {
         for k in 0..10_000_u16 {
             let t = f32::from(k) * PERIOD_S;
             let turning = if (10.0..29.0).contains(&t) { rate_rad_s } else { 0.0 };
-            let turned = rate_rad_s * (t - 10.0).clamp(0.0, 19.0);
+            let since_s = t - 10.0;
+            let turned = rate_rad_s
+                * if since_s < 0.0 {
+                    0.0
+                } else if since_s > 19.0 {
+                    19.0
+                } else {
+                    since_s
+                };
             let body_to_ned: Matrix3<f32> = exp_matrix(&Vector3::new(0.0, 0.0, turned)) * tilt;
             let in_body = |v: Vector3<f32>| body_to_ned.transpose() * v;
             let rate = bias + in_body(Vector3::new(0.0, 0.0, turning)) + vector(2e-3) - filter.residual_bias_rad_s();
@@ -177,8 +185,9 @@ mod tests {
                 let attitude = filter.attitude(crate::attitude::AttitudeFlags::empty()).unwrap();
                 let truth = libm::atan2f(body_to_ned[(1, 2)], body_to_ned[(0, 2)]);
                 let error = libm::fabsf(libm::remainderf(attitude.azimuth_rad - truth, core::f32::consts::TAU));
-                largest = largest.max(error);
-                share = share.max(error / attitude.sigma_azimuth_rad);
+                let part = error / attitude.sigma_azimuth_rad;
+                largest = if error > largest { error } else { largest };
+                share = if part > share { part } else { share };
             }
         }
         (largest, share)
