@@ -162,19 +162,11 @@ mod tests {
         filter.start(&config.attitude, &config.earth);
         let bias = vector(3e-3);
         let tilt = exp_matrix(&Vector3::new(0.3, 0.7, -0.2));
-        let (mut largest, mut share) = (0.0_f32, 0.0_f32);
+        let (mut largest, mut share, mut turned) = (0.0_f32, 0.0_f32, 0.0_f32);
         for k in 0..10_000_u16 {
             let t = f32::from(k) * PERIOD_S;
             let turning = if (10.0..29.0).contains(&t) { rate_rad_s } else { 0.0 };
-            let since_s = t - 10.0;
-            let turned = rate_rad_s
-                * if since_s < 0.0 {
-                    0.0
-                } else if since_s > 19.0 {
-                    19.0
-                } else {
-                    since_s
-                };
+            turned += turning * PERIOD_S;
             let body_to_ned: Matrix3<f32> = exp_matrix(&Vector3::new(0.0, 0.0, turned)) * tilt;
             let in_body = |v: Vector3<f32>| body_to_ned.transpose() * v;
             let rate = bias + in_body(Vector3::new(0.0, 0.0, turning)) + vector(2e-3) - filter.residual_bias_rad_s();
