@@ -8,6 +8,8 @@ use nalgebra::Vector3;
 const CHANGED: f32 = 13.82;
 /// Length of the means that are compared, seconds.
 const BLOCK_S: f32 = 0.5;
+/// Fastest turn that is taken for rest, rad/s: `RestTracker` allows 2 deg/s, VQF's default.
+const FASTEST_RAD_S: f32 = 0.035;
 /// What the mean direction of half a second differs by at rest beside its noise, rad: 0.1 deg on recordings of sensors
 /// on a table (`estimator::Noise::HAND`: its field at rest).
 const OWN_RAD: f32 = 1.8e-3;
@@ -57,6 +59,8 @@ pub(super) struct SlowTurn {
     block: Block,
     /// The first of the quiet, or the one in which a turn was seen; without steps there is none.
     first: Block,
+    /// Mean field of the block before.
+    last_field: Vector3<f32>,
     age_s: f32,
     /// Time that has to go by without a turn until a rest is believed: as long as the last one took to be seen.
     doubted_s: f32,
@@ -66,7 +70,14 @@ pub(super) struct SlowTurn {
 
 impl SlowTurn {
     pub const fn new() -> Self {
-        Self { block: Block::ZERO, first: Block::ZERO, age_s: 0.0, doubted_s: 0.0, bias_variance: 0.0 }
+        Self {
+            block: Block::ZERO,
+            first: Block::ZERO,
+            last_field: Vector3::new(0.0, 0.0, 0.0),
+            age_s: 0.0,
+            doubted_s: 0.0,
+            bias_variance: 0.0,
+        }
     }
 
     /// Returns true if the mean rate of a quiet gyro may be its bias.
@@ -97,6 +108,8 @@ impl SlowTurn {
             return;
         }
         let block = core::mem::replace(&mut self.block, Block::ZERO);
+        let mean_field = block.field / f32::from(block.steps);
+        let last_field = core::mem::replace(&mut self.last_field, mean_field);
         self.age_s += block.seconds;
         if self.first.steps == 0 {
             self.first = block;
@@ -115,7 +128,10 @@ impl SlowTurn {
         let steeper = block.dip_cosine() - self.first.dip_cosine();
         let missed = libm::remainderf(block.heading() - self.first.heading(), TAU);
         let rate = missed / self.age_s;
-        let is_turn = longer * longer <= limit && steeper * steeper <= limit;
+        // Nor is it slow if it came within a block.
+        let step = (mean_field - last_field).norm_squared() / mean_field.norm_squared();
+        let is_slow = step <= FASTEST_RAD_S * FASTEST_RAD_S * BLOCK_S * BLOCK_S + limit;
+        let is_turn = is_slow && longer * longer <= limit && steeper * steeper <= limit;
         if is_turn {
             self.doubted_s = self.age_s;
         }

@@ -69,6 +69,9 @@ pub enum Command {
     )]
     Calibrate(calibrate::CalibrateArgs),
     /// Make a trace of foreign recordings, and refuse what cannot be
+    #[command(
+        after_help = "Examples:\n  cargo mwd import log.csv -o trace.csv.gz\n  cargo mwd import flight.ulg --key body_frame=tool -o trace.csv.gz"
+    )]
     Import(import::ImportArgs),
     /// Simulate a scenario and write its trace
     #[command(
@@ -76,6 +79,7 @@ pub enum Command {
     )]
     Simulate(simulate::SimulateArgs),
     /// Fly many recordings at once and write tables of the results
+    #[command(after_help = "Examples:\n  cargo mwd batch recordings -o results.parquet --hold-out 0.5")]
     Batch(batch::BatchArgs),
     /// Measure speed and accuracy, and print tables
     #[command(

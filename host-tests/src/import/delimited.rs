@@ -63,7 +63,11 @@ pub fn read(text: &str, name: &str, dialect: Dialect) -> Result<Table, String> {
     let mut rows = rows(text).map(|(line, row)| (line, split(row, dialect.separator))).peekable();
     let (names, width) = header(&mut rows, dialect)?;
     let mut columns: Vec<Column> = names.iter().map(|name| Column::of(name, Vec::new())).collect();
-    for (line, cells) in rows {
+    for (line, mut cells) in rows {
+        // A separator at the end of each line.
+        if cells.len() == width + 1 && ends_empty(&cells) {
+            cells.pop();
+        }
         if cells.len() != width {
             // The last line of a recording that was cut off.
             if cells.len() < width && is_last(text, line) {
@@ -121,7 +125,12 @@ fn header(
         let Some((_, next)) = rows.peek() else { break };
         let is_data = next.len() > 2 && 2 * values(next) > next.len();
         if is_data {
-            let width = next.len();
+            // With a separator at the end of each line the last cell is none; else it is one without a value.
+            let is_named = above.as_ref().is_some_and(|names| names.len() == next.len() && !ends_empty(names));
+            let width = if ends_empty(next) && !is_named { next.len() - 1 } else { next.len() };
+            if let Some(names) = above.as_mut().filter(|names| names.len() == width + 1 && ends_empty(names)) {
+                names.pop();
+            }
             let names = match above {
                 Some(names) if names.len() == width => names,
                 _ => (1..=width).map(|index| format!("column {index}")).collect(),
@@ -154,6 +163,10 @@ fn rows(text: &str) -> impl Iterator<Item = (u64, &str)> {
 }
 
 /// Cells of a line, without blanks and quotes around them.
+fn ends_empty(cells: &[String]) -> bool {
+    cells.len() > 1 && cells.last().is_some_and(String::is_empty)
+}
+
 fn split(line: &str, separator: char) -> Vec<String> {
     if separator == ' ' {
         return line.split_whitespace().map(str::to_owned).collect();
@@ -167,10 +180,6 @@ fn split(line: &str, separator: char) -> Vec<String> {
             _ if letter == separator && !quoted => cells.push(String::new()),
             _ => cells.last_mut().into_iter().for_each(|cell| cell.push(letter)),
         }
-    }
-    // A separator at the end of each line.
-    if cells.len() > 1 && cells.last().is_some_and(|cell| cell.trim().is_empty()) && line.ends_with(separator) {
-        cells.pop();
     }
     cells.iter().map(|cell| cell.trim().to_owned()).collect()
 }
@@ -202,6 +211,18 @@ mod tests {
         assert_eq!(table.columns[0].values, [0.0, 5.0]);
         assert!(table.columns[1].values[0] == 1.5 && table.columns[1].values[1].is_nan());
         assert_eq!(table.keys, [("body_frame".to_owned(), "tool".to_owned())]);
+    }
+
+    #[test]
+    fn a_last_cell_without_a_value_is_missing_and_a_separator_at_each_end_is_no_column() {
+        let sparse = "t,x,y\n1,2,3\n2,4,\n3,5,6\n";
+        let columns = read(sparse, "log", dialect(sparse)).unwrap().columns;
+        assert!(columns.len() == 3 && columns[2].values[1].is_nan() && columns[2].values[2] == 6.0);
+        for ended in ["t,x,y,\n1,2,3,\n2,4,5,\n", "t,x,y\n1,2,3,\n2,4,5,\n"] {
+            let columns = read(ended, "log", dialect(ended)).unwrap().columns;
+            assert_eq!(columns.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["t", "x", "y"], "{ended}");
+            assert_eq!(columns[2].values, [3.0, 5.0]);
+        }
     }
 
     #[test]
