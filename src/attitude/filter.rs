@@ -318,10 +318,9 @@ impl AttitudeFilter {
         self.heading.relearn_reference();
     }
 
-    /// Returns true from a swap by which the model flown before was wrong until [`AttitudeFilter::compare`]: the
-    /// attitude was turned by that model.
-    #[must_use]
-    pub const fn is_doubted(&self) -> bool {
+    /// Returns true from a swap by which the model flown before was wrong, and turned the attitude, until
+    /// [`AttitudeFilter::compare`].
+    pub(crate) const fn is_doubted(&self) -> bool {
         self.is_doubted
     }
 

@@ -125,9 +125,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let motion_s = self.motion_s.narrow();
         // State learnt before the power was off counts, but says nothing new before the first motion.
         let motion_s = if self.innovations == 0 { 0.0 } else { motion_s };
-        // About a stored model the prior is narrow: data that exclude it have moved P only a part of the way.
-        let is_early = !self.is_restored && excludes_start(averaged);
-        let needed_s = if is_early { LEAST_MOTION_EXCLUDED_S } else { LEAST_MOTION_S };
+        let needed_s = if excludes_start(averaged) { LEAST_MOTION_EXCLUDED_S } else { LEAST_MOTION_S };
         if motion_s < needed_s {
             return Err(Refusal::NotEnoughMotion { motion_s, needed_s });
         }
