@@ -1,6 +1,9 @@
 //! The chip's side: reset, and the run of a tier over the samples of a file, by semihosting.
 
 use crate::{Digest, RECORD, Tier, by_hand, unpack};
+// Its critical section, where a processor has no atomic exchange.
+#[cfg(target_arch = "arm")]
+use cortex_m as _;
 use semihosting::{eprintln, fs::File, io::Read, println, process};
 
 /// What a word of unused stack holds.
