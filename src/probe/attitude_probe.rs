@@ -3,20 +3,15 @@
 
 use super::{
     GAP_PERIODS, Output,
-    corrector::Corrector,
-    latency::at_gyro_time,
-    reading_checks::ReadingChecks,
-    survey::{Calibrated, input_of},
+    pipeline::{Pipeline, With},
 };
 use crate::{
-    attitude::{AttitudeFilter, AttitudeFlags},
     compensation::GyroModel,
     config::{Config, ConfigError},
-    magnet::{FieldUse, HardIronCounts, HardIronWatch},
-    sample::{Reading, Sample, SampleFlags, Sensor},
+    magnet::HardIronCounts,
+    sample::{Reading, Sample},
     survey::SurveyInput,
 };
-use nalgebra::Vector3;
 
 /// Step back in time that is the clock's and not a sample's, microseconds.
 const CLOCK_WENT_BACK_US: u64 = 10_000_000;
@@ -33,15 +28,8 @@ pub struct AttitudeProbe {
     model: GyroModel,
     /// Time of the last sample; `None` before one.
     last_us: Option<u64>,
-    last_raw_rad_s: [f32; 3],
-    /// Time since the last believable rate, seconds.
-    unread_s: f32,
     readings: [Reading; 3],
-    checks: ReadingChecks,
-    corrector: Corrector,
-    calibrated: Calibrated,
-    filter: AttitudeFilter,
-    watch: HardIronWatch,
+    pipeline: Pipeline,
 }
 
 impl AttitudeProbe {
@@ -53,14 +41,8 @@ impl AttitudeProbe {
             config: Config::UNSET,
             model: GyroModel::UNSET,
             last_us: None,
-            last_raw_rad_s: [0.0; 3],
-            unread_s: 0.0,
             readings: [const { Reading::Missing }; 3],
-            checks: ReadingChecks::ZERO,
-            corrector: Corrector::ZERO,
-            calibrated: Calibrated::NONE,
-            filter: AttitudeFilter::new(),
-            watch: HardIronWatch::zero(),
+            pipeline: Pipeline::zero(),
         }
     }
 
@@ -77,19 +59,11 @@ impl AttitudeProbe {
 
     /// Starts anew from the present configuration.
     fn begin(&mut self) {
-        let config = &self.config;
-        self.model = config.gyro;
+        self.model = self.config.gyro;
         self.last_us = None;
-        self.last_raw_rad_s = config.gyro.b_rad_s;
-        self.unread_s = 0.0;
         self.readings = [const { Reading::Missing }; 3];
-        self.checks = ReadingChecks::new(config);
-        self.corrector = Corrector::new(config);
-        self.calibrated = Calibrated::NONE;
-        self.filter.start(&config.attitude, &config.earth);
-        self.filter.mag_delay_known(config.latency.mag_s.map(|_| 0.0));
-        self.filter.gyro_delay_known(config.latency.gyro_s.is_some());
-        self.watch.configure(config);
+        self.pipeline.start(&self.config);
+        self.pipeline.filter.mag_delay_known(self.config.latency.mag_s.map(|_| 0.0));
         self.configured = true;
     }
 
@@ -98,7 +72,7 @@ impl AttitudeProbe {
     pub fn fly(&mut self, model: &GyroModel, sigma: &[f32; 12]) -> bool {
         let can = self.configured && model.is_valid();
         if can {
-            self.filter.model_changed(&self.model, model, sigma);
+            self.pipeline.filter.model_changed(&self.model, model, sigma);
             self.model = *model;
         }
         can
@@ -116,56 +90,31 @@ impl AttitudeProbe {
             }
             self.begin();
         }
-        self.checks.mark_clipped(&mut sample, &self.config.full_scale);
+        self.pipeline.checks.mark_clipped(&mut sample, &self.config.full_scale);
         let step_us = self.last_us.map_or(0, |last_us| sample.t_us.saturating_sub(last_us));
         let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
         match self.last_us {
-            None => self.watch.start(sample.t_us),
-            Some(_) if gap => self.watch.gap(sample.t_us),
+            None => self.pipeline.watch.start(sample.t_us),
+            Some(_) if gap => self.pipeline.watch.gap(sample.t_us),
             Some(_) => {}
         }
         self.last_us = Some(sample.t_us);
         let step_s = step_us as f32 * 1e-6;
 
-        let mut flags = AttitudeFlags::empty();
-        flags.set(AttitudeFlags::GYRO_HELD, sample.flags.contains(SampleFlags::GYRO_MISSING));
-        flags.set(AttitudeFlags::GYRO_CLIPPED, sample.flags.contains(SampleFlags::GYRO_CLIPPED));
-        flags.set(AttitudeFlags::FAULT, sample.flags.contains(SampleFlags::FAULT));
-        flags.set(AttitudeFlags::FROZEN_SENSOR, self.checks.update(&sample));
-        flags.set(AttitudeFlags::AFTER_GAP, gap);
-        if !sample.flags.contains(SampleFlags::GYRO_MISSING) {
-            self.last_raw_rad_s = sample.gyro_rad_s;
-        }
-        let raw = Vector3::from(self.last_raw_rad_s) - self.filter.earth_rate_rad_s();
-        let compensated = self.model.compensate(raw.into());
-        let gyro = self.checks.rate(raw, &sample);
-        let [accel, mag] = self.vectors(&sample, &compensated, step_s);
-        let mag = self.without_magnets(sample.t_us, [gyro, accel, mag]);
-        self.readings = [gyro, accel, mag];
-        let before = self.corrector.last_rate_or(compensated);
-        let corrected = self.corrector.correct(&[], &sample, &compensated, [accel, mag], step_s);
-
-        if gap {
-            self.filter.gap(step_s);
-            self.unread_s = 0.0;
-        } else {
-            // As in `Probe::push`: a reading of unknown time counts as the mean over the interval that it ends.
-            let held = if self.config.latency.gyro_s.is_some() { 0.5 } else { 0.0 };
-            self.filter.propagate(step_s, &(compensated + (before - compensated) * held));
-        }
-        if let Reading::Usable(_) = gyro {
-            self.unread_s = 0.0;
-        } else if !gap {
-            self.unread_s += step_s;
-            self.filter.unread(step_s, self.unread_s);
-        }
-        let if_usable = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Usable(_)).then_some(v);
-        self.filter
-            .observe(if_usable(&accel, corrected.force_m_s2).as_ref(), if_usable(&mag, corrected.field_ut).as_ref());
-        self.calibrated = Calibrated::of(&sample, [gyro, accel, mag], &corrected);
+        let with = With {
+            config: &self.config,
+            model: &self.model,
+            library: &[],
+            gyro_delay_known: self.config.latency.gyro_s.is_some(),
+            step_s,
+            gap_s: gap.then_some(step_s),
+        };
+        let stepped = self.pipeline.step(&sample, &with);
+        self.readings = stepped.readings;
         let delay_us = (self.config.latency.gyro_s.unwrap_or(0.0) * 1e6) as u64;
         let t_us = sample.t_us.saturating_sub(delay_us);
-        Some(Output { t_us, rate_rad_s: compensated.into(), attitude: self.filter.attitude(flags) })
+        let attitude = self.pipeline.filter.attitude(stepped.flags);
+        Some(Output { t_us, rate_rad_s: stepped.rate_rad_s.into(), attitude })
     }
 
     /// Readings of the last sample for an [`Estimator`](crate::estimator::Estimator): raw rate less the earth's, calibrated
@@ -184,42 +133,14 @@ impl AttitudeProbe {
     /// Counters of the watch for magnets since the configuration.
     #[must_use]
     pub const fn hard_iron_counts(&self) -> HardIronCounts {
-        self.watch.counts()
+        self.pipeline.watch.counts()
     }
 
     /// Returns the survey's input of a sample that was just pushed and gave `output`, for
     /// [`Surveyor::push`](crate::survey::Surveyor::push).
     #[must_use]
     pub fn survey_input(&self, sample: &Sample, output: &Output) -> SurveyInput {
-        input_of(&self.calibrated, &self.filter.residual_bias_rad_s(), sample, output)
-    }
-
-    /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time.
-    fn vectors(&self, sample: &Sample, rate: &Vector3<f32>, step_s: f32) -> [Reading; 2] {
-        let accel = self.checks.vector(Sensor::Accelerometer, &self.config.accel, sample);
-        let mag = self.checks.vector(Sensor::Magnetometer, &self.config.mag, sample);
-        let [accel_s, mag_s] = self.config.latency.behind_gyro_s();
-        if accel_s == 0.0 && mag_s == 0.0 {
-            return [accel, mag];
-        }
-        let acceleration = self.corrector.acceleration_rad_s2(rate, step_s);
-        let rate = rate - self.filter.residual_bias_rad_s();
-        [(accel, accel_s), (mag, mag_s)]
-            .map(|(reading, behind_s)| at_gyro_time(reading, behind_s, &rate, &acceleration))
-    }
-
-    /// Returns the field less that of a magnet on the probe; the field is missing while the magnet is undecided.
-    fn without_magnets(&mut self, t_us: u64, readings: [Reading; 3]) -> Reading {
-        let [.., mag] = readings;
-        if !self.config.effects {
-            return mag;
-        }
-        self.watch.push(t_us, readings);
-        match (mag, self.watch.field_use()) {
-            (Reading::Usable(field), FieldUse::Less(offset)) => Reading::Usable(field - offset),
-            (_, FieldUse::Withheld) => Reading::Missing,
-            _ => mag,
-        }
+        self.pipeline.survey_input(sample, output)
     }
 }
 
@@ -233,7 +154,7 @@ impl Default for AttitudeProbe {
 mod tests {
     extern crate std;
     use super::*;
-    use crate::Probe;
+    use crate::{Probe, sample::SampleFlags};
     use std::boxed::Box;
 
     /// A turn about a tilted axis, with the vectors that it shows and a dozen readings that are missing.

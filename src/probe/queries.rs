@@ -72,12 +72,12 @@ impl Probe {
     /// Magnets that came while the probe ran, as body-fixed offsets, oldest first: the last eight of
     /// [`Probe::hard_iron_counts`]. Empty when effects are switched off.
     pub fn hard_iron_intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
-        self.watch.intervals()
+        self.pipeline.watch.intervals()
     }
 
     /// Counters of the watch for magnets since the configuration.
     #[must_use]
     pub const fn hard_iron_counts(&self) -> HardIronCounts {
-        self.watch.counts()
+        self.pipeline.watch.counts()
     }
 }

@@ -33,16 +33,16 @@ impl Probe {
         }
         self.may_restore(model)?;
         self.identifier.restore(&model.gyro, &model.sigma, &model.effects);
-        self.session.corrector.effects = self.effects().of_attitude(self.library());
-        self.filter.mag_delay_known(self.mag_delay_sigma_s());
+        self.pipeline.corrector.effects = self.effects().of_attitude(self.library());
+        self.pipeline.filter.mag_delay_known(self.mag_delay_sigma_s());
         if model.gyro.p != self.config.gyro.p {
             // P is known as well as when it was stored, plus its drift. A bias changes at every start: it is
             // unknown.
             let mut sigma = model.sigma.map(|sigma| libm::sqrtf(sigma * sigma + P_DRIFT * P_DRIFT));
             sigma.iter_mut().skip(9).for_each(|sigma| *sigma = f32::MAX);
-            self.filter.model_changed(&self.config.gyro, &model.gyro, &sigma);
+            self.pipeline.filter.model_changed(&self.config.gyro, &model.gyro, &sigma);
         }
-        self.session.last_raw_rad_s = model.gyro.b_rad_s;
+        self.pipeline.last_raw_rad_s = model.gyro.b_rad_s;
         Ok(())
     }
 

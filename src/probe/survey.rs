@@ -50,7 +50,7 @@ impl Probe {
     /// attitude. It is for [`Surveyor::push`](crate::survey::Surveyor::push).
     #[must_use]
     pub fn survey_input(&self, sample: &Sample, output: &Output) -> SurveyInput {
-        input_of(&self.session.calibrated, &self.filter.residual_bias_rad_s(), sample, output)
+        self.pipeline.survey_input(sample, output)
     }
 }
 

@@ -10,6 +10,7 @@ use crate::{
 };
 use core::fmt::Write;
 use nalgebra::UnitQuaternion;
+use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use std::{boxed::Box, string::String, vec::Vec};

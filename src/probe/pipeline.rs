@@ -1,0 +1,160 @@
+//! The way of a sample from its readings to the attitude, whoever knows the gyro's model.
+
+use super::{
+    Output,
+    corrector::Corrector,
+    latency::at_gyro_time,
+    reading_checks::ReadingChecks,
+    survey::{Calibrated, input_of},
+};
+use crate::{
+    attitude::{AttitudeFilter, AttitudeFlags},
+    compensation::{Effect, GyroModel},
+    config::Config,
+    magnet::{FieldUse, HardIronWatch},
+    sample::{Reading, Sample, SampleFlags, Sensor},
+    survey::SurveyInput,
+};
+use nalgebra::Vector3;
+
+/// Checks, compensation, vectors at the gyro's time, magnets, effects and the attitude filter.
+pub(super) struct Pipeline {
+    pub last_raw_rad_s: [f32; 3],
+    /// Time since the last believable rate, seconds.
+    unread_s: f32,
+    pub checks: ReadingChecks,
+    pub corrector: Corrector,
+    /// Readings of the last sample, for surveys.
+    calibrated: Calibrated,
+    pub filter: AttitudeFilter,
+    pub watch: HardIronWatch,
+}
+
+/// What a sample is flown with.
+pub(super) struct With<'a> {
+    pub config: &'a Config,
+    pub model: &'a GyroModel,
+    pub library: &'static [&'static dyn Effect],
+    /// True if the gyro's delay is declared, or was found.
+    pub gyro_delay_known: bool,
+    /// Time since the sample before, seconds.
+    pub step_s: f32,
+    /// Length of a gap before the sample, seconds.
+    pub gap_s: Option<f32>,
+}
+
+/// What came of a sample.
+pub(super) struct Stepped {
+    /// Raw rate less the earth's, calibrated force and field without magnets: uncorrected by effects.
+    pub readings: [Reading; 3],
+    pub rate_rad_s: Vector3<f32>,
+    pub flags: AttitudeFlags,
+}
+
+impl Pipeline {
+    /// All zero, for a static.
+    pub const fn zero() -> Self {
+        Self {
+            last_raw_rad_s: [0.0; 3],
+            unread_s: 0.0,
+            checks: ReadingChecks::ZERO,
+            corrector: Corrector::ZERO,
+            calibrated: Calibrated::NONE,
+            filter: AttitudeFilter::new(),
+            watch: HardIronWatch::zero(),
+        }
+    }
+
+    /// Starts anew; a gyro that reads nothing is taken to rest at its factory bias. The delay of the magnetometer is the
+    /// caller's to tell.
+    pub fn start(&mut self, config: &Config) {
+        self.last_raw_rad_s = config.gyro.b_rad_s;
+        self.unread_s = 0.0;
+        self.checks = ReadingChecks::new(config);
+        self.corrector = Corrector::new(config);
+        self.calibrated = Calibrated::NONE;
+        self.watch.configure(config);
+        self.filter.start(&config.attitude, &config.earth);
+        self.filter.gyro_delay_known(config.latency.gyro_s.is_some());
+    }
+
+    /// Flies one sample whose clipped readings are marked.
+    pub fn step(&mut self, sample: &Sample, with: &With<'_>) -> Stepped {
+        let With { config, model, library, step_s, .. } = *with;
+        let mut flags = AttitudeFlags::empty();
+        flags.set(AttitudeFlags::GYRO_HELD, sample.flags.contains(SampleFlags::GYRO_MISSING));
+        flags.set(AttitudeFlags::GYRO_CLIPPED, sample.flags.contains(SampleFlags::GYRO_CLIPPED));
+        flags.set(AttitudeFlags::FAULT, sample.flags.contains(SampleFlags::FAULT));
+        flags.set(AttitudeFlags::FROZEN_SENSOR, self.checks.update(sample));
+        flags.set(AttitudeFlags::AFTER_GAP, with.gap_s.is_some());
+        if !sample.flags.contains(SampleFlags::GYRO_MISSING) {
+            self.last_raw_rad_s = sample.gyro_rad_s;
+        }
+        let raw = Vector3::from(self.last_raw_rad_s) - self.filter.earth_rate_rad_s();
+        let compensated = model.compensate(raw.into());
+        let gyro = self.checks.rate(raw, sample);
+        let [accel, mag] = self.vectors(config, sample, &compensated, step_s);
+        let mag = self.without_magnets(config, sample.t_us, [gyro, accel, mag]);
+        let before = self.corrector.last_rate_or(compensated);
+        let corrected = self.corrector.correct(library, sample, &compensated, [accel, mag], step_s);
+        let rate = corrected.rate_rad_s;
+
+        if let Some(gap_s) = with.gap_s {
+            self.filter.gap(gap_s);
+            self.unread_s = 0.0;
+        } else {
+            // The rate changes linearly between readings of known time. A reading of unknown time counts as
+            // the mean over the interval that it ends (see `Latency::gyro_s`). A delay that was found is all
+            // of the delay.
+            let held = if with.gyro_delay_known { 0.5 } else { 0.0 };
+            self.filter.propagate(step_s, &(rate + (before - compensated) * held));
+        }
+        if let Reading::Usable(_) = gyro {
+            self.unread_s = 0.0;
+        } else if with.gap_s.is_none() {
+            self.unread_s += step_s;
+            self.filter.unread(step_s, self.unread_s);
+        }
+        let if_usable = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Usable(_)).then_some(v);
+        self.filter
+            .observe(if_usable(&accel, corrected.force_m_s2).as_ref(), if_usable(&mag, corrected.field_ut).as_ref());
+        let readings = [gyro, accel, mag];
+        self.calibrated = Calibrated::of(sample, readings, &corrected);
+        Stepped { readings, rate_rad_s: rate, flags }
+    }
+
+    /// Survey's input of the last sample, which gave `output`.
+    pub fn survey_input(&self, sample: &Sample, output: &Output) -> SurveyInput {
+        input_of(&self.calibrated, &self.filter.residual_bias_rad_s(), sample, output)
+    }
+
+    /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time; `rate` is
+    /// compensated.
+    fn vectors(&self, config: &Config, sample: &Sample, rate: &Vector3<f32>, step_s: f32) -> [Reading; 2] {
+        let accel = self.checks.vector(Sensor::Accelerometer, &config.accel, sample);
+        let mag = self.checks.vector(Sensor::Magnetometer, &config.mag, sample);
+        let [accel_s, mag_s] = config.latency.behind_gyro_s();
+        if accel_s == 0.0 && mag_s == 0.0 {
+            return [accel, mag];
+        }
+        let acceleration = self.corrector.acceleration_rad_s2(rate, step_s);
+        let rate = rate - self.filter.residual_bias_rad_s();
+        [(accel, accel_s), (mag, mag_s)]
+            .map(|(reading, behind_s)| at_gyro_time(reading, behind_s, &rate, &acceleration))
+    }
+
+    /// Returns the field less that of a magnet on the probe; the field is missing while the magnet is
+    /// undecided.
+    fn without_magnets(&mut self, config: &Config, t_us: u64, readings: [Reading; 3]) -> Reading {
+        let [.., mag] = readings;
+        if !config.effects {
+            return mag;
+        }
+        self.watch.push(t_us, readings);
+        match (mag, self.watch.field_use()) {
+            (Reading::Usable(field), FieldUse::Less(offset)) => Reading::Usable(field - offset),
+            (_, FieldUse::Withheld) => Reading::Missing,
+            _ => mag,
+        }
+    }
+}
