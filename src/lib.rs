@@ -85,6 +85,7 @@ pub mod telemetry;
 pub mod sensor_models; // register-level models of sensors, for runs without hardware
 
 mod algebra;
+mod change;
 pub mod config;
 pub mod equations; // documentation: the paper's equations, each with our reading
 mod rotation;

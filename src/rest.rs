@@ -10,6 +10,8 @@ pub(crate) const TURNING_RAD_S: f32 = 0.35;
 /// Rate added to the last one where none was read, rad/s: a probe that turns more slowly than
 /// [`TURNING_RAD_S`] counts as still.
 pub(crate) const UNSEEN_RATE_RAD_S: f32 = 0.3;
+/// Correlation time of an unread rate, seconds: a radian of a swing at half a hertz.
+pub(crate) const UNREAD_RATE_TIME_S: f32 = 0.3;
 
 /// Detector of seconds of rest: gyro deviation under a limit on every axis, a mean rate that a bias can
 /// explain, and vector sensors that do not turn (a steady turntable is no rest).

@@ -3,7 +3,7 @@
 use super::{
     Attitude, AttitudeFlags,
     agreement::Agreement,
-    error_state::BIAS,
+    error_state::{BIAS, VELOCITY},
     filter_step::FilterStep,
     heading::{Conditions, Heading, LOST_RAD},
     motion::Motion,
@@ -16,10 +16,11 @@ use super::{
     turned_field::TurnedField,
 };
 use crate::{
+    change::{Change, FORCE_M_S3, RATE_RAD_S2},
     compensation::GyroModel,
     config::{AttitudeConfig, Earth},
     estimator::KnownAttitude,
-    rest::UNSEEN_RATE_RAD_S,
+    rest::{UNREAD_RATE_TIME_S, UNSEEN_RATE_RAD_S},
     rotation::{exp_quaternion, quaternion, rotate_back},
 };
 use core::f32::consts::PI;
@@ -28,8 +29,13 @@ use nalgebra::{Matrix3, Vector3};
 /// Duration of one filter step, seconds: half the shortest correlation time among the modelled errors (0.1 s).
 /// Shorter steps add no information, because rotation within a step is removed sample by sample.
 const STEP_S: f32 = 0.05;
-/// Correlation time of an unread rate, seconds: a radian of a swing at half a hertz.
-const UNREAD_RATE_TIME_S: f32 = 0.3;
+
+/// From here on a gap tells nothing of what went before, seconds.
+const LONGEST_GAP_S: f32 = 100.0;
+
+const fn limited_s(gap_s: f32) -> f32 {
+    if gap_s < LONGEST_GAP_S { gap_s } else { LONGEST_GAP_S }
+}
 
 /// Attitude filter: strapdown integration at the sample rate, corrected 20 times a second.
 ///
@@ -55,6 +61,9 @@ pub struct AttitudeFilter {
     /// Filter step in progress.
     step: FilterStep,
     sample: LastSample,
+    /// Of the rate, and of specific force in the earth frame, for gaps.
+    change: Change,
+    force_change: Change,
     /// True from a swap by which the model before was wrong until the estimator's attitude has been asked.
     is_doubted: bool,
     report: Report,
@@ -96,6 +105,8 @@ impl AttitudeFilter {
             turned_field: TurnedField::zero(),
             step: FilterStep::new(),
             sample: LastSample::NONE,
+            change: Change::ZERO,
+            force_change: Change::ZERO,
             is_doubted: false,
             report: Report::ZERO,
         }
@@ -111,6 +122,8 @@ impl AttitudeFilter {
             tilt: Tilt::new(),
             heading: Heading::new(earth),
             turned_field: TurnedField::new(),
+            change: Change::of_at_least(RATE_RAD_S2),
+            force_change: Change::of_at_least(FORCE_M_S3),
             report: Report::new(),
             ..Self::new()
         };
@@ -149,6 +162,7 @@ impl AttitudeFilter {
             self.inflate(PI);
         }
         let rate = self.sample.rate_rad_s - self.state.bias_rad_s;
+        self.change.update(&rate, dt_s);
         self.state.advance(dt_s, &rate);
         self.step.add_rotation(&self.state.rotation, &rate, dt_s);
     }
@@ -166,6 +180,40 @@ impl AttitudeFilter {
         self.inflate(libm::sqrtf(now * now - before * before));
     }
 
+    /// Passes over `dt_s` seconds that no reading stands for, from one body rate (compensated, relative to the earth) to
+    /// the next: the rate is taken to have changed steadily, and the uncertainty grows by what it may have done
+    /// instead. Returns false, and does nothing, where that says no more than [`AttitudeFilter::gap`]. Call
+    /// [`AttitudeFilter::propagate`] next.
+    pub fn bridge(&mut self, dt_s: f32, before_rad_s: &Vector3<f32>, after_rad_s: &Vector3<f32>) -> bool {
+        let variance = self.change.unread_variance(before_rad_s, after_rad_s, dt_s);
+        let blind_rad = self.blind_rad(dt_s);
+        // A NaN is no bridge.
+        let is_better = variance < blind_rad * blind_rad && variance < LOST_RAD * LOST_RAD;
+        if !self.started || !self.tilt.aligned || !is_better {
+            return false;
+        }
+        let rate = (before_rad_s + after_rad_s) * 0.5 - self.state.bias_rad_s;
+        self.state.propagation.break_off();
+        self.state.advance(dt_s, &rate);
+        self.state.propagation.break_off();
+        self.step.add_rotation(&self.state.rotation, &rate, dt_s);
+        self.inflate(libm::sqrtf(variance));
+        self.walk_bias(dt_s);
+        // The mean of the forces read in the step stands for the gap, from whose middle they are so far.
+        let far_s = 0.5 * dt_s + STEP_S;
+        let speed = self.settings.config.velocity_sigma_m_s;
+        for k in 0..2 {
+            self.state.errors.inflate(
+                VELOCITY + k,
+                self.force_change.square() * (far_s * far_s * dt_s * dt_s),
+                speed * speed,
+            );
+        }
+        self.change.interrupt();
+        self.force_change.interrupt();
+        true
+    }
+
     /// Passes over `dt_s` seconds without samples. The attitude stays; its uncertainty grows by the turn that
     /// may have happened, and if that is large, gravity and field align the filter again. Call
     /// [`AttitudeFilter::observe`] next, without [`AttitudeFilter::propagate`].
@@ -173,21 +221,32 @@ impl AttitudeFilter {
         if !self.started {
             return;
         }
-        let limited_s = if dt_s < 100.0 { dt_s } else { 100.0 };
-        let angle_rad = (libm::sqrtf(self.sample.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S) * limited_s;
+        let angle_rad = self.blind_rad(dt_s);
         self.inflate(if angle_rad < PI { angle_rad } else { PI });
-        let config = &self.settings.config;
-        let walk = config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * limited_s;
-        let most = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
-        for k in 0..3 {
-            self.state.errors.inflate(BIAS + k, walk, most);
-        }
+        self.walk_bias(dt_s);
         self.stop();
+        self.change.interrupt();
+        self.force_change.interrupt();
         self.state.propagation.interrupt();
         self.motion.rest = RestTracker::new();
         self.tilt.lost = self.tilt.lost || angle_rad > LOST_RAD;
         self.sample.after_gap = true;
         self.sample.step_s = 0.0;
+    }
+
+    /// Turn that may have happened in a gap of which nothing is known but the rate before it.
+    fn blind_rad(&self, dt_s: f32) -> f32 {
+        (libm::sqrtf(self.sample.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S) * limited_s(dt_s)
+    }
+
+    /// Inflates the bias by its walk over a gap.
+    fn walk_bias(&mut self, dt_s: f32) {
+        let config = &self.settings.config;
+        let walk = config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * limited_s(dt_s);
+        let most = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
+        for k in 0..3 {
+            self.state.errors.inflate(BIAS + k, walk, most);
+        }
     }
 
     /// Takes the sample's calibrated vectors in the body frame: specific force (m/s^2, up at rest) and field
@@ -215,7 +274,9 @@ impl AttitudeFilter {
             }
         }
         if let Some(force) = accel {
-            self.step.add_force(&(self.state.rotation * force));
+            let force = self.state.rotation * force;
+            self.force_change.update(&force, self.sample.step_s);
+            self.step.add_force(&force);
         }
         if let Some(field) = mag {
             let field = self.state.rotation * field;
@@ -377,7 +438,9 @@ impl AttitudeFilter {
             self.report.refresh_sigmas(&self.state, &covariance);
         }
         flags.set(AttitudeFlags::NO_HEADING, !self.heading.is_observed());
-        flags.set(AttitudeFlags::AFTER_GAP, core::mem::take(&mut self.sample.after_gap));
+        if core::mem::take(&mut self.sample.after_gap) {
+            flags.insert(AttitudeFlags::AFTER_GAP);
+        }
         if !(self.sample.accel_seen && self.tilt.force_used) {
             flags.insert(AttitudeFlags::ACCEL_UNUSED);
         }

@@ -40,6 +40,11 @@ impl Propagation {
         self.has_mark = false;
     }
 
+    /// The next step adds no coning term. The mark stays.
+    pub(crate) const fn break_off(&mut self) {
+        self.moving = false;
+    }
+
     /// Marks the attitude of this instant.
     pub(crate) const fn mark(&mut self) {
         (self.marked, self.corrected, self.has_mark) = (self.q, IDENTITY, true);

@@ -2,7 +2,11 @@
 //! else of them is kept.
 
 use super::real::{M3, Real, V3, identity, norm, rotation, rotation_vector, square, widened, zero3, zero33};
-use crate::{compensation::GyroModel, sample::Reading};
+use crate::{
+    change::{Change, FORCE_M_S3, RATE_RAD_S2},
+    compensation::GyroModel,
+    sample::Reading,
+};
 use nalgebra::Matrix3;
 
 /// Increments a second, about: 12.5 are as good by hand, and 25 are enough for the rates of drilling.
@@ -12,6 +16,9 @@ const MOST_RAD: f32 = 1.5;
 /// From this angle on an increment ends early, rad: of a scale that is off by d from that of the P that it is
 /// composed with the angles across the axis of rotation are off by d angle^2 / 6.
 const LONGEST_TURN_RAD: f32 = 0.5;
+/// Deviation of a turn that nobody read beyond which nothing is known of it, rad: then its square is as large as what a
+/// linear model of it may leave out, a hundredth.
+const MOST_BRIDGED_RAD: f32 = 0.1;
 /// A longer gap is told piece by piece, seconds.
 const LONGEST_GAP_S: f32 = 1.0;
 
@@ -39,6 +46,9 @@ pub struct Increment<T> {
     pub peak: T,
     /// Temperature over the effects' reference temperature, K.
     pub warming_k: Option<T>,
+    /// Variances, of each axis, by what nobody read: of the turn, rad^2, and of the velocity gained, (m/s)^2.
+    pub unread_turn: T,
+    pub unread_velocity: T,
 }
 
 /// Sum of the samples of an increment.
@@ -91,7 +101,11 @@ pub struct Builder<T> {
     /// Angle of the interval before, rad.
     turn_before: V3<T>,
     has_begun: bool,
+    /// The last usable readings; no rate after an unusable one.
+    rate_before: Option<V3<T>>,
     force_before: Option<V3<T>>,
+    rate_change: Change,
+    force_change: Change,
     /// Since the last usable rate.
     waiting_s: T,
     /// Part of it, and of the lost time, without any sample.
@@ -112,6 +126,8 @@ pub struct Builder<T> {
     squares: V3<T>,
     square_force: T,
     square_peak: T,
+    unread_turn: T,
+    unread_velocity: T,
     warming_k: Option<T>,
 }
 
@@ -124,7 +140,10 @@ impl<T: Real> Builder<T> {
             is_instant: false,
             turn_before: zero3(),
             has_begun: false,
+            rate_before: None,
             force_before: None,
+            rate_change: Change::ZERO,
+            force_change: Change::ZERO,
             waiting_s: T::ZERO,
             silent_s: T::ZERO,
             is_lost: false,
@@ -143,6 +162,8 @@ impl<T: Real> Builder<T> {
             squares: zero3(),
             square_force: T::ZERO,
             square_peak: T::ZERO,
+            unread_turn: T::ZERO,
+            unread_velocity: T::ZERO,
             warming_k: None,
         }
     }
@@ -154,6 +175,8 @@ impl<T: Real> Builder<T> {
             period_s: T::of(sample_period_s),
             per_increment: if samples > 1.0 { samples as u16 } else { 1 },
             is_instant,
+            rate_change: Change::of_at_least(RATE_RAD_S2),
+            force_change: Change::of_at_least(FORCE_M_S3),
             ..Self::zero()
         };
     }
@@ -180,8 +203,13 @@ impl<T: Real> Builder<T> {
         }
         // A turn by more from one reading to the next is no rotation that they show.
         let shown = |rate: &V3<T>| norm(rate) * self.period_s < T::of(MOST_RAD);
+        let is_missing = matches!(rate, Reading::Missing);
         let Some(rate) = good(rate).filter(shown) else {
             self.waiting_s = interval_s;
+            if !is_missing {
+                // What a clipped reading hides lies beyond its neighbours.
+                self.rate_before = None;
+            }
             if interval_s < T::of(LONGEST_GAP_S) {
                 self.is_lost |= interval_s > longest;
                 return None;
@@ -190,18 +218,38 @@ impl<T: Real> Builder<T> {
         };
         self.waiting_s = T::ZERO;
         let force_before = core::mem::replace(&mut self.force_before, force);
+        let rate_before = self.rate_before.replace(rate);
+        let unread_s = interval_s - self.period_s;
+        let is_whole = unread_s < self.period_s * T::of(0.5);
+        if !is_whole {
+            self.rate_change.interrupt();
+            self.force_change.interrupt();
+        }
+        let step_s = self.period_s.narrow();
+        self.rate_change.update(&rate.map(|x| x.narrow()), step_s);
+        if let Some(force) = &force {
+            self.force_change.update(&force.map(|x| x.narrow()), step_s);
+        }
         if !self.has_begun {
             (self.has_begun, self.is_lost, self.silent_s) = (true, false, T::ZERO);
             self.begin(with);
             return None;
         }
-        if self.is_lost || interval_s > longest {
+        let ends = rate_before.filter(|_| !is_whole).map(|before| [before, rate]);
+        let is_bridged = ends.is_some_and(|ends| self.bridge(unread_s, &ends, [force_before, force]));
+        if !is_bridged && (self.is_lost || interval_s > longest) {
             self.waiting_s = interval_s;
             let gap = self.gap(with);
             self.is_lost = false;
+            self.rate_before = Some(rate);
             return Some(gap);
         }
-        self.add(interval_s, &rate, [force_before, force], field);
+        if is_bridged {
+            (self.is_lost, self.silent_s) = (false, T::ZERO);
+            self.add(self.period_s, &rate, [None, force], field);
+        } else {
+            self.add(interval_s, &rate, [force_before, force], field);
+        }
         if self.samples < self.per_increment && self.turned < T::of(LONGEST_TURN_RAD) {
             return None;
         }
@@ -210,11 +258,45 @@ impl<T: Real> Builder<T> {
         Some(Item::Increment(increment))
     }
 
+    /// Takes an interval that no reading stands for as one of the mean of the readings on either side, if that says
+    /// anything of it.
+    fn bridge(&mut self, seconds: T, [before, after]: &[V3<T>; 2], forces: [Option<V3<T>>; 2]) -> bool {
+        let narrow = |v: &V3<T>| v.map(|x| x.narrow());
+        let unread_turn = self.rate_change.unread_variance(&narrow(before), &narrow(after), seconds.narrow());
+        // A NaN is no bridge.
+        let is_known = unread_turn < MOST_BRIDGED_RAD * MOST_BRIDGED_RAD;
+        if !is_known {
+            return false;
+        }
+        let readings = libm::roundf((seconds / self.period_s).narrow());
+        let count = T::of(readings);
+        let centred = (before + after) * T::of(0.5) - self.with.bias;
+        let turn = self.with.p * centred * seconds;
+        let half = rotation(&(turn * T::of(0.5)));
+        let middle = self.rotation * half;
+        if let [Some(before), Some(after)] = &forces {
+            self.force += middle * (before + after) * (count * T::of(0.5));
+            self.forces += readings as u16;
+            let unread = self.force_change.unread_variance(&narrow(before), &narrow(after), seconds.narrow());
+            self.unread_velocity += T::of(unread);
+        }
+        self.rotation = middle * half;
+        self.turn_before = self.with.p * (after - self.with.bias) * self.period_s;
+        self.rates += centred * count;
+        self.squares += centred.component_mul(&centred) * count;
+        self.samples = self.samples.saturating_add(readings as u16);
+        self.seconds += seconds;
+        self.turned += norm(&turn);
+        self.unread_turn += T::of(unread_turn);
+        true
+    }
+
     /// Turns the gathered and the awaited into a gap.
     fn gap(&mut self, with: &Composition<T>) -> Item<T> {
         let lost_s = self.seconds + self.waiting_s;
         self.waiting_s = T::ZERO;
         self.is_lost = true;
+        self.rate_before = None;
         self.begin(with);
         Item::Gap { seconds: lost_s, silent_s: core::mem::replace(&mut self.silent_s, T::ZERO) }
     }
@@ -228,6 +310,7 @@ impl<T: Real> Builder<T> {
         (self.steps, self.pairs) = (T::ZERO, 0);
         (self.rates, self.squares) = (zero3(), zero3());
         (self.square_force, self.square_peak) = (T::ZERO, T::ZERO);
+        (self.unread_turn, self.unread_velocity) = (T::ZERO, T::ZERO);
     }
 
     /// Temperature over the effects' reference temperature, K, of the samples that come.
@@ -292,6 +375,8 @@ impl<T: Real> Builder<T> {
             square_force: if self.forces > 0 { self.square_force / T::of(f32::from(self.forces)) } else { T::ZERO },
             peak: self.square_peak.root(),
             warming_k: self.warming_k,
+            unread_turn: self.unread_turn,
+            unread_velocity: self.unread_velocity,
         }
     }
 }

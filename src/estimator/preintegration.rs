@@ -87,6 +87,9 @@ pub(super) struct Preintegration<T> {
     pub angle: T,
     /// Sum of the variances of specific force.
     pub vibration: T,
+    /// Variances, of each axis, by what nobody read: of the turn, rad^2, and of the velocity gained, (m/s)^2.
+    pub unread_turn: T,
+    pub unread_velocity: T,
     /// Sums of raw mean rates, of variances within increments, and of squares of the means about the first.
     pub rates: V3<T>,
     pub variances: V3<T>,
@@ -121,6 +124,8 @@ impl<T: Real> Preintegration<T> {
             increments: 0,
             angle: T::ZERO,
             vibration: T::ZERO,
+            unread_turn: T::ZERO,
+            unread_velocity: T::ZERO,
             rates: zero3(),
             variances: zero3(),
             squares: zero3(),
@@ -178,6 +183,8 @@ impl<T: Real> Preintegration<T> {
         self.seconds += dt;
         self.angle += norm(&rate) * dt;
         self.vibration += increment.vibration;
+        self.unread_turn += increment.unread_turn;
+        self.unread_velocity += increment.unread_velocity;
         if self.increments == 0 {
             self.first_rate = increment.mean_rate;
         }

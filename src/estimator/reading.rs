@@ -81,9 +81,15 @@ pub(super) fn rotate<T: Real>(rows: &mut [[T; WIDTH]], node: &Node<T>, taken: &T
     let noise = &settings.noise;
     let angle = T::of(noise.rotation_share) * pre.angle;
     // A Gaussian error x leaves x^2 / 2 in the linear model, of mean square 3 / 4 of the squared variance.
+    let unknown = unknown + pre.unread_turn;
     let curvature = T::of(0.75) * unknown * unknown;
-    let variance = T::of(noise.rotation_rad_rts * noise.rotation_rad_rts) * pre.seconds + angle * angle + curvature;
-    rows::rotation(Block { rows, weight: weight(variance / peak(noise)), sigma }, &node.linear_at, &pre.by_gyro);
+    let noise = T::of(noise.rotation_rad_rts * noise.rotation_rad_rts) * pre.seconds + angle * angle;
+    let variance = noise + pre.unread_turn + curvature;
+    rows::rotation(
+        Block { rows, weight: weight(variance / peak(&settings.noise)), sigma },
+        &node.linear_at,
+        &pre.by_gyro,
+    );
 }
 
 /// Fate of the field that was read.
@@ -116,7 +122,8 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     // angle^2 / 24.
     let turn = pre.angle / pre.seconds * T::of(settings.sample_period_s);
     let shorter = turn * turn / T::of(24.0);
-    let own = own * own + shorter * shorter;
+    // A turn that nobody read is between its readings.
+    let own = own * own + shorter * shorter + pre.unread_turn;
     let scatter = pre.field_variance();
     rows::field(Block { rows: &mut *rows, weight: weight(own), sigma }, &reading);
     let expected = Innovation::new(rows, node, taken.globals);
@@ -153,7 +160,14 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
 /// Noise of the velocity's increment by samples of vibration, which alias like white noise of their own rate.
 fn aliased_variance<T: Real>(taken: &Taken<T>) -> T {
     let least = T::of(taken.settings.noise.velocity_increment_m_s);
-    least * least + taken.pre.mean_vibration() * T::of(taken.settings.sample_period_s) * taken.pre.seconds
+    let vibration = taken.pre.mean_vibration() * T::of(taken.settings.sample_period_s) * taken.pre.seconds;
+    least * least + vibration + unread_variance(taken)
+}
+
+/// The same by what nobody read: force, and the turn that tilts gravity from then on.
+fn unread_variance<T: Real>(taken: &Taken<T>) -> T {
+    let fallen = T::of(taken.settings.gravity_m_s2) * taken.pre.seconds;
+    taken.pre.unread_velocity + taken.pre.unread_turn * fallen * fallen
 }
 
 /// Returns true if the velocity from the readings of force contradicts its bound. The caller has to write the rows
@@ -186,7 +200,8 @@ pub(super) fn path_noise<T: Real>(taken: &Taken<T>, velocity: &V3<T>, speed: T) 
         let white = T::of(noise.acceleration_m_s_rts);
         let freedom = T::of(noise.acceleration_freedom);
         let square = square(velocity) / (white * white * seconds + speed * speed);
-        return PathNoise::white(white * ((freedom + square) / (freedom + T::of(3.0))).root(), seconds);
+        let density = white * white * ((freedom + square) / (freedom + T::of(3.0))) + unread_variance(taken) / seconds;
+        return PathNoise::white(density.root(), seconds);
     }
     let aliased = aliased_variance(taken).root();
     PathNoise::independent(aliased, aliased * seconds * T::of(0.5))

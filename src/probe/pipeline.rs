@@ -99,15 +99,24 @@ impl Pipeline {
         let corrected = self.corrector.correct(library, sample, &compensated, [accel, mag], step_s);
         let rate = corrected.rate_rad_s;
 
-        if let Some(gap_s) = with.gap_s {
+        let period_s = config.sample_period_us as f32 * 1e-6;
+        let is_read = self.unread_s == 0.0 && matches!(gyro, Reading::Usable(_));
+        let unread_s = with.gap_s.unwrap_or(step_s) - period_s;
+        let corrected_before = before + (rate - compensated);
+        let is_bridged = is_read && unread_s > 0.5 * period_s && self.filter.bridge(unread_s, &corrected_before, &rate);
+        if is_bridged {
+            self.filter.propagate(period_s, &rate);
+        } else if let Some(gap_s) = with.gap_s {
             self.filter.gap(gap_s);
-            self.unread_s = 0.0;
         } else {
             // The rate changes linearly between readings of known time. A reading of unknown time counts as
             // the mean over the interval that it ends (see `Latency::gyro_s`). A delay that was found is all
             // of the delay.
             let held = if with.gyro_delay_known { 0.5 } else { 0.0 };
             self.filter.propagate(step_s, &(rate + (before - compensated) * held));
+        }
+        if with.gap_s.is_some() {
+            self.unread_s = 0.0;
         }
         if let Reading::Usable(_) = gyro {
             self.unread_s = 0.0;

@@ -9,8 +9,7 @@ use crate::{
     identification::Decision,
 };
 use core::fmt::Write;
-use nalgebra::UnitQuaternion;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3, Vector4};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use std::{boxed::Box, string::String, vec::Vec};
@@ -21,6 +20,11 @@ const PERIOD_US: u64 = 10_000;
 /// Samples of a probe that tumbles in place: a gyro with a scale error and a bias, a magnetometer that lags
 /// by 15 ms, and a magnet from the 25th to the 45th second.
 fn tumbling(seconds: u64) -> Vec<Sample> {
+    tumbling_with(seconds, 1.0).into_iter().map(|(sample, _)| sample).collect()
+}
+
+/// The same with another share of these errors, and the true attitudes, body to NED.
+fn tumbling_with(seconds: u64, errors: f64) -> Vec<(Sample, UnitQuaternion<f64>)> {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(11);
     let mut noise = move || f64::from(random.next_u32()) / f64::from(u32::MAX) - 0.5;
     let rate_at = |t: f64| {
@@ -32,20 +36,23 @@ fn tumbling(seconds: u64) -> Vec<Sample> {
     let mut sample_at = |k: u64| {
         let t = k as f64 * 0.01;
         let rate = rate_at(t);
-        let magnet = if (25.0..45.0).contains(&t) { Vector3::new(6.0, -4.0, 9.0) } else { Vector3::zeros() };
-        let earlier = attitude * UnitQuaternion::from_scaled_axis(-rate * 0.015);
+        let magnet = if (25.0..45.0).contains(&t) { Vector3::new(6.0, -4.0, 9.0) * errors } else { Vector3::zeros() };
+        let earlier = attitude * UnitQuaternion::from_scaled_axis(-rate * (0.015 * errors));
+        let now = attitude;
         let force = attitude.inverse_transform_vector(&Vector3::new(0.0, 0.0, -9.806_65));
         let field = earlier.inverse_transform_vector(&Vector3::new(20.0, 0.0, 45.0)) + magnet;
         attitude *= UnitQuaternion::from_scaled_axis(rate_at(t + 0.005) * 0.01);
         let mut noisy = |v: Vector3<f64>, width: f64| v.map(|x| (x + width * noise()) as f32).into();
-        Sample {
+        let bias = Vector3::new(0.01, -0.02, 0.015) * errors;
+        let sample = Sample {
             t_us: k * PERIOD_US,
-            gyro_rad_s: noisy(rate * 1.05 + Vector3::new(0.01, -0.02, 0.015), 0.004),
+            gyro_rad_s: noisy(rate * (1.0 + 0.05 * errors) + bias, 0.004),
             accel_m_s2: noisy(force, 0.05),
             mag_ut: noisy(field, 0.5),
             temperature_c: 30.0,
             flags: SampleFlags::empty(),
-        }
+        };
+        (sample, now)
     };
     (0..seconds * 100).map(&mut sample_at).collect()
 }
@@ -172,4 +179,31 @@ fn another_library_takes_effect_with_the_next_configuration() {
     probe.configure(&config).unwrap();
     assert_eq!(probe.library().len(), 1);
     assert!(probe.effects().is_empty());
+}
+
+#[test]
+fn lost_samples_turn_the_attitude_by_less_than_it_says() {
+    let latency = Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) };
+    let config = Config { sample_period_us: PERIOD_US as u32, latency, ..Config::default() };
+    for lost_us in [0, 20_000, 50_000, 100_000] {
+        let mut probe = Box::new(Probe::new());
+        probe.configure(&config).unwrap();
+        let (mut most, mut most_told) = (0.0_f32, 0.0_f32);
+        for (sample, truth) in tumbling_with(24, 0.0) {
+            if sample.t_us % 2_000_000 < lost_us {
+                continue;
+            }
+            let Some(attitude) = probe.push(&sample).and_then(|output| output.attitude) else { continue };
+            if sample.t_us < 6_000_000 {
+                continue;
+            }
+            let [a, b] = [attitude.q.map(f64::from), [truth.w, truth.i, truth.j, truth.k]].map(Vector4::from);
+            let angle = 2.0 * libm::acos(a.dot(&b).abs().min(1.0)) as f32;
+            let told = attitude.sigma_inclination_rad.hypot(attitude.sigma_azimuth_rad);
+            assert!(angle < 3.0 * told, "{lost_us}: {angle} {told} at {}", sample.t_us);
+            (most, most_told) = (most.max(angle), most_told.max(told));
+        }
+        // In each the probe turns by up to 15 deg.
+        assert!(most < 0.05 && most_told < 0.2, "{lost_us}: {most} {most_told}");
+    }
 }

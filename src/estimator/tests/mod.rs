@@ -131,6 +131,24 @@ fn a_gap_costs_what_it_spans() {
 }
 
 #[test]
+fn a_few_lost_samples_cost_nothing_but_unusable_ones_do() {
+    let simulated = Simulated::new(6, 60.0);
+    let is_lost = |t_us: u64| t_us % 2_000_000 < 50_000;
+    let lost: Vec<_> = simulated.samples.iter().filter(|(t_us, _)| !is_lost(*t_us)).copied().collect();
+    let mut clipped = simulated.samples.clone();
+    for (_, readings) in clipped.iter_mut().filter(|(t_us, _)| is_lost(*t_us)) {
+        readings[0] = Reading::Unusable;
+    }
+    let [whole, lost, clipped] =
+        [&simulated.samples, &lost, &clipped].map(|samples| posterior::<f32>(samples, u32::MAX));
+    assert!((lost.motion_s - whole.motion_s).abs() < 0.5, "{} {}", lost.motion_s, whole.motion_s);
+    let error = |found: &Posterior| largest_difference(&found.gyro, &simulated.truth);
+    assert!(error(&lost) < 1.5 * error(&whole) + 0.002, "{} {}", error(&lost), error(&whole));
+    // A rate beyond the full scale is not between its neighbours.
+    assert!(clipped.motion_s < 0.8 * whole.motion_s, "{}", clipped.motion_s);
+}
+
+#[test]
 fn gaps_for_half_of_the_time_are_not_the_gyros() {
     let simulated = Simulated::new(5, 120.0);
     let with_gaps: Vec<_> =

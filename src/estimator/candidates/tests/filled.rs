@@ -89,6 +89,8 @@ impl Setting {
                 square_force: force.norm_squared() + 3.0,
                 peak: 12.0,
                 warming_k: Some(30.0),
+                unread_turn: 0.0,
+                unread_velocity: 0.0,
             };
             (increment, rate_change)
         });
