@@ -6,7 +6,7 @@ use super::{
     rest::RestTracker,
     shaking::{Shaking, UNSEEN_FORCE_DENSITY},
     slow_turn::SlowTurn,
-    sustained::SustainedRotation,
+    sustained::{SUSTAINED_S, SustainedRotation},
 };
 use crate::config::AttitudeConfig;
 use nalgebra::Matrix3;
@@ -24,6 +24,8 @@ pub(super) struct Motion {
     pub slow_turn: SlowTurn,
     pub sustained: SustainedRotation,
     pub shaking: Shaking,
+    /// Turn about the vertical in the last [`SUSTAINED_S`], rad.
+    turned_rad: f32,
 }
 
 impl Motion {
@@ -33,13 +35,14 @@ impl Motion {
             slow_turn: SlowTurn::new(),
             sustained: SustainedRotation::new(),
             shaking: Shaking::new(),
+            turned_rad: 0.0,
         }
     }
 
     /// Process noise of a filter step. `step_s` is the interval of the samples, `scale_sigma` the deviation of
     /// the gyro's scale factors and couplings.
     pub fn process_noise(
-        &self,
+        &mut self,
         step: &FilterStep,
         force_seen: bool,
         step_s: f32,
@@ -56,6 +59,11 @@ impl Motion {
         let rate_ned = step.rotation_time * step.angle_rad / (step.time_s * step.time_s);
         let noise = config.gyro_noise_rad_s_rthz * config.gyro_noise_rad_s_rthz * step.time_s;
         let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
+        // The heading errs by as much of a turn as goes on the same way, until it is sustained. (Of the tilt gravity
+        // tells within a swing.)
+        self.turned_rad += (rate_ned.z - self.turned_rad / SUSTAINED_S) * step.time_s;
+        let going_on = 2.0 * self.turned_rad * rate_ned.z - (SCALE_CORRELATION_S - across_s) * rate_ned.z * rate_ned.z;
+        let going_on = if going_on > 0.0 { scale * going_on } else { 0.0 };
         let (resting, moving) = (self.rest.force_density(step_s), FORCE_NOISE_M_S2_RTHZ * FORCE_NOISE_M_S2_RTHZ);
         let noise_density = if self.rest.detected() && resting < moving { resting } else { moving };
         // Vibration of the tool's own axes at the rotation's frequency is slow in the earth frame. The measured
@@ -63,8 +71,10 @@ impl Motion {
         let shaken = self.shaking.density() * self.sustained.part();
         let force_density = if shaken > noise_density { shaken } else { noise_density };
         let density = if force_seen { force_density } else { force_density + UNSEEN_FORCE_DENSITY };
+        let mut attitude = along + Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate);
+        attitude.m33 += going_on;
         ProcessNoise {
-            attitude: along + Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate),
+            attitude,
             bias: config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * step.time_s,
             velocity: density * step.time_s,
         }

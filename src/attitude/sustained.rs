@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 /// Least duration of a sustained rotation, seconds: longer than a drill string swings by itself. A string of
 /// 3,200 m, held above and free below, swings with a period of four times its length over the speed of
 /// torsional waves in steel, 3,200 m/s.
-const SUSTAINED_S: f32 = 4.0;
+pub(super) const SUSTAINED_S: f32 = 4.0;
 /// Sustained part of the rotation above which it has an axis; at least half of the mean rate's square is then
 /// about that axis. A string that stops at each swing (speed 1 + cos) sustains a third; the rest allows for
 /// the mean's own swing.

@@ -12,6 +12,7 @@ pub(crate) mod effects;
 mod effort;
 pub mod faults;
 pub(crate) mod gyro_grade;
+pub(crate) mod honesty;
 pub(crate) mod hour;
 pub mod multi_station;
 pub mod one_window;

@@ -1,0 +1,34 @@
+//! Cases in which the attitude, or what was said of it, was once wrong in silence: each again over random seeds.
+
+mod cases;
+mod seen;
+
+use super::{
+    effort::Effort,
+    seeds::each_seed,
+    table::{Cell, Table, median},
+};
+use cases::{CASES, Case};
+
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+    let seeds = effort.repetitions(20);
+    let mut table = Table::new(
+        format!(
+            "Cases that were once wrong in silence, {seeds} runs each, simulated drilling at 100 Hz. Sigmas: the largest error of \
+             inclination, azimuth or toolface in its own stated deviations, over samples that no flag marks"
+        ),
+        &["case", "figure", "unit", "median", "worst", "at most"],
+    );
+    for Case { name, figures, run } in &CASES {
+        let runs = each_seed(0..seeds, |seed| run(seed))?;
+        for (k, figure) in figures.iter().enumerate() {
+            let values: Vec<f64> = runs.iter().filter_map(|values| values.get(k).copied()).collect();
+            let worst = values.iter().copied().fold(f64::NAN, f64::max);
+            let middle = median(&values);
+            let limit = figure.at_most.map_or_else(|| Cell::from("-"), |limit| Cell::number(limit, 2));
+            let [middle, worst] = [middle, worst].map(|x| Cell::number(x, 2));
+            table.row([Cell::from(*name), figure.name.into(), figure.unit.into(), middle, worst, limit]);
+        }
+    }
+    Ok(vec![table])
+}
