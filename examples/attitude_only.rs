@@ -12,7 +12,7 @@ pub(crate) mod motion;
 pub(crate) fn filter() -> Option<Attitude> {
     let mut filter = AttitudeFilter::new();
     let config = motion::config();
-    filter.start(&config.attitude, &config.earth);
+    filter.start(&config.attitude, &config.earth, config.identification.motion);
     let period_s = config.sample_period_us as f32 * 1e-6;
     let mut last = None;
     for sample in motion::samples(30.0, |_| Vector3::zeros()) {

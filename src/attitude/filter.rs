@@ -18,7 +18,7 @@ use super::{
 use crate::{
     change::{Change, FORCE_M_S3, RATE_RAD_S2},
     compensation::GyroModel,
-    config::{AttitudeConfig, Earth},
+    config::{self, AttitudeConfig, Earth},
     estimator::KnownAttitude,
     rest::{UNREAD_RATE_TIME_S, UNSEEN_RATE_RAD_S},
     rotation::{exp_quaternion, quaternion, rotate_back},
@@ -113,10 +113,10 @@ impl AttitudeFilter {
     }
 
     /// Starts anew from a configuration that [`crate::Config::validate`] has accepted.
-    pub fn start(&mut self, config: &AttitudeConfig, earth: &Earth) {
+    pub fn start(&mut self, config: &AttitudeConfig, earth: &Earth, motion: config::Motion) {
         *self = Self {
             started: true,
-            settings: Settings::new(config, earth),
+            settings: Settings::new(config, earth, motion),
             sensors: SensorErrors::new(config),
             state: State::new(config),
             tilt: Tilt::new(),
@@ -309,7 +309,7 @@ impl AttitudeFilter {
         let force = if tilt.force_is_sound(&step, heading.agrees(), gravity_m_s2) { read } else { None };
 
         let (step_s, scale) = (self.sample.step_s, sensors.scale_sigma);
-        let mut noise = motion.process_noise(&step, force.is_some(), step_s, scale, &settings.config);
+        let mut noise = motion.process_noise(&step, force.is_some(), step_s, scale, settings);
         // Scale and coupling errors act on a sustained rotation as a bias does.
         noise.bias += scale * scale * motion.sustained.update(&step);
         noise.attitude += Matrix3::from_diagonal_element(agreement.process_noise(step.time_s));
@@ -490,7 +490,7 @@ mod tests {
     fn doubted() -> AttitudeFilter {
         let config = Config::default();
         let mut filter = AttitudeFilter::new();
-        filter.start(&config.attitude, &config.earth);
+        filter.start(&config.attitude, &config.earth, config.identification.motion);
         for _ in 0..2_000 {
             filter.propagate(0.005, &Vector3::zeros());
             filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&Vector3::new(20.0, 0.0, 44.0)));

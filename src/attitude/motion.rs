@@ -4,12 +4,12 @@ use super::{
     error_state::ProcessNoise,
     filter_step::FilterStep,
     rest::RestTracker,
+    settings::Settings,
     shaking::{Shaking, UNSEEN_FORCE_DENSITY},
     slow_turn::SlowTurn,
     sustained::{SUSTAINED_S, SustainedRotation},
 };
-use crate::config::AttitudeConfig;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Correlation time of scale and coupling errors in one earth direction while motion reverses, seconds: a
 /// radian of a swing at 1.6 Hz, as fast as a hand.
@@ -24,8 +24,8 @@ pub(super) struct Motion {
     pub slow_turn: SlowTurn,
     pub sustained: SustainedRotation,
     pub shaking: Shaking,
-    /// Turn about the vertical in the last [`SUSTAINED_S`], rad.
-    turned_rad: f32,
+    /// Turn in the last [`SUSTAINED_S`], NED, rad.
+    turned_rad: Vector3<f32>,
 }
 
 impl Motion {
@@ -35,7 +35,7 @@ impl Motion {
             slow_turn: SlowTurn::new(),
             sustained: SustainedRotation::new(),
             shaking: Shaking::new(),
-            turned_rad: 0.0,
+            turned_rad: Vector3::new(0.0, 0.0, 0.0),
         }
     }
 
@@ -47,8 +47,9 @@ impl Motion {
         force_seen: bool,
         step_s: f32,
         scale_sigma: f32,
-        config: &AttitudeConfig,
+        Settings { config, goes_round, .. }: &Settings,
     ) -> ProcessNoise {
+        let goes_round = *goes_round;
         let squared_rate = step.squared_rate();
         // Part of a body-fixed error that remains across a rotation's axis, which carries it around.
         let phase = SCALE_CORRELATION_S * SCALE_CORRELATION_S * squared_rate;
@@ -59,11 +60,17 @@ impl Motion {
         let rate_ned = step.rotation_time * step.angle_rad / (step.time_s * step.time_s);
         let noise = config.gyro_noise_rad_s_rthz * config.gyro_noise_rad_s_rthz * step.time_s;
         let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
-        // The heading errs by as much of a turn as goes on the same way, until it is sustained. (Of the tilt gravity
-        // tells within a swing.)
-        self.turned_rad += (rate_ned.z - self.turned_rad / SUSTAINED_S) * step.time_s;
-        let going_on = 2.0 * self.turned_rad * rate_ned.z - (SCALE_CORRELATION_S - across_s) * rate_ned.z * rate_ned.z;
-        let going_on = if going_on > 0.0 { scale * going_on } else { 0.0 };
+        // Of a turn that goes on the same way as much is unknown as of the scale, until the rotation is sustained.
+        self.turned_rad += (rate_ned - self.turned_rad / SUSTAINED_S) * step.time_s;
+        let (rate, turned) = if goes_round {
+            (rate_ned, self.turned_rad)
+        } else {
+            // By hand gravity tells of the tilt within a swing.
+            (Vector3::new(0.0, 0.0, rate_ned.z), Vector3::new(0.0, 0.0, self.turned_rad.z))
+        };
+        let square = rate.norm_squared();
+        let going_on = 2.0 * turned.dot(&rate) - (SCALE_CORRELATION_S - across_s) * square;
+        let going_on = if going_on > 0.0 && square > 0.0 { scale * going_on / square } else { 0.0 };
         let (resting, moving) = (self.rest.force_density(step_s), FORCE_NOISE_M_S2_RTHZ * FORCE_NOISE_M_S2_RTHZ);
         let noise_density = if self.rest.detected() && resting < moving { resting } else { moving };
         // Vibration of the tool's own axes at the rotation's frequency is slow in the earth frame. The measured
@@ -71,10 +78,9 @@ impl Motion {
         let shaken = self.shaking.density() * self.sustained.part();
         let force_density = if shaken > noise_density { shaken } else { noise_density };
         let density = if force_seen { force_density } else { force_density + UNSEEN_FORCE_DENSITY };
-        let mut attitude = along + Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate);
-        attitude.m33 += going_on;
+        let white = Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate);
         ProcessNoise {
-            attitude,
+            attitude: along + rate * rate.transpose() * going_on + white,
             bias: config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * step.time_s,
             velocity: density * step.time_s,
         }

@@ -1,7 +1,7 @@
 //! Settings that the filter derives from its configuration and the earth.
 
 use crate::{
-    config::{AttitudeConfig, Earth},
+    config::{AttitudeConfig, Earth, Motion},
     rotation::sine_and_cosine,
 };
 use nalgebra::Vector3;
@@ -15,18 +15,24 @@ pub(super) struct Settings {
     pub earth: Earth,
     /// Rotation of the earth, NED, rad/s; zero if the latitude is unknown.
     pub earth_rate_ned_rad_s: Vector3<f32>,
+    /// True if the probe goes round and round, and is not carried about.
+    pub goes_round: bool,
 }
 
 impl Settings {
     /// All zero, for a static.
-    pub const UNSET: Self =
-        Self { config: AttitudeConfig::UNSET, earth: Earth::UNSET, earth_rate_ned_rad_s: Vector3::new(0.0, 0.0, 0.0) };
+    pub const UNSET: Self = Self {
+        config: AttitudeConfig::UNSET,
+        earth: Earth::UNSET,
+        earth_rate_ned_rad_s: Vector3::new(0.0, 0.0, 0.0),
+        goes_round: false,
+    };
 
-    pub fn new(config: &AttitudeConfig, earth: &Earth) -> Self {
+    pub fn new(config: &AttitudeConfig, earth: &Earth, motion: Motion) -> Self {
         let rate = earth.latitude_rad.map_or(Vector3::zeros(), |latitude_rad| {
             let (sine, cosine) = sine_and_cosine(latitude_rad);
             Vector3::new(cosine, 0.0, -sine) * EARTH_RATE_RAD_S
         });
-        Self { config: *config, earth: *earth, earth_rate_ned_rad_s: rate }
+        Self { config: *config, earth: *earth, earth_rate_ned_rad_s: rate, goes_round: motion == Motion::DrillString }
     }
 }

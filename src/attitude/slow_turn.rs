@@ -175,7 +175,7 @@ mod tests {
         let mut uniform = || random.next_u32() as f32 / u32::MAX as f32 * 2.0 - 1.0;
         let mut vector = |size: f32| Vector3::new(uniform(), uniform(), uniform()) * (size * libm::sqrtf(3.0));
         let (config, mut filter) = (Config::default(), AttitudeFilter::new());
-        filter.start(&config.attitude, &config.earth);
+        filter.start(&config.attitude, &config.earth, config.identification.motion);
         let bias = vector(3e-3);
         let tilt = exp_matrix(&Vector3::new(0.3, 0.7, -0.2));
         let (mut largest, mut share, mut turned) = (0.0_f32, 0.0_f32, 0.0_f32);

@@ -74,7 +74,7 @@ impl Pipeline {
         self.corrector = Corrector::new(config);
         self.calibrated = Calibrated::NONE;
         self.watch.configure(config);
-        self.filter.start(&config.attitude, &config.earth);
+        self.filter.start(&config.attitude, &config.earth, config.identification.motion);
         self.filter.gyro_delay_known(config.latency.gyro_s.is_some());
     }
 

@@ -50,7 +50,7 @@ pub unsafe extern "C" fn mwd_attitude_filter_start(
     };
     match config.checked() {
         Ok(config) => {
-            filter.filter.start(&config.attitude, &config.earth);
+            filter.filter.start(&config.attitude, &config.earth, config.identification.motion);
             filter.filter.gyro_delay_known(config.latency.gyro_s.is_some());
             filter.started = true;
             MwdStatus::Ok

@@ -23,7 +23,7 @@ impl AttitudeFilter {
             return Err(bad(format!("the period must be 0.0001 to 0.05 s, not {period_s}")));
         }
         let (config, mut inner) = (Config::default(), Box::new(meerkat_mwd::attitude::AttitudeFilter::new()));
-        inner.start(&config.attitude, &config.earth);
+        inner.start(&config.attitude, &config.earth, config.identification.motion);
         Ok(Self { inner, period_s: period_s as f32 })
     }
 

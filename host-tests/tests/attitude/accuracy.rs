@@ -3,7 +3,7 @@
 use crate::simulation::{Correlated, Noise, Truth, apart, feed};
 use meerkat_mwd::{
     attitude::{AttitudeFilter, AttitudeFlags},
-    config::{AttitudeConfig, Earth},
+    config::{AttitudeConfig, Earth, Motion},
 };
 use nalgebra::Vector3;
 
@@ -11,7 +11,7 @@ const DT_S: f64 = 0.005;
 
 fn started(config: &AttitudeConfig) -> AttitudeFilter {
     let mut filter = AttitudeFilter::new();
-    filter.start(config, &Earth::default());
+    filter.start(config, &Earth::default(), Motion::DrillString);
     filter
 }
 

@@ -4,7 +4,7 @@ use crate::simulation::{Noise, Truth, apart, feed, sound};
 use meerkat_mwd::{
     attitude::{Attitude, AttitudeFilter, AttitudeFlags},
     compensation::GyroModel,
-    config::{AttitudeConfig, Earth},
+    config::{AttitudeConfig, Earth, Motion},
 };
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -22,7 +22,7 @@ struct Bench {
 impl Bench {
     fn new(earth: &Earth) -> Self {
         let mut filter = AttitudeFilter::new();
-        filter.start(&AttitudeConfig::default(), earth);
+        filter.start(&AttitudeConfig::default(), earth, Motion::DrillString);
         Self { filter, truth: Truth::at(70.0, 40.0, 20.0), noise: Noise::new(3) }
     }
 
@@ -241,7 +241,7 @@ fn declination_turns_north_and_latitude_takes_out_the_earths_rotation() {
     let latitude = std::f64::consts::FRAC_PI_4;
     let earth = Earth { latitude_rad: Some(latitude as f32), ..Earth::default() };
     let mut filter = AttitudeFilter::new();
-    filter.start(&AttitudeConfig::default(), &earth);
+    filter.start(&AttitudeConfig::default(), &earth, Motion::DrillString);
     let truth = Truth::at(0.0, 40.0, 20.0);
     let earth_rate = truth.q.inverse() * Vector3::new(latitude.cos(), 0.0, -latitude.sin()) * 7.292_115e-5;
     let mut last = None;

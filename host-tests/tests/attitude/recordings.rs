@@ -4,7 +4,7 @@
 use flate2::read::MultiGzDecoder;
 use meerkat_mwd::{
     attitude::{AttitudeFilter, AttitudeFlags},
-    config::{AttitudeConfig, Earth},
+    config::{AttitudeConfig, Earth, Motion},
 };
 use mwd::trace::recordings;
 use nalgebra::{Quaternion, Vector3};
@@ -62,7 +62,7 @@ fn score(path: &Path) -> Score {
     let bias = resting.iter().sum::<Vector3<f64>>() / resting.len() as f64;
 
     let mut filter = AttitudeFilter::new();
-    filter.start(&AttitudeConfig::default(), &Earth::default());
+    filter.start(&AttitudeConfig::default(), &Earth::default(), Motion::Hand);
     let (mut sums, mut samples, mut within, mut before) = ([0.0; 3], 0_u32, 0_u32, rows[0]["t_s"]);
     for row in &rows {
         filter.propagate((row["t_s"] - before) as f32, &(gyro(row) - bias).cast());

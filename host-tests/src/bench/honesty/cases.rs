@@ -251,7 +251,7 @@ fn reads_at_rest(seed: u64) -> anyhow::Result<Vec<f64>> {
             azimuth_deg: random.between(0.0, 360.0),
             ..Hole::default()
         },
-        gyro: Gyro { bias_deg_s: Some(bias_deg_s), ..Gyro::default() },
+        gyro: Gyro { bias_deg_s: Some(bias_deg_s), diagonal_sigma: 0.01, off_diagonal_sigma: 0.005, ..Gyro::default() },
         ..Scenario::default()
     };
     let (trace, _) = simulate(&scenario, seed);
