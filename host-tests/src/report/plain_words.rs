@@ -117,8 +117,12 @@ pub fn gyro(config: &Config, flight: &Flight) -> String {
             axes[k / 3]
         ));
     }
-    let sound = if faults.len() == 1 { "; its scale and axes are right as far as can be told" } else { "" };
-    format!("The gyro has {}{sound}; this is taken out.", faults.join("; "))
+    if faults.len() == 1 {
+        return format!(
+            "The gyro has a bias of {size:.2} deg/s, which is taken out; its scale and axes are right as far as can be told."
+        );
+    }
+    format!("The gyro has {}; this is taken out.", faults.join("; "))
 }
 
 /// What was done about the gyro, in a sentence: what flies, since when, and which effects are taken out.

@@ -86,8 +86,7 @@ fn effects(diagnosed: &Diagnosed) -> String {
         };
         let [from_s, _] = found.active_s;
         let cells = vec![
-            found.effect.name().to_owned(),
-            effect_words(found.effect).title.to_owned(),
+            format!("{} ({})", effect_words(found.effect).title, found.effect.name()),
             sizes(found),
             format!("{:.0}", found.report.evidence),
             before_after(&found.residual_deg),
@@ -100,7 +99,6 @@ fn effects(diagnosed: &Diagnosed) -> String {
     };
     let head = [
         "effect",
-        "in words",
         "size",
         "log Bayes factor",
         "residual without and with it, deg rms",

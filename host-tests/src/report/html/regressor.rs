@@ -1,4 +1,5 @@
-//! What a residual goes with: rate, vibration, temperature or time, before and after what flew.
+//! What a residual goes with most: rate, vibration, temperature or time, before and after what flew. Nothing is shown where
+//! that may be chance.
 
 use super::{Plot, Series, Told, chart::in_digits, escape::escape, in_s};
 
@@ -7,6 +8,9 @@ const GROUPS: usize = 8;
 
 /// Fewest residuals in a group: fewer have no mean worth a point.
 const FEWEST: usize = 3;
+
+/// A correlation of fewer of its deviations is left to chance: the largest of four is shown.
+const SIGMAS: f64 = 3.0;
 
 /// Least share of its mean, or of one unit, that a regressor has to vary by.
 const LEAST_SPREAD: f64 = 0.05;
@@ -26,7 +30,8 @@ pub(super) fn figure(told: &Told, name: &str, before: &[[f64; 2]], after: &[[f64
     let best = (0..REGRESSORS.len())
         .filter_map(|k| Some((k, correlation(&column(k), &angles)?)))
         .max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()));
-    let Some((k, of_before)) = best else { return String::new() };
+    let is_chance = |r: f64| r.abs() < SIGMAS / (angles.len() as f64).sqrt();
+    let Some((k, of_before)) = best.filter(|(_, r)| !is_chance(*r)) else { return String::new() };
     let x = column(k);
     let afterwards: Vec<f64> = before
         .iter()
