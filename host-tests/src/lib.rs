@@ -8,6 +8,7 @@ pub mod commands;
 pub mod diagnosis;
 pub mod earth;
 pub mod failure;
+pub mod fleet;
 pub mod flight;
 pub mod fuzzed;
 pub mod import;

@@ -38,7 +38,9 @@ fn refused(trace: &Path) -> String {
     let message = String::from_utf8(output.stderr).unwrap();
     let start = format!("error: {}", trace.display());
     assert!(message.starts_with(&start), "{message}");
-    message[start.len()..].trim_end().to_owned()
+    // What can be done is a line of its own.
+    let message = &message[start.len()..];
+    message.split_once("\nnext: ").map_or(message, |(message, _)| message).trim_end().to_owned()
 }
 
 fn refused_text(text: &str) -> String {
@@ -54,6 +56,17 @@ fn a_wrong_path_and_a_directory_are_named() {
     let directory = TempDir::new().unwrap();
     assert!(refused(&directory.path().join("nothing.csv")).starts_with(": cannot be opened: "));
     assert!(refused(directory.path()).starts_with(": cannot be read: "));
+}
+
+#[test]
+fn a_message_says_what_can_be_done() {
+    let directory = TempDir::new().unwrap();
+    let next = |path: &Path| {
+        let message = String::from_utf8(replay(path).stderr).unwrap();
+        message.split_once("\nnext: ").map(|(_, next)| next.to_owned()).unwrap()
+    };
+    assert!(next(&directory.path().join("nothing.csv")).contains("host-tests/traces"));
+    assert!(next(&file(&directory, "log.csv", b"time;gyro x\n1;2\n")).contains("cargo mwd import FILE"));
 }
 
 #[test]

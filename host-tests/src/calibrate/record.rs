@@ -40,10 +40,10 @@ pub fn text(calibration: &Calibration) -> Option<String> {
         return None;
     }
     let mut out = String::from("# Factory record of the vector sensors: calibrated = matrix (raw - offset).\n");
-    for trace in &calibration.traces {
-        let _ = writeln!(out, "# from {trace}");
+    for (trace, date) in calibration.traces.iter().zip(&calibration.dates) {
+        let date = date.map_or_else(|| "a day that its header does not state".to_owned(), |date| date.to_string());
+        let _ = writeln!(out, "# from {trace}, recorded on {date}");
     }
-    out.push_str("# date of the recording: not known, a trace does not hold it\n");
     for (table, unit, sensor, model, old, alignment) in sensors {
         if is_new(sensor, model, old) {
             out.push('\n');

@@ -4,10 +4,11 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 
-use super::hold_out::hold_out;
+use super::{fleet, hold_out::hold_out, same_file::same_file};
 use crate::{
     batch::{Options, inputs::recordings, run as fly_all},
     failure::Failure,
+    fleet::read,
     report::progress_bar::progress_bar,
 };
 
@@ -20,6 +21,9 @@ pub struct BatchArgs {
     /// The table of recordings; those of windows and of stations are written beside it
     #[arg(short, value_name = "RESULTS.parquet")]
     pub output: PathBuf,
+    /// Write the recordings as a page, the worst first, as `fleet` does
+    #[arg(long, value_name = "OUT.html")]
+    pub html: Option<PathBuf>,
     /// Recordings flown at once; all processors without it
     #[arg(long, value_name = "N")]
     pub jobs: Option<usize>,
@@ -52,6 +56,9 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
     if let Some(folder) = &args.attitude_dir {
         std::fs::create_dir_all(folder).map_err(|error| Failure::output(folder, &error))?;
     }
+    if args.html.as_ref().is_some_and(|page| *page == args.output || same_file(page, &args.output)) {
+        return Err(Failure::BadInput(format!("{}: the page would overwrite the table", args.output.display())).into());
+    }
     let options = Options {
         config: args.config.clone(),
         hold_out: args.hold_out,
@@ -79,5 +86,13 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
         );
     }
     println!("{}, and beside it .windows.parquet and .stations.parquet", args.output.display());
+    match &args.html {
+        Some(page) => {
+            let tables = std::slice::from_ref(&args.output);
+            fleet::write(&read(tables)?, tables, page)?;
+            println!("Next: open {} in a browser.", page.display());
+        }
+        None => println!("Next: `cargo mwd fleet {}` shows them as a page, the worst first.", args.output.display()),
+    }
     Ok(())
 }

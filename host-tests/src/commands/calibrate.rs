@@ -57,6 +57,11 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
     if let Some(path) = &args.output {
         record::write(&calibration, path)?;
     }
+    let next = args.output.as_ref().map_or_else(
+        || "-o calibration.toml saves what is calibrated".to_owned(),
+        |path| format!("`cargo mwd replay TRACE --config {}` flies with it", path.display()),
+    );
+    println!("\nNext: {next}; guide/src/calibration.md says how to move for a good one.");
     Ok(())
 }
 

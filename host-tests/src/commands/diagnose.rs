@@ -1,13 +1,14 @@
 //! `mwd diagnose`: which effect a trace's residual shows, as an account: residual, candidates, what was taken
 //! out and why, what was refused and why, error before and after, what remains.
 
-use std::{io, path::PathBuf};
+use std::{io::Write, path::PathBuf};
 
 use clap::Args;
 
 use super::{
     hold_out::hold_out,
-    replay::{ReplayArgs, fly_with_bar, prepare},
+    next_step::after_flight,
+    replay::{HEAD, ReplayArgs, fly_with_bar, prepare},
 };
 use crate::{
     diagnosis::{against_reference, diagnosed},
@@ -16,6 +17,7 @@ use crate::{
         account::print_account,
         html::{Told, diagnosis::page, write_page},
         json::result_json,
+        plain_words,
     },
     score,
 };
@@ -99,6 +101,9 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
             }),
         )?;
     }
-    print_account(&mut io::stdout().lock(), &trace, &config, &diagnosed, reference.as_ref())?;
+    let mut out = anstream::stdout().lock();
+    writeln!(out, "{HEAD}{}{HEAD:#}", plain_words::diagnosis(&diagnosed).sentence)?;
+    print_account(&mut out, &trace, &config, &diagnosed, reference.as_ref())?;
+    writeln!(out, "next      {}", after_flight(&flight, args.html.as_deref()))?;
     Ok(())
 }

@@ -4,7 +4,10 @@ use std::io::{self, Write};
 
 use clap::Args;
 
-use super::replay::{self, ReplayArgs};
+use super::{
+    next_step::after_flight,
+    replay::{self, ReplayArgs},
+};
 use crate::{
     failure::Failure,
     flight::through_sensors,
@@ -53,5 +56,6 @@ pub fn run(EmulateArgs { replay: args, direct }: &EmulateArgs) -> anyhow::Result
     if let Some(played) = &played {
         through_sensors::report(&mut out, &config, &recorded, played)?;
     }
+    writeln!(out, "next     {}", after_flight(&emulated.flight, args.html.as_deref()))?;
     Ok(())
 }

@@ -79,6 +79,7 @@ pub fn run(args: &ImportArgs) -> anyhow::Result<()> {
     std::fs::write(&map_file, imported.map.to_toml()).map_err(|error| Failure::output(&map_file, &error))?;
     let (samples, seconds) = (imported.trace.samples.len(), imported.trace.duration_s());
     writeln!(out, "{}: {samples} samples, {seconds:.3} s; map in {}", path.display(), map_file.display())?;
+    writeln!(out, "Next: `cargo mwd replay {} --html report.html` flies it.", path.display())?;
     Ok(())
 }
 

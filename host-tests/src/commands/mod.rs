@@ -8,11 +8,14 @@ mod diagnose;
 mod emulate;
 mod exit_status;
 mod field;
+mod fleet;
+mod grouped_help;
 mod hold_out;
 mod import;
 pub mod main_job;
 mod man;
 mod monitor;
+mod next_step;
 mod record;
 mod replay;
 mod same_file;
@@ -22,7 +25,8 @@ mod toml_file;
 
 use std::{io, process::ExitCode};
 
-use clap::{Parser, Subcommand};
+use anstyle::{AnsiColor, Style};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use exit_status::exit_status;
 
@@ -79,8 +83,15 @@ pub enum Command {
     )]
     Simulate(simulate::SimulateArgs),
     /// Fly many recordings at once and write tables of the results
-    #[command(after_help = "Examples:\n  cargo mwd batch recordings -o results.parquet --hold-out 0.5")]
+    #[command(
+        after_help = "Examples:\n  cargo mwd batch recordings -o results.parquet --html fleet.html\n  cargo mwd batch recordings -o results.parquet --hold-out 0.5"
+    )]
     Batch(batch::BatchArgs),
+    /// Show a batch's recordings as a page, the worst first, with the drift of P over months
+    #[command(
+        after_help = "Examples:\n  cargo mwd fleet results.parquet\n  cargo mwd fleet march.parquet april.parquet --html fleet.html"
+    )]
+    Fleet(fleet::FleetArgs),
     /// Measure speed and accuracy, and print tables
     #[command(
         after_help = "Examples:\n  cargo mwd bench --quick\n  cargo mwd bench --only benefit --markdown docs/measurements"
@@ -110,10 +121,16 @@ pub enum Command {
     Man(man::ManArgs),
 }
 
+/// Styles of messages on a terminal.
+const RED: Style = AnsiColor::Red.on_default().bold();
+const BOLD: Style = Style::new().bold();
+
 /// Runs the program with the process's arguments.
 #[must_use]
 pub fn main() -> ExitCode {
-    let Err(error) = dispatch(&Cli::parse()) else {
+    let matches = grouped_help::grouped(Cli::command()).get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let Err(error) = dispatch(&cli) else {
         return ExitCode::SUCCESS;
     };
     // A closed pipe: the reader has what it wanted.
@@ -123,7 +140,10 @@ pub fn main() -> ExitCode {
     {
         return ExitCode::SUCCESS;
     }
-    eprintln!("error: {}", told_once(&error));
+    anstream::eprintln!("{RED}error:{RED:#} {}", told_once(&error));
+    if let Some(step) = next_step::after_error(&error) {
+        anstream::eprintln!("{BOLD}next:{BOLD:#} {step}");
+    }
     ExitCode::from(exit_status(&error))
 }
 
@@ -150,6 +170,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         Some(Command::Diagnose(args)) => diagnose::run(args),
         Some(Command::Calibrate(args)) => calibrate::run(args),
         Some(Command::Batch(args)) => batch::run(args),
+        Some(Command::Fleet(args)) => fleet::run(args),
         Some(Command::Bench(args)) => bench::run(args),
         Some(Command::Record(args)) => record::run(args),
         Some(Command::Monitor(args)) => monitor::run(args),

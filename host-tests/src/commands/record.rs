@@ -102,6 +102,9 @@ pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
         // Even if this last command fails, the samples received so far are written.
         let _ = frame_of(&Command::StopRecording, 1).map(|frame| line.write(&frame));
     }
+    if line.is_live() {
+        recording.date = Some(chrono::DateTime::<chrono::Utc>::from(std::time::SystemTime::now()).date_naive());
+    }
     recording.link = decoder.counters();
     if recording.is_empty() {
         let place = &args.line.place;

@@ -8,7 +8,7 @@ use std::{
 use clap::{Args, ValueEnum};
 use meerkat_mwd::{Config, Probe, config::OptimizerKind, storage::StoredModel};
 
-use super::{hold_out::hold_out, same_file::same_file, toml_file};
+use super::{hold_out::hold_out, next_step::after_flight, same_file::same_file, toml_file};
 use crate::{
     diagnosis::diagnosed,
     failure::Failure,
@@ -22,6 +22,7 @@ use crate::{
         explanation::{Explanation, print_explanation},
         html::{Told, replay::page, write_page},
         json::result_json,
+        plain_words,
         progress_bar::progress_bar,
         rates_csv::write_rates_csv,
         summary::print_summary,
@@ -31,54 +32,57 @@ use crate::{
     trace::Trace,
 };
 
+/// Style of what stands out on a terminal.
+pub const HEAD: anstyle::Style = anstyle::Style::new().bold();
+
 /// Options of `replay` and `emulate`.
 #[derive(Debug, Clone, Args)]
 pub struct ReplayArgs {
     /// The trace, .csv or .csv.gz
     pub trace: PathBuf,
     /// Write the attitude of every sample
-    #[arg(long, value_name = "OUT.csv")]
+    #[arg(long, help_heading = "Files to write", value_name = "OUT.csv")]
     pub attitude: Option<PathBuf>,
     /// Write the compensated rate of every sample
-    #[arg(long, value_name = "OUT.csv")]
+    #[arg(long, help_heading = "Files to write", value_name = "OUT.csv")]
     pub rates: Option<PathBuf>,
     /// Write the surveys taken at rest and while rotating
-    #[arg(long, value_name = "OUT.csv")]
+    #[arg(long, help_heading = "Files to write", value_name = "OUT.csv")]
     pub surveys: Option<PathBuf>,
     /// Write the result as JSON
-    #[arg(long, value_name = "OUT.json")]
+    #[arg(long, help_heading = "Files to write", value_name = "OUT.json")]
     pub json: Option<PathBuf>,
     /// Write a report with figures as HTML
-    #[arg(long, value_name = "OUT.html")]
+    #[arg(long, help_heading = "Files to write", value_name = "OUT.html")]
     pub html: Option<PathBuf>,
     /// Hold out the last fraction F of the trace: freeze the parameters before it and score only there
-    #[arg(long, value_name = "F", value_parser = hold_out)]
+    #[arg(long, help_heading = "What flies", value_name = "F", value_parser = hold_out)]
     pub hold_out: Option<f64>,
     /// Configuration that overrides the trace's header
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, help_heading = "What flies", value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
     /// Start with this stored model, as written by `record`, instead of the factory's
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, help_heading = "What flies", value_name = "FILE.toml")]
     pub model: Option<PathBuf>,
     /// Search method for the parameters
-    #[arg(long)]
+    #[arg(long, help_heading = "What flies")]
     pub optimizer: Option<Optimizer>,
     /// Seed of the search
-    #[arg(long, value_name = "N")]
+    #[arg(long, help_heading = "What flies", value_name = "N")]
     pub seed: Option<u64>,
     /// Identify the 12 parameters only and look for no further effect
-    #[arg(long)]
+    #[arg(long, help_heading = "What flies")]
     pub no_effects: bool,
     /// Explain each window after the summary: the evidence, which sensor is to blame, what moved P, and how
     /// far P is from a known one
-    #[arg(long)]
+    #[arg(long, help_heading = "What is told and refused")]
     pub explain: bool,
     /// Pass the samples through register models of an ISM330DHCX and an RM3100 and their adapters, as
     /// `emulate` does
-    #[arg(long)]
+    #[arg(long, help_heading = "What flies")]
     pub through_sensors: bool,
     /// Refuse a trace with a row whose time repeats or goes back, instead of dropping that row
-    #[arg(long)]
+    #[arg(long, help_heading = "What is told and refused")]
     pub strict: bool,
 }
 
@@ -148,6 +152,7 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
     if let Some(played) = &played {
         through_sensors::report(&mut io::stdout().lock(), &config, &recorded, played)?;
     }
+    writeln!(io::stdout(), "next     {}", after_flight(&flight, args.html.as_deref()))?;
     Ok(())
 }
 
@@ -244,7 +249,10 @@ pub fn deliver(
         let (diagnosed, reference) = (&diagnosed, reference.as_ref());
         write_page(path, &page(&Told { trace, config, flight, diagnosed, reference, watched: Some(&watched), place }))?;
     }
-    let mut out = io::stdout().lock();
+    // Without colours where it is no terminal.
+    let mut out = anstream::stdout().lock();
+    let verdict = plain_words::verdict(trace, config, flight, &diagnosed);
+    writeln!(out, "{HEAD}verdict  {}{HEAD:#}", verdict.sentence)?;
     writeln!(out, "flown {place}")?;
     print_summary(&mut out, trace, config, flight, &diagnosed, reference.as_ref())?;
     if let Some(explanation) = &explanation {

@@ -36,5 +36,6 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     println!("{}: {} samples, {:.1} s, seed {seed}", path.display(), trace.samples.len(), trace.duration_s());
     println!("true gyro model: {}", describe(&truth.gyro));
     println!("shocks: {}", truth.shocks.len());
+    println!("Next: `cargo mwd replay {} --html report.html` flies it.", path.display());
     Ok(())
 }

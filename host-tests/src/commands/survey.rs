@@ -110,6 +110,10 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
     if let Some(address) = &args.wits0 {
         files::wits0::send(&run, address)?;
     }
+    match &args.html {
+        Some(page) => println!("Next: open {} in a browser.", page.display()),
+        None => println!("Next: --html path.html draws it; docs/surveys.md says how to read it."),
+    }
     Ok(())
 }
 

@@ -60,13 +60,14 @@ pub struct Import {
 /// What cannot be read or understood, with its file and place.
 pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -> Result<Import, Failure> {
     let tables = source::tables(sources, map.dialect)?;
-    let header = header(sources, &tables, map, keys)?;
+    let mut header = header(sources, &tables, map, keys)?;
     let mut parts = resolve(&tables, map)?;
     let mut all = parts.iter().map(|part| series(&tables, part)).collect::<Result<Vec<_>, _>>()?;
     let mut merged = merged(&parts, all.clone())?;
     if map.gyro.unit.is_none() {
         by_the_vectors(&mut parts, &mut all, &mut merged);
     }
+    header.date = header.date.or_else(|| day_of(merged.start_s));
     let mut whole = ColumnMap { dialect: map.dialect, keys: map.keys.clone(), ..ColumnMap::default() };
     for part in &parts {
         *whole.part_mut(part.quantity) = part.part.clone();
@@ -129,6 +130,12 @@ fn header(
         }
     }
     Ok(keys)
+}
+
+/// Day of a clock that counts seconds since 1970; none of one that counts from elsewhere.
+fn day_of(start_s: i64) -> Option<chrono::NaiveDate> {
+    let day = chrono::DateTime::from_timestamp(start_s, 0)?.date_naive();
+    (2000..2100).contains(&chrono::Datelike::year(&day)).then_some(day)
 }
 
 /// A gyro whose unit only its size told gets the one that makes the vectors turn as they do.

@@ -5,6 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use chrono::NaiveDate;
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
     config::FullScale,
@@ -31,6 +32,8 @@ pub struct Recording {
     out_of_order: u64,
     restarted: bool,
     refused: Option<CommandRefusal>,
+    /// Day of the recording; nobody knows that of captured bytes.
+    pub date: Option<NaiveDate>,
     /// Number of frames of another version.
     pub not_understood: u64,
     /// Counters of the decoder.
@@ -115,7 +118,10 @@ impl Recording {
             SampleFlags::FAULT | SampleFlags::GYRO_CLIPPED | SampleFlags::ACCEL_CLIPPED | SampleFlags::MAG_CLIPPED;
         let flags: Vec<SampleFlags> = self.samples.iter().map(|sample| sample.flags & said).collect();
         Trace {
-            keys: config.map_or_else(Keys::default, |config| keys(config, self.boot.as_ref())),
+            keys: Keys {
+                date: self.date,
+                ..config.map_or_else(Keys::default, |config| keys(config, self.boot.as_ref()))
+            },
             samples: self.samples.clone(),
             driver_flags: flags.iter().any(|flags| !flags.is_empty()).then_some(flags),
             ..Trace::default()
@@ -209,6 +215,7 @@ fn keys(config: &Config, boot: Option<&Boot>) -> Keys {
         accel_full_scale_m_s2: wide(accel_m_s2),
         mag_full_scale_ut: wide(mag_ut),
         motion: Some(config.identification.motion),
+        serial: boot.map(|boot| boot.probe.to_string()),
         source: boot.map(|boot| {
             let [major, minor, patch] = boot.version;
             format!("recorded from a probe, firmware {major}.{minor}.{patch}")

@@ -1,6 +1,6 @@
 //! The kind of motion that a flight was configured for, and where it was stated.
 
-use meerkat_mwd::Config;
+use meerkat_mwd::{Config, config::Motion};
 
 use crate::trace::{BodyFrame, Trace, motion::name};
 
@@ -22,10 +22,25 @@ pub fn line(trace: &Trace, config: &Config) -> String {
     format!("motion: {} ({})", name(config.identification.motion), origin(trace, config))
 }
 
+/// The same as a sentence, for a reader who does not know the keys.
+#[must_use]
+pub fn sentence(trace: &Trace, config: &Config) -> String {
+    let taken = match config.identification.motion {
+        Motion::Hand => "Taken as moved by hand",
+        _ => "Taken as turned by a drill string",
+    };
+    let keys = &trace.keys;
+    let why = match (keys.motion, keys.body_frame) {
+        _ if config.identification.motion != keys.motion() => "as the configuration says",
+        (Some(_), _) => "as the recording says",
+        (None, BodyFrame::Sensor) => "since the recording does not say, and its axes are a sensor's",
+        (None, BodyFrame::Tool) => "since the recording's axes are a tool's",
+    };
+    format!("{taken}, {why}.")
+}
+
 #[cfg(test)]
 mod tests {
-    use meerkat_mwd::config::Motion;
-
     use super::*;
     use crate::flight::configuration::of_trace;
     use crate::trace::Keys;
@@ -44,5 +59,6 @@ mod tests {
         let mut config = of_trace(&trace);
         config.identification.motion = Motion::DrillString;
         assert_eq!(line(&trace, &config), "motion: drill_string (configuration)");
+        assert_eq!(sentence(&trace, &config), "Taken as turned by a drill string, as the configuration says.");
     }
 }

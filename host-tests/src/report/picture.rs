@@ -32,7 +32,16 @@ pub fn picture(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<St
     let values = series.iter().flat_map(|series| &series.points).map(|[_, value, _]| *value);
     let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
     let (from, to, over) = (from_s, to_s, "time, s");
-    let plot = Plot { unit: "deg", over, from, to, range: [0.0, 1.05 * largest], shaded_s: &[], series: series.into() };
+    let plot = Plot {
+        unit: "deg",
+        over,
+        is_of_days: false,
+        from,
+        to,
+        range: [0.0, 1.05 * largest],
+        shaded_s: &[],
+        series: series.into(),
+    };
     let title = format!(
         "Error of the gyro's rotation over 2 s against an optical reference, whose delay of {:.1} ms is taken out",
         all.delay_ms

@@ -2,11 +2,12 @@
 
 use meerkat_mwd::{
     Config,
+    diagnosis::Verdict,
     identification::{Decision, Refusal},
 };
 
 use super::{
-    effect_words::{EFFECT_WORDS, effect_words, parameter_text},
+    effect_words::{EFFECT_WORDS, EffectWords, effect_words, parameter_text},
     json::parameters::Parameters,
     refusal_text::refusal_text,
     remainder_text::remainder_text,
@@ -59,6 +60,22 @@ pub fn verdict(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diag
     VerdictWords { is_sound: true, sentence: format!("{flies}.") }
 }
 
+/// The verdict of a diagnosis.
+#[must_use]
+pub fn diagnosis(diagnosed: &Diagnosed) -> VerdictWords {
+    let (is_sound, meaning) = match diagnosed.verdict {
+        Verdict::ModelSufficient => (true, "No effect shows, and what is left is noise."),
+        Verdict::EffectsFound => {
+            (true, "What the gyro's twelve parameters do not explain has a name, and what is left is small.")
+        }
+        Verdict::NotEnoughExcitation => {
+            (false, "Nothing can be told: the tool moved too little, or too little could be read.")
+        }
+        _ => (false, "More is left than noise, and no effect that is known explains it."),
+    };
+    VerdictWords { is_sound, sentence: meaning.to_owned() }
+}
+
 fn refused_in_short(refusal: &Refusal) -> String {
     let text = refusal_text(refusal);
     text.split(':').next().unwrap_or_default().to_owned()
@@ -100,8 +117,12 @@ pub fn gyro(config: &Config, flight: &Flight) -> String {
             axes[k / 3]
         ));
     }
-    let sound = if faults.len() == 1 { "; its scale and axes are right as far as can be told" } else { "" };
-    format!("The gyro has {}{sound}; this is taken out.", faults.join("; "))
+    if faults.len() == 1 {
+        return format!(
+            "The gyro has a bias of {size:.2} deg/s, which is taken out; its scale and axes are right as far as can be told."
+        );
+    }
+    format!("The gyro has {}; this is taken out.", faults.join("; "))
 }
 
 /// What was done about the gyro, in a sentence: what flies, since when, and which effects are taken out.
@@ -109,8 +130,14 @@ pub fn gyro(config: &Config, flight: &Flight) -> String {
 pub fn done(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> String {
     let flies = verdict(trace, config, flight, diagnosed).sentence;
     let taken_out = diagnosed.effects.iter().filter(|found| found.report.is_taken_out());
-    let named: Vec<&str> = taken_out.map(|found| found.effect.name()).collect();
-    if named.is_empty() { flies } else { format!("{flies} Also taken out: {}.", named.join(", ")) }
+    let named: Vec<String> = taken_out.map(|found| in_a_sentence(&effect_words(found.effect))).collect();
+    if named.is_empty() { flies } else { format!("{flies} Also taken out: {}.", named.join("; ")) }
+}
+
+/// An effect's title within a sentence, with its name.
+fn in_a_sentence(words: &EffectWords) -> String {
+    let (first, rest) = words.title.split_at(1);
+    format!("{}{rest} ({})", first.to_lowercase(), words.name)
 }
 
 /// Effects and magnets, one sentence each.

@@ -1,5 +1,6 @@
 //! The header of a trace: `# key = value` lines above the header row.
 
+use chrono::NaiveDate;
 use meerkat_mwd::config::{FullScale, Motion};
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -37,6 +38,10 @@ pub struct Keys {
     pub reference_north: bool,
     /// The gyro's true matrix P at the start, row-major; only a simulator knows it.
     pub true_gyro_p: Option<[f64; 9]>,
+    /// Serial number of the probe, or another name of it.
+    pub serial: Option<String>,
+    /// Day of the recording.
+    pub date: Option<NaiveDate>,
     /// Where the recording comes from.
     pub source: Option<String>,
     /// Licence of the recording.
@@ -84,6 +89,11 @@ pub enum BodyFrame {
 pub(super) enum KeyOutcome {
     Taken,
     Unknown,
+}
+
+/// A day of the form `2026-03-31`; years have four digits.
+fn day(text: &str) -> Option<NaiveDate> {
+    (text.len() == 10).then(|| NaiveDate::parse_from_str(text, "%Y-%m-%d").ok()).flatten()
 }
 
 impl Keys {
@@ -148,6 +158,8 @@ impl Keys {
                 let nine = <[f64; 9]>::try_from(read).ok().filter(|p| p.iter().all(|x| x.is_finite()));
                 self.true_gyro_p = Some(nine.ok_or_else(|| bad("nine numbers, row by row"))?);
             }
+            "serial" => self.serial = Some(value.to_owned()),
+            "date" => self.date = Some(day(value).ok_or_else(|| bad("a day as YYYY-MM-DD"))?),
             "source" => self.source = Some(value.to_owned()),
             "licence" => self.licence = Some(value.to_owned()),
             _ => return Ok(KeyOutcome::Unknown),
@@ -172,6 +184,8 @@ impl Keys {
         let all = [
             ("source", text(&self.source)),
             ("licence", text(&self.licence)),
+            ("serial", text(&self.serial)),
+            ("date", self.date.map(|date| date.to_string())),
             ("earth_frame", Some(earth.to_owned())),
             ("body_frame", Some(body.to_owned())),
             ("motion", self.motion.map(|motion| motion::name(motion).to_owned())),

@@ -3,6 +3,7 @@
 //! A test that declares `mod rig` compiles all of it and uses a part.
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+pub mod browser;
 pub mod emulator;
 pub mod files;
 pub mod handheld;

@@ -4,13 +4,17 @@ use std::{
     fs,
     io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
+    path::Path,
     process,
     time::{Duration, Instant},
 };
 
 use meerkat_mwd::telemetry::AttitudeFormat;
 
-use crate::flown;
+use crate::{
+    flown,
+    rig::{browser::browser, page::without_scripts},
+};
 
 /// What a monitor on loopback answers; its status line and all that follows.
 fn answered(address: &str, request: &str) -> String {
@@ -19,6 +23,16 @@ fn answered(address: &str, request: &str) -> String {
     let mut answer = String::new();
     stream.read_to_string(&mut answer).unwrap();
     answer
+}
+
+/// The page without its scripts, as a browser has it after two answers.
+fn shown(browser: &Path, address: &str) -> String {
+    let profile = tempfile::tempdir().unwrap();
+    let mut command = process::Command::new(browser);
+    command.args(["--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=1500", "--dump-dom"]);
+    command.arg(format!("--user-data-dir={}", profile.path().display()));
+    let output = command.arg(format!("http://{address}/")).output().unwrap();
+    without_scripts(&String::from_utf8(output.stdout).unwrap())
 }
 
 /// The page has the last attitude; another name for this machine, or another path, gets nothing.
@@ -48,8 +62,14 @@ fn the_live_page_is_for_this_machine_and_shows_what_the_probe_says() {
     };
     let page = ask("/", &address);
     let refused = [ask("/state", "elsewhere.example"), ask("/etc/passwd", &address)];
+    let drawn = browser().map(|browser| shown(&browser, &address));
     monitor.kill().unwrap();
     monitor.wait().unwrap();
+    if let Some(drawn) = drawn {
+        let words = ["<dt>Inclination</dt>", "° ± ", "visibility=\"visible\"", "probe's time "];
+        assert!(words.iter().all(|word| drawn.contains(word)), "{drawn}");
+        assert_eq!(drawn.matches("<canvas").count(), 3, "{drawn}");
+    }
     assert!((inclination - f64::from(last.inclination_rad.to_degrees())).abs() < 0.01, "{inclination}");
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("connect-src 'self'") && page.contains("uPlot"));
     assert!(refused[0].starts_with("HTTP/1.1 403") && refused[1].starts_with("HTTP/1.1 404"), "{refused:?}");

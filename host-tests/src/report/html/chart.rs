@@ -12,6 +12,9 @@ use super::{
 /// Stretches of the drawing that stands without scripts.
 const DRAWN_STRETCHES: usize = 350;
 
+/// Unit of an axis that counts days since 1970; the page's script knows it.
+pub(super) const DATE: &str = "date";
+
 /// Share of the values that a plot of sizes shows at first.
 const SHOWN: f64 = 0.995;
 
@@ -123,6 +126,8 @@ impl<'a> Chart<'a> {
         if self.is_size {
             let shown = ends.get((ends.len() as f64 * SHOWN) as usize).copied().unwrap_or(highest);
             let top = if highest < 1.5 * shown { highest } else { shown };
+            // A level that is named beside the plot is in it.
+            let top = self.levels.iter().map(|(level, _)| *level).fold(top, f64::max);
             return Some([0.0, (1.1 * top).max(1e-6)]);
         }
         let margin = 0.05 * (highest - lowest).max(1e-3);
@@ -161,7 +166,8 @@ impl<'a> Chart<'a> {
         let shaded: Vec<[f64; 2]> = self.marks.iter().map(|mark| mark.span_s).collect();
         Plot {
             unit: self.unit,
-            over: &format!("{name}, {unit}"),
+            over: &if unit == DATE { name.to_owned() } else { format!("{name}, {unit}") },
+            is_of_days: unit == DATE,
             from: span[0],
             to: span[1],
             range,

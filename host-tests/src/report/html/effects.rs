@@ -19,6 +19,7 @@ use crate::{
 pub(super) fn add(page: &mut Page, told: &Told) {
     let diagnosed = told.diagnosed;
     if !diagnosed.effects.is_empty() {
+        page.add("<p>What else than scale, axes and bias of the gyro showed in the readings. The log Bayes factor says how sure that is: 5 is 150 to 1, 10 is 22,000 to 1. What it could also be is what these data cannot tell from it.</p>\n");
         page.add(&effects(diagnosed));
         for found in &diagnosed.effects {
             estimates(page, diagnosed, found);
@@ -52,12 +53,12 @@ fn estimates(page: &mut Page, diagnosed: &Diagnosed, found: &Found) {
         bridged_s: f64::MAX,
         marked: true,
     });
-    let name = format!("{} over the diagnoses", effect.name());
+    let name = format!("{} ({}) over the diagnoses", effect_words(effect).title, effect.name());
     let about = format!(
         "{} Each point is a diagnosis' estimate, in the unit of its name, with one deviation.",
         effect_words(effect).what
     );
-    page.chart(Chart::new(&name, "estimate", &about, all.collect()));
+    page.chart(Chart::new(&name, "each in its own unit", &about, all.collect()));
 }
 
 /// End of each diagnosis in seconds, the parameter it found and its deviation, in the parameter's unit.
@@ -85,8 +86,7 @@ fn effects(diagnosed: &Diagnosed) -> String {
         };
         let [from_s, _] = found.active_s;
         let cells = vec![
-            found.effect.name().to_owned(),
-            effect_words(found.effect).title.to_owned(),
+            format!("{} ({})", effect_words(found.effect).title, found.effect.name()),
             sizes(found),
             format!("{:.0}", found.report.evidence),
             before_after(&found.residual_deg),
@@ -99,7 +99,6 @@ fn effects(diagnosed: &Diagnosed) -> String {
     };
     let head = [
         "effect",
-        "in words",
         "size",
         "log Bayes factor",
         "residual without and with it, deg rms",

@@ -1,17 +1,12 @@
 //! First screen of a page: the verdict in a sentence, what flew and why, attitude at the end.
 
-use meerkat_mwd::diagnosis::Verdict;
-
 use super::{
     Told,
     escape::escape,
     in_s, sentence,
     toolface::{has_north, is_vertical, toolface_rad},
 };
-use crate::{
-    report::{motion, plain_words},
-    trace::seconds,
-};
+use crate::report::{motion, plain_words};
 
 /// First screen of a flight's page.
 pub(super) fn of_a_flight(told: &Told) -> String {
@@ -28,17 +23,7 @@ pub(super) fn of_a_flight(told: &Told) -> String {
 /// First screen of a diagnosis' page.
 pub(super) fn of_a_diagnosis(told: &Told) -> String {
     let diagnosed = told.diagnosed;
-    let (is_sound, meaning) = match diagnosed.verdict {
-        Verdict::ModelSufficient => (true, "No effect shows, and what is left is noise."),
-        Verdict::EffectsFound => {
-            (true, "What the gyro's twelve parameters do not explain has a name, and what is left is small.")
-        }
-        Verdict::NotEnoughExcitation => {
-            (false, "Nothing can be told: the tool moved too little, or too little could be read.")
-        }
-        _ => (false, "More is left than noise, and no effect that is known explains it."),
-    };
-    let verdict = plain_words::VerdictWords { is_sound, sentence: meaning.to_owned() };
+    let verdict = plain_words::diagnosis(diagnosed);
     let mut reasons = plain_words::effects(diagnosed);
     reasons.extend(plain_words::gain(diagnosed, told.reference));
     reasons.extend(plain_words::remainder(diagnosed));
@@ -60,14 +45,14 @@ fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &
     }
     out += "</div>\n</header>\n";
     let frozen = told.config.freeze_at_us.map_or_else(String::new, |freeze_us| {
-        format!(" Parameters and effects are frozen from {} s; scores are over what follows.", seconds(freeze_us))
+        format!(" Parameters and effects are frozen from {:.1} s; scores are over what follows.", in_s(freeze_us))
     });
     let about = format!(
-        "{} samples over {:.1} s, flown {}; {}.{frozen}",
+        "{} samples over {:.1} s, flown {}. {}{frozen}",
         trace.samples.len(),
         trace.duration_s(),
         told.place,
-        motion::line(trace, told.config)
+        motion::sentence(trace, told.config)
     );
     out + &format!("<p class=\"trace\">{}</p>\n", escape(&about))
 }
@@ -95,8 +80,10 @@ fn tiles(told: &Told) -> String {
         let (x, sigma) = (x.to_degrees(), sigma.to_degrees());
         let is_known = name != "Azimuth" || has_north(&attitude);
         let value = if is_known { format!("{x:.2}° ± {sigma:.2}°") } else { "unknown".to_owned() };
-        format!("<div><dt>{name} at {:.1} s</dt><dd>{value} <small>{what}</small></dd></div>\n", in_s(t_us))
+        format!("<div><dt>{name} at {:.0} s</dt><dd>{value} <small>{what}</small></dd></div>\n", in_s(t_us))
     };
     let tiles: String = angles.into_iter().map(tile).collect();
-    format!("<dl class=\"tiles\">\n{tiles}</dl>\n")
+    format!(
+        "<dl class=\"tiles\">\n{tiles}</dl>\n<p class=\"about\">Attitude at the end of the recording, ± one standard deviation.</p>\n"
+    )
 }

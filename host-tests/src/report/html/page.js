@@ -52,8 +52,13 @@ const digits = x => {
   return x.toFixed(decimals);
 };
 
+// A place on the axis that all plots share: a day since 1970 as its date, else a number with its unit.
+const place = page.over === "date"
+  ? day => new Date(day * 864e5).toISOString().slice(0, 10) : x => +x.toPrecision(8) + " " + page.over;
+const placeRead = page.over === "date" ? place : x => digits(x) + " " + page.over;
+
 function build(plot) {
-  const { chart, place } = plot;
+  const { chart } = plot;
   plot.lines ||= chart.series.map(series => line(series, chart.angle));
   // Columns of uPlot: for each series its values and, with deviations, the edges of two bands.
   const tables = [], series = [{ label: page.over }], bands = [];
@@ -83,11 +88,11 @@ function build(plot) {
     ? [tables[0][0], ...tables.flatMap(table => table.slice(1))] : uPlot.join(tables);
   const axis = { stroke: colour("--quiet"), font: "12px system-ui, sans-serif", grid: { stroke: colour("--grid"), width: 1 }, ticks: { stroke: colour("--grid"), width: 1, size: 4 } };
   const options = {
-    width: place.clientWidth, height: window.innerWidth < 600 ? 200 : 240,
+    width: plot.place.clientWidth, height: window.innerWidth < 600 ? 200 : 240,
     legend: { show: false }, series, bands,
     scales: { x: { time: false, range: (_, min, max) => [min, max] }, y: { range: plot.zoomedY || (() => chart.range) } },
     axes: [
-      { ...axis, size: 34, space: 70, values: (_, ticks) => ticks.map(tick => +tick.toPrecision(8) + " " + page.over) },
+      { ...axis, size: 34, space: page.over === "date" ? 100 : 70, ...(page.over === "date" ? { incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000] } : {}), values: (_, ticks) => ticks.map(place) },
       { ...axis, size: 58, space: 36, ...(chart.angle ? { incrs: [1, 5, 10, 30, 90] } : {}), values: (_, ticks) => ticks.map(tick => String(+tick.toPrecision(8))) },
     ],
     cursor: {
@@ -106,9 +111,9 @@ function build(plot) {
     },
   };
   if (plot.u) plot.u.destroy();
-  plot.u = new uPlot(options, data, place);
+  plot.u = new uPlot(options, data, plot.place);
   plot.u.over.addEventListener("dblclick", () => show(whole.min, whole.max));
-  place.querySelectorAll(".uplot *").forEach(node => node.setAttribute("aria-hidden", "true"));
+  plot.place.querySelectorAll(".uplot *").forEach(node => node.setAttribute("aria-hidden", "true"));
   plot.u.setScale("x", shown);
   plot.isOld = false;
 }
@@ -180,7 +185,7 @@ function read(plot, t) {
   });
   const there = t === null ? [] : chart.marks.filter(([from, to]) => t >= from && t <= to).map(mark => mark[2]);
   figure.querySelector(".note").textContent =
-    t === null ? "" : digits(t) + " " + page.over + (there.length ? ": " + there.join("; ") : "");
+    t === null ? "" : placeRead(t) + (there.length ? ": " + there.join("; ") : "");
 }
 
 // Place of the time that is nearest.
@@ -201,7 +206,8 @@ function show(min, max) {
   min = Math.min(Math.max(min, whole.min), whole.max - width);
   shown = { min, max: min + width };
   document.querySelectorAll(".bar .span").forEach(output => {
-    output.textContent = digits(shown.min) + " to " + digits(shown.max) + " " + page.over;
+    output.textContent = page.over === "date"
+      ? place(shown.min) + " to " + place(shown.max) : digits(shown.min) + " to " + digits(shown.max) + " " + page.over;
   });
   for (const plot of plots) {
     if (plot.isSeen && plot.u) plot.u.setScale("x", shown); else plot.isOld = true;

@@ -15,6 +15,8 @@ pub struct Page {
     span: [f64; 2],
     /// Name and unit of what the plots are over.
     over: (&'static str, &'static str),
+    /// Scripts of the page's own.
+    scripts: String,
 }
 
 impl Page {
@@ -35,6 +37,7 @@ impl Page {
             times: Vec::new(),
             span,
             over,
+            scripts: String::new(),
         }
     }
 
@@ -54,6 +57,11 @@ impl Page {
             Some((_, body)) => body.push_str(html),
             None => self.head += html,
         }
+    }
+
+    /// Adds a script, which runs when the page is there.
+    pub fn script(&mut self, script: &str) {
+        self.scripts += &format!("<script>\n{script}</script>\n");
     }
 
     /// Adds a plot; nothing if it would be empty.
@@ -110,11 +118,12 @@ impl Page {
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
              <meta name=\"color-scheme\" content=\"light dark\"/>\n\
              <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:\"/>\n\
-             <title>{}</title>\n<style>\n{}\n{}</style>\n</head>\n<body>\n<main>\n{}<nav aria-label=\"Sections\">\n{links}</nav>\n{bar}{sections}</main>\n{scripts}</body>\n</html>\n",
+             <title>{}</title>\n<style>\n{}\n{}</style>\n</head>\n<body>\n<main>\n{}<nav aria-label=\"Sections\">\n{links}</nav>\n{bar}{sections}</main>\n{scripts}{}</body>\n</html>\n",
             escape(&self.title),
             include_str!("vendor/uplot/uPlot.min.css"),
             include_str!("style.css"),
             self.head,
+            self.scripts,
         )
     }
 }

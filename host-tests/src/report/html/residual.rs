@@ -1,6 +1,6 @@
 //! Residuals of gravity and field, and the gyro's rotation against the reference, each before and after.
 
-use super::{Chart, Mark, Page, Series, Told, figure, in_s, line, table};
+use super::{Chart, Mark, Page, Series, Told, figure, in_s, line, regressor, table};
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed},
     score::{PerModel, rotation_errors},
@@ -22,7 +22,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     if known.is_empty() {
         return;
     }
-    page.add("<p>Gravity and field as the gyro predicts them from a second before, less what was measured. Before: the bias alone is taken out. After: all that flew.</p>\n");
+    page.add("<p>Gravity and field as the gyro predicts them from a second before, less what was measured. Before: the bias alone is taken out. After: all that flew. A probe that is shaken or swung accelerates, and that stays in gravity's residual however good the gyro is.</p>\n");
     let row = |(name, x): (&str, &BeforeAfter)| (false, vec![name.to_owned(), figure(x.before), figure(x.after)]);
     page.add(&table(&["residual", "before", "after"], known.into_iter().map(row)));
     let over_time = &told.diagnosed.residual_over_time;
@@ -38,6 +38,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
         let both = vec![series("before", "before", before), series("after", "after", after)];
         let about = if marks.is_empty() { "" } else { "Shaded: a magnet is there." };
         page.chart(Chart::new(name, "deg", about, both).of_sizes().marked(&marks));
+        page.add(&regressor::figure(told, name, before, after));
     }
 }
 

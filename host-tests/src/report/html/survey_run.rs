@@ -1,6 +1,6 @@
 //! A run of surveys as a page: path, uncertainty, quality.
 
-use super::{Chart, Page, Series, escape::escape, table};
+use super::{Chart, Page, Series, escape::escape, path_in_space, table};
 use crate::surveys::surveyed::{SurveyedRun, SurveyedStation};
 
 /// The whole page.
@@ -16,7 +16,7 @@ pub fn page(run: &SurveyedRun) -> String {
     let section: Vec<[f64; 2]> = run.stations.iter().map(|s| [s.vertical_section_m, s.position_m[2]]).collect();
     let about = format!("Along {:.0} deg: distance to the right, depth down.", run.vertical_section_deg);
     let section = view("Vertical section", &about, ["Distance", "depth"], false, &section);
-    page.add(&format!("<div class=\"pair\">\n{plan}{section}</div>\n"));
+    page.add(&format!("<div class=\"pair\">\n{plan}{section}{}</div>\n", path_in_space::drawing(run)));
     charts(&mut page, run);
     page.section("Stations");
     page.add(&stations(run));

@@ -50,6 +50,8 @@ pub struct Plot<'a> {
     pub unit: &'a str,
     /// Name and unit of the axis below, mostly time.
     pub over: &'a str,
+    /// Whether that axis counts days since 1970, which are written as dates.
+    pub is_of_days: bool,
     /// Start of that axis.
     pub from: f64,
     /// End of that axis.
@@ -134,6 +136,7 @@ impl Plot<'_> {
             writeln!(out, "<text x=\"{x}\" y=\"{y:.1}\" text-anchor=\"end\">{text}</text>")?;
         }
         for (value, text) in ticks([self.from, self.to]) {
+            let text = if self.is_of_days { date(value) } else { text };
             let (x, y) = (self.x(value), bottom + 16.0);
             writeln!(out, "<text x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{text}</text>")?;
         }
@@ -181,6 +184,12 @@ impl Plot<'_> {
     }
 }
 
+/// Day since 1970, as a date.
+fn date(day: f64) -> String {
+    let date = chrono::DateTime::from_timestamp(86_400 * day.floor() as i64, 0);
+    date.map_or_else(String::new, |date| date.date_naive().to_string())
+}
+
 /// Round values over a range, with their texts.
 fn ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
     let rough = (high - low) / INTERVALS;
@@ -212,6 +221,7 @@ mod tests {
         let plot = Plot {
             unit: "deg",
             over: "time, s",
+            is_of_days: false,
             from: 0.0,
             to: 1.0,
             range: [0.0, 2.0],

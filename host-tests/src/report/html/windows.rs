@@ -2,7 +2,7 @@
 
 use meerkat_mwd::identification::{Decision, WindowReport};
 
-use super::{Chart, Mark, Page, Series, Told, in_s, sentence, table};
+use super::{Chart, Mark, Page, Series, Told, chart::in_digits, in_s, sentence, table};
 use crate::report::{
     json::parameters::Parameters,
     refusal_text::decision_text,
@@ -87,7 +87,7 @@ fn windows(told: &Told) -> String {
     let row = |report: &WindowReport| {
         let note = window_note(report, told.config).map_or_else(String::new, |note| format!("; {note}"));
         let cost = match (report.cost_before, report.cost_after) {
-            (Some(before), Some(after)) => format!("{before:.1} to {after:.1}"),
+            (Some(before), Some(after)) => format!("{} to {}", in_digits(before.into()), in_digits(after.into())),
             _ => String::new(),
         };
         let cells = vec![

@@ -41,6 +41,8 @@ pub struct ResultJson {
 #[derive(Debug, Serialize)]
 struct TraceFacts {
     path: String,
+    serial: Option<String>,
+    date: Option<String>,
     samples: usize,
     duration_s: f64,
     rate_hz: Option<f64>,
@@ -165,6 +167,8 @@ pub fn result_json(
         schema: "meerkat-mwd/1",
         trace: TraceFacts {
             path: trace.path.to_string_lossy().into_owned(),
+            serial: trace.keys.serial.clone(),
+            date: trace.keys.date.map(|date| date.to_string()),
             samples: trace.samples.len(),
             duration_s: in_seconds(trace.duration_us()),
             rate_hz: (period_us > 0).then(|| 1e6 / f64::from(period_us)),

@@ -1,0 +1,89 @@
+//! The path of a hole in space, seen from the south-west and above, with its shadow on the ground of the drawing.
+
+use std::fmt::Write;
+
+use super::escape::escape;
+use crate::surveys::surveyed::SurveyedRun;
+
+/// Width of the drawing in its own units, and the room around the path.
+const WIDTH: f64 = 300.0;
+const MARGIN: f64 = 24.0;
+
+/// Stations between two that are joined to their shadows; about this many are.
+const PLUMBS: usize = 8;
+
+/// Place on the drawing of north, east and down in metres: north goes to the upper left, east to the upper right, by 30
+/// degrees each, and all three axes have one scale.
+fn projected([north, east, down]: [f64; 3]) -> [f64; 2] {
+    let (sine, cosine) = 30_f64.to_radians().sin_cos();
+    [(east - north) * cosine, down - (east + north) * sine]
+}
+
+/// The figure; empty without two stations.
+pub(super) fn drawing(run: &SurveyedRun) -> String {
+    let path: Vec<[f64; 3]> = run.stations.iter().map(|station| station.position_m).collect();
+    if path.len() < 2 {
+        return String::new();
+    }
+    let ends =
+        |k: usize| path.iter().map(|at| at[k]).fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+    let [north, east, down] = [ends(0), ends(1), ends(2)];
+    let ground = |at: [f64; 3]| [at[0], at[1], down.1];
+    // Axes begin at the corner of the ground that is nearest, and are as long as the path is wide.
+    let corner = [north.0, east.0, down.1];
+    let length = (north.1 - north.0).max(east.1 - east.0).max(0.2 * (down.1 - down.0)).max(1.0);
+    let (to_north, to_east) = ([corner[0] + length, corner[1], corner[2]], [corner[0], corner[1] + length, corner[2]]);
+    let all: Vec<[f64; 2]> =
+        path.iter().flat_map(|at| [*at, ground(*at)]).chain([corner, to_north, to_east]).map(projected).collect();
+    let range =
+        |k: usize| all.iter().map(|at| at[k]).fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+    let [x, y] = [range(0), range(1)];
+    let size = (x.1 - x.0).max(y.1 - y.0).max(1.0);
+    let scale = (WIDTH - 2.0 * MARGIN) / size;
+    let place = |at: [f64; 3]| {
+        let [right, below] = projected(at);
+        let off = 0.5 * (WIDTH - 2.0 * MARGIN - scale * (x.1 - x.0));
+        format!("{:.1} {:.1}", MARGIN + off + scale * (right - x.0), MARGIN + scale * (below - y.0))
+    };
+    let line = |points: &mut dyn Iterator<Item = [f64; 3]>| points.map(place).collect::<Vec<_>>().join("L");
+    let mut out = String::new();
+    let told = format!(
+        "North {:.0} to {:.0} m, east {:.0} to {:.0} m, depth {:.0} to {:.0} m.",
+        north.0, north.1, east.0, east.1, down.0, down.1
+    );
+    let about = format!("From the south-west and above; grey: the path's shadow on the ground below. {told}");
+    // Writing to a string does not fail.
+    let _ = write!(
+        out,
+        "<figure class=\"dial\">\n<h3>In space</h3>\n<p class=\"about\">{}</p>\n<svg viewBox=\"0 0 {WIDTH} {:.0}\" role=\"img\" aria-label=\"{}\">\n",
+        escape(&about),
+        2.0 * MARGIN + scale * (y.1 - y.0),
+        escape(&format!("Path in space. {told}"))
+    );
+    for (end, name) in [(to_north, "N"), (to_east, "E")] {
+        let _ = writeln!(out, "<path class=\"grid\" d=\"M{}L{}\"/>", place(corner), place(end));
+        let text = place(end);
+        let (at_x, at_y) = text.split_once(' ').unwrap_or(("0", "0"));
+        let _ = writeln!(out, "<text x=\"{at_x}\" y=\"{at_y}\" text-anchor=\"middle\">{name}</text>");
+    }
+    let _ = writeln!(out, "<path class=\"before\" d=\"M{}\"/>", line(&mut path.iter().map(|at| ground(*at))));
+    for at in path.iter().step_by(path.len().div_ceil(PLUMBS)) {
+        let _ = writeln!(out, "<path class=\"grid\" d=\"M{}L{}\"/>", place(*at), place(ground(*at)));
+    }
+    let _ = writeln!(out, "<path class=\"after\" d=\"M{}\"/>", line(&mut path.iter().copied()));
+    out + "</svg>\n</figure>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn north_goes_to_the_upper_left_east_to_the_upper_right_and_depth_down() {
+        let [right, below] = projected([1.0, 0.0, 0.0]);
+        assert!(right < 0.0 && below < 0.0);
+        let [right, below] = projected([0.0, 1.0, 0.0]);
+        assert!(right > 0.0 && below < 0.0);
+        assert_eq!(projected([0.0, 0.0, 2.0]), [0.0, 2.0]);
+    }
+}
