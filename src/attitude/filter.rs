@@ -540,4 +540,28 @@ mod tests {
         filter.model_changed(&GyroModel::IDENTITY, &near, &[0.005; 12]);
         assert!(!filter.is_doubted());
     }
+
+    #[test]
+    fn a_string_that_begins_to_turn_takes_the_heading_along_by_no_more_than_is_told() {
+        for (scale, top_rad_s) in [(1.02, 6.0), (0.98, 12.0), (1.01, -9.0)] {
+            let config = Config::default();
+            let mut filter = AttitudeFilter::new();
+            filter.start(&config.attitude, &config.earth, config.identification.motion);
+            let (mut psi, mut most) = (0.0_f32, 0.0_f32);
+            for k in 0..6_000_u16 {
+                let spun_up = (f32::from(k) * 0.005 - 15.0).clamp(0.0, 3.0) / 3.0;
+                let rate = Vector3::new(0.0, 0.0, top_rad_s * spun_up);
+                psi += rate.z * 0.005;
+                filter.propagate(0.005, &(rate * scale));
+                let field = exp_matrix(&Vector3::new(0.0, 0.0, -psi)) * Vector3::new(20.0, 0.0, 44.0);
+                filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&field));
+                let Some(attitude) = filter.attitude(AttitudeFlags::empty()) else { continue };
+                let error = libm::remainderf(attitude.magnetic_toolface_rad - psi, core::f32::consts::TAU).abs();
+                let is_flagged = attitude.flags.intersects(AttitudeFlags::MAG_UNUSED | AttitudeFlags::NO_HEADING);
+                assert!(is_flagged || error < 4.0 * attitude.sigma_toolface_rad, "{k}: {error} {attitude:?}");
+                most = most.max(error);
+            }
+            assert!(most < 0.35, "{scale} {top_rad_s}: {most}");
+        }
+    }
 }
