@@ -4,6 +4,7 @@ mod batch;
 mod bench;
 mod calibrate;
 mod command;
+mod completions;
 mod diagnose;
 mod emulate;
 mod exit_status;
@@ -20,11 +21,13 @@ pub mod simulate;
 mod survey;
 mod toml_file;
 
-use std::{io, process::ExitCode};
+use std::{ffi::OsString, io, process::ExitCode};
 
 use clap::{Parser, Subcommand};
 
 use exit_status::exit_status;
+
+use crate::console;
 
 /// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores.
 /// Without a subcommand: flies a bundled recording end to end, scores it and prints the result.
@@ -40,6 +43,9 @@ pub struct Cli {
     /// Options of the main job.
     #[command(flatten)]
     pub main_job: main_job::MainJobArgs,
+    /// Print nothing but errors, and show no progress
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
     /// What to do; the main job when absent.
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -105,6 +111,9 @@ pub enum Command {
     /// Correct a run's surveys, work out the path with its uncertainty, and write the files that others read
     #[command(after_help = "Examples:\n  cargo mwd survey stations.csv --run run.toml --csv path.csv")]
     Survey(survey::SurveyArgs),
+    /// Print the completions of a shell
+    #[command(after_help = "Examples:\n  cargo mwd completions bash > ~/.local/share/bash-completion/completions/mwd")]
+    Completions(completions::CompletionsArgs),
     /// Write manual pages of all commands
     #[command(after_help = "Examples:\n  cargo mwd man target/man")]
     Man(man::ManArgs),
@@ -113,7 +122,11 @@ pub enum Command {
 /// Runs the program with the process's arguments.
 #[must_use]
 pub fn main() -> ExitCode {
-    let Err(error) = dispatch(&Cli::parse()) else {
+    let arguments = command_first(std::env::args_os().collect());
+    let cli = Cli::parse_from(&arguments);
+    let told: Vec<String> = arguments.iter().map(|argument| argument.to_string_lossy().into_owned()).collect();
+    console::begin(cli.quiet, &told);
+    let Err(error) = dispatch(&cli) else {
         return ExitCode::SUCCESS;
     };
     // A closed pipe: the reader has what it wanted.
@@ -125,6 +138,19 @@ pub fn main() -> ExitCode {
     }
     eprintln!("error: {}", told_once(&error));
     ExitCode::from(exit_status(&error))
+}
+
+/// Arguments with the options of every command behind the command, where they may stand, too. Options of the
+/// main job exclude a command, and the parser takes any option before a command for one of these.
+fn command_first(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    let global = arguments.iter().skip(1).take_while(|argument| *argument == "--quiet" || *argument == "-q").count();
+    if let Some(moved) = arguments.get_mut(1..).filter(|_| global > 0) {
+        let until = moved.iter().position(|argument| argument == "--").unwrap_or(moved.len());
+        if let Some(moved) = moved.get_mut(..until) {
+            moved.rotate_left(global);
+        }
+    }
+    arguments
 }
 
 /// Text of an error with its causes, leaving out a cause that the text before it already contains.
@@ -156,6 +182,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         Some(Command::Command(args)) => command::run(args),
         Some(Command::Field(args)) => field::run(args),
         Some(Command::Survey(args)) => survey::run(args),
+        Some(Command::Completions(args)) => completions::run(args),
         Some(Command::Man(args)) => man::run(args),
     }
 }
