@@ -5,6 +5,7 @@ pub mod bench;
 pub mod bus_faults;
 pub mod calibrate;
 pub mod commands;
+pub mod console;
 pub mod diagnosis;
 pub mod earth;
 pub mod failure;

@@ -5,11 +5,11 @@ use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
 use serde_json::Value;
 
-/// Fields whose members have names of their own: parameters of an effect.
-const NAMED: [&str; 2] = ["diagnosis.effects[].parameters", "diagnosis.effects[].sigma"];
+/// Fields whose members have names of their own: parameters of an effect, fields of the configuration.
+const NAMED: [&str; 3] = ["diagnosis.effects[].parameters", "diagnosis.effects[].sigma", "configuration"];
 
 /// Lists of objects: an empty one says nothing of their fields.
-const OBJECTS: [&str; 3] = ["identification.windows", "diagnosis.effects", "diagnosis.remainder.goes_with"];
+const OBJECTS: [&str; 4] = ["identification.windows", "diagnosis.effects", "diagnosis.remainder.goes_with", "surveys"];
 
 /// Adds the paths of all fields of `value`, which stands at `path`.
 fn fields(value: &Value, path: &str, found: &mut BTreeSet<String>) {
@@ -50,11 +50,18 @@ fn every_field_of_a_result_is_documented_and_no_other() {
     let trace = |name: &str| traces.join(name).to_str().unwrap().to_owned();
     let (magnet, plain) = (trace("broad_35_attached_magnet_63s.csv.gz"), trace("multipos_mpu9150_imu0.csv.gz"));
     let fast = trace("broad_06_fast_rotation_110s.csv.gz");
+    // A tool that rests and turns, so that there are surveys.
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let scenario = mwd::simulate::Scenario::read(&root.join("scenarios/drilling_45deg.toml")).unwrap();
+    let drilled = folder.path().join("drilled.csv");
+    mwd::simulate::simulate(&mwd::simulate::Scenario { duration_s: 70.0, ..scenario }, 1).0.write(&drilled).unwrap();
+    let drilled = drilled.to_str().unwrap();
     let mut found = BTreeSet::new();
     for arguments in [
         vec!["replay", &magnet, "--explain"],
         vec!["replay", &fast, "--hold-out", "0.5"],
         vec!["replay", &plain],
+        vec!["replay", drilled],
         vec!["diagnose", &magnet, "--against-reference"],
         vec!["diagnose", &fast],
     ] {

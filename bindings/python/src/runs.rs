@@ -14,7 +14,7 @@ use crate::{bad, flight::Flight, trace::Trace};
 
 /// Flies a recording.
 #[pyfunction]
-#[pyo3(signature = (trace, config=None, hold_out=None, seed=None, no_effects=false))]
+#[pyo3(signature = (trace, config=None, hold_out=None, seed=None, no_effects=false, force=false))]
 pub fn replay(
     py: Python<'_>,
     trace: &Trace,
@@ -22,11 +22,12 @@ pub fn replay(
     hold_out: Option<f64>,
     seed: Option<u64>,
     no_effects: bool,
+    force: bool,
 ) -> PyResult<Flight> {
     if hold_out.is_some_and(|share| !(share > 0.0 && share < 1.0)) {
         return Err(bad("hold_out must be between 0 and 1"));
     }
-    let options = Options { config, hold_out, seed, no_effects, attitude_dir: None };
+    let options = Options { config, hold_out, seed, no_effects, force, attitude_dir: None };
     py.detach(|| result(trace.0.clone(), &options)).map(Flight).map_err(bad)
 }
 

@@ -13,6 +13,7 @@ use crate::{
     diagnosis::diagnosed,
     failure::Failure,
     flight::{Flight, configuration::configuration, started},
+    import::plausible::checked,
     report::{attitude_csv::write_attitude_csv, json::result_json, surveys_csv::surveys_csv},
     score,
     trace::Trace,
@@ -36,9 +37,11 @@ pub struct Result {
 /// # Errors
 /// The configuration cannot be used.
 pub fn result(mut trace: Trace, options: &Options) -> std::result::Result<Result, Failure> {
-    let config = configuration(&trace, options.config.as_deref(), |config| options.set(config, &trace))?;
+    let mut config = configuration(&trace, options.config.as_deref(), |config| options.set(config, &trace))?;
     trace.mark_clipped(&config.full_scale);
-    let (flight, surveys) = surveyed(&config, &trace.samples)?;
+    checked(&mut trace, &mut config, options.force)?;
+    let (flight, mut surveys) = surveyed(&config, &trace.samples)?;
+    surveys.iter_mut().for_each(|report| trace.grade(report));
     Ok(Result { trace, config, flight, surveys })
 }
 
@@ -72,10 +75,10 @@ impl Result {
     /// # Errors
     /// A value that JSON does not hold; there is none.
     pub fn json(&self) -> serde_json::Result<String> {
-        let Self { trace, config, flight, .. } = self;
+        let Self { trace, config, flight, surveys } = self;
         let reference = score::score(trace, flight, &score::Settings::of(trace, config));
         let diagnosed = diagnosed(trace, config, flight);
-        result_json(trace, config, flight, &diagnosed, reference).text()
+        result_json(trace, config, flight, &diagnosed, reference).with_surveys(surveys).text()
     }
 }
 

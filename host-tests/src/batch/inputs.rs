@@ -1,9 +1,6 @@
 //! The recordings that a command line names: files, folders, patterns, and lists.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 
@@ -28,7 +25,7 @@ pub fn recordings(inputs: &[String]) -> Result<Vec<PathBuf>, Failure> {
 fn add(input: &str, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let bad = |what: String| Err(Failure::BadInput(format!("{input}: {what}")));
     if let Some(list) = input.strip_prefix('@') {
-        let text = fs::read_to_string(list);
+        let text = crate::console::text(Path::new(list));
         let text = text.map_err(|error| Failure::BadInput(format!("{list}: cannot be read: {error}")))?;
         let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
         return lines.into_iter().try_for_each(|line| add(line, found));
@@ -68,6 +65,8 @@ fn folder(path: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use std::fs;
+
     use super::*;
 
     #[test]

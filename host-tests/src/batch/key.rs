@@ -8,7 +8,7 @@ use std::{
     sync::OnceLock,
 };
 
-use blake2::{Blake2b512, Digest};
+use sha2::{Digest, Sha256};
 
 use super::options::Options;
 
@@ -22,7 +22,7 @@ impl Key {
     /// # Errors
     /// The recording or the configuration cannot be read.
     pub fn of(path: &Path, options: &Options) -> io::Result<Self> {
-        let mut hash = Blake2b512::new();
+        let mut hash = Sha256::new();
         hash.update(program());
         hash.update(options.told());
         if let Some(config) = &options.config {
@@ -36,10 +36,10 @@ impl Key {
     /// The key of a recording that cannot be read.
     #[must_use]
     pub fn of_path(path: &Path) -> Self {
-        Self::from(Blake2b512::new_with_prefix(path.to_string_lossy().as_bytes()))
+        Self::from(Sha256::new_with_prefix(path.to_string_lossy().as_bytes()))
     }
 
-    fn from(hash: Blake2b512) -> Self {
+    fn from(hash: Sha256) -> Self {
         Self(hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect())
     }
 
@@ -60,7 +60,7 @@ impl Key {
 fn program() -> &'static [u8] {
     static PROGRAM: OnceLock<Vec<u8>> = OnceLock::new();
     PROGRAM.get_or_init(|| {
-        let mut hash = Blake2b512::new_with_prefix(env!("CARGO_PKG_VERSION"));
+        let mut hash = Sha256::new_with_prefix(env!("CARGO_PKG_VERSION"));
         if let Ok(file) = std::env::current_exe() {
             let _ = add(&mut hash, &file);
         }
@@ -68,7 +68,7 @@ fn program() -> &'static [u8] {
     })
 }
 
-fn add(hash: &mut Blake2b512, path: &Path) -> io::Result<()> {
+fn add(hash: &mut Sha256, path: &Path) -> io::Result<()> {
     let mut file = File::open(path)?;
     let mut buffer = vec![0; 1 << 16];
     loop {

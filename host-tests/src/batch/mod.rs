@@ -25,6 +25,9 @@ use parquet_file::Table;
 use parts::{Part, Parts};
 use schema::{RECORDINGS, STATIONS, WINDOWS};
 
+/// Results that are read together for the tables.
+const AT_ONCE: usize = 256;
+
 /// What a run did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
@@ -70,15 +73,22 @@ pub fn run(
         Table::create(results, "windows", WINDOWS)?,
         Table::create(results, "stations", STATIONS)?,
     ];
-    for (path, keyed) in paths.iter().zip(keyed) {
-        let (key, seconds) = keyed?;
-        let part = parts.read(&key)?;
-        tally.bad += usize::from(part.error.is_some());
-        tally.flown += usize::from(seconds >= 0.0);
-        tally.flown_s += seconds.max(0.0);
-        for (table, rows) in tables.iter_mut().zip(schema::rows(path, &key, &part)) {
-            for row in rows {
-                table.push(&row)?;
+    let keyed = keyed.into_iter().collect::<std::result::Result<Vec<_>, _>>()?;
+    // A share at a time, so that the rows of all need not be in memory.
+    for (paths, keyed) in paths.chunks(AT_ONCE).zip(keyed.chunks(AT_ONCE)) {
+        let read = |(path, (key, _)): (&PathBuf, &(Key, f64))| {
+            let part = parts.read(key)?;
+            Ok((part.error.is_some(), schema::rows(path, key, &part)))
+        };
+        let read: Vec<std::result::Result<_, Failure>> =
+            pool.install(|| paths.par_iter().zip(keyed).map(read).collect());
+        for (read, (_, seconds)) in read.into_iter().zip(keyed) {
+            let (is_bad, rows) = read?;
+            tally.bad += usize::from(is_bad);
+            tally.flown += usize::from(*seconds >= 0.0);
+            tally.flown_s += seconds.max(0.0);
+            for (table, rows) in tables.iter_mut().zip(rows) {
+                rows.iter().try_for_each(|row| table.push(row))?;
             }
         }
     }

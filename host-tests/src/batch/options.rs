@@ -17,6 +17,8 @@ pub struct Options {
     pub seed: Option<u64>,
     /// Identify the twelve parameters only.
     pub no_effects: bool,
+    /// Fly recordings whose units, signs or axes cannot be.
+    pub force: bool,
     /// Folder for the attitudes.
     pub attitude_dir: Option<PathBuf>,
 }
@@ -24,7 +26,7 @@ pub struct Options {
 impl Options {
     /// All that a result depends on but the configuration's bytes.
     pub(super) fn told(&self) -> String {
-        format!("{:?} {:?} {}", self.hold_out, self.seed, self.no_effects)
+        format!("{:?} {:?} {} {}", self.hold_out, self.seed, self.no_effects, self.force)
     }
 
     /// Sets the fields that the options name.

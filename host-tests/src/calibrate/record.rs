@@ -15,7 +15,7 @@ pub fn write(calibration: &Calibration, path: &Path) -> Result<(), Failure> {
     let text = text(calibration).ok_or_else(|| {
         Failure::BadInput(format!("{}: not written, nothing could be calibrated (see above)", path.display()))
     })?;
-    std::fs::write(path, text).map_err(|error| Failure::output(path, &error))
+    crate::console::save(path, &text).map_err(|error| Failure::output(path, &error))
 }
 
 /// The record as TOML; `None` if no sensor has new values. A sensor that keeps its old values is written with

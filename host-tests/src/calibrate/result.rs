@@ -21,7 +21,7 @@ use crate::failure::Failure;
 /// When the file cannot be written.
 pub fn write(calibration: &Calibration, path: &Path) -> Result<(), Failure> {
     let text = format!("{:#}\n", value(calibration));
-    std::fs::write(path, text).map_err(|error| Failure::output(path, &error))
+    crate::console::save(path, &text).map_err(|error| Failure::output(path, &error))
 }
 
 /// The result of a calibration as JSON.

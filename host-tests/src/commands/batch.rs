@@ -1,12 +1,13 @@
 //! `mwd batch`: flies many recordings at once and writes three tables.
 
-use std::{path::PathBuf, time::Instant};
+use std::{io::Write, path::PathBuf, time::Instant};
 
 use clap::Args;
 
 use super::{fleet, hold_out::hold_out, same_file::same_file};
 use crate::{
     batch::{Options, inputs::recordings, run as fly_all},
+    console::told,
     failure::Failure,
     fleet::read,
     report::progress_bar::progress_bar,
@@ -15,7 +16,7 @@ use crate::{
 /// Options of `batch`.
 #[derive(Debug, Clone, Args)]
 pub struct BatchArgs {
-    /// Traces, folders of traces, patterns in quotes, and @FILE for a list, one a line
+    /// Traces, folders of traces, patterns in quotes, and @FILE for a list, one a line (@- reads the standard input)
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<String>,
     /// The table of recordings; those of windows and of stations are written beside it
@@ -42,6 +43,9 @@ pub struct BatchArgs {
     /// Identify the 12 parameters only and look for no further effect
     #[arg(long)]
     pub no_effects: bool,
+    /// Fly recordings whose units, signs or axes cannot be; nothing is identified from them
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Flies all recordings, writes the tables and prints what was done.
@@ -64,6 +68,7 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
         hold_out: args.hold_out,
         seed: args.seed,
         no_effects: args.no_effects,
+        force: args.force,
         attitude_dir: args.attitude_dir.clone(),
     };
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
@@ -71,28 +76,33 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
     let tally = fly_all(&paths, &args.output, &options, args.jobs.unwrap_or(processors).max(1), |_| bar.inc(1))?;
     bar.finish_and_clear();
     let seconds = began.elapsed().as_secs_f64();
-    println!(
+    let mut out = told();
+    writeln!(
+        out,
         "{} recordings: {} flown now, {} from before; {} bad, each with its reason in the table",
         tally.recordings,
         tally.flown,
         tally.recordings - tally.flown,
         tally.bad
-    );
+    )?;
     if tally.flown_s > 0.0 {
-        println!(
+        writeln!(
+            out,
             "{:.0} s of recordings in {seconds:.1} s, {:.0} times real time",
             tally.flown_s,
             tally.flown_s / seconds
-        );
+        )?;
     }
-    println!("{}, and beside it .windows.parquet and .stations.parquet", args.output.display());
+    writeln!(out, "{}, and beside it .windows.parquet and .stations.parquet", args.output.display())?;
     match &args.html {
         Some(page) => {
             let tables = std::slice::from_ref(&args.output);
             fleet::write(&read(tables)?, tables, page)?;
-            println!("Next: open {} in a browser.", page.display());
+            writeln!(out, "Next: open {} in a browser.", page.display())?;
         }
-        None => println!("Next: `cargo mwd fleet {}` shows them as a page, the worst first.", args.output.display()),
+        None => {
+            writeln!(out, "Next: `cargo mwd fleet {}` shows them as a page, the worst first.", args.output.display())?;
+        }
     }
     Ok(())
 }

@@ -1,16 +1,14 @@
 //! `mwd calibrate`: accelerometer and magnetometer models from rests and turns, as a factory record with its
 //! account.
 
-use std::{
-    io,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::{hold_out::hold_out, same_file::same_file};
 use crate::{
     calibrate::{calibrate, print_account, record, result},
+    console::told,
     failure::Failure,
     report::html::{calibration::page, write_page},
     trace::Trace,
@@ -47,7 +45,7 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
     check_outputs(args)?;
     let traces = args.traces.iter().map(|path| Trace::read(path)).collect::<Result<Vec<_>, _>>()?;
     let calibration = calibrate(&traces, args.config.as_deref(), args.hold_out)?;
-    print_account(&mut io::stdout().lock(), &calibration)?;
+    print_account(&mut told(), &calibration)?;
     if let Some(path) = &args.json {
         result::write(&calibration, path)?;
     }

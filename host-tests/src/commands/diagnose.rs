@@ -1,7 +1,7 @@
 //! `mwd diagnose`: which effect a trace's residual shows, as an account: residual, candidates, what was taken
 //! out and why, what was refused and why, error before and after, what remains.
 
-use std::{io::Write, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
@@ -11,8 +11,9 @@ use super::{
     replay::{HEAD, ReplayArgs, fly_with_bar, prepare},
 };
 use crate::{
+    console::told,
     diagnosis::{against_reference, diagnosed},
-    flight::{started, watched},
+    flight::{started, surveys, watched},
     report::{
         account::print_account,
         html::{Told, diagnosis::page, write_page},
@@ -25,7 +26,7 @@ use crate::{
 /// Options of `diagnose`.
 #[derive(Debug, Clone, Args)]
 pub struct DiagnoseArgs {
-    /// The trace, .csv or .csv.gz
+    /// The trace, .csv or .csv.gz; - reads the standard input
     pub trace: PathBuf,
     /// Test gyro and vectors each against the reference columns, as on a bench with an external truth
     #[arg(long)]
@@ -42,6 +43,9 @@ pub struct DiagnoseArgs {
     /// Write a report with figures as HTML
     #[arg(long, value_name = "OUT.html")]
     pub html: Option<PathBuf>,
+    /// Fly a trace whose units, signs or axes cannot be; nothing is identified from it
+    #[arg(long)]
+    pub force: bool,
 }
 
 impl DiagnoseArgs {
@@ -63,6 +67,7 @@ impl DiagnoseArgs {
             explain: false,
             through_sensors: false,
             strict: false,
+            force: self.force,
         }
     }
 }
@@ -82,7 +87,9 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     };
     let reference = score::score(&trace, &flight, &score::Settings::of(&trace, &config));
     if let Some(path) = &args.json {
-        result_json(&trace, &config, &flight, &diagnosed, reference).write(path)?;
+        let mut taken = surveys(started(&config, None)?, &trace.samples)?;
+        taken.iter_mut().for_each(|report| trace.grade(report));
+        result_json(&trace, &config, &flight, &diagnosed, reference).with_surveys(&taken).write(path)?;
     }
     if let Some(path) = &args.html {
         // On the bench the vectors are the reference's: those of the recording did not fly.
@@ -101,7 +108,7 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
             }),
         )?;
     }
-    let mut out = anstream::stdout().lock();
+    let mut out = told();
     writeln!(out, "{HEAD}{}{HEAD:#}", plain_words::diagnosis(&diagnosed).sentence)?;
     print_account(&mut out, &trace, &config, &diagnosed, reference.as_ref())?;
     writeln!(out, "next      {}", after_flight(&flight, args.html.as_deref()))?;

@@ -1,6 +1,6 @@
 //! `mwd emulate`: flies a trace by the firmware on the emulated chip.
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use clap::Args;
 
@@ -9,6 +9,7 @@ use super::{
     replay::{self, ReplayArgs},
 };
 use crate::{
+    console::told,
     failure::Failure,
     flight::through_sensors,
     target::{
@@ -49,7 +50,7 @@ pub fn run(EmulateArgs { replay: args, direct }: &EmulateArgs) -> anyhow::Result
         trace.samples.clone_from(&played.samples);
     }
     replay::deliver(args, &trace, &config, &emulated.flight, "by the firmware on the emulated Cortex-M4F")?;
-    let mut out = io::stdout().lock();
+    let mut out = told();
     for line in emulated.cost_lines() {
         writeln!(out, "{line}")?;
     }

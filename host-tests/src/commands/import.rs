@@ -2,7 +2,7 @@
 
 use std::{
     ffi::OsString,
-    io::{self, Write},
+    io::Write,
     path::{Path, PathBuf},
 };
 
@@ -10,6 +10,7 @@ use clap::Args;
 
 use super::same_file::same_file;
 use crate::{
+    console::{is_stdio, told},
     failure::Failure,
     import::{ColumnMap, import},
 };
@@ -20,7 +21,7 @@ pub struct ImportArgs {
     /// Files or folders of one recording; - reads the standard input
     #[arg(required = true, value_name = "SOURCE")]
     pub sources: Vec<PathBuf>,
-    /// Where to write the trace, .csv or .csv.gz; the map goes beside it. Without it the source is only looked at
+    /// Where to write the trace, .csv or .csv.gz, or - for the standard output; the map goes beside a file. Without it the source is only looked at
     #[arg(short, value_name = "TRACE.csv.gz")]
     pub output: Option<PathBuf>,
     /// Columns, units and clocks that win over the guess
@@ -47,7 +48,8 @@ fn key(text: &str) -> Result<(String, String), String> {
 /// # Errors
 /// The source cannot be read or understood, or the gate found it wrong.
 pub fn run(args: &ImportArgs) -> anyhow::Result<()> {
-    let map_file = args.output.as_deref().map(beside);
+    // Nothing stands beside the standard output.
+    let map_file = args.output.as_deref().filter(|output| !is_stdio(output)).map(beside);
     for output in [&args.output, &map_file].into_iter().flatten() {
         if args.sources.iter().chain(&args.map).any(|read| same_file(output, read)) {
             return Err(Failure::BadInput(format!(
@@ -59,7 +61,7 @@ pub fn run(args: &ImportArgs) -> anyhow::Result<()> {
     }
     let map = args.map.as_deref().map_or_else(|| Ok(ColumnMap::default()), ColumnMap::read)?;
     let imported = import(&args.sources, &map, &args.keys)?;
-    let mut out = io::stdout().lock();
+    let mut out = told();
     imported.describe(&mut out)?;
     let refuse = |why: String| Err(Failure::BadInput(why).into());
     if args.strict && imported.dropped() > 0 {
@@ -71,14 +73,17 @@ pub fn run(args: &ImportArgs) -> anyhow::Result<()> {
     if imported.is_wrong() && !args.force {
         return refuse("no trace is written: the lines marked WRONG cannot be. Put the fix into a file for --map, or insist by --force".into());
     }
-    let (Some(path), Some(map_file)) = (&args.output, map_file) else {
+    let Some(path) = &args.output else {
         writeln!(out, "nothing is written without -o; this is the map:\n\n{}", imported.map.to_toml())?;
         return Ok(());
     };
     imported.trace.write(path)?;
-    std::fs::write(&map_file, imported.map.to_toml()).map_err(|error| Failure::output(&map_file, &error))?;
+    if let Some(map_file) = &map_file {
+        std::fs::write(map_file, imported.map.to_toml()).map_err(|error| Failure::output(map_file, &error))?;
+    }
     let (samples, seconds) = (imported.trace.samples.len(), imported.trace.duration_s());
-    writeln!(out, "{}: {samples} samples, {seconds:.3} s; map in {}", path.display(), map_file.display())?;
+    let beside = map_file.map_or_else(String::new, |map_file| format!("; map in {}", map_file.display()));
+    writeln!(out, "{}: {samples} samples, {seconds:.3} s{beside}", path.display())?;
     writeln!(out, "Next: `cargo mwd replay {} --html report.html` flies it.", path.display())?;
     Ok(())
 }

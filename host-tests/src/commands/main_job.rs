@@ -14,6 +14,7 @@ use meerkat_mwd::{
 };
 
 use crate::{
+    console::is_quiet,
     diagnosis::diagnosed,
     failure::Failure,
     flight::{
@@ -85,7 +86,7 @@ pub fn recording() -> PathBuf {
 /// The recording or the emulator fails, or a file cannot be written.
 pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
     // Without colours where it is no terminal.
-    let mut out = anstream::stdout().lock();
+    let mut out: Box<dyn Write> = if is_quiet() { Box::new(io::sink()) } else { Box::new(anstream::stdout()) };
     let trace = Trace::read(&recording())?;
     let mut config = of_trace(&trace);
     config.freeze_at_us = Some(freeze_at_us(&trace, HOLD_OUT));

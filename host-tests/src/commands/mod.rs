@@ -4,6 +4,7 @@ mod batch;
 mod bench;
 mod calibrate;
 mod command;
+mod completions;
 mod diagnose;
 mod emulate;
 mod exit_status;
@@ -23,12 +24,14 @@ pub mod simulate;
 mod survey;
 mod toml_file;
 
-use std::{io, process::ExitCode};
+use std::{ffi::OsString, io, process::ExitCode};
 
 use anstyle::{AnsiColor, Style};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use exit_status::exit_status;
+
+use crate::console;
 
 /// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores.
 /// Without a subcommand: flies a bundled recording end to end, scores it and prints the result.
@@ -44,6 +47,9 @@ pub struct Cli {
     /// Options of the main job.
     #[command(flatten)]
     pub main_job: main_job::MainJobArgs,
+    /// Print nothing but errors, and show no progress
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
     /// What to do; the main job when absent.
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -116,6 +122,9 @@ pub enum Command {
     /// Correct a run's surveys, work out the path with its uncertainty, and write the files that others read
     #[command(after_help = "Examples:\n  cargo mwd survey stations.csv --run run.toml --csv path.csv")]
     Survey(survey::SurveyArgs),
+    /// Print the completions of a shell
+    #[command(after_help = "Examples:\n  cargo mwd completions bash > ~/.local/share/bash-completion/completions/mwd")]
+    Completions(completions::CompletionsArgs),
     /// Write manual pages of all commands
     #[command(after_help = "Examples:\n  cargo mwd man target/man")]
     Man(man::ManArgs),
@@ -128,8 +137,11 @@ const BOLD: Style = Style::new().bold();
 /// Runs the program with the process's arguments.
 #[must_use]
 pub fn main() -> ExitCode {
-    let matches = grouped_help::grouped(Cli::command()).get_matches();
+    let arguments = command_first(std::env::args_os().collect());
+    let matches = grouped_help::grouped(Cli::command()).get_matches_from(&arguments);
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let told: Vec<String> = arguments.iter().map(|argument| argument.to_string_lossy().into_owned()).collect();
+    console::begin(cli.quiet, &told);
     let Err(error) = dispatch(&cli) else {
         return ExitCode::SUCCESS;
     };
@@ -145,6 +157,19 @@ pub fn main() -> ExitCode {
         anstream::eprintln!("{BOLD}next:{BOLD:#} {step}");
     }
     ExitCode::from(exit_status(&error))
+}
+
+/// Arguments with the options of every command behind the command, where they may stand, too. Options of the
+/// main job exclude a command, and the parser takes any option before a command for one of these.
+fn command_first(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    let global = arguments.iter().skip(1).take_while(|argument| *argument == "--quiet" || *argument == "-q").count();
+    if let Some(moved) = arguments.get_mut(1..).filter(|_| global > 0) {
+        let until = moved.iter().position(|argument| argument == "--").unwrap_or(moved.len());
+        if let Some(moved) = moved.get_mut(..until) {
+            moved.rotate_left(global);
+        }
+    }
+    arguments
 }
 
 /// Text of an error with its causes, leaving out a cause that the text before it already contains.
@@ -177,6 +202,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         Some(Command::Command(args)) => command::run(args),
         Some(Command::Field(args)) => field::run(args),
         Some(Command::Survey(args)) => survey::run(args),
+        Some(Command::Completions(args)) => completions::run(args),
         Some(Command::Man(args)) => man::run(args),
     }
 }

@@ -1,7 +1,7 @@
 //! `mwd record`: turns the raw samples that a probe sends into a trace.
 
 use std::{
-    io::{self, Write},
+    io::Write,
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -15,6 +15,7 @@ use meerkat_mwd::telemetry::{Command, FrameDecoder, MAX_DECODED, Message};
 
 use crate::{
     commands::same_file::same_file,
+    console::told,
     failure::Failure,
     port::{
         command_frame::frame_of,
@@ -112,7 +113,7 @@ pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
         return Err(if line.is_live() { Failure::Missing(what) } else { Failure::BadInput(what) }.into());
     }
     let lines = recording.write(&args.output)?;
-    let mut out = io::stdout().lock();
+    let mut out = told();
     for line in lines {
         writeln!(out, "{line}")?;
     }

@@ -1,15 +1,13 @@
 //! `mwd replay`: reads a trace, configures and flies the pipeline on this machine, scores and delivers.
 
-use std::{
-    io::{self, Write},
-    path::PathBuf,
-};
+use std::{io::Write, path::PathBuf};
 
 use clap::{Args, ValueEnum};
 use meerkat_mwd::{Config, Probe, config::OptimizerKind, storage::StoredModel};
 
 use super::{hold_out::hold_out, next_step::after_flight, same_file::same_file, toml_file};
 use crate::{
+    console::told,
     diagnosis::diagnosed,
     failure::Failure,
     flight::{
@@ -17,6 +15,7 @@ use crate::{
         configuration::{configuration, freeze_at_us},
         fly_on, started, surveys, through_sensors, watched,
     },
+    import::plausible::checked,
     report::{
         attitude_csv::write_attitude_csv,
         explanation::{Explanation, print_explanation},
@@ -38,7 +37,7 @@ pub const HEAD: anstyle::Style = anstyle::Style::new().bold();
 /// Options of `replay` and `emulate`.
 #[derive(Debug, Clone, Args)]
 pub struct ReplayArgs {
-    /// The trace, .csv or .csv.gz
+    /// The trace, .csv or .csv.gz; - reads the standard input. Of the outputs, - is the standard output
     pub trace: PathBuf,
     /// Write the attitude of every sample
     #[arg(long, help_heading = "Files to write", value_name = "OUT.csv")]
@@ -84,6 +83,9 @@ pub struct ReplayArgs {
     /// Refuse a trace with a row whose time repeats or goes back, instead of dropping that row
     #[arg(long, help_heading = "What is told and refused")]
     pub strict: bool,
+    /// Fly a trace whose units, signs or axes cannot be; nothing is identified from it
+    #[arg(long, help_heading = "What is told and refused")]
+    pub force: bool,
 }
 
 impl ReplayArgs {
@@ -150,9 +152,9 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
     let flight = fly_with_bar(started(&config, stored_model(args)?.as_ref())?, &trace);
     deliver(args, &trace, &config, &flight, "on this machine")?;
     if let Some(played) = &played {
-        through_sensors::report(&mut io::stdout().lock(), &config, &recorded, played)?;
+        through_sensors::report(&mut told(), &config, &recorded, played)?;
     }
-    writeln!(io::stdout(), "next     {}", after_flight(&flight, args.html.as_deref()))?;
+    writeln!(told(), "next     {}", after_flight(&flight, args.html.as_deref()))?;
     Ok(())
 }
 
@@ -185,8 +187,9 @@ pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
     if args.strict {
         trace.none_dropped()?;
     }
-    let config = configuration(&trace, args.config.as_deref(), |config| args.set(config, &trace))?;
+    let mut config = configuration(&trace, args.config.as_deref(), |config| args.set(config, &trace))?;
     trace.mark_clipped(&config.full_scale);
+    checked(&mut trace, &mut config, args.force)?;
     Ok((trace, config))
 }
 
@@ -231,9 +234,15 @@ pub fn deliver(
     if let Some(path) = &args.rates {
         write_rates_csv(&flight.outputs, path)?;
     }
+    let taken = if args.surveys.is_some() || args.json.is_some() {
+        let mut taken = surveys(started(config, stored_model(args)?.as_ref())?, &trace.samples)?;
+        taken.iter_mut().for_each(|report| trace.grade(report));
+        taken
+    } else {
+        Vec::new()
+    };
     if let Some(path) = &args.surveys {
-        let probe = started(config, stored_model(args)?.as_ref())?;
-        write_surveys_csv(&surveys(probe, &trace.samples)?, path)?;
+        write_surveys_csv(&taken, path)?;
     }
     let explanation = if args.explain {
         Some(Explanation::of(started(config, stored_model(args)?.as_ref())?, trace, config, flight))
@@ -241,7 +250,7 @@ pub fn deliver(
         None
     };
     if let Some(path) = &args.json {
-        let result = result_json(trace, config, flight, &diagnosed, reference);
+        let result = result_json(trace, config, flight, &diagnosed, reference).with_surveys(&taken);
         explanation.iter().fold(result, |result, explanation| result.explained(explanation)).write(path)?;
     }
     if let Some(path) = &args.html {
@@ -249,8 +258,7 @@ pub fn deliver(
         let (diagnosed, reference) = (&diagnosed, reference.as_ref());
         write_page(path, &page(&Told { trace, config, flight, diagnosed, reference, watched: Some(&watched), place }))?;
     }
-    // Without colours where it is no terminal.
-    let mut out = anstream::stdout().lock();
+    let mut out = told();
     let verdict = plain_words::verdict(trace, config, flight, &diagnosed);
     writeln!(out, "{HEAD}verdict  {}{HEAD:#}", verdict.sentence)?;
     writeln!(out, "flown {place}")?;

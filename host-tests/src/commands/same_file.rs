@@ -2,10 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::console::is_stdio;
+
 /// Whether writing to one path would change what is read from the other.
 #[must_use]
 pub fn same_file(a: &Path, b: &Path) -> bool {
-    resolved(a).is_some_and(|a| resolved(b) == Some(a))
+    // What is read from the standard input is no file.
+    !is_stdio(a) && !is_stdio(b) && resolved(a).is_some_and(|a| resolved(b) == Some(a))
 }
 
 /// Absolute path; for a file that does not exist yet, that of its folder and its name.

@@ -1,18 +1,22 @@
 //! `mwd simulate`: simulates a scenario and writes its trace.
 
-use std::path::PathBuf;
+use std::{io::Write, path::PathBuf};
 
 use clap::Args;
 
-use crate::simulate::{Scenario, describe, simulate};
+use crate::{
+    console::told,
+    report::progress_bar::progress_bar,
+    simulate::{Scenario, describe, samples_of, simulate_with},
+};
 
 /// Options of `simulate`.
 #[derive(Debug, Clone, Args)]
 pub struct SimulateArgs {
-    /// The scenario, TOML
+    /// The scenario, TOML; - reads the standard input
     #[arg(value_name = "SCENARIO.toml")]
     pub scenario: PathBuf,
-    /// Where to write the trace, .csv or .csv.gz
+    /// Where to write the trace, .csv or .csv.gz; - writes plain text to the standard output
     #[arg(short, value_name = "TRACE.csv.gz")]
     pub output: Option<PathBuf>,
     /// Seed of the sensors' noise and of the motion
@@ -31,11 +35,18 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     let name = args.scenario.file_stem().map_or_else(|| "simulated".into(), |stem| stem.to_string_lossy());
     let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.csv.gz")));
     let seed = args.seed.unwrap_or(1);
-    let (trace, truth) = simulate(&scenario, seed);
+    let bar = progress_bar(usize::try_from(samples_of(&scenario)).unwrap_or(usize::MAX));
+    let (trace, truth) = simulate_with(&scenario, seed, |done| {
+        if done % 1_000 == 0 {
+            bar.set_position(done);
+        }
+    });
+    bar.finish_and_clear();
     trace.write(&path)?;
-    println!("{}: {} samples, {:.1} s, seed {seed}", path.display(), trace.samples.len(), trace.duration_s());
-    println!("true gyro model: {}", describe(&truth.gyro));
-    println!("shocks: {}", truth.shocks.len());
-    println!("Next: `cargo mwd replay {} --html report.html` flies it.", path.display());
+    let mut out = told();
+    writeln!(out, "{}: {} samples, {:.1} s, seed {seed}", path.display(), trace.samples.len(), trace.duration_s())?;
+    writeln!(out, "true gyro model: {}", describe(&truth.gyro))?;
+    writeln!(out, "shocks: {}", truth.shocks.len())?;
+    writeln!(out, "Next: `cargo mwd replay {} --html report.html` flies it.", path.display())?;
     Ok(())
 }

@@ -2,7 +2,7 @@
 //! read.
 
 use std::{
-    fs,
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
@@ -11,8 +11,10 @@ use meerkat_mwd::survey::{SurveyKind, SurveyReport};
 use nalgebra::Vector3;
 
 use crate::{
+    console::{self, told},
     failure::Failure,
     flight::{configuration::of_trace, started, surveys},
+    import::plausible::checked,
     report::html::{survey_run::page, write_page},
     surveys::{
         files,
@@ -87,7 +89,7 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
     let stations = stations(args)?;
     let reference = Reference::of(&settings)?;
     let run = surveyed(&stations, &settings, &reference).map_err(|error| named(&args.input, &error))?;
-    print(&run);
+    print(&mut told(), &run)?;
     type Text = fn(&SurveyedRun) -> String;
     let texts: [(&Option<PathBuf>, Text); 5] = [
         (&args.csv, files::csv::full),
@@ -118,7 +120,7 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
 }
 
 fn text_of(path: &Path) -> Result<String, Failure> {
-    fs::read_to_string(path).map_err(|error| Failure::BadInput(format!("{}: cannot be read: {error}", path.display())))
+    console::text(path).map_err(|error| Failure::BadInput(format!("{}: cannot be read: {error}", path.display())))
 }
 
 fn named(path: &Path, error: &Failure) -> Failure {
@@ -127,9 +129,12 @@ fn named(path: &Path, error: &Failure) -> Failure {
 
 /// Stations of the input, each with a depth.
 fn stations(args: &SurveyArgs) -> anyhow::Result<Vec<ReadStation>> {
-    let mut stations = if is_trace(&args.input)? {
-        let trace = Trace::read(&args.input)?;
-        let taken = surveys(started(&of_trace(&trace), None)?, &trace.samples)?;
+    // The standard input is read once: it holds stations.
+    let mut stations = if !console::is_stdio(&args.input) && is_trace(&args.input)? {
+        let mut trace = Trace::read(&args.input)?;
+        let mut config = of_trace(&trace);
+        checked(&mut trace, &mut config, false)?;
+        let taken = surveys(started(&config, None)?, &trace.samples)?;
         taken.iter().filter_map(at_rest).collect()
     } else {
         read(&text_of(&args.input)?).map_err(|error| named(&args.input, &error))?
@@ -165,46 +170,51 @@ fn at_rest(report: &SurveyReport) -> Option<ReadStation> {
 }
 
 /// Prints what was found and the path.
-fn print(run: &SurveyedRun) {
+fn print(out: &mut impl Write, run: &SurveyedRun) -> io::Result<()> {
     for warning in &run.warnings {
-        println!("warning: {warning}");
+        writeln!(out, "warning: {warning}")?;
     }
     let provenance = &run.provenance;
-    println!("reference: {} of {} {}", provenance.model, provenance.date, provenance.place);
+    writeln!(out, "reference: {} of {} {}", provenance.model, provenance.date, provenance.place)?;
     if let Some(analysis) = &run.analysis {
-        println!(
+        writeln!(
+            out,
             "multi-station analysis of {} stations: azimuths {}; inclinations {}",
             analysis.counted, analysis.azimuth, analysis.inclination
-        );
+        )?;
         let [before, left_out] = analysis.residual;
-        println!(
+        writeln!(
+            out,
             "residuals in units of the noise: {before:.2} uncorrected, {left_out:.2} as the other stations predict; noise \
              times {:.2}",
             libm::sqrtf(analysis.noise_ratio)
-        );
+        )?;
         for (name, value, sigma, prior, observable) in &analysis.estimates {
             let told = if *observable { "observable" } else { "not observable" };
-            println!("  {name:<24}{value:>10.5} +- {sigma:.5} (before {prior:.5}) {told}");
+            writeln!(out, "  {name:<24}{value:>10.5} +- {sigma:.5} (before {prior:.5}) {told}")?;
         }
         if analysis.axial_field_grows {
-            println!("the drill string's field grew over the run");
+            writeln!(out, "the drill string's field grew over the run")?;
         }
     }
     let no_go = run.stations.iter().filter(|station| station.axial_no_go == Some(true)).count();
-    println!("short-collar correction: {no_go} of {} stations in its no-go zone", run.stations.len());
+    writeln!(out, "short-collar correction: {no_go} of {} stations in its no-go zone", run.stations.len())?;
     let north = if run.convergence_deg.is_some() { "grid" } else { "true" };
-    println!(
+    writeln!(
+        out,
         "     md, m  incl, deg  azi ({north}), deg    +-    tvd, m   north, m    east, m  dogleg  1-sigma ellipse, m"
-    );
+    )?;
     for s in &run.stations {
         let [n, e, tvd] = s.position_m;
         let [major, minor, azimuth] = s.ellipse;
         let sigma = s.sigma_azimuth_deg.map_or_else(|| "-".to_owned(), |sigma| format!("{sigma:.2}"));
         let doubted = if s.doubted { "  contradicted by the others" } else { "" };
-        println!(
+        writeln!(
+            out,
             "{:>10.2} {:>10.2} {:>16.2} {sigma:>5} {tvd:>9.2} {n:>10.2} {e:>10.2} {:>7.2}  {major:.2} x {minor:.2} at \
              {azimuth:.0}{doubted}",
             s.md_m, s.inclination_deg, s.azimuth_deg, s.dogleg_deg_30m
-        );
+        )?;
     }
+    Ok(())
 }

@@ -17,6 +17,8 @@ pub struct Finding {
     pub told: String,
     /// What to do about it, if anything.
     pub fix: Option<String>,
+    /// Whether something that flies all the same, such as a magnet or a fault, may look so too.
+    may_be_else: bool,
 }
 
 /// How bad a finding is.
@@ -32,15 +34,26 @@ pub enum Verdict {
 
 impl Finding {
     fn fine(told: String) -> Self {
-        Self { verdict: Verdict::Fine, told, fix: None }
+        Self { verdict: Verdict::Fine, told, fix: None, may_be_else: false }
     }
 
     fn note(told: String) -> Self {
-        Self { verdict: Verdict::Note, told, fix: None }
+        Self { verdict: Verdict::Note, told, fix: None, may_be_else: false }
     }
 
     fn wrong(told: String, fix: String) -> Self {
-        Self { verdict: Verdict::Wrong, told, fix: Some(fix) }
+        Self { verdict: Verdict::Wrong, told, fix: Some(fix), may_be_else: false }
+    }
+
+    /// The same, if `is_certain` does not hold, as what may be something else.
+    fn unless(self, is_certain: bool) -> Self {
+        Self { may_be_else: !is_certain, ..self }
+    }
+
+    /// Whether it is wrong and nothing but a unit, a sign or an axis can be the cause.
+    #[must_use]
+    pub fn is_certain(&self) -> bool {
+        self.verdict == Verdict::Wrong && !self.may_be_else
     }
 }
 
@@ -64,6 +77,14 @@ pub struct Imported<'a> {
 pub fn findings(imported: &Imported) -> Vec<Finding> {
     let mut findings = time::check(imported);
     findings.extend(norms::check(imported));
+    findings.extend(axes::check(imported));
+    findings
+}
+
+/// Those of the checks that ask for units, signs and axes.
+#[must_use]
+pub fn units_and_axes(imported: &Imported) -> Vec<Finding> {
+    let mut findings = norms::units(imported);
     findings.extend(axes::check(imported));
     findings
 }

@@ -10,8 +10,15 @@ const BLOCK_S: f64 = 0.05;
 const UNDISTURBED: f64 = 0.05;
 /// Share of the vector's turning that the best order must explain before it counts as evidence.
 const EXPLAINED: f64 = 0.6;
-/// The best order leaves at most this share of what the given one leaves, before that counts as wrong.
+/// The best order leaves at most this share of what the given one leaves, before that counts as wrong, where
+/// the motion does not tell every axis.
 const LEFT: f64 = 0.5;
+/// The same share as [`EXPLAINED`], where every axis shows by itself.
+const EXPLAINED_WHERE_ALL_IS_SEEN: f64 = 0.4;
+/// Deviations of an element within which it has to be known: three, and noise has a memory of several blocks.
+const KNOWN: f64 = 6.0;
+/// How far an element may be from that of an order: half of the way to the next.
+const NEAR: f64 = 0.5;
 
 /// A signed order of axes: the body's axis i is `sign` times axis `from` of the source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,12 +123,35 @@ pub fn fit(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]]) -> Option<Rotat
         (scale, nothing - 2.0 * scale * along + scale * scale * length)
     };
     let (scale, left) = of(Axes::IDENTITY);
+    if let Some(axes) = of_matrix(&reduced, &right, nothing, 3.0 * blocks.len() as f64) {
+        let (scale, left) = of(axes);
+        let explained = 1.0 - left / nothing;
+        return (explained > EXPLAINED_WHERE_ALL_IS_SEEN).then_some(RotationFit { axes, scale, explained });
+    }
     let (best, (best_scale, best_left)) =
         Axes::all().into_iter().map(|axes| (axes, of(axes))).min_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
     let (axes, scale, left) =
         if best_left < LEFT * left { (best, best_scale, best_left) } else { (Axes::IDENTITY, scale, left) };
     let explained = 1.0 - left / nothing;
     (explained.is_finite() && explained > EXPLAINED).then_some(RotationFit { axes, scale, explained })
+}
+
+/// The order that the best matrix of all is nearest to; `None` where the motion does not tell each of its
+/// elements. An order with one scale alone would be led by errors of the axis that turns fastest.
+fn of_matrix(reduced: &SMatrix<f64, 9, 9>, right: &SVector<f64, 9>, nothing: f64, rows: f64) -> Option<Axes> {
+    let inverse = reduced.cholesky()?.inverse();
+    let any = inverse * right;
+    let noise = (nothing - right.dot(&any)).max(0.0) / rows;
+    let matrix = Matrix3::from_row_slice(any.as_slice());
+    let scale = matrix.determinant().abs().cbrt();
+    let is_told = inverse.diagonal().iter().all(|variance| KNOWN * (noise * variance).sqrt() < NEAR * scale);
+    let mut axes = Axes::IDENTITY;
+    for (axis, place) in axes.0.iter_mut().enumerate() {
+        let from = matrix.row(axis).iamax_full().1;
+        *place = (from, if matrix[(axis, from)] < 0.0 { -1 } else { 1 });
+    }
+    let far = (matrix / scale - axes.matrix()).amax();
+    (is_told && scale > 0.0 && far < NEAR).then_some(axes)
 }
 
 struct Block {

@@ -1,13 +1,15 @@
 //! Files of a source to tables; the kind of a file is told by its first bytes.
 
 use std::{
-    io::Read,
+    io::{Read, Write},
     path::{Path, PathBuf},
 };
 
+use tempfile::NamedTempFile;
+
 use super::{
     delimited::{self, Dialect},
-    matlab,
+    matlab, mcap, parquet_file,
     table::Table,
     text, ulog,
 };
@@ -65,7 +67,13 @@ fn read(path: &Path, dialect: Option<Dialect>) -> Result<Vec<Table>, String> {
     }
     let bytes = text::unzipped(bytes)?;
     if bytes.starts_with(ulog::MAGIC) {
-        return ulog::read(path);
+        return ulog::read(on_disk(&bytes)?.path());
+    }
+    if bytes.starts_with(mcap::MAGIC) {
+        return mcap::read(&bytes);
+    }
+    if bytes.starts_with(parquet_file::MAGIC) {
+        return parquet_file::read(on_disk(&bytes)?.reopen().map_err(|error| error.to_string())?, &name);
     }
     if bytes.starts_with(matlab::MAGIC) {
         return matlab::read(&bytes, &name);
@@ -76,6 +84,16 @@ fn read(path: &Path, dialect: Option<Dialect>) -> Result<Vec<Table>, String> {
     }
     let dialect = dialect.unwrap_or_else(|| delimited::dialect(&text));
     Ok(vec![delimited::read(&text, &name, dialect)?])
+}
+
+/// Bytes as a file, for readers that want one: they may have come zipped, or from the standard input.
+fn on_disk(bytes: &[u8]) -> Result<NamedTempFile, String> {
+    let write = || {
+        let mut file = NamedTempFile::new()?;
+        file.write_all(bytes)?;
+        Ok(file)
+    };
+    write().map_err(|error: std::io::Error| format!("cannot be unpacked: {error}"))
 }
 
 /// A file's name without its endings.

@@ -28,6 +28,12 @@ pub fn print_account(
     reference: Option<&Reference>,
 ) -> io::Result<()> {
     writeln!(out, "trace     {}: {} samples, {:.2} s", trace.path.display(), trace.samples.len(), trace.duration_s())?;
+    for wrong in &trace.wrong {
+        writeln!(out, "WRONG     {wrong}; nothing is identified from it")?;
+    }
+    for note in &trace.notes {
+        writeln!(out, "note      {note}")?;
+    }
     if let Some(freeze_us) = config.freeze_at_us {
         writeln!(
             out,

@@ -2,14 +2,13 @@
 //! equal outputs give equal bytes.
 
 use std::{
-    fs::File,
     io::{self, BufWriter, Write},
     path::Path,
 };
 
 use meerkat_mwd::probe::Output;
 
-use crate::{failure::Failure, trace::seconds};
+use crate::{console, failure::Failure, trace::seconds};
 
 const HEADER: &str = "t_s,qw,qx,qy,qz,inclination_deg,azimuth_deg,gravity_toolface_deg,magnetic_toolface_deg,\
                       sigma_inclination_deg,sigma_azimuth_deg,sigma_toolface_deg,flags";
@@ -22,7 +21,7 @@ const NO_ATTITUDE: &str = ",,,,,,,,,,,,";
 /// When the file cannot be written.
 pub fn write_attitude_csv(outputs: &[Output], path: &Path) -> Result<(), Failure> {
     let write = || -> io::Result<()> {
-        let mut file = BufWriter::new(File::create(path)?);
+        let mut file = BufWriter::new(console::create(path)?);
         write_rows(outputs, &mut file)?;
         file.flush()
     };

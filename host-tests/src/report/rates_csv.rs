@@ -1,14 +1,13 @@
 //! The `--rates` file.
 
 use std::{
-    fs::File,
     io::{self, BufWriter, Write},
     path::Path,
 };
 
 use meerkat_mwd::probe::Output;
 
-use crate::{failure::Failure, report::attitude_csv::write_cell, trace::seconds};
+use crate::{console, failure::Failure, report::attitude_csv::write_cell, trace::seconds};
 
 /// Writes one row per sample: time of validity and compensated body rate in rad/s.
 ///
@@ -16,7 +15,7 @@ use crate::{failure::Failure, report::attitude_csv::write_cell, trace::seconds};
 /// When the file cannot be written.
 pub fn write_rates_csv(outputs: &[Output], path: &Path) -> Result<(), Failure> {
     let write = || -> io::Result<()> {
-        let mut file = BufWriter::new(File::create(path)?);
+        let mut file = BufWriter::new(console::create(path)?);
         writeln!(file, "t_s,wx,wy,wz")?;
         for output in outputs {
             write!(file, "{}", seconds(output.t_us))?;

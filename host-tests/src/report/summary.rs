@@ -75,6 +75,9 @@ fn print_trace(out: &mut impl Write, trace: &Trace, config: &Config, flight: &Fl
         absent("reference", trace.reference_missing()),
     ];
     writeln!(out, "         {}", remarks.into_iter().flatten().collect::<Vec<_>>().join("; "))?;
+    for wrong in &trace.wrong {
+        writeln!(out, "WRONG    {wrong}; nothing is identified from it, and no survey of it is good")?;
+    }
     for note in &trace.notes {
         writeln!(out, "note     {note}")?;
     }

@@ -1,14 +1,13 @@
 //! The `--surveys` file.
 
 use std::{
-    fs::File,
     io::{self, BufWriter, Write},
     path::Path,
 };
 
 use meerkat_mwd::survey::{Checked, Grade, Survey, SurveyKind, SurveyReport, ToolfaceKind, Uncertain};
 
-use crate::{failure::Failure, report::attitude_csv::write_cell, trace::seconds};
+use crate::{console, failure::Failure, report::attitude_csv::write_cell, trace::seconds};
 
 const HEADER: &str = "t_start_s,t_end_s,kind,inclination_deg,sigma_inclination_deg,magnetic_azimuth_deg,sigma_magnetic_azimuth_deg,\
                       true_azimuth_deg,sigma_true_azimuth_deg,grid_azimuth_deg,sigma_grid_azimuth_deg,gravity_toolface_deg,\
@@ -22,7 +21,7 @@ const HEADER: &str = "t_start_s,t_end_s,kind,inclination_deg,sigma_inclination_d
 /// When the file cannot be written.
 pub fn write_surveys_csv(surveys: &[SurveyReport], path: &Path) -> Result<(), Failure> {
     let write = || -> io::Result<()> {
-        let mut file = BufWriter::new(File::create(path)?);
+        let mut file = BufWriter::new(console::create(path)?);
         write_rows(surveys, &mut file)?;
         file.flush()
     };

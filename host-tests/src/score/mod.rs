@@ -100,20 +100,25 @@ pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Refe
     let integrate = |track: &RateTrack| Integrated::new(track, gap_s);
     let integrated = Tracks::at_validity(trace, flight, &settings.factory).map(integrate);
     let mut scores = Reference::default();
+    if has_rests {
+        let legs = rest_gravity::legs(trace, settings);
+        scores.rest_gravity_deg = rest_gravity::rms_deg(&legs, &integrated);
+    }
     if has_reference {
         let windows = orientation_2s::windows(trace, settings.from_us);
         scores.orientation_2s_rms_deg = orientation_2s::rms_deg(&windows, &integrated, 0.0);
 
-        let acquired = Tracks::at_acquisition(trace, flight, &settings.factory).map(integrate);
+        // What was not flown has one time only.
+        let flown = rates::flown_at_acquisition(trace, flight);
+        let acquired = match flown {
+            Some(flown) => Tracks { with_effects: integrate(&flown), ..integrated },
+            None => integrated,
+        };
         if let Some(delay_s) = time_alignment::fit(&windows, &acquired) {
             scores.orientation_2s_rms_time_aligned_deg = orientation_2s::rms_deg(&windows, &acquired, delay_s);
             scores.time_alignment_ms = Some(delay_s * 1e3);
         }
         scores.attitude_rms_deg = attitude::rms_deg(trace, flight, settings);
-    }
-    if has_rests {
-        let legs = rest_gravity::legs(trace, settings);
-        scores.rest_gravity_deg = rest_gravity::rms_deg(&legs, &integrated);
     }
     Some(scores)
 }

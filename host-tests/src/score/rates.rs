@@ -108,16 +108,23 @@ impl Tracks {
     #[must_use]
     pub fn at_acquisition(trace: &Trace, flight: &Flight, factory: &GyroModel) -> Self {
         let mut tracks = Self::at_validity(trace, flight, factory);
-        // Each sample gives one output; if they do not pair up, only the times of validity are known.
-        if flight.outputs.len() == trace.samples.len() {
-            let start_us = start_us(trace);
-            let paired = trace.samples.iter().zip(&flight.outputs);
-            tracks.with_effects = RateTrack::from_points(
-                paired.map(|(sample, o)| (seconds_since(start_us, sample.t_us), flown_rate(o.rate_rad_s))),
-            );
+        if let Some(flown) = flown_at_acquisition(trace, flight) {
+            tracks.with_effects = flown;
         }
         tracks
     }
+}
+
+/// What was flown at the times at which the gyro was read; `None` if outputs and samples do not pair up, so
+/// that only the times of validity are known.
+pub(super) fn flown_at_acquisition(trace: &Trace, flight: &Flight) -> Option<RateTrack> {
+    let start_us = start_us(trace);
+    (flight.outputs.len() == trace.samples.len()).then(|| {
+        let paired = trace.samples.iter().zip(&flight.outputs);
+        RateTrack::from_points(
+            paired.map(|(sample, o)| (seconds_since(start_us, sample.t_us), flown_rate(o.rate_rad_s))),
+        )
+    })
 }
 
 /// Time of the trace's first sample, the scorer's zero.

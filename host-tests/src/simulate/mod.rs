@@ -80,6 +80,17 @@ impl Truth {
 /// the earth's rotation.
 #[must_use]
 pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
+    simulate_with(scenario, seed, |_| {})
+}
+
+/// Number of samples of a scenario.
+#[must_use]
+pub fn samples_of(scenario: &Scenario) -> u64 {
+    (scenario.duration_s / (f64::from(scenario.sample_period_us) * 1e-6) + 1e-9) as u64 + 1
+}
+
+/// The same, and calls `progress` with the number of samples simulated so far.
+pub fn simulate_with(scenario: &Scenario, seed: u64, mut progress: impl FnMut(u64)) -> (Trace, Truth) {
     let mut streams = Random::new(seed);
     // One random stream for each subject, so that changing one setting leaves the other draws as they were.
     let [mut gyro, noise, mut motion, mut vibration, mut shock, mut effect] = std::array::from_fn(|_| streams.split());
@@ -102,7 +113,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
     let mut step = bias_step(&scenario.effects, &truth.shocks);
     let lever_arm_m = Vector3::from(scenario.effects.lever_arm_mm) * 1e-3;
 
-    let count = (scenario.duration_s / period_s + 1e-9) as u64;
+    let count = samples_of(scenario) - 1;
     let mut disturber = Disturber::new(&scenario.effects, period_s, scenario.duration_s, &mut effect);
     let mut trace = Trace { keys: keys(scenario, seed, &truth), ..Trace::default() };
     let mut true_rate = Vec::new();
@@ -158,6 +169,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> (Trace, Truth) {
         trace.reference.push(Some([q.w, q.i, q.j, q.k]));
         true_rate.push(interval.rate_rad_s.into());
         start = interval.end;
+        progress(index + 1);
     }
     trace.true_rate = Some(true_rate);
     (trace, truth)

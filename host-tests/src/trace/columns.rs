@@ -88,8 +88,40 @@ impl Columns {
 /// Cells of a row, without blanks and without a pair of quotes. Quotes need no more care: no number holds a
 /// comma.
 pub(super) fn cells(row: &str) -> impl Iterator<Item = &str> {
-    row.split(',').map(|cell| {
-        let cell = cell.trim();
-        cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).unwrap_or(cell)
+    let mut rest = Some(row);
+    std::iter::from_fn(move || {
+        let row = rest?;
+        // Cells are short: a search by bytes is done before one that is set up for a long text has begun.
+        let (cell, behind) = match row.bytes().position(|byte| byte == b',').and_then(|at| row.split_at_checked(at)) {
+            Some((cell, behind)) => (cell, behind.get(1..)),
+            None => (row, None),
+        };
+        rest = behind;
+        Some(bare(cell))
     })
+}
+
+/// A cell without blanks and without a pair of quotes.
+fn bare(cell: &str) -> &str {
+    let is_of_a_number = |byte: Option<&u8>| matches!(byte, Some(b'0'..=b'9' | b'-'));
+    let bytes = cell.as_bytes();
+    if is_of_a_number(bytes.first()) && is_of_a_number(bytes.last()) {
+        return cell;
+    }
+    let cell = cell.trim();
+    cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).unwrap_or(cell)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_parts_at_each_comma_and_cells_lose_blanks_and_quotes() {
+        let told = |row| cells(row).collect::<Vec<_>>();
+        assert_eq!(told("1,-2.5,3"), ["1", "-2.5", "3"]);
+        assert_eq!(told(" 1 ,\"2\",, \" 3\" ,\u{a0}4\u{2003},"), ["1", "2", "", " 3", "4", ""]);
+        assert_eq!(told(""), [""]);
+        assert_eq!(told("\"1,2"), ["\"1", "2"]);
+    }
 }

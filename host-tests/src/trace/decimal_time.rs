@@ -5,11 +5,29 @@ use super::error::{Fault, quoted};
 
 /// Decimal seconds to the nearest microsecond, halves up.
 pub(super) fn parse_time_us(text: &str) -> Result<u64, Fault> {
+    if let Some(t_us) = plain_us(text) {
+        return Ok(t_us);
+    }
     match text.parse::<f64>() {
         Err(_) => Err(Fault::NotANumber(quoted(text))),
         Ok(seconds) if !seconds.is_finite() => Err(Fault::NotFinite(quoted(text))),
         Ok(_) => exact_us(text).ok_or_else(|| Fault::TimeOutOfRange(quoted(text))),
     }
+}
+
+/// The same for what most times are: digits, at most twelve before a point and six behind it.
+fn plain_us(text: &str) -> Option<u64> {
+    let text = text.as_bytes();
+    let point = text.iter().position(|byte| *byte == b'.').unwrap_or(text.len());
+    let (seconds, behind) = (text.get(..point)?, text.get(point + 1..).unwrap_or_default());
+    let is_short = !seconds.is_empty() && seconds.len() <= 12 && behind.len() <= 6;
+    let digit = |byte: u8| byte.is_ascii_digit().then(|| u64::from(byte - b'0'));
+    let micros = if is_short {
+        seconds.iter().chain(behind).try_fold(0, |sum, byte| Some(10 * sum + digit(*byte)?))
+    } else {
+        None
+    };
+    (behind.len()..6).try_fold(micros?, |micros, _| Some(10 * micros))
 }
 
 /// The same for a text that is known to be a finite decimal number.

@@ -3,7 +3,6 @@
 
 use std::{
     ffi::OsStr,
-    fs::File,
     io::{self, BufRead, BufReader, Read},
     path::Path,
 };
@@ -11,6 +10,7 @@ use std::{
 use flate2::bufread::MultiGzDecoder;
 
 use super::error::{Fault, Located};
+use crate::console;
 
 /// Longest line accepted, bytes: a stream of zeros in a damaged gzip must not fill the memory.
 const LONGEST_LINE: u64 = 1 << 16;
@@ -27,7 +27,7 @@ pub(super) struct Lines<R> {
 
 /// Opens a file; gzip is told by its first bytes or its name.
 pub(super) fn open(path: &Path) -> Result<Lines<Box<dyn BufRead>>, Located> {
-    let file = File::open(path).map_err(|e| Fault::NotOpened(e.to_string()).of_file())?;
+    let file = console::open(path).map_err(|e| Fault::NotOpened(e.to_string()).of_file())?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
     let start = reader.fill_buf().map_err(|e| Fault::NotRead(e.to_string()).of_file())?;
     if start.is_empty() {

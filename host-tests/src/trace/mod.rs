@@ -17,7 +17,12 @@ use std::path::{Path, PathBuf};
 pub use dropped::Dropped;
 pub use error::{Fault, TraceError};
 pub use keys::{BodyFrame, EarthFrame, Keys};
-use meerkat_mwd::{Sample, SampleFlags, config::FullScale, probe::CLIPPED_SHARE};
+use meerkat_mwd::{
+    Sample, SampleFlags,
+    config::FullScale,
+    probe::CLIPPED_SHARE,
+    survey::{Grade, SurveyReport},
+};
 
 pub(crate) use seconds::seconds;
 
@@ -46,6 +51,9 @@ pub struct Trace {
     pub dropped: Dropped,
     /// Remarks for the user, such as ignored columns.
     pub notes: Vec<String>,
+    /// Units, signs and axes that cannot be, each with its likely fix; such a trace flies only when the user
+    /// insists.
+    pub wrong: Vec<String>,
 }
 
 /// Whether any sensor's full scale is known; without one, clipping cannot be told.
@@ -131,6 +139,13 @@ impl Trace {
     #[must_use]
     pub fn reference_missing(&self) -> usize {
         self.samples.len() - self.reference.iter().filter(|q| q.is_some()).count()
+    }
+
+    /// Grades a survey of readings that cannot be as bad, whatever it agrees with.
+    pub fn grade(&self, report: &mut SurveyReport) {
+        if !self.wrong.is_empty() {
+            report.quality.grade = Grade::Bad;
+        }
     }
 
     /// Sets each sample's clipped flags from these full scales (see [`CLIPPED_SHARE`]); the driver's own

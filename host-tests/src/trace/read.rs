@@ -135,15 +135,25 @@ struct Row<'a> {
 }
 
 fn parse_row<'a>(row: &'a str, line: u64, columns: &Columns) -> Result<Row<'a>, Located> {
-    let count = cells(row).count();
-    if count != columns.cells.len() {
-        return Err(Fault::Ragged { cells: count, columns: columns.cells.len() }.at(line));
-    }
+    let ragged = || {
+        let count = cells(row).count();
+        (count != columns.cells.len()).then(|| Fault::Ragged { cells: count, columns: columns.cells.len() }.at(line))
+    };
     let mut parsed = Row::default();
-    for (cell, &(name, quantity)) in cells(row).zip(&columns.cells) {
-        parsed.take(quantity, cell).map_err(|fault| fault.in_column(line, name))?;
+    let mut cells = cells(row);
+    for &(name, quantity) in &columns.cells {
+        let taken = cells.next().map(|cell| parsed.take(quantity, cell));
+        match taken {
+            Some(Ok(())) => {}
+            // Of a row with too few or too many cells no cell is blamed: it may stand in another's column.
+            Some(Err(fault)) => return Err(ragged().unwrap_or_else(|| fault.in_column(line, name))),
+            None => return Err(ragged().unwrap_or_else(|| Fault::MissingColumn.in_column(line, name))),
+        }
     }
-    Ok(parsed)
+    match cells.next().and_then(|_| ragged()) {
+        Some(fault) => Err(fault),
+        None => Ok(parsed),
+    }
 }
 
 impl<'a> Row<'a> {

@@ -2,13 +2,14 @@
 
 use std::{
     ffi::OsStr,
-    fs::File,
     io::{self, BufWriter, Write},
     path::Path,
 };
 
 use flate2::{Compression, write::GzEncoder};
 use meerkat_mwd::SampleFlags;
+
+use crate::console;
 
 use super::{
     Trace,
@@ -21,7 +22,7 @@ pub(super) fn write(trace: &Trace, path: &Path) -> Result<(), TraceError> {
 }
 
 fn to_file(trace: &Trace, path: &Path) -> io::Result<()> {
-    let file = BufWriter::new(File::create(path)?);
+    let file = BufWriter::new(console::create(path)?);
     if path.extension() == Some(OsStr::new("gz")) {
         // The encoder's header holds no time and no name, so that the same trace gives the same bytes.
         let mut encoder = GzEncoder::new(file, Compression::default());

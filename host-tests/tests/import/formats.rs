@@ -1,7 +1,9 @@
 //! Files that are understood without a word from the user.
 
+use std::collections::BTreeMap;
+
 use meerkat_mwd::Sample;
-use mwd::import::Verdict;
+use mwd::import::{ColumnMap, Verdict, import};
 use tempfile::TempDir;
 
 use crate::files::{
@@ -231,4 +233,126 @@ fn a_mat_file() {
         std::fs::write(&path, &bytes[..cut]).unwrap();
         let _ = mwd::import::import(std::slice::from_ref(&path), &Default::default(), &[]);
     }
+}
+
+/// An MCAP written by its own library: the gyro and the accelerometer as ROS 2 writes them, the field in JSON.
+#[test]
+fn an_mcap_of_ros_2_and_json() {
+    use mcap::{Writer, records::MessageHeader};
+
+    const IMU: &str = "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
+                       geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
+                       geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n\
+                       ====\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n\
+                       ====\nMSG: geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n\
+                       ====\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
+    const DATE_S: u64 = 1_760_000_000;
+    let mut writer = Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
+    let schema = writer.add_schema("sensor_msgs/msg/Imu", "ros2msg", IMU.as_bytes()).unwrap();
+    let imu = writer.add_channel(schema, "/imu/data", "cdr", &BTreeMap::new()).unwrap();
+    let field = writer.add_channel(0, "/imu/mag", "json", &BTreeMap::new()).unwrap();
+    let picture = writer.add_channel(0, "/camera", "protobuf", &BTreeMap::new()).unwrap();
+    for (sequence, sample) in (0..).zip(&original().samples) {
+        let t_ns = DATE_S * 1_000_000_000 + sample.t_us * 1_000;
+        // Written a little later, and not evenly.
+        let late_ns = 3_000_000 + u64::from(sequence % 7) * 500_000;
+        let mut send = |channel_id: u16, data: &[u8]| {
+            let header = MessageHeader { channel_id, sequence, log_time: t_ns + late_ns, publish_time: t_ns + late_ns };
+            writer.write_to_known_channel(&header, data).unwrap();
+        };
+        let mut body = vec![0, 1, 0, 0];
+        body.extend(((t_ns / 1_000_000_000) as i32).to_le_bytes());
+        body.extend(((t_ns % 1_000_000_000) as u32).to_le_bytes());
+        body.extend(4_u32.to_le_bytes());
+        body.extend(b"imu\0");
+        let doubles = |v: [f32; 3]| v.into_iter().flat_map(|x| f64::from(x).to_le_bytes());
+        body.extend([0.0, 0.0, 0.0, 1.0].into_iter().chain([0.0; 9]).flat_map(f64::to_le_bytes));
+        body.extend(doubles(sample.gyro_rad_s));
+        body.extend([0.0; 9].into_iter().flat_map(f64::to_le_bytes));
+        body.extend(doubles(sample.accel_m_s2));
+        body.extend([0.0; 9].into_iter().flat_map(f64::to_le_bytes));
+        send(imu, &body);
+        if let (Some(x), Some(y), Some(z)) = (mag(sample, 0), mag(sample, 1), mag(sample, 2)) {
+            let stamp = serde_json::json!({"sec": t_ns / 1_000_000_000, "nanosec": t_ns % 1_000_000_000});
+            let [x, y, z] = [x, y, z].map(|microtesla| microtesla * 1e-6);
+            let message = serde_json::json!({"header": {"stamp": stamp}, "magnetic_field": {"x": x, "y": y, "z": z}});
+            send(field, message.to_string().as_bytes());
+        }
+        send(picture, &[1, 2, 3]);
+    }
+    writer.finish().unwrap();
+    let bytes = writer.into_inner().into_inner();
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("drive.mcap");
+    std::fs::write(&path, &bytes).unwrap();
+    let told = imported(std::slice::from_ref(&path));
+    assert_eq!(told.map.mag.unit.as_deref(), Some("T"));
+    assert_eq!(told.map.gyro.table.as_deref(), Some("/imu/data"));
+    assert!(!told.is_wrong(), "{:#?}", told.findings);
+    // The clock starts with the second of its first message, not with a date.
+    let mut trace = told.trace;
+    let second = original().first_us() / 1_000_000;
+    trace.samples.iter_mut().for_each(|sample| sample.t_us += second * 1_000_000);
+    flies_within(&trace, 0.01);
+    // Cut off: what is there counts.
+    std::fs::write(&path, &bytes[..bytes.len() * 3 / 4]).unwrap();
+    let part = imported(&[path]).trace.samples.len();
+    assert!(part > original().samples.len() / 2 && part < original().samples.len(), "{part}");
+}
+
+/// A Parquet file with a clock of its own, a gyro in deg/s and gaps in the field.
+#[test]
+fn a_parquet_file() {
+    use std::sync::Arc;
+
+    use parquet::{
+        data_type::{DoubleType, FloatType, Int64Type},
+        file::{properties::WriterProperties, writer::SerializedFileWriter},
+        schema::parser::parse_message_type,
+    };
+
+    let schema = "message readings { required int64 time (TIMESTAMP(MICROS, true)); required double gyr_x_dps; \
+                  required double gyr_y_dps; required double gyr_z_dps; required float acc_x; required float acc_y; \
+                  required float acc_z; optional double mag_x; optional double mag_y; optional double mag_z; }";
+    let samples = &original().samples;
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("readings.parquet");
+    let properties = WriterProperties::builder().set_compression(parquet::basic::Compression::SNAPPY).build();
+    let schema = Arc::new(parse_message_type(schema).unwrap());
+    let mut writer =
+        SerializedFileWriter::new(std::fs::File::create(&path).unwrap(), schema, Arc::new(properties)).unwrap();
+    let mut group = writer.next_row_group().unwrap();
+    for index in 0..10_usize {
+        let axis = index.wrapping_sub(1) % 3;
+        let mut column = group.next_column().unwrap().unwrap();
+        match index {
+            0 => {
+                let times: Vec<i64> = samples.iter().map(|sample| sample.t_us as i64).collect();
+                column.typed::<Int64Type>().write_batch(&times, None, None).unwrap();
+            }
+            1..=3 => {
+                let rates: Vec<f64> = samples.iter().map(|s| f64::from(s.gyro_rad_s[axis]).to_degrees()).collect();
+                column.typed::<DoubleType>().write_batch(&rates, None, None).unwrap();
+            }
+            4..=6 => {
+                let forces: Vec<f32> = samples.iter().map(|s| s.accel_m_s2[axis]).collect();
+                column.typed::<FloatType>().write_batch(&forces, None, None).unwrap();
+            }
+            _ => {
+                let fields: Vec<Option<f64>> = samples.iter().map(|sample| mag(sample, axis)).collect();
+                let levels: Vec<i16> = fields.iter().map(|field| i16::from(field.is_some())).collect();
+                let there: Vec<f64> = fields.into_iter().flatten().collect();
+                column.typed::<DoubleType>().write_batch(&there, Some(&levels), None).unwrap();
+            }
+        }
+        column.close().unwrap();
+    }
+    group.close().unwrap();
+    writer.close().unwrap();
+    let told = imported(std::slice::from_ref(&path));
+    assert_eq!(told.map.gyro.unit.as_deref(), Some("deg/s"));
+    flies_as_the_original(&told);
+    std::fs::write(&path, b"PAR1 and then nothing").unwrap();
+    let refused = import(&[path], &ColumnMap::default(), &[]).unwrap_err().to_string();
+    assert!(refused.contains("the Parquet file cannot be read"), "{refused}");
 }

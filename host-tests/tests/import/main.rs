@@ -6,5 +6,6 @@ mod rig;
 
 mod files;
 mod formats;
+mod plain_traces;
 mod refused;
 mod tool;

@@ -201,6 +201,7 @@ def replay(
     hold_out: float | None = None,
     seed: int | None = None,
     no_effects: bool = False,
+    force: bool = False,
 ) -> Flight:
     """Flies a recording, as ``cargo mwd replay`` does. Other threads run meanwhile.
 
@@ -210,9 +211,10 @@ def replay(
         hold_out: Freeze the parameters before this last fraction, and score only there.
         seed: Seed of the searches.
         no_effects: Identify the twelve parameters only.
+        force: Fly a recording whose units, signs or axes cannot be; nothing is identified from it.
     """
     native = _native.replay(
-        _as_trace(recording), None if config is None else _os.fspath(config), hold_out, seed, no_effects
+        _as_trace(recording), None if config is None else _os.fspath(config), hold_out, seed, no_effects, force
     )
     return Flight(native)
 

@@ -71,6 +71,7 @@ def replay(
     hold_out: float | None = None,
     seed: int | None = None,
     no_effects: bool = False,
+    force: bool = False,
 ) -> Flight: ...
 def simulate(scenario: str, seed: int) -> tuple[Trace, list[float]]: ...
 def calibrate(

@@ -71,8 +71,12 @@ def fly(url: str, content: bytes, **options: Any) -> dict[str, list[dict[str, An
     row: dict[str, Any] = {**own, "ok": True, "error": None, "windows": len(windows), "stations": len(surveys)}
     row["windows_accepted"] = sum(window["accepted"] for window in windows)
     row["effects"] = ",".join(effect["name"] for effect in result["diagnosis"]["effects"])
+    # What is the same for all, or no single value.
+    for name in ("schema", "version", "seed", "configuration", "surveys"):
+        result.pop(name)
+    for name in ("path", "notes", "wrong"):
+        result["trace"].pop(name)
     _flat(result, "", row)
-    del row["trace_path"], row["schema"]
     flat_windows = []
     for index, window in enumerate(windows):
         flat: dict[str, Any] = {**own, "window": index}

@@ -10,9 +10,17 @@ use super::{
     },
     Finding, Imported,
 };
+use crate::trace::BodyFrame;
 
 /// Factor by which a gyro's scale may be off; a unit is off by 57.
 const SCALE: std::ops::RangeInclusive<f64> = 0.7..=1.4;
+/// Share of the vectors' turning that has to be explained before nothing else can be the cause.
+const SURELY: f64 = 0.8;
+/// Seconds at rest with the tool's axis this far up, degrees of inclination, and a field that points up, from
+/// which gravity is upside down.
+const UP_THE_HOLE_DEG: f64 = 100.0;
+/// Dip that is the known one, degrees.
+const AS_STATED_DEG: f64 = 4.0;
 /// Dip that a known one may be missed by, degrees.
 const DIP_DEG: f64 = 25.0;
 
@@ -46,10 +54,17 @@ fn scale(imported: &Imported, fit: Option<RotationFit>) -> Vec<Finding> {
         || "columns, unit or time_unit in [gyro]".into(),
         |unit| format!("unit = {:?} in [gyro]", unit.name),
     );
-    vec![Finding::wrong(told, fix)]
+    vec![Finding::wrong(told, fix).unless(fits.is_some() && explained > SURELY)]
 }
 
 fn order(imported: &Imported, to_accel: Option<RotationFit>, to_mag: Option<RotationFit>) -> Vec<Finding> {
+    // Two vectors that say the same of an axis need not both be undisturbed.
+    let turned = [to_accel, to_mag].into_iter().flatten().filter(|fit| fit.axes != Axes::IDENTITY);
+    let is_sure = turned.into_iter().any(|fit| fit.explained > SURELY);
+    order_told(imported, to_accel, to_mag).into_iter().map(|finding| finding.unless(is_sure)).collect()
+}
+
+fn order_told(imported: &Imported, to_accel: Option<RotationFit>, to_mag: Option<RotationFit>) -> Vec<Finding> {
     let (accel, mag) = (to_accel.map(|fit| fit.axes), to_mag.map(|fit| fit.axes));
     let is_wrong = |axes: Option<Axes>| axes.filter(|axes| *axes != Axes::IDENTITY);
     match (is_wrong(accel), is_wrong(mag)) {
@@ -61,11 +76,12 @@ fn order(imported: &Imported, to_accel: Option<RotationFit>, to_mag: Option<Rota
         },
         // Both vectors say the same of the gyro, or only one can speak.
         (Some(a), Some(m)) if a == m => vec![of_gyro(imported, a, "gravity and field say")],
-        // An odd order of axes cannot be a vector's: all its axes turned round it would be even.
-        (None, Some(m)) if accel.is_none() && m.matrix().determinant() < 0.0 => {
-            vec![of_gyro(imported, m, "the field says")]
+        // An odd order of axes cannot be a vector's: with all its axes turned round it is even. The other vector
+        // may agree with the gyro where it does not turn.
+        (None, Some(m)) if m.matrix().determinant() < 0.0 => vec![of_gyro(imported, m, "the field says")],
+        (Some(a), None) if mag.is_none() || a.matrix().determinant() < 0.0 => {
+            vec![of_gyro(imported, a, "gravity says")]
         }
-        (Some(a), None) if mag.is_none() => vec![of_gyro(imported, a, "gravity says")],
         // Gravity does not speak: the field's angle to it does, which only the right axes hold steady.
         (None, Some(m)) if accel.is_none() && vectors_agree_as_they_are(imported, m) => {
             vec![of_gyro(imported, m, "the field says")]
@@ -178,14 +194,22 @@ fn expected_dip(imported: &Imported) -> Option<f64> {
 fn dip(imported: &Imported) -> Option<Finding> {
     let found = dip_deg(&imported.merged.accel, &imported.merged.mag)?;
     let told = format!("the field dips {found:.1} deg below the horizontal");
+    let turned = "the sign of all axes of the accelerometer or of the magnetometer: an accelerometer at rest reads up";
     Some(match expected_dip(imported) {
-        Some(expected) if (found - expected).abs() > DIP_DEG && imported.keys.dip_deg.is_some() => {
-            let fix = if (found + expected).abs() < DIP_DEG {
-                "the sign of all axes of the accelerometer or of the magnetometer: an accelerometer at rest reads up"
-            } else {
-                "axes of the accelerometer or of the magnetometer"
-            };
+        Some(expected) if (found + expected).abs() < DIP_DEG && expected.abs() > DIP_DEG => {
+            Finding::wrong(format!("{told}, and the header says {expected:.1}"), turned.into())
+        }
+        Some(expected) if (found - expected).abs() > DIP_DEG && flipped_z_dips(imported, expected) => {
+            let fix = "the sign of z of the accelerometer or of the magnetometer";
             Finding::wrong(format!("{told}, and the header says {expected:.1}"), fix.into())
+        }
+        Some(expected) if (found - expected).abs() > DIP_DEG && imported.keys.dip_deg.is_some() => {
+            let fix = "axes of the accelerometer or of the magnetometer";
+            Finding::wrong(format!("{told}, and the header says {expected:.1}"), fix.into()).unless(false)
+        }
+        None if found < -10.0 && points_up_the_hole(imported) => {
+            let told = format!("{told}, and the tool's axis points up: inclination beyond {UP_THE_HOLE_DEG} deg");
+            Finding::wrong(told, turned.into())
         }
         None if found < -10.0 => Finding {
             fix: Some("right in the southern hemisphere; else turn the sign of all axes of [accel] (at rest it reads up) or of [mag]".into()),
@@ -193,4 +217,21 @@ fn dip(imported: &Imported) -> Option<Finding> {
         },
         _ => Finding::fine(told),
     })
+}
+
+/// Whether the axis of a tool points up in most of the recording.
+fn points_up_the_hole(imported: &Imported) -> bool {
+    let along = |row: &[f64; 4]| -row[2] / Vector3::new(row[0], row[1], row[2]).norm();
+    let mut cosines: Vec<f64> = imported.merged.accel.iter().map(along).filter(|cosine| cosine.is_finite()).collect();
+    let middle = cosines.len() / 2;
+    imported.keys.body_frame == BodyFrame::Tool
+        && !cosines.is_empty()
+        && *cosines.select_nth_unstable_by(middle, f64::total_cmp).1 < UP_THE_HOLE_DEG.to_radians().cos()
+}
+
+/// Whether with the sign of one sensor's z turned the field dips as the header says.
+fn flipped_z_dips(imported: &Imported, expected: f64) -> bool {
+    let flipped = turned(&imported.merged.accel, &Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0)));
+    let found = dip_deg(&flipped, &imported.merged.mag);
+    imported.keys.dip_deg.is_some() && found.is_some_and(|found| (found - expected).abs() < AS_STATED_DEG)
 }

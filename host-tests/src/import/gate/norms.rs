@@ -16,6 +16,10 @@ const IN_MOTION: std::ops::RangeInclusive<f64> = 4.0..=40.0;
 const FIELD: std::ops::RangeInclusive<f64> = 20.0..=70.0;
 /// Deviation of the specific force's norm and of a rate over a second of rest.
 const REST: (f64, f64) = (0.15, 0.05);
+/// Factor between two units from which no scale, magnet or vibration is the cause.
+const OTHER_UNIT: (f64, f64) = (5.0, 50.0);
+/// Seconds of rest that tell of gravity for certain.
+const RESTED: usize = 3;
 /// Readings at the largest value from which a sensor counts as saturated, and share from which it is wrong.
 const SATURATED: (usize, f64) = (10, 0.05);
 
@@ -45,6 +49,15 @@ pub(super) fn check(imported: &Imported) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// Gravity and field alone.
+pub(super) fn units(imported: &Imported) -> Vec<Finding> {
+    let has_accel = imported.merged.accel.iter().any(|row| norm(row) > 0.0);
+    let field_of: Vec<[f64; 3]> =
+        imported.merged.mag.iter().map(|row| [row[0], row[1], row[2]]).filter(|row| norm(row) > 0.0).collect();
+    let accel = has_accel.then(|| gravity(imported));
+    accel.into_iter().chain((!field_of.is_empty()).then(|| field(imported, &field_of))).collect()
 }
 
 fn norm(row: &[f64]) -> f64 {
@@ -81,6 +94,7 @@ fn at_rest(imported: &Imported) -> Vec<f64> {
 
 fn gravity(imported: &Imported) -> Finding {
     let rest = at_rest(imported);
+    let rested = rest.len();
     let (value, allowed, told) = if rest.is_empty() {
         let all = imported.merged.accel.iter().map(|row| norm(row)).filter(|x| x.is_finite()).collect();
         let value = median(all);
@@ -93,14 +107,17 @@ fn gravity(imported: &Imported) -> Finding {
     if allowed.contains(&value) {
         return Finding::fine(told);
     }
-    let fix = match other_unit(imported, Quantity::Accel, value, &GRAVITY) {
-        Some(unit) => format!("unit = {unit:?} in [accel]"),
+    let other = other_unit(imported, Quantity::Accel, value, &allowed);
+    let is_far = other.is_some_and(|(_, factor)| factor > OTHER_UNIT.0);
+    let without_gravity = rested >= RESTED && value > 0.0 && value < 1.0;
+    let fix = match other {
+        Some((unit, _)) => format!("unit = {unit:?} in [accel]"),
         None if value < 1.0 => {
             "gravity was taken out of these columns: name those of the whole acceleration in [accel]".into()
         }
         None => "columns or unit in [accel]; calibrate the accelerometer if its scale is really so far off".into(),
     };
-    Finding::wrong(told, fix)
+    Finding::wrong(told, fix).unless(is_far || without_gravity)
 }
 
 fn field(imported: &Imported, there: &[[f64; 3]]) -> Finding {
@@ -109,22 +126,32 @@ fn field(imported: &Imported, there: &[[f64; 3]]) -> Finding {
     if FIELD.contains(&value) {
         return Finding::fine(told);
     }
-    let fix = other_unit(imported, Quantity::Mag, value, &FIELD).map_or_else(
+    let other = other_unit(imported, Quantity::Mag, value, &FIELD);
+    let is_far = other.is_some_and(|(_, factor)| factor > OTHER_UNIT.1);
+    let fix = other.map_or_else(
         || "the earth's field is 20 to 70 uT: a magnet on the probe, or a magnetometer without its calibration (--force imports it)".into(),
-        |unit| format!("unit = {unit:?} in [mag]"),
+        |(unit, _)| {
+            let or_a_magnet = if is_far { "" } else { ", or a magnet is near" };
+            format!("unit = {unit:?} in [mag]{or_a_magnet}")
+        },
     );
-    Finding::wrong(told, fix)
+    Finding::wrong(told, fix).unless(is_far)
 }
 
-/// The unit in which this size would be right.
+/// The unit in which this size would be right, and how many times larger or smaller it is than the given one.
 fn other_unit(
     imported: &Imported,
     quantity: Quantity,
     value: f64,
     allowed: &std::ops::RangeInclusive<f64>,
-) -> Option<&'static str> {
+) -> Option<(&'static str, f64)> {
     let factor = quantity.unit(imported.map.part(quantity).unit.as_deref()?)?.factor;
-    quantity.units().iter().find(|unit| allowed.contains(&(value * unit.factor / factor))).map(|unit| unit.name)
+    quantity
+        .units()
+        .iter()
+        .map(|unit| (unit.name, unit.factor / factor))
+        .find(|(_, ratio)| allowed.contains(&(value * ratio)))
+        .map(|(name, ratio)| (name, ratio.max(1.0 / ratio)))
 }
 
 fn dead_axes(imported: &Imported, quantity: Quantity, there: &[[f64; 3]]) -> Vec<Finding> {

@@ -86,7 +86,7 @@ impl Told<'_> {
 /// # Errors
 /// When the file cannot be written.
 pub fn write_page(path: &Path, page: &str) -> Result<(), Failure> {
-    std::fs::write(path, page).map_err(|error| Failure::output(path, &error))
+    crate::console::save(path, page).map_err(|error| Failure::output(path, &error))
 }
 
 /// Text with a capital first letter.

@@ -19,6 +19,9 @@ pub(super) fn provenance(told: &Told) -> String {
     let configuration = toml::to_string_pretty(told.config).unwrap_or_default();
     rows.push(("SHA-256 of the configuration below".to_owned(), sha256(configuration.as_bytes())));
     let mut out = table(&["", ""], rows.into_iter().map(|(name, what)| (false, vec![name, what])));
+    for wrong in &trace.wrong {
+        out += &format!("<p><strong>Wrong: {}. Nothing is identified from it.</strong></p>\n", escape(wrong));
+    }
     for note in &trace.notes {
         out += &format!("<p>Note: {}.</p>\n", escape(note));
     }

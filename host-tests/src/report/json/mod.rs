@@ -3,23 +3,26 @@
 
 use std::{
     collections::BTreeMap,
-    fs::File,
     io::{BufWriter, Write},
     path::Path,
 };
 
-use meerkat_mwd::{Config, SampleFlags, magnet::HardIronInterval};
+use meerkat_mwd::{Config, SampleFlags, magnet::HardIronInterval, survey::SurveyReport};
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 pub mod parameters;
 mod remainder;
+mod surveys;
 mod window;
 
 use parameters::{Parameters, in_seconds};
 use remainder::RemainderJson;
+use surveys::surveys_json;
 use window::Window;
 
 use crate::{
+    console,
     diagnosis::{Diagnosed, Found, VectorResidual},
     failure::Failure,
     flight::Flight,
@@ -32,10 +35,14 @@ use crate::{
 #[derive(Debug, Serialize)]
 pub struct ResultJson {
     schema: &'static str,
+    version: &'static str,
+    seed: u64,
+    configuration: Config,
     trace: TraceFacts,
     identification: Identification,
     diagnosis: Diagnosis,
     reference: Option<Reference>,
+    surveys: Vec<Map<String, Value>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -50,6 +57,8 @@ struct TraceFacts {
     clipped: Option<usize>,
     missing: Missing,
     dropped: DroppedRows,
+    notes: Vec<String>,
+    wrong: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -165,6 +174,9 @@ pub fn result_json(
     let period_us = trace.nominal_period_us();
     ResultJson {
         schema: "meerkat-mwd/1",
+        version: env!("CARGO_PKG_VERSION"),
+        seed: config.seed,
+        configuration: *config,
         trace: TraceFacts {
             path: trace.path.to_string_lossy().into_owned(),
             serial: trace.keys.serial.clone(),
@@ -182,6 +194,8 @@ pub fn result_json(
                 reference: trace.reference_missing(),
             },
             dropped: DroppedRows { repeated: trace.dropped.repeated, late: trace.dropped.late },
+            notes: trace.notes.clone(),
+            wrong: trace.wrong.clone(),
         },
         identification: Identification {
             motion: name(config.identification.motion),
@@ -202,10 +216,18 @@ pub fn result_json(
             remainder: diagnosed.remainder().map(RemainderJson::new),
         },
         reference,
+        surveys: Vec::new(),
     }
 }
 
 impl ResultJson {
+    /// Adds the surveys that were taken.
+    #[must_use]
+    pub fn with_surveys(mut self, surveys: &[SurveyReport]) -> Self {
+        self.surveys = surveys_json(surveys);
+        self
+    }
+
     /// Adds the explanations to the windows.
     #[must_use]
     pub fn explained(mut self, explanation: &Explanation) -> Self {
@@ -229,7 +251,7 @@ impl ResultJson {
     /// When the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
         let write = || -> std::io::Result<()> {
-            let mut file = BufWriter::new(File::create(path)?);
+            let mut file = BufWriter::new(console::create(path)?);
             writeln!(file, "{}", self.text()?)?;
             file.flush()
         };

@@ -89,7 +89,7 @@ impl Scenario {
     pub fn read(path: &Path) -> Result<Self, ScenarioError> {
         let read = |source| ScenarioError::Read { path: path.to_path_buf(), source };
         let parse = |source| ScenarioError::Parse { path: path.to_path_buf(), source: Box::new(source) };
-        let scenario: Self = toml::from_str(&std::fs::read_to_string(path).map_err(read)?).map_err(parse)?;
+        let scenario: Self = toml::from_str(&crate::console::text(path).map_err(read)?).map_err(parse)?;
         scenario.validate()?;
         Ok(scenario)
     }

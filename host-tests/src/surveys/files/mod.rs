@@ -17,7 +17,7 @@ use crate::failure::Failure;
 /// # Errors
 /// The file cannot be written.
 pub fn save(path: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text).map_err(|error| Failure::output(path, &error))
+    crate::console::save(path, text).map_err(|error| Failure::output(path, &error))
 }
 
 /// The run as JSON, schema `meerkat-mwd-survey/1`.

@@ -1,0 +1,101 @@
+//! Where a command reads, tells and writes: `-` stands for the standard input and output, a result on the
+//! standard output sends what is told to the standard error, and a quiet run tells nothing.
+
+use std::{
+    fs::File,
+    io::{self, Read, Write},
+    path::Path,
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+/// Name of the standard input among inputs, and of the standard output among outputs.
+pub const STDIO: &str = "-";
+
+/// Options that name an output.
+const OUTPUTS: [&str; 11] = [
+    "-o",
+    "--attitude",
+    "--rates",
+    "--surveys",
+    "--json",
+    "--html",
+    "--csv",
+    "--witsml1",
+    "--witsml2",
+    "--las",
+    "--plot",
+];
+
+static QUIET: AtomicBool = AtomicBool::new(false);
+static RESULT_ON_STDOUT: AtomicBool = AtomicBool::new(false);
+
+/// Sets what the whole run goes by, from its arguments.
+pub fn begin(quiet: bool, arguments: &[String]) {
+    let is_stdout =
+        |pair: &[String]| matches!(pair, [option, value] if OUTPUTS.contains(&option.as_str()) && value == STDIO);
+    let joined = |argument: &String| {
+        argument.split_once('=').is_some_and(|(option, value)| OUTPUTS.contains(&option) && value == STDIO)
+    };
+    let on_stdout = arguments.windows(2).any(is_stdout) || arguments.iter().any(joined);
+    QUIET.store(quiet, Ordering::Relaxed);
+    RESULT_ON_STDOUT.store(on_stdout, Ordering::Relaxed);
+}
+
+/// Whether only errors are told.
+#[must_use]
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// Where a command tells what it did, without colours where it is no terminal.
+#[must_use]
+pub fn told() -> Box<dyn Write> {
+    if is_quiet() {
+        Box::new(io::sink())
+    } else if RESULT_ON_STDOUT.load(Ordering::Relaxed) {
+        Box::new(anstream::stderr())
+    } else {
+        Box::new(anstream::stdout())
+    }
+}
+
+/// Whether a path stands for the standard input or output.
+#[must_use]
+pub fn is_stdio(path: &Path) -> bool {
+    path.as_os_str() == STDIO
+}
+
+/// A file to write, or the standard output.
+///
+/// # Errors
+/// The file cannot be made.
+pub fn create(path: &Path) -> io::Result<Box<dyn Write>> {
+    Ok(if is_stdio(path) { Box::new(io::stdout()) } else { Box::new(File::create(path)?) })
+}
+
+/// Writes a text to a file or to the standard output.
+///
+/// # Errors
+/// It cannot be written.
+pub fn save(path: &Path, text: &str) -> io::Result<()> {
+    let mut out = create(path)?;
+    out.write_all(text.as_bytes())?;
+    out.flush()
+}
+
+/// A file to read, or the standard input.
+///
+/// # Errors
+/// The file cannot be opened.
+pub fn open(path: &Path) -> io::Result<Box<dyn Read>> {
+    Ok(if is_stdio(path) { Box::new(io::stdin()) } else { Box::new(File::open(path)?) })
+}
+
+/// Text of a file, or of the standard input.
+///
+/// # Errors
+/// It cannot be read, or is no UTF-8.
+pub fn text(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    open(path)?.read_to_string(&mut text).map(|_| text)
+}

@@ -1,0 +1,88 @@
+//! Units, signs and axes of a trace that was not imported: what the gate of an import would refuse, told
+//! where the trace is flown. Only what cannot be otherwise is an error here: a fault that comes and goes, a
+//! magnet and a scale that is off are for the pipeline to bear.
+
+use meerkat_mwd::{Config, Sample, SampleFlags};
+use nalgebra::Vector3;
+
+use super::{
+    column_map::{ColumnMap, Part},
+    gate::{Finding, Imported, Verdict, units_and_axes},
+    merged::Merged,
+    series::Series,
+};
+use crate::{failure::Failure, trace::Trace};
+
+/// What the gate finds in the units, signs and axes of a trace whose readings the configuration's sensor
+/// models have calibrated.
+#[must_use]
+pub fn units_and_axes_of(trace: &Trace, config: &Config) -> Vec<Finding> {
+    let samples = &trace.samples;
+    // A clipped reading counts: with another unit all of them are beyond the full scale.
+    let rows = |missing: SampleFlags, reading: &dyn Fn(&Sample) -> Vector3<f32>| -> Vec<[f64; 4]> {
+        let row = |sample: &Sample| {
+            let v = reading(sample).map(f64::from);
+            if sample.flags.contains(missing) { [f64::NAN; 4] } else { [v.x, v.y, v.z, 0.0] }
+        };
+        samples.iter().map(row).collect()
+    };
+    let has_mag = samples.iter().any(|sample| !sample.flags.contains(SampleFlags::MAG_MISSING));
+    let merged = Merged {
+        // A trace's times fit: they are of one recording.
+        t_us: samples.iter().map(|sample| i64::try_from(sample.t_us).unwrap_or(i64::MAX)).collect(),
+        gyro: rows(SampleFlags::GYRO_MISSING, &|sample| config.gyro.compensate(sample.gyro_rad_s)),
+        accel: rows(SampleFlags::ACCEL_MISSING, &|sample| config.accel.calibrate(sample.accel_m_s2)),
+        mag: if has_mag {
+            rows(SampleFlags::MAG_MISSING, &|sample| config.mag.calibrate(sample.mag_ut))
+        } else {
+            Vec::new()
+        },
+        ..Merged::default()
+    };
+    let part = |columns: [&str; 3], unit: &str| Part {
+        columns: Some(columns.map(str::to_owned).to_vec()),
+        unit: Some(unit.to_owned()),
+        ..Part::default()
+    };
+    let map = ColumnMap {
+        gyro: part(["gx", "gy", "gz"], "rad/s"),
+        accel: part(["ax", "ay", "az"], "m/s^2"),
+        mag: part(["mx", "my", "mz"], "uT"),
+        ..ColumnMap::default()
+    };
+    let gyro = Series { t_us: merged.t_us.clone(), ..Series::default() };
+    let keys = &trace.keys;
+    units_and_axes(&Imported { merged: &merged, gyro: &gyro, all: &[], map: &map, keys })
+}
+
+/// Refuses a trace whose units, signs or axes cannot be. Forced, it flies with what is wrong written down,
+/// and nothing is identified from it. What is only doubtful becomes a note.
+///
+/// # Errors
+/// What cannot be, with the likely fix.
+pub fn checked(trace: &mut Trace, config: &mut Config, force: bool) -> Result<(), Failure> {
+    let told = |finding: &Finding| match &finding.fix {
+        Some(fix) => format!("{}; likely fix: {fix}", finding.told),
+        None => finding.told.clone(),
+    };
+    let findings = units_and_axes_of(trace, config);
+    let (wrong, others): (Vec<&Finding>, Vec<&Finding>) = findings.iter().partition(|finding| finding.is_certain());
+    let doubtful = others.into_iter().filter(|finding| finding.verdict != Verdict::Fine && finding.fix.is_some());
+    trace.notes.extend(doubtful.map(told));
+    trace.wrong = wrong.into_iter().map(told).collect();
+    if trace.wrong.is_empty() {
+        return Ok(());
+    }
+    if !force {
+        return Err(Failure::BadInput(format!(
+            "{}: units, signs or axes cannot be:\n  {}\nPut the fix into a file and correct the trace by \
+             `import TRACE --map FILE.toml -o CORRECTED.csv.gz`, or fly it as it is by --force, with nothing identified",
+            trace.path.display(),
+            trace.wrong.join("\n  ")
+        )));
+    }
+    // A model of such readings would be of their units.
+    config.freeze_at_us = Some(0);
+    config.effects = false;
+    Ok(())
+}
