@@ -1,8 +1,10 @@
-//! A survey in ten bytes, for a mud pulser that takes a second or so for each bit.
+//! A survey in ten bytes, for a mud pulser that takes a second or so for each bit, and its receiver at the surface.
 
 mod quantity;
+mod receiver;
 
 pub use quantity::{Quantity, Reading};
+pub use receiver::{Expected, Received, SURVEY_WORD_BITS, SoftWord, SurveyReceiver, soft};
 
 use crate::survey::{Grade, Survey, SurveyKind, ToolfaceKind, Uncertain};
 use core::f32::consts::{FRAC_PI_2, PI};
