@@ -12,6 +12,8 @@ use crate::units::STANDARD_GRAVITY_M_S2;
 pub const VIBRATION_BOUNDS_G: [f32; 7] = [0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 15.0];
 /// Stick-slip index from which each level above 0 applies; level 7 is a string that turned backwards.
 pub const STICK_SLIP_BOUNDS: [f32; 6] = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2];
+/// Speed from which a string turned backwards, revolutions per minute: half of that at which a tool counts as rotating.
+const BACKWARDS_RPM: f32 = 2.5;
 /// Number of levels.
 pub const LEVELS: usize = 8;
 
@@ -44,7 +46,8 @@ impl Rotation {
     #[must_use]
     pub fn stick_slip_severity(&self) -> Option<u8> {
         let index = self.stick_slip_index?;
-        let backwards = self.min_rpm * self.mean_rpm < 0.0 || self.max_rpm * self.mean_rpm < 0.0;
+        let slowest = if self.mean_rpm < 0.0 { -self.max_rpm } else { self.min_rpm };
+        let backwards = slowest <= -BACKWARDS_RPM;
         Some(if backwards { 7 } else { level(index, &STICK_SLIP_BOUNDS) })
     }
 }
@@ -107,6 +110,8 @@ mod tests {
         assert_eq!(rotation(30.0, 170.0, Some(0.7)).stick_slip_severity(), Some(3));
         assert_eq!(rotation(0.0, 260.0, Some(1.3)).stick_slip_severity(), Some(6));
         assert_eq!(rotation(-5.0, 260.0, Some(1.3)).stick_slip_severity(), Some(7));
+        // The gyro's bias at rest.
+        assert_eq!(rotation(-0.1, 260.0, Some(1.3)).stick_slip_severity(), Some(6));
         assert_eq!(rotation(0.0, 1.0, None).stick_slip_severity(), None);
     }
 }

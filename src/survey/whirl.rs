@@ -3,7 +3,7 @@
 //! A tool whose axis goes around the hole's has a lateral acceleration of constant size that turns with it. In tool axes, which
 //! turn with the string, it turns at the difference of both speeds. Vibration to and fro turns nowhere. A collar that
 //! rolls on the wall without sliding goes around against the string, d / (D - d) times as fast (collar d in a hole D;
-//! Vandiver, Nicholson and Shyu, SPE 18652, 1990).
+//! Vandiver, Nicholson and Shyu, SPE Drilling Engineering 5, 282, 1990).
 
 use super::{DrillingDynamics, Rotation};
 use core::f32::consts::TAU;

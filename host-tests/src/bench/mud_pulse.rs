@@ -115,12 +115,12 @@ const fn earth() -> Earth {
     }
 }
 
-/// Sends a hole's stations.
+/// Sends a hole's stations; `twice`: every survey has to come twice.
 #[must_use]
-pub fn sent(channel: &Channel, seed: u64) -> Counts {
+pub fn sent(channel: &Channel, twice: bool, seed: u64) -> Counts {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let earth = earth();
-    let expected = Expected { earth, limits: SurveyLimits::default(), turn_rad: TURN_RAD as f32 };
+    let expected = Expected { earth, limits: SurveyLimits::default(), turn_rad: TURN_RAD as f32, twice };
     let mut receiver = SurveyReceiver::new(expected);
     let mut counts = Counts { stations: STATIONS, ..Counts::default() };
     let (mut inclination, mut azimuth) = (0.8, between(&mut random, 0.0, 6.28));
@@ -157,7 +157,8 @@ pub fn sent(channel: &Channel, seed: u64) -> Counts {
 #[must_use]
 pub fn noise(seed: u64) -> [u64; 3] {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let expected = Expected { earth: earth(), limits: SurveyLimits::default(), turn_rad: TURN_RAD as f32 };
+    let turn_rad = TURN_RAD as f32;
+    let expected = Expected { earth: earth(), limits: SurveyLimits::default(), turn_rad, twice: false };
     let mut receiver = SurveyReceiver::new(expected);
     let station = survey(0.8, 2.0, &earth(), false, &mut random);
     let _ = receiver.push(&soft(&SurveyWord::pack(&station, None)));
@@ -210,10 +211,13 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
             "four",
             "false among its surveys, per million",
             "stations doubted first, %",
+            "every survey twice: after four words, %",
+            "false, per million",
         ],
     );
     for (name, channel) in channels() {
-        let all = each_seed(0..count, |seed| Ok(sent(&channel, seed)))?;
+        let all = each_seed(0..count, |seed| Ok(sent(&channel, false, seed)))?;
+        let twice = each_seed(0..count, |seed| Ok(sent(&channel, true, seed)))?;
         let sum = |of: &dyn Fn(&Counts) -> u64| all.iter().map(of).sum::<u64>();
         let share = |part: u64, whole: u64| part as f64 / whole.max(1) as f64;
         let (words, damaged, undetected) = (sum(&|c| c.words), sum(&|c| c.damaged), sum(&|c| c.undetected));
@@ -228,6 +232,9 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
         row.extend((1..=SENT).map(|most| Cell::percent(share(after(most), stations), 1)));
         row.push(Cell::number(1e6 * share(sum(&|c| c.false_surveys), after(SENT)), 1));
         row.push(Cell::percent(share(sum(&|c| c.doubted), stations), 2));
+        let given = twice.iter().flat_map(|counts| counts.after).sum::<u64>();
+        row.push(Cell::percent(share(given, stations), 1));
+        row.push(Cell::number(1e6 * share(twice.iter().map(|counts| counts.false_surveys).sum(), given), 1));
         table.row(row);
     }
     let all = each_seed(0..count, |seed| Ok(noise(seed)))?;

@@ -36,6 +36,8 @@ pub struct Expected {
     pub limits: SurveyLimits,
     /// Largest turn of the hole since the last station, radians: its spacing by the dogleg that the assembly can make.
     pub turn_rad: f32,
+    /// True if every survey has to come twice, not only one that does not look as expected.
+    pub twice: bool,
 }
 
 /// Received survey.
@@ -101,7 +103,7 @@ impl SurveyReceiver {
     fn judge(&mut self, bits: [u8; SURVEY_WORD_BYTES], own: bool) -> Result<Received, SurveyWordError> {
         let survey = SurveyWord::unpack(&bits)?;
         let confirmed = own && self.doubted == Some(bits);
-        if !confirmed && !self.is_expected(&survey) {
+        if !confirmed && (self.expected.twice || !self.is_expected(&survey)) {
             self.doubted = Some(bits);
             return Ok(Received::Doubted(survey));
         }
@@ -115,7 +117,7 @@ impl SurveyReceiver {
     }
 
     fn is_expected(&self, survey: &SurveyWord) -> bool {
-        let Expected { earth, limits, turn_rad } = &self.expected;
+        let Expected { earth, limits, turn_rad, .. } = &self.expected;
         let near = |reading: Reading, reference: Option<f32>, limit: f32, step: f32| match (reading, reference) {
             (_, None) => true,
             (Reading::Value(value), Some(reference)) => {

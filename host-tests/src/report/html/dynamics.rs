@@ -1,6 +1,6 @@
 //! Rotation, vibration and shocks of a flight.
 
-use meerkat_mwd::survey::DrillingDynamics;
+use meerkat_mwd::survey::{DrillingDynamics, Rotation, WhirlKind};
 
 use super::{Chart, Page, Series, Told, in_s, line};
 use crate::flight::Watched;
@@ -30,6 +30,25 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     ];
     let about = "Specific force less gravity, over each window.";
     page.chart(Chart::new("Vibration", "g", about, vibration).of_sizes());
+    let severity = vec![
+        series("along the axis", "z", watched, |d| d.axial_severity().map(f64::from)),
+        series("across the axis", "y", watched, |d| d.lateral_severity().map(f64::from)),
+        series("stick-slip", "x", watched, |d| {
+            d.rotation.as_ref().and_then(Rotation::stick_slip_severity).map(f64::from)
+        }),
+    ];
+    let about = "Levels 0 to 7 of rms vibration, from 0.5, 1, 2, 3, 5, 8 and 15 g, and of the stick-slip index, from 0.2 in \
+                 steps of 0.2; 7 is a string that turned backwards.";
+    page.chart(Chart::new("Severity", "level", about, severity).of_sizes());
+    let whirling: Vec<&DrillingDynamics> = watched.dynamics.iter().filter(|d| d.whirl_kind().is_some()).collect();
+    if let Some(first) = whirling.first() {
+        let backward = whirling.iter().filter(|d| d.whirl_kind() == Some(WhirlKind::Backward)).count();
+        page.add(&format!(
+            "<p>The tool whirls in {} windows, in {backward} of them backwards; first from {:.0} s on.</p>\n",
+            whirling.len(),
+            in_s(first.t_start_us)
+        ));
+    }
     if watched.dynamics.iter().any(|dynamics| dynamics.shocks > 0) {
         let level_g = f64::from(told.config.survey.dynamics.shock_m_s2) / G;
         let about = format!("Times in a window that vibration passed {level_g:.1} g, or the accelerometer clipped.");
