@@ -30,7 +30,8 @@ pub(crate) fn run() -> Result<[f32; 2], ConfigError> {
             * Rotation3::from_axis_angle(&Vector3::z_axis(), toolface))
         .inverse();
         let down = tool * Vector3::new(0.0, 0.0, REFERENCE.gravity_m_s2);
-        let north = Vector3::new(REFERENCE.dip_rad.cos(), 0.0, REFERENCE.dip_rad.sin()) * REFERENCE.field_ut;
+        let north =
+            Vector3::new(libm::cosf(REFERENCE.dip_rad), 0.0, libm::sinf(REFERENCE.dip_rad)) * REFERENCE.field_ut;
         let field = tool * north + Vector3::new(0.0, 0.0, STRING_UT);
         // Two seconds of motion, and a stop of 18 s.
         for step in 0..2_000_u32 {
@@ -68,8 +69,10 @@ pub(crate) fn run() -> Result<[f32; 2], ConfigError> {
                 angles.magnetic_azimuth_rad.sigma.to_degrees(),
                 report.azimuth
             );
-            if k >= 20 {
-                worst = [worst[0].max(before.abs()), worst[1].max(after.abs())];
+            for (worst, off) in worst.iter_mut().zip([before.abs(), after.abs()]) {
+                if k >= 20 && off > *worst {
+                    *worst = off;
+                }
             }
         }
     }

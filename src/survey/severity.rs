@@ -1,11 +1,11 @@
-//! Severity of vibration and of stick-slip in eight levels, and the dose of a run.
+//! Severity of vibration and of stick-slip in eight levels, whether the tool whirls, and the dose of a run.
 //!
 //! Levels count from 0 to 7, with the bounds that crews of Baker Hughes tools go by, as quoted from Reckmann, Jogi, Kpetehoto,
 //! Chandrasekaran and Macpherson, MWD Failure Rates Due to Drilling Dynamics, IADC/SPE 127413 (2010). They were not
 //! checked against the paper. Its tools sample faster than a probe that measures attitude: what is above half of this
 //! probe's rate, or above its accelerometer's range, is in no figure here.
 
-use super::{DrillingDynamics, Rotation};
+use super::{DrillingDynamics, Rotation, WhirlKind};
 use crate::units::STANDARD_GRAVITY_M_S2;
 
 /// Root mean square of vibration, along the axis or across it, from which each level above 0 applies, g.
@@ -14,6 +14,8 @@ pub const VIBRATION_BOUNDS_G: [f32; 7] = [0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 15.0];
 pub const STICK_SLIP_BOUNDS: [f32; 6] = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2];
 /// Speed from which a string turned backwards, revolutions per minute: half of that at which a tool counts as rotating.
 const BACKWARDS_RPM: f32 = 2.5;
+/// Circularity from which vibration counts as whirl: three quarters of its power turn one way.
+const CIRCULAR: f32 = 0.5;
 /// Number of levels.
 pub const LEVELS: usize = 8;
 
@@ -38,6 +40,26 @@ impl DrillingDynamics {
     #[must_use]
     pub fn lateral_severity(&self) -> Option<u8> {
         self.lateral_rms_m_s2.map(of_vibration)
+    }
+
+    /// Kind of whirl in this window. `None`: lateral vibration is under level 1, the tool does not rotate, or no
+    /// three quarters of the vibration turn one way.
+    #[must_use]
+    pub fn whirl_kind(&self) -> Option<WhirlKind> {
+        let Rotation { mean_rpm, stick_slip_index: Some(_), .. } = self.rotation? else { return None };
+        let whirl = self.whirl?;
+        if self.lateral_severity()? == 0 || whirl.circularity.abs() < CIRCULAR {
+            return None;
+        }
+        // As the string turns: above 0.
+        let (around, circularity) = (whirl.rpm / mean_rpm, whirl.circularity * mean_rpm);
+        if around <= -0.5 {
+            Some(WhirlKind::Backward)
+        } else if around > 1.0 && circularity > 0.0 {
+            Some(WhirlKind::Forward)
+        } else {
+            None
+        }
     }
 }
 

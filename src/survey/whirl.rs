@@ -5,7 +5,6 @@
 //! rolls on the wall without sliding goes around against the string, d / (D - d) times as fast (collar d in a hole D;
 //! Vandiver, Nicholson and Shyu, SPE Drilling Engineering 5, 282, 1990).
 
-use super::{DrillingDynamics, Rotation};
 use core::f32::consts::TAU;
 
 /// Time constant of the mean that is taken off, seconds: it takes out what stands still in tool axes, as the centrifugal
@@ -13,8 +12,6 @@ use core::f32::consts::TAU;
 const MEAN_S: f32 = 1.0;
 /// Longest step between two readings in use, seconds.
 const LONGEST_STEP_S: f32 = 0.05;
-/// Circularity from which vibration counts as whirl: three quarters of its power turn one way.
-const CIRCULAR: f32 = 0.5;
 
 /// How lateral vibration turned over a window, positive clockwise looking down-hole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,28 +33,6 @@ pub enum WhirlKind {
     Forward,
     /// The tool's axis goes around against the string.
     Backward,
-}
-
-impl DrillingDynamics {
-    /// Kind of whirl in this window. `None`: lateral vibration is under level 1, the tool does not rotate, or no
-    /// three quarters of the vibration turn one way.
-    #[must_use]
-    pub fn whirl_kind(&self) -> Option<WhirlKind> {
-        let Rotation { mean_rpm, stick_slip_index: Some(_), .. } = self.rotation? else { return None };
-        let whirl = self.whirl?;
-        if self.lateral_severity()? == 0 || whirl.circularity.abs() < CIRCULAR {
-            return None;
-        }
-        // As the string turns: above 0.
-        let (around, circularity) = (whirl.rpm / mean_rpm, whirl.circularity * mean_rpm);
-        if around <= -0.5 {
-            Some(WhirlKind::Backward)
-        } else if around > 1.0 && circularity > 0.0 {
-            Some(WhirlKind::Forward)
-        } else {
-            None
-        }
-    }
 }
 
 /// Gatherer over one window.

@@ -1,6 +1,8 @@
 //! What reaches the surface as a survey: survey words over a channel with bursts, by their check alone and by the
 //! receiver.
 
+use std::f64::consts::TAU;
+
 use meerkat_mwd::{
     config::{Earth, SurveyLimits},
     survey::{Grade, Survey, SurveyKind, ToolfaceKind, Uncertain},
@@ -93,7 +95,7 @@ fn survey(inclination: f64, azimuth: f64, earth: &Earth, disturbed: bool, random
         magnetic_azimuth_rad: Some(uncertain(azimuth)),
         true_azimuth_rad: None,
         grid_azimuth_rad: None,
-        gravity_toolface_rad: Some(uncertain(between(random, 0.0, 6.28))),
+        gravity_toolface_rad: Some(uncertain(between(random, 0.0, TAU))),
         magnetic_toolface_rad: None,
         toolface_kind: ToolfaceKind::Gravity,
         gravity_m_s2: Some(uncertain(gravity)),
@@ -123,7 +125,7 @@ pub fn sent(channel: &Channel, twice: bool, seed: u64) -> Counts {
     let expected = Expected { earth, limits: SurveyLimits::default(), turn_rad: TURN_RAD as f32, twice };
     let mut receiver = SurveyReceiver::new(expected);
     let mut counts = Counts { stations: STATIONS, ..Counts::default() };
-    let (mut inclination, mut azimuth) = (0.8, between(&mut random, 0.0, 6.28));
+    let (mut inclination, mut azimuth) = (0.8, between(&mut random, 0.0, TAU));
     let mut in_burst = false;
     for _ in 0..STATIONS {
         inclination = (inclination + between(&mut random, -0.4, 0.4) * TURN_RAD).clamp(0.02, 1.6);

@@ -168,9 +168,12 @@ fn stations(run: &SurveyedRun) -> String {
     table(&head, rows)
 }
 
+/// Middle in the plot's numbers, and half axes with the major one's azimuth, degrees.
+type Ellipse = ([f64; 2], [f64; 3]);
+
 /// Ellipses of every fifth station and the last, of two standard deviations, so many times as large: as much as fits
 /// into the margin.
-fn ellipses(run: &SurveyedRun, plan: &[[f64; 2]]) -> (Vec<([f64; 2], [f64; 3])>, f64) {
+fn ellipses(run: &SurveyedRun, plan: &[[f64; 2]]) -> (Vec<Ellipse>, f64) {
     let spread = |k: usize| {
         let of = || plan.iter().map(move |point| point[k]);
         of().fold(f64::MIN, f64::max) - of().fold(f64::MAX, f64::min)
@@ -194,7 +197,7 @@ fn view(
     [right, other]: [&str; 2],
     is_up: bool,
     points: &[[f64; 2]],
-    ellipses: &[([f64; 2], [f64; 3])],
+    ellipses: &[Ellipse],
 ) -> String {
     let range = |k: usize| {
         let of = || points.iter().map(move |point| point[k]);
