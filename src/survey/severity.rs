@@ -1,6 +1,6 @@
 //! Severity of vibration and of stick-slip in eight levels, whether the tool whirls, and the dose of a run.
 //!
-//! Levels count from 0 to 7, with the bounds that crews of Baker Hughes tools go by, as quoted from Reckmann, Jogi, Kpetehoto,
+//! Levels count from 0 to 7, with the bounds that crews of Baker Hughes tools go by, attributed to Reckmann, Jogi, Kpetehoto,
 //! Chandrasekaran and Macpherson, MWD Failure Rates Due to Drilling Dynamics, IADC/SPE 127413 (2010). They were not
 //! checked against the paper. Its tools sample faster than a probe that measures attitude: what is above half of this
 //! probe's rate, or above its accelerometer's range, is in no figure here.
