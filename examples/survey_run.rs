@@ -33,8 +33,8 @@ pub(crate) fn run() -> Result<[f32; 2], ConfigError> {
         let north =
             Vector3::new(libm::cosf(REFERENCE.dip_rad), 0.0, libm::sinf(REFERENCE.dip_rad)) * REFERENCE.field_ut;
         let field = tool * north + Vector3::new(0.0, 0.0, STRING_UT);
-        // Two seconds of motion, and a stop of 18 s.
-        for step in 0..2_000_u32 {
+        // Two seconds of motion, and a stop of 28 s.
+        for step in 0..3_000_u32 {
             t_us += 10_000;
             let input = SurveyInput {
                 t_us,
