@@ -1,6 +1,9 @@
 //! Drilling dynamics: vibration, shocks and stick-slip over a window.
 
-use super::SurveyInput;
+use super::{
+    SurveyInput,
+    whirl::{Whirl, WhirlSums},
+};
 use crate::{
     attitude::Attitude,
     config::{DynamicsConfig, Earth},
@@ -9,7 +12,10 @@ use crate::{
 use core::f32::consts::TAU;
 use nalgebra::{Quaternion, Vector3};
 
-/// Vibration, shocks and rotation of one window.
+/// Ratios to [`DynamicsConfig::shock_m_s2`] of the higher levels of shocks: 25, 50 and 100 g by default.
+pub const SHOCK_LEVELS: [f32; 3] = [2.5, 5.0, 10.0];
+
+/// Vibration, shocks and rotation of one window. [`severity`](super::severity) has levels of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DrillingDynamics {
@@ -31,6 +37,15 @@ pub struct DrillingDynamics {
     pub clipped: u32,
     /// Rotation; `None` with fewer than two averages of the rate.
     pub rotation: Option<Rotation>,
+    /// Largest vibration along the tool axis, m/s^2; a lower bound if `clipped` is not 0.
+    pub axial_peak_m_s2: Option<f32>,
+    /// Largest vibration across the tool axis, m/s^2; a lower bound if `clipped` is not 0.
+    pub lateral_peak_m_s2: Option<f32>,
+    /// Number of the shocks that reached each of [`SHOCK_LEVELS`]. A shock beyond the accelerometer's range counts at
+    /// the levels that it can show.
+    pub shocks_over: [u32; 3],
+    /// How lateral vibration turned; `None` without readings.
+    pub whirl: Option<Whirl>,
 }
 
 /// Rotation about the tool axis over a window, positive clockwise looking down-hole.
@@ -56,11 +71,17 @@ pub(crate) struct DynamicsWindow {
     axial_square: f32,
     lateral_square: f32,
     peak_square: f32,
+    axial_peak_square: f32,
+    lateral_peak_square: f32,
     shocks: u32,
+    shocks_over: [u32; 3],
     clipped: u32,
     /// Time since vibration fell below half the level; `None` outside a shock.
     shock_quiet_s: Option<f32>,
+    /// Number of higher levels that this shock has reached.
+    shock_reached: u8,
     rates: RateSpread,
+    whirl: WhirlSums,
 }
 
 impl DynamicsWindow {
@@ -72,10 +93,15 @@ impl DynamicsWindow {
             axial_square: 0.0,
             lateral_square: 0.0,
             peak_square: 0.0,
+            axial_peak_square: 0.0,
+            lateral_peak_square: 0.0,
             shocks: 0,
+            shocks_over: [0; 3],
             clipped: 0,
             shock_quiet_s: None,
+            shock_reached: 0,
             rates: RateSpread::new(),
+            whirl: WhirlSums::new(),
         }
     }
 
@@ -101,17 +127,28 @@ impl DynamicsWindow {
             return None;
         }
         let part = |square: f32| (self.readings > 0).then(|| libm::sqrtf(square / self.readings as f32));
+        let peak = |square: f32| (self.readings > 0).then(|| libm::sqrtf(square));
         let window = DrillingDynamics {
             t_start_us: start_us,
             t_end_us: input.t_us,
             axial_rms_m_s2: part(self.axial_square),
             lateral_rms_m_s2: part(self.lateral_square),
-            peak_m_s2: (self.readings > 0).then(|| libm::sqrtf(self.peak_square)),
+            peak_m_s2: peak(self.peak_square),
             shocks: self.shocks,
             clipped: self.clipped,
             rotation: self.rates.rotation(rotating_rad_s),
+            axial_peak_m_s2: peak(self.axial_peak_square),
+            lateral_peak_m_s2: peak(self.lateral_peak_square),
+            shocks_over: self.shocks_over,
+            whirl: self.whirl.whirl(),
         };
-        *self = Self { last_us: self.last_us, shock_quiet_s: self.shock_quiet_s, ..Self::new() };
+        *self = Self {
+            last_us: self.last_us,
+            shock_quiet_s: self.shock_quiet_s,
+            shock_reached: self.shock_reached,
+            whirl: self.whirl.next(),
+            ..Self::new()
+        };
         Some(window)
     }
 
@@ -123,12 +160,17 @@ impl DynamicsWindow {
         let square = vibration.map_or(0.0, |v| v.norm_squared());
         if let Some(v) = vibration {
             self.readings = self.readings.saturating_add(1);
-            self.axial_square += v.z * v.z;
-            self.lateral_square += v.x * v.x + v.y * v.y;
-            if square > self.peak_square {
-                self.peak_square = square;
+            let (axial, lateral) = (v.z * v.z, v.x * v.x + v.y * v.y);
+            self.axial_square += axial;
+            self.lateral_square += lateral;
+            let peaks = [&mut self.peak_square, &mut self.axial_peak_square, &mut self.lateral_peak_square];
+            for (peak, square) in peaks.into_iter().zip([square, axial, lateral]) {
+                if square > *peak {
+                    *peak = square;
+                }
             }
         }
+        self.whirl.add(vibration.map(|v| [v.x, v.y]), input.rate_rad_s.map(|[.., rate]| rate), step_s);
         if input.accel_clipped {
             self.clipped = self.clipped.saturating_add(1);
         }
@@ -137,12 +179,19 @@ impl DynamicsWindow {
         self.shock_quiet_s = match self.shock_quiet_s {
             None if hit => {
                 self.shocks = self.shocks.saturating_add(1);
+                self.shock_reached = 0;
                 Some(0.0)
             }
             None => None,
             Some(_) if hit || square >= 0.25 * level => Some(0.0),
             Some(quiet_s) => (quiet_s + step_s < config.shock_pause_s).then_some(quiet_s + step_s),
         };
+        for (ratio, count) in SHOCK_LEVELS.iter().zip(&mut self.shocks_over).skip(self.shock_reached.into()) {
+            if hit && square >= level * ratio * ratio {
+                *count = count.saturating_add(1);
+                self.shock_reached += 1;
+            }
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 //! averages themselves show.
 
 mod axial;
+mod burst;
 mod continuous;
 mod dynamics;
 mod input;
@@ -17,19 +18,26 @@ mod record;
 mod report;
 mod rotating;
 mod sensor_errors;
+pub mod severity;
 mod six_axis;
+mod sliding_toolface;
 mod station_axes;
 mod stationary;
 mod surveyor;
 mod turn;
 mod uncertain;
+mod whirl;
 
 pub use axial::AxialCorrection;
-pub use dynamics::{DrillingDynamics, Rotation};
+pub use burst::{BurstRecorder, BurstSample};
+pub use dynamics::{DrillingDynamics, Rotation, SHOCK_LEVELS};
 pub use input::SurveyInput;
 pub use quality::{Check, Checked, Grade, Quality};
 pub use record::{Survey, SurveyKind, ToolfaceKind};
 pub use report::{SixAxisAverages, SurveyReport};
+pub use severity::VibrationDose;
+pub use sliding_toolface::{SLIDING_TOOLFACE_US, SlidingToolface};
 pub use stationary::StationaryState;
 pub use surveyor::{SurveyNews, Surveyor};
 pub use uncertain::Uncertain;
+pub use whirl::{Whirl, WhirlKind};

@@ -177,6 +177,10 @@ impl ToolfaceSwitch {
     pub(crate) fn update(&mut self, inclination_rad: f32, config: &SurveyConfig) -> ToolfaceKind {
         let (limit, hysteresis) = (config.near_vertical_rad, config.near_vertical_hysteresis_rad);
         self.magnetic = near_vertical(self.magnetic, inclination_rad, limit, hysteresis);
+        self.kind()
+    }
+
+    pub(crate) const fn kind(self) -> ToolfaceKind {
         if self.magnetic { ToolfaceKind::Magnetic } else { ToolfaceKind::Gravity }
     }
 }

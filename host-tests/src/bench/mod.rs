@@ -14,6 +14,7 @@ pub mod faults;
 pub(crate) mod gyro_grade;
 pub(crate) mod honesty;
 pub(crate) mod hour;
+pub mod mud_pulse;
 pub mod multi_station;
 pub mod one_window;
 pub(crate) mod rate_error;

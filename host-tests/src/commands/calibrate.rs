@@ -59,7 +59,7 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
         || "-o calibration.toml saves what is calibrated".to_owned(),
         |path| format!("`cargo mwd replay TRACE --config {}` flies with it", path.display()),
     );
-    println!("\nNext: {next}; guide/src/calibration.md says how to move for a good one.");
+    writeln!(told(), "\nNext: {next}; guide/src/calibration.md says how to move for a good one.")?;
     Ok(())
 }
 

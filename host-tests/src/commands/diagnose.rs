@@ -56,6 +56,8 @@ impl DiagnoseArgs {
             attitude: None,
             rates: None,
             surveys: None,
+            dynamics: None,
+            burst: None,
             json: self.json.clone(),
             html: self.html.clone(),
             hold_out: self.hold_out,

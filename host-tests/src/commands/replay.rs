@@ -13,11 +13,12 @@ use crate::{
     flight::{
         Flight,
         configuration::{configuration, freeze_at_us},
-        fly_on, started, surveys, through_sensors, watched,
+        fly_on, started, surveys, through_sensors, watched, worst_second,
     },
     import::plausible::checked,
     report::{
         attitude_csv::write_attitude_csv,
+        dynamics_csv::{write_burst_csv, write_dynamics_csv},
         explanation::{Explanation, print_explanation},
         html::{Told, replay::page, write_page},
         json::result_json,
@@ -48,6 +49,12 @@ pub struct ReplayArgs {
     /// Write the surveys taken at rest and while rotating
     #[arg(long, help_heading = "Files to write", value_name = "OUT.csv")]
     pub surveys: Option<PathBuf>,
+    /// Write vibration, shocks, stick-slip and whirl of every 30 s, with their severity
+    #[arg(long, value_name = "OUT.csv")]
+    pub dynamics: Option<PathBuf>,
+    /// Write the raw samples of the second that shook most
+    #[arg(long, value_name = "OUT.csv")]
+    pub burst: Option<PathBuf>,
     /// Write the result as JSON
     #[arg(long, help_heading = "Files to write", value_name = "OUT.json")]
     pub json: Option<PathBuf>,
@@ -195,7 +202,7 @@ pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
 
 /// Refuses to overwrite an input, and to write two results to one file.
 fn check_outputs(args: &ReplayArgs) -> Result<(), Failure> {
-    let outputs = [&args.attitude, &args.rates, &args.surveys, &args.json, &args.html];
+    let outputs = [&args.attitude, &args.rates, &args.surveys, &args.dynamics, &args.burst, &args.json, &args.html];
     for (index, output) in outputs.into_iter().enumerate() {
         // A terminal or /dev/null may be named any number of times.
         let Some(output) = output.as_ref().filter(|output| !output.exists() || output.is_file()) else { continue };
@@ -243,6 +250,14 @@ pub fn deliver(
     };
     if let Some(path) = &args.surveys {
         write_surveys_csv(&taken, path)?;
+    }
+    if let Some(path) = &args.dynamics {
+        let probe = started(config, stored_model(args)?.as_ref())?;
+        write_dynamics_csv(&watched(probe, &trace.samples)?.dynamics, path)?;
+    }
+    if let Some(path) = &args.burst {
+        let probe = started(config, stored_model(args)?.as_ref())?;
+        write_burst_csv(&worst_second(probe, &trace.samples), path)?;
     }
     let explanation = if args.explain {
         Some(Explanation::of(started(config, stored_model(args)?.as_ref())?, trace, config, flight))

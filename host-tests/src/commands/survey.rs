@@ -113,8 +113,8 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
         files::wits0::send(&run, address)?;
     }
     match &args.html {
-        Some(page) => println!("Next: open {} in a browser.", page.display()),
-        None => println!("Next: --html path.html draws it; docs/surveys.md says how to read it."),
+        Some(page) => writeln!(told(), "Next: open {} in a browser.", page.display())?,
+        None => writeln!(told(), "Next: --html path.html draws it; docs/surveys.md says how to read it.")?,
     }
     Ok(())
 }

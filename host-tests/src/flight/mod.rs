@@ -15,7 +15,7 @@ use meerkat_mwd::{
     storage::StoredModel,
 };
 
-pub use watched::{Calibrated, Watched, surveys, watched};
+pub use watched::{Calibrated, Watched, surveys, watched, worst_second};
 
 use crate::failure::Failure;
 

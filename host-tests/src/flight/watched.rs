@@ -3,7 +3,10 @@
 use meerkat_mwd::{
     Probe, Sample,
     config::ConfigError,
-    survey::{DrillingDynamics, SurveyNews, SurveyReport, Surveyor},
+    survey::{
+        BurstRecorder, BurstSample, DrillingDynamics, SlidingToolface, SurveyNews, SurveyReport, Surveyor,
+        VibrationDose,
+    },
 };
 
 /// Calibrated vectors of one sample.
@@ -24,6 +27,10 @@ pub struct Watched {
     pub surveys: Vec<SurveyReport>,
     /// Windows of drilling dynamics.
     pub dynamics: Vec<DrillingDynamics>,
+    /// Sum of the windows.
+    pub dose: VibrationDose,
+    /// Toolfaces while sliding.
+    pub toolfaces: Vec<SlidingToolface>,
     /// One per sample.
     pub calibrated: Vec<Calibrated>,
 }
@@ -43,13 +50,40 @@ pub fn watched(mut probe: Box<Probe>, samples: &[Sample]) -> Result<Watched, Con
             seen.surveys.extend(surveyor.stationary().filter(|_| news.contains(SurveyNews::STATIONARY)).copied());
             seen.surveys.extend(surveyor.rotating().filter(|_| news.contains(SurveyNews::ROTATING)).copied());
             seen.dynamics.extend(surveyor.dynamics().filter(|_| news.contains(SurveyNews::DYNAMICS)).copied());
+            seen.toolfaces.extend(surveyor.sliding_toolface().filter(|_| news.contains(SurveyNews::TOOLFACE)).copied());
             let calibrated = Calibrated { t_us: sample.t_us, force_m_s2: input.force_m_s2, field_ut: input.field_ut };
             seen.calibrated.push(calibrated);
         }
         probe.poll(probe.poll_budget());
         probe.take_diagnosis();
     }
+    seen.dose = *surveyor.dose();
     Ok(seen)
+}
+
+/// Raw samples of a flight's worst second, at up to 3.2 kHz; of a slower probe a little more than the second.
+#[must_use]
+pub fn worst_second(probe: Box<Probe>, samples: &[Sample]) -> Vec<BurstSample> {
+    match probe.config().sample_period_us {
+        0..=624 => worst::<3_200>(probe, samples),
+        625..=1_249 => worst::<1_600>(probe, samples),
+        1_250..=2_499 => worst::<800>(probe, samples),
+        2_500..=4_999 => worst::<400>(probe, samples),
+        5_000..=9_999 => worst::<200>(probe, samples),
+        _ => worst::<100>(probe, samples),
+    }
+}
+
+fn worst<const N: usize>(mut probe: Box<Probe>, samples: &[Sample]) -> Vec<BurstSample> {
+    let mut recorder = Box::new(BurstRecorder::<N>::new());
+    for sample in samples {
+        if let Some(output) = probe.push(sample) {
+            recorder.push(&probe.survey_input(sample, &output));
+        }
+        probe.poll(probe.poll_budget());
+        probe.take_diagnosis();
+    }
+    recorder.worst().copied().collect()
 }
 
 /// Surveys of a flight, at rest and over whole turns, in the order of their completion.

@@ -15,4 +15,5 @@ pub mod refusal_text;
 pub mod remainder_text;
 pub mod summary;
 pub mod surveys_csv;
+pub mod dynamics_csv;
 pub mod window_note;

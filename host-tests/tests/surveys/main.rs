@@ -4,5 +4,6 @@
 
 mod corrected_runs;
 mod files;
+mod forty_stations;
 mod independent_analysis;
 mod standard_wells;

@@ -12,4 +12,5 @@ mod played_probe;
 mod ports;
 mod queue;
 mod recorded;
+mod survey_receiver;
 mod survey_word;

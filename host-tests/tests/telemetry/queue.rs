@@ -45,6 +45,10 @@ fn dynamics(number: u64) -> DrillingDynamics {
         shocks: 0,
         clipped: 0,
         rotation: None,
+        axial_peak_m_s2: None,
+        lateral_peak_m_s2: None,
+        shocks_over: [0; 3],
+        whirl: None,
     }
 }
 

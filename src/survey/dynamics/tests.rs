@@ -1,7 +1,10 @@
 //! Drilling dynamics of known motions.
 
 use super::*;
-use crate::attitude::AttitudeFlags;
+use crate::{
+    attitude::AttitudeFlags,
+    survey::{BurstRecorder, VibrationDose, WhirlKind},
+};
 
 const STEP_US: u64 = 5_000;
 const ROTATING_RAD_S: f32 = 0.5;
@@ -90,4 +93,81 @@ fn clipping_is_a_shock_and_a_window_without_readings_claims_nothing() {
         .unwrap();
     assert_eq!((d.shocks, d.clipped), (1, 3));
     assert_eq!((d.axial_rms_m_s2, d.lateral_rms_m_s2, d.peak_m_s2, d.rotation), (None, None, None, None));
+}
+
+#[test]
+fn peaks_are_told_apart_and_shocks_count_at_every_level_that_they_reach() {
+    // Blows along the axis of 15, 30, 60 and 120 g in turn, two seconds apart, each of a hundredth of a second, over a
+    // vibration of 3 m/s^2 across.
+    let blow = |t: f64| match libm::fmod(t, 2.0) < 0.01 {
+        true => [15.0, 30.0, 60.0, 120.0].get((t / 2.0) as usize % 4).copied().unwrap_or(0.0) * 9.806_65,
+        false => 0.0,
+    };
+    let d = window(|t| (0.0, [3.0 * libm::sin(300.0 * t), 0.0, blow(t)]));
+    assert_eq!((d.shocks, d.shocks_over), (16, [12, 8, 4]), "{d:?}");
+    assert!((d.axial_peak_m_s2.unwrap() / 9.806_65 - 120.0).abs() < 0.01);
+    assert!((d.lateral_peak_m_s2.unwrap() - 3.0).abs() < 0.01);
+    assert_eq!((d.lateral_severity(), d.axial_severity()), (Some(0), Some(5)));
+    let mut dose = VibrationDose::NONE;
+    dose.add(&d);
+    dose.add(&d);
+    assert_eq!((dose.shocks, dose.shocks_over), (32, [24, 16, 8]));
+    assert!((dose.axial_s[5] - 60.0).abs() < 1e-3 && dose.axial_s.iter().sum::<f32>() < 60.1);
+}
+
+/// Vibration whose direction turns at a speed in space, over a string that turns at another, in tool axes.
+fn whirling(around_rpm: f64, string_rpm: f64, size: f64) -> DrillingDynamics {
+    let rpm = core::f64::consts::TAU / 60.0;
+    window(move |t| {
+        let angle = (around_rpm - string_rpm) * rpm * t;
+        (string_rpm * rpm, [size * libm::cos(angle), size * libm::sin(angle), 0.0])
+    })
+}
+
+#[test]
+fn whirl_has_its_speed_and_direction_and_other_vibration_is_none() {
+    // Collar of 171 mm in a hole of 216 mm that rolls: 3.8 times as fast as the string, against it.
+    let backward = whirling(-3.8 * 120.0, 120.0, 50.0);
+    assert_eq!(backward.whirl_kind(), Some(WhirlKind::Backward));
+    let whirl = backward.whirl.unwrap();
+    assert!((whirl.rpm + 456.0).abs() < 1.0 && (whirl.circularity + 1.0).abs() < 1e-3, "{whirl:?}");
+    let mirrored = whirling(3.8 * 120.0, -120.0, 50.0);
+    assert_eq!(mirrored.whirl_kind(), Some(WhirlKind::Backward));
+    let forward = whirling(300.0, 120.0, 50.0);
+    assert_eq!(forward.whirl_kind(), Some(WhirlKind::Forward));
+    assert!((forward.whirl.unwrap().rpm - 300.0).abs() < 1.0);
+    // Too weak to matter; gravity that an attitude of a degree leaves stands in space, and is none.
+    assert_eq!(whirling(-456.0, 120.0, 4.0).whirl_kind(), None);
+    assert_eq!(whirling(0.0, 120.0, 50.0).whirl_kind(), None);
+    let rate = 120.0 * core::f64::consts::TAU / 60.0;
+    // To and fro in tool axes, and the centrifugal force of an accelerometer off the axis.
+    let to_and_fro = window(|t| (rate, [20.0 + 40.0 * libm::sin(47.0 * t), 10.0, 0.0]));
+    assert!(to_and_fro.whirl.unwrap().circularity.abs() < 0.05, "{to_and_fro:?}");
+    assert_eq!(to_and_fro.whirl_kind(), None);
+}
+
+#[test]
+fn a_burst_holds_the_worst_second_in_order() {
+    let mut recorder = BurstRecorder::<200>::new();
+    let mut push = |k: u32| {
+        let t = f64::from(k) * 0.005;
+        // A blow at 12.34 s over weak vibration; gravity turns slowly.
+        let blow = if (12.3..12.4).contains(&t) { 150.0 * libm::sin(400.0 * t) } else { libm::sin(60.0 * t) };
+        let gravity = [9.8 * libm::cos(0.1 * t), 9.8 * libm::sin(0.1 * t)];
+        recorder.push(&SurveyInput {
+            t_us: u64::from(k) * STEP_US,
+            raw_accel_m_s2: [gravity[0] as f32, gravity[1] as f32, blow as f32],
+            ..SurveyInput::default()
+        });
+        recorder.worst().count()
+    };
+    assert_eq!((1..200).map(&mut push).max(), Some(0));
+    for k in 200..6_000 {
+        assert_eq!(push(k), 200);
+    }
+    let mut times = recorder.worst().map(|sample| sample.t_us);
+    let first = times.next().unwrap();
+    assert!((11_400_000..=12_300_000).contains(&first), "{first}");
+    assert!(times.enumerate().all(|(k, t_us)| t_us == first + (k as u64 + 1) * STEP_US));
+    assert!(recorder.worst_rms_m_s2().unwrap() > 20.0);
 }

@@ -1,8 +1,10 @@
-//! A survey in ten bytes, for a mud pulser that takes a second or so for each bit.
+//! A survey in ten bytes, for a mud pulser that takes a second or so for each bit, and its receiver at the surface.
 
 mod quantity;
+mod receiver;
 
 pub use quantity::{Quantity, Reading};
+pub use receiver::{Expected, Received, SURVEY_WORD_BITS, SoftWord, SurveyReceiver, soft};
 
 use crate::survey::{Grade, Survey, SurveyKind, ToolfaceKind, Uncertain};
 use core::f32::consts::{FRAC_PI_2, PI};
@@ -31,12 +33,19 @@ pub const TEMPERATURE_C: Quantity = Quantity::linear(7, -40.0, 208.0);
 /// are found, and all bursts of up to 7.
 static CHECK: Crc<u8, NoTable> = Crc::<u8, NoTable>::new(&CRC_7_MMC);
 const CHECK_BITS: u32 = 7;
+/// Bits before the check.
+const DATA_BITS: u32 = 73;
+/// Distance in the content of bits that follow each other on the line: a burst then hits all quantities, and a receiver that knows
+/// some of them sees it. A number coprime to [`DATA_BITS`], near 3/8 of it.
+const STRIDE: u32 = 28;
 
 /// Content of a packed survey.
 ///
-/// From the most significant bit of the first byte: kind of survey (2 bits: 1 continuous, 2 stationary, 3 rotating),
+/// Content from its most significant bit on: kind of survey (2 bits: 1 continuous, 2 stationary, 3 rotating),
 /// grade (2: 0 not judged, 1 good, 2 doubtful, 3 bad), [`INCLINATION`], [`AZIMUTH`], toolface's kind (1: 0 gravity, 1
-/// magnetic), [`TOOLFACE`], [`GRAVITY_M_S2`], [`FIELD_UT`], [`DIP`], [`TEMPERATURE_C`], check. A line that is stuck
+/// magnetic), [`TOOLFACE`], [`GRAVITY_M_S2`], [`FIELD_UT`], [`DIP`], [`TEMPERATURE_C`]. On the line its bits
+/// come with a stride: first the least significant one, then those 28, 56, 84 mod 73, .. places above it. The check of these 73 bits in
+/// that order follows. A line that is stuck
 /// at 0 or at 1 says no survey.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurveyWord {
@@ -111,6 +120,7 @@ impl SurveyWord {
         bits.push_quantity(&FIELD_UT, value(survey.field_ut));
         bits.push_quantity(&DIP, value(survey.dip_rad));
         bits.push_quantity(&TEMPERATURE_C, survey.temperature_c);
+        let mut bits = bits.spread();
         let check = CHECK.checksum(&bits.bytes());
         bits.push(CHECK_BITS, check.into());
         bits.bytes()
@@ -126,6 +136,7 @@ impl SurveyWord {
         if u16::from(CHECK.checksum(&bits.bytes())) != check {
             return Err(SurveyWordError::Damaged);
         }
+        let mut bits = bits.gathered();
         // The last field comes first.
         let temperature_c = bits.pop_quantity(&TEMPERATURE_C);
         let dip_rad = bits.pop_quantity(&DIP);
@@ -168,6 +179,17 @@ struct Bits(u128);
 impl Bits {
     fn of(word: &[u8; SURVEY_WORD_BYTES]) -> Self {
         Self(word.iter().fold(0, |bits, &byte| bits << 8 | u128::from(byte)))
+    }
+
+    /// Content in the order of the line.
+    fn spread(&self) -> Self {
+        Self((0..DATA_BITS).fold(0, |line, k| line << 1 | self.0 >> (STRIDE * k % DATA_BITS) & 1))
+    }
+
+    /// Content from the order of the line.
+    fn gathered(&self) -> Self {
+        let bit = |k: u32| (self.0 >> (DATA_BITS - 1 - k) & 1) << (STRIDE * k % DATA_BITS);
+        Self((0..DATA_BITS).map(bit).fold(0, |content, bit| content | bit))
     }
 
     fn push(&mut self, count: u32, code: u16) {

@@ -3,7 +3,7 @@
 use crate::{
     bench::{
         Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, coverage, drilling, effects, honesty, hour,
-        multi_station, rate_error, recordings, sensors, swaps, target, turntable, whole_probe,
+        mud_pulse, multi_station, rate_error, recordings, sensors, swaps, target, turntable, whole_probe,
     },
     research::{contaminated, evaluations, inclination, paper},
 };
@@ -66,6 +66,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section::on_recordings("attitude", "Attitude on recordings, beside VQF", attitude::run),
     Section::on_host("multi_station", "Azimuths of a run, corrected by all of its stations", multi_station::run),
     Section::on_host("honesty", "Cases that were once wrong in silence", honesty::run),
+    Section::on_host("mud_pulse", "Survey words over a channel with bursts", mud_pulse::run),
     Section::on_host("bus_faults", "Faults of sensors and wires", bus_faults::run),
     Section::on_host("sensors", "Load of the bus", sensors::run),
     Section::on_host("whole_probe", "The whole probe under seeded faults", whole_probe::run),

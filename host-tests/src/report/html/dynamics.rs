@@ -1,6 +1,6 @@
 //! Rotation, vibration and shocks of a flight.
 
-use meerkat_mwd::survey::DrillingDynamics;
+use meerkat_mwd::survey::{DrillingDynamics, Rotation, SHOCK_LEVELS, WhirlKind};
 
 use super::{Chart, Page, Series, Told, in_s, line, table};
 use crate::flight::Watched;
@@ -30,7 +30,26 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     ];
     let about = "Specific force less gravity, over each window.";
     page.chart(Chart::new("Vibration", "g", about, vibration).of_sizes());
-    page.add(&shocks_by_level(watched));
+    page.add(&shocks_by_level(told, watched));
+    let severity = vec![
+        series("along the axis", "z", watched, |d| d.axial_severity().map(f64::from)),
+        series("across the axis", "y", watched, |d| d.lateral_severity().map(f64::from)),
+        series("stick-slip", "x", watched, |d| {
+            d.rotation.as_ref().and_then(Rotation::stick_slip_severity).map(f64::from)
+        }),
+    ];
+    let about = "Levels 0 to 7 of rms vibration, from 0.5, 1, 2, 3, 5, 8 and 15 g, and of the stick-slip index, from 0.2 in \
+                 steps of 0.2; 7 is a string that turned backwards.";
+    page.chart(Chart::new("Severity", "level", about, severity).of_sizes());
+    let whirling: Vec<&DrillingDynamics> = watched.dynamics.iter().filter(|d| d.whirl_kind().is_some()).collect();
+    if let Some(first) = whirling.first() {
+        let backward = whirling.iter().filter(|d| d.whirl_kind() == Some(WhirlKind::Backward)).count();
+        page.add(&format!(
+            "<p>The tool whirls in {} windows, in {backward} of them backwards; first from {:.0} s on.</p>\n",
+            whirling.len(),
+            in_s(first.t_start_us)
+        ));
+    }
     if watched.dynamics.iter().any(|dynamics| dynamics.shocks > 0) {
         let level_g = f64::from(told.config.survey.dynamics.shock_m_s2) / G;
         let about = format!("Times in a window that vibration passed {level_g:.1} g, or the accelerometer clipped.");
@@ -39,29 +58,19 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     }
 }
 
-/// Levels of shocks, g.
-const LEVELS_G: [f64; 7] = [2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0];
-
-/// Table of how often the specific force left gravity by more than each level; empty if it never did.
-fn shocks_by_level(watched: &Watched) -> String {
-    let away_g = |force: [f32; 3]| (force.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt() / G - 1.0).abs();
-    let mut counts = [0_usize; LEVELS_G.len()];
-    let mut is_above = [false; LEVELS_G.len()];
-    for force in watched.calibrated.iter().filter_map(|calibrated| calibrated.force_m_s2) {
-        let away_g = away_g(force);
-        for ((count, is_above), level_g) in counts.iter_mut().zip(&mut is_above).zip(LEVELS_G) {
-            *count += usize::from(away_g > level_g && !*is_above);
-            // A shock rings: it is over when half of the level is left.
-            *is_above = away_g > if *is_above { 0.5 * level_g } else { level_g };
-        }
-    }
-    if counts[0] == 0 {
+/// Table of how many shocks reached each level; empty without shocks.
+fn shocks_by_level(told: &Told, watched: &Watched) -> String {
+    let all: u32 = watched.dynamics.iter().map(|dynamics| dynamics.shocks).sum();
+    if all == 0 {
         return String::new();
     }
-    let rows = LEVELS_G.iter().zip(counts).filter(|(_, count)| *count > 0);
+    let first_g = f64::from(told.config.survey.dynamics.shock_m_s2) / G;
+    let of_level = |k: usize| watched.dynamics.iter().filter_map(|dynamics| dynamics.shocks_over.get(k)).sum::<u32>();
+    let levels = SHOCK_LEVELS.iter().enumerate().map(|(k, ratio)| (first_g * f64::from(*ratio), of_level(k)));
+    let rows = std::iter::once((first_g, all)).chain(levels).filter(|(_, count)| *count > 0);
     let rows = rows.map(|(level_g, count)| (false, vec![format!("{level_g:.0}"), count.to_string()]));
     format!(
-        "<h3>Shocks by level</h3>\n<p class=\"about\">How often the specific force, as sampled, left gravity by more than a level. A short shock may be higher than its samples.</p>\n{}",
+        "<h3>Shocks by level</h3>\n<p class=\"about\">How many shocks reached a level, as sampled. A short shock may be higher than its samples.</p>\n{}",
         table(&["over, g", "times"], rows)
     )
 }

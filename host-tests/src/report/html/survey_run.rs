@@ -12,10 +12,13 @@ pub fn page(run: &SurveyedRun) -> String {
     page.head(&first_screen(run));
     page.section("Path");
     let plan: Vec<[f64; 2]> = run.stations.iter().map(|s| [s.position_m[1], s.position_m[0]]).collect();
-    let plan = view("Plan", "North is up, east to the right.", ["East", "north"], true, &plan);
+    let (ellipses, times) = ellipses(run, &plan);
+    let size = if times > 1.0 { format!(", drawn {times} times as large") } else { String::new() };
+    let about = format!("North is up, east to the right. Ellipses: two standard deviations{size}.");
+    let plan = view("Plan", &about, ["East", "north"], true, &plan, &ellipses);
     let section: Vec<[f64; 2]> = run.stations.iter().map(|s| [s.vertical_section_m, s.position_m[2]]).collect();
     let about = format!("Along {:.0} deg: distance to the right, depth down.", run.vertical_section_deg);
-    let section = view("Vertical section", &about, ["Distance", "depth"], false, &section);
+    let section = view("Vertical section", &about, ["Distance", "depth"], false, &section, &[]);
     page.add(&format!("<div class=\"pair\">\n{plan}{section}{}</div>\n", path_in_space::drawing(run)));
     charts(&mut page, run);
     page.section("Stations");
@@ -165,8 +168,37 @@ fn stations(run: &SurveyedRun) -> String {
     table(&head, rows)
 }
 
+/// Middle in the plot's numbers, and half axes with the major one's azimuth, degrees.
+type Ellipse = ([f64; 2], [f64; 3]);
+
+/// Ellipses of every fifth station and the last, of two standard deviations, so many times as large: as much as fits
+/// into the margin.
+fn ellipses(run: &SurveyedRun, plan: &[[f64; 2]]) -> (Vec<Ellipse>, f64) {
+    let spread = |k: usize| {
+        let of = || plan.iter().map(move |point| point[k]);
+        of().fold(f64::MIN, f64::max) - of().fold(f64::MAX, f64::min)
+    };
+    let size = spread(0).max(spread(1)).max(1.0);
+    let largest = run.stations.iter().map(|station| 2.0 * station.ellipse[0]).fold(1e-9, f64::max) / size;
+    let times = [50.0, 20.0, 10.0, 5.0, 2.0].into_iter().find(|times| times * largest < 18.0 / 260.0).unwrap_or(1.0);
+    let last = run.stations.len().saturating_sub(1);
+    let shown = run.stations.iter().zip(plan).enumerate().filter(|(k, _)| k % 5 == 0 || *k == last);
+    let ellipses = shown.map(|(_, (station, at))| {
+        let [major, minor, azimuth] = station.ellipse;
+        (*at, [2.0 * times * major, 2.0 * times * minor, azimuth])
+    });
+    (ellipses.collect(), times)
+}
+
 /// A drawing of the path in metres, one scale for both axes; `points` go to the right and down, or up.
-fn view(name: &str, about: &str, [right, other]: [&str; 2], is_up: bool, points: &[[f64; 2]]) -> String {
+fn view(
+    name: &str,
+    about: &str,
+    [right, other]: [&str; 2],
+    is_up: bool,
+    points: &[[f64; 2]],
+    ellipses: &[Ellipse],
+) -> String {
     let range = |k: usize| {
         let of = || points.iter().map(move |point| point[k]);
         [of().fold(f64::MAX, f64::min), of().fold(f64::MIN, f64::max)]
@@ -183,13 +215,25 @@ fn view(name: &str, about: &str, [right, other]: [&str; 2], is_up: bool, points:
         .map(|point| place(*point))
         .map(|[a, b]| format!("<circle class=\"z\" cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"2.5\"/>\n"))
         .collect();
+    let around: String = ellipses
+        .iter()
+        .map(|(at, [major, minor, azimuth])| {
+            let ([a, b], scale) = (place(*at), 260.0 / size);
+            format!(
+                "<ellipse cx=\"{a:.1}\" cy=\"{b:.1}\" rx=\"{:.2}\" ry=\"{:.2}\" transform=\"rotate({:.1} {a:.1} {b:.1})\" fill=\"none\" stroke=\"currentColor\" stroke-opacity=\"0.6\"/>\n",
+                major * scale,
+                minor * scale,
+                azimuth - 90.0
+            )
+        })
+        .collect();
     let height = 40.0 + 260.0 * (y[1] - y[0]) / size;
     // Not -0.0.
     let [x, y] = [x, y].map(|range| range.map(|m| (10.0 * m).round() / 10.0 + 0.0));
     let told = format!("{right} {:.1} to {:.1} m, {other} {:.1} to {:.1} m.", x[0], x[1], y[0], y[1]);
     format!(
         "<figure class=\"dial\">\n<h3>{name}</h3>\n<p class=\"about\">{} {}</p>\n<svg viewBox=\"0 0 300 {height:.0}\" role=\"img\" aria-label=\"{}\">\n\
-         <path class=\"after\" d=\"M{}\"/>\n{dots}</svg>\n</figure>\n",
+         <path class=\"after\" d=\"M{}\"/>\n{around}{dots}</svg>\n</figure>\n",
         escape(about),
         escape(&told),
         escape(&format!("{name}: {told}")),

@@ -1,0 +1,114 @@
+//! Burst: the raw samples around the worst second.
+
+use super::SurveyInput;
+
+/// One sample of a burst.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct BurstSample {
+    /// Time of acquisition, microseconds.
+    pub t_us: u64,
+    /// Raw accelerometer reading, m/s^2.
+    pub accel_m_s2: [f32; 3],
+    /// Rate about the tool axis, rad/s; 0 if it is not usable.
+    pub axial_rate_rad_s: f32,
+}
+
+const NO_SAMPLE: BurstSample = BurstSample { t_us: 0, accel_m_s2: [0.0; 3], axial_rate_rad_s: 0.0 };
+
+/// Recorder of the `N` successive samples whose raw acceleration varied most since the start. `N` is the sample rate
+/// for a second. It takes 48 bytes of RAM for each sample.
+///
+/// ```
+/// # use meerkat_mwd::survey::{BurstRecorder, SurveyInput};
+/// # let input = SurveyInput::default();
+/// let mut recorder = BurstRecorder::<200>::new();
+/// recorder.push(&input); // once a sample, beside `Surveyor::push`
+/// for sample in recorder.worst() {
+///     // to a file, or over the line when the tool is at the surface
+/// #   let _ = sample.t_us;
+/// }
+/// ```
+pub struct BurstRecorder<const N: usize> {
+    latest: [BurstSample; N],
+    worst: [BurstSample; N],
+    /// Place of the next sample in `latest`.
+    next: usize,
+    /// Place of the oldest sample in `worst`.
+    oldest: usize,
+    taken: usize,
+    since_compared: usize,
+    worst_variance: f32,
+}
+
+impl<const N: usize> BurstRecorder<N> {
+    /// Returns an empty recorder.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            latest: [NO_SAMPLE; N],
+            worst: [NO_SAMPLE; N],
+            next: 0,
+            oldest: 0,
+            taken: 0,
+            since_compared: 0,
+            worst_variance: -1.0,
+        }
+    }
+
+    /// Takes a sample. Four times in `N` samples the latest `N` are compared with the worst, and may be copied.
+    pub fn push(&mut self, input: &SurveyInput) {
+        let input = input.sanitised();
+        let Some(place) = self.latest.get_mut(self.next) else { return };
+        *place = BurstSample {
+            t_us: input.t_us,
+            accel_m_s2: input.raw_accel_m_s2,
+            axial_rate_rad_s: input.rate_rad_s.map_or(0.0, |[.., rate]| rate),
+        };
+        self.next = if self.next + 1 < N { self.next + 1 } else { 0 };
+        self.taken = self.taken.saturating_add(1);
+        self.since_compared += 1;
+        if self.taken < N || (self.since_compared < N.div_ceil(4) && self.taken > N) {
+            return;
+        }
+        self.since_compared = 0;
+        let variance = variance(&self.latest);
+        if variance > self.worst_variance {
+            (self.worst, self.oldest, self.worst_variance) = (self.latest, self.next, variance);
+        }
+    }
+
+    /// Samples of the worst burst, oldest first; none before `N` samples were taken.
+    pub fn worst(&self) -> impl Iterator<Item = &BurstSample> {
+        let (later, earlier) = self.worst.split_at_checked(self.oldest).unwrap_or_default();
+        let there = if self.worst_variance < 0.0 { 0 } else { N };
+        earlier.iter().chain(later).take(there)
+    }
+
+    /// Root mean square by which the raw acceleration of the worst burst varied about its mean, m/s^2.
+    #[must_use]
+    pub fn worst_rms_m_s2(&self) -> Option<f32> {
+        (self.worst_variance >= 0.0).then(|| libm::sqrtf(self.worst_variance))
+    }
+}
+
+impl<const N: usize> Default for BurstRecorder<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Sum of the axes' variances.
+fn variance(samples: &[BurstSample]) -> f32 {
+    let share = 1.0 / samples.len() as f32;
+    let mut mean = [0.0; 3];
+    for sample in samples {
+        for (mean, x) in mean.iter_mut().zip(sample.accel_m_s2) {
+            *mean += x * share;
+        }
+    }
+    let squares = |sample: &BurstSample| -> f32 {
+        sample.accel_m_s2.iter().zip(mean).map(|(x, mean)| (x - mean) * (x - mean)).sum()
+    };
+    samples.iter().map(squares).sum::<f32>() * share
+}

@@ -1,0 +1,139 @@
+//! Severity of vibration and of stick-slip in eight levels, whether the tool whirls, and the dose of a run.
+//!
+//! Levels count from 0 to 7, with the bounds that crews of Baker Hughes tools go by, attributed to Reckmann, Jogi, Kpetehoto,
+//! Chandrasekaran and Macpherson, MWD Failure Rates Due to Drilling Dynamics, IADC/SPE 127413 (2010). They were not
+//! checked against the paper. Its tools sample faster than a probe that measures attitude: what is above half of this
+//! probe's rate, or above its accelerometer's range, is in no figure here.
+
+use super::{DrillingDynamics, Rotation, WhirlKind};
+use crate::units::STANDARD_GRAVITY_M_S2;
+
+/// Root mean square of vibration, along the axis or across it, from which each level above 0 applies, g.
+pub const VIBRATION_BOUNDS_G: [f32; 7] = [0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 15.0];
+/// Stick-slip index from which each level above 0 applies; level 7 is a string that turned backwards.
+pub const STICK_SLIP_BOUNDS: [f32; 6] = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2];
+/// Speed from which a string turned backwards, revolutions per minute: half of that at which a tool counts as rotating.
+const BACKWARDS_RPM: f32 = 2.5;
+/// Circularity from which vibration counts as whirl: three quarters of its power turn one way.
+const CIRCULAR: f32 = 0.5;
+/// Number of levels.
+pub const LEVELS: usize = 8;
+
+fn level(value: f32, bounds: &[f32]) -> u8 {
+    bounds.iter().filter(|bound| value >= **bound).count() as u8
+}
+
+/// Level of a root mean square of vibration, m/s^2: 0 to 7 by [`VIBRATION_BOUNDS_G`].
+#[must_use]
+pub fn of_vibration(rms_m_s2: f32) -> u8 {
+    level(rms_m_s2 / STANDARD_GRAVITY_M_S2, &VIBRATION_BOUNDS_G)
+}
+
+impl DrillingDynamics {
+    /// Severity of vibration along the tool axis, 0 to 7.
+    #[must_use]
+    pub fn axial_severity(&self) -> Option<u8> {
+        self.axial_rms_m_s2.map(of_vibration)
+    }
+
+    /// Severity of vibration across the tool axis, 0 to 7.
+    #[must_use]
+    pub fn lateral_severity(&self) -> Option<u8> {
+        self.lateral_rms_m_s2.map(of_vibration)
+    }
+
+    /// Kind of whirl in this window. `None`: lateral vibration is under level 1, the tool does not rotate, or no
+    /// three quarters of the vibration turn one way.
+    #[must_use]
+    pub fn whirl_kind(&self) -> Option<WhirlKind> {
+        let Rotation { mean_rpm, stick_slip_index: Some(_), .. } = self.rotation? else { return None };
+        let whirl = self.whirl?;
+        if self.lateral_severity()? == 0 || whirl.circularity.abs() < CIRCULAR {
+            return None;
+        }
+        // As the string turns: above 0.
+        let (around, circularity) = (whirl.rpm / mean_rpm, whirl.circularity * mean_rpm);
+        if around <= -0.5 {
+            Some(WhirlKind::Backward)
+        } else if around > 1.0 && circularity > 0.0 {
+            Some(WhirlKind::Forward)
+        } else {
+            None
+        }
+    }
+}
+
+impl Rotation {
+    /// Severity of stick-slip, 0 to 7; `None` if the tool does not rotate.
+    #[must_use]
+    pub fn stick_slip_severity(&self) -> Option<u8> {
+        let index = self.stick_slip_index?;
+        let slowest = if self.mean_rpm < 0.0 { -self.max_rpm } else { self.min_rpm };
+        let backwards = slowest <= -BACKWARDS_RPM;
+        Some(if backwards { 7 } else { level(index, &STICK_SLIP_BOUNDS) })
+    }
+}
+
+/// What a tool has taken: time at each level, and shocks. A part's limits are hours at a level.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct VibrationDose {
+    /// Time at each level of axial vibration, seconds.
+    pub axial_s: [f32; LEVELS],
+    /// Time at each level of lateral vibration, seconds.
+    pub lateral_s: [f32; LEVELS],
+    /// Time at each level of stick-slip, seconds.
+    pub stick_slip_s: [f32; LEVELS],
+    /// Number of shocks.
+    pub shocks: u32,
+    /// Number of shocks over each of the higher levels, see [`DrillingDynamics::shocks_over`].
+    pub shocks_over: [u32; 3],
+}
+
+impl VibrationDose {
+    /// No dose.
+    pub const NONE: Self = Self {
+        axial_s: [0.0; LEVELS],
+        lateral_s: [0.0; LEVELS],
+        stick_slip_s: [0.0; LEVELS],
+        shocks: 0,
+        shocks_over: [0; 3],
+    };
+
+    /// Adds a window.
+    pub fn add(&mut self, window: &DrillingDynamics) {
+        let time_s = window.t_end_us.saturating_sub(window.t_start_us) as f32 * 1e-6;
+        let stick_slip = window.rotation.as_ref().and_then(Rotation::stick_slip_severity);
+        let levels = [window.axial_severity(), window.lateral_severity(), stick_slip];
+        for (times, level) in [&mut self.axial_s, &mut self.lateral_s, &mut self.stick_slip_s].into_iter().zip(levels) {
+            if let Some(time) = level.and_then(|level| times.get_mut(usize::from(level))) {
+                *time += time_s;
+            }
+        }
+        self.shocks = self.shocks.saturating_add(window.shocks);
+        for (sum, count) in self.shocks_over.iter_mut().zip(window.shocks_over) {
+            *sum = sum.saturating_add(count);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_begins_at_its_bound() {
+        let levels = [0.0, 0.49, 0.5, 0.99, 1.0, 2.5, 4.9, 7.9, 14.9, 15.1, f32::INFINITY];
+        let levels = levels.map(|g| of_vibration(g * STANDARD_GRAVITY_M_S2));
+        assert_eq!(levels, [0, 0, 1, 1, 2, 3, 4, 5, 6, 7, 7]);
+        let rotation =
+            |min_rpm, max_rpm, index| Rotation { min_rpm, mean_rpm: 100.0, max_rpm, stick_slip_index: index };
+        assert_eq!(rotation(90.0, 110.0, Some(0.1)).stick_slip_severity(), Some(0));
+        assert_eq!(rotation(30.0, 170.0, Some(0.7)).stick_slip_severity(), Some(3));
+        assert_eq!(rotation(0.0, 260.0, Some(1.3)).stick_slip_severity(), Some(6));
+        assert_eq!(rotation(-5.0, 260.0, Some(1.3)).stick_slip_severity(), Some(7));
+        // The gyro's bias at rest.
+        assert_eq!(rotation(-0.1, 260.0, Some(1.3)).stick_slip_severity(), Some(6));
+        assert_eq!(rotation(0.0, 1.0, None).stick_slip_severity(), None);
+    }
+}
