@@ -90,6 +90,7 @@ impl Change {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use core::f32::consts::TAU;
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -113,7 +114,7 @@ mod tests {
         let still = change_of(|_| Vector3::new(0.1, 0.2, 0.3));
         let (before, after) = (Vector3::zeros(), Vector3::new(0.6, 0.0, 0.0));
         // 12 rad/s^2 on one axis, for 0.05 s.
-        let expected = 144.0 / 3.0 * 0.05_f32.powi(4) / 12.0;
+        let expected = 144.0 / 3.0 * (0.05 * 0.05 * 0.05 * 0.05) / 12.0;
         assert!((still.unread_variance(&before, &after, 0.05) / expected - 1.0).abs() < 1e-3);
         assert!(still.unread_variance(&before, &before, 0.05) < 1e-12);
     }
@@ -124,12 +125,12 @@ mod tests {
         let mut uniform = move || random.next_u32() as f32 / u32::MAX as f32;
         let (mut within, mut beyond, mut sum, mut cases) = (0, 0, 0.0, 0);
         for _ in 0..400 {
-            let (hz, phase, size) = (0.3 + 2.0 * uniform(), 6.3 * uniform(), 0.5 + 4.0 * uniform());
-            let rate = |t: f32| Vector3::new(size * libm::sinf(6.283 * hz * t + phase), 0.0, 0.0);
+            let (hz, phase, size) = (0.3 + 2.0 * uniform(), TAU * uniform(), 0.5 + 4.0 * uniform());
+            let rate = |t: f32| Vector3::new(size * libm::sinf(TAU * hz * t + phase), 0.0, 0.0);
             let change = change_of(rate);
             let (from, gap) = (10.0 + uniform(), 0.02 + 0.15 * uniform());
             let (before, after) = (rate(from), rate(from + gap));
-            let integral = |t: f32| -size * libm::cosf(6.283 * hz * t + phase) / (6.283 * hz);
+            let integral = |t: f32| -size * libm::cosf(TAU * hz * t + phase) / (TAU * hz);
             let missed = integral(from + gap) - integral(from) - 0.5 * gap * (before.x + after.x);
             let of_told = missed * missed / change.unread_variance(&before, &after, gap);
             (within, beyond) = (within + i32::from(of_told < 1.0), beyond + i32::from(of_told > 9.0));

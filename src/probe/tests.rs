@@ -200,12 +200,13 @@ fn lost_samples_turn_the_attitude_by_less_than_it_says() {
             }
             let [a, b] = [attitude.q.map(f64::from), [truth.w, truth.i, truth.j, truth.k]].map(Vector4::from);
             let angle = 2.0 * libm::acos(a.dot(&b).abs().min(1.0)) as f32;
-            let told = attitude.sigma_inclination_rad.hypot(attitude.sigma_azimuth_rad);
+            let told = libm::hypotf(attitude.sigma_inclination_rad, attitude.sigma_azimuth_rad);
             assert!(angle < 3.0 * told, "{lost_us}: {angle} {told} at {}", sample.t_us);
-            (most, most_told) = (most.max(angle), most_told.max(told));
+            most = if angle > most { angle } else { most };
+            most_told = if told > most_told { told } else { most_told };
         }
         // In each the probe turns by up to 15 deg.
         assert!(most < 0.05 && most_told < 1.5 * whole_told, "{lost_us}: {most} {most_told} {whole_told}");
-        whole_told = whole_told.min(most_told);
+        whole_told = if lost_us == 0 { most_told } else { whole_told };
     }
 }

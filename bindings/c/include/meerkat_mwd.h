@@ -29,7 +29,7 @@
 /**
  * Bytes of storage for an `MwdAttitudeFilter`.
  */
-#define MWD_ATTITUDE_FILTER_SIZE 1024
+#define MWD_ATTITUDE_FILTER_SIZE 1280
 
 /**
  * Alignment of that storage, bytes.

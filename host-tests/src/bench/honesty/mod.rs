@@ -20,7 +20,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
         &["case", "figure", "unit", "median", "worst", "at most"],
     );
     for Case { name, figures, run } in &CASES {
-        let runs = each_seed(0..seeds, |seed| run(seed))?;
+        let runs = each_seed(0..seeds, run)?;
         for (k, figure) in figures.iter().enumerate() {
             let values: Vec<f64> = runs.iter().filter_map(|values| values.get(k).copied()).collect();
             let worst = values.iter().copied().fold(f64::NAN, f64::max);
