@@ -70,7 +70,8 @@ impl Motion {
         };
         let square = rate.norm_squared();
         let going_on = 2.0 * turned.dot(&rate) - (SCALE_CORRELATION_S - across_s) * square;
-        let going_on = if going_on > 0.0 && square > 0.0 { scale * going_on / square } else { 0.0 };
+        let is_sustained = self.sustained.axes().is_some();
+        let going_on = if going_on > 0.0 && square > 0.0 && !is_sustained { scale * going_on / square } else { 0.0 };
         let (resting, moving) = (self.rest.force_density(step_s), FORCE_NOISE_M_S2_RTHZ * FORCE_NOISE_M_S2_RTHZ);
         let noise_density = if self.rest.detected() && resting < moving { resting } else { moving };
         // Vibration of the tool's own axes at the rotation's frequency is slow in the earth frame. The measured

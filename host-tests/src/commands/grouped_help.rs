@@ -10,7 +10,7 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
     ("With many recordings", &["batch", "fleet"]),
     ("With a probe on a line", &["record", "monitor", "command"]),
     ("Without either", &["simulate", "emulate", "bench"]),
-    ("To look up", &["field", "man", "help"]),
+    ("To look up", &["field", "man", "completions", "help"]),
 ];
 
 /// The command with its help grouped. Styles are left out where the output is no terminal.
