@@ -56,7 +56,9 @@ fn three_tables_hold_what_replay_says_and_a_bad_file_is_a_row() {
     let pattern = format!("{}/*.csv", text(folder.path()));
     let listed = format!("@{}", text(&list));
     let attitudes = at("attitudes");
-    let output = mwd(&["batch", &pattern, &listed, "-o", text(&results), "--attitude-dir", text(&attitudes)]);
+    let pages = at("pages");
+    let beside = ["--attitude-dir", text(&attitudes), "--html-dir", text(&pages)];
+    let output = mwd(&[&["batch", &pattern, &listed, "-o", text(&results)][..], &beside].concat());
     assert!(output.status.success(), "{output:?}");
     let told = String::from_utf8(output.stdout).unwrap();
     assert!(told.starts_with("4 recordings: 4 flown now, 0 from before; 2 bad"), "{told}");
@@ -71,10 +73,9 @@ fn three_tables_hold_what_replay_says_and_a_bad_file_is_a_row() {
     let windows = table(&at("out/all.windows.parquet"));
     let stations = table(&at("out/all.stations.parquet"));
     for path in &good {
-        let (json, attitude, surveys) = (at("one.json"), at("one.csv"), at("surveys.csv"));
-        let one =
-            ["replay", text(path), "--json", text(&json), "--attitude", text(&attitude), "--surveys", text(&surveys)];
-        assert!(mwd(&one).status.success());
+        let (json, attitude, surveys, page) = (at("one.json"), at("one.csv"), at("surveys.csv"), at("one.html"));
+        let files = ["--json", text(&json), "--attitude", text(&attitude), "--surveys", text(&surveys)];
+        assert!(mwd(&[&["replay", text(path), "--html", text(&page)][..], &files].concat()).status.success());
         let json: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap();
         let row = of(path);
         assert_eq!(row["ok"], Field::Bool(true));
@@ -98,9 +99,11 @@ fn three_tables_hold_what_replay_says_and_a_bad_file_is_a_row() {
         assert_eq!(found[0]["inclination_deg"], Field::Double(first.parse().unwrap()));
         let name = mwd::trace::recordings::name(path);
         let name = name.trim_end_matches(".csv");
-        let files = fs::read_dir(&attitudes).unwrap().map(|entry| entry.unwrap().path());
-        let file = files.into_iter().find(|file| text(file).contains(name)).unwrap();
-        assert_eq!(fs::read(file).unwrap(), fs::read(attitude).unwrap(), "the attitude's bytes");
+        for (folder, one) in [(&attitudes, &attitude), (&pages, &page)] {
+            let mut files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+            let file = files.find(|file| text(file).contains(name)).unwrap();
+            assert!(fs::read(&file).unwrap() == fs::read(one).unwrap(), "the bytes of {}", file.display());
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The attitude filter alone, in the call of VQF.
 
-use meerkat_mwd::{Config, attitude::AttitudeFlags};
+use meerkat_mwd::{Config, attitude::AttitudeFlags, config::Motion};
 use nalgebra::Vector3;
 use numpy::{IntoPyArray, PyReadonlyArray2};
 use pyo3::{prelude::*, types::PyDict};
@@ -16,14 +16,19 @@ pub struct AttitudeFilter {
 
 #[pymethods]
 impl AttitudeFilter {
-    /// `period_s` is the time between two samples, seconds.
+    /// `period_s` is the time between two samples, seconds; `motion` is `hand` or `drill_string`.
     #[new]
-    fn new(period_s: f64) -> PyResult<Self> {
+    fn new(period_s: f64, motion: &str) -> PyResult<Self> {
         if !(1e-4..=0.05).contains(&period_s) {
             return Err(bad(format!("the period must be 0.0001 to 0.05 s, not {period_s}")));
         }
+        let motion = match motion {
+            "hand" => Motion::Hand,
+            "drill_string" => Motion::DrillString,
+            other => return Err(bad(format!("motion must be 'hand' or 'drill_string', not '{other}'"))),
+        };
         let (config, mut inner) = (Config::default(), Box::new(meerkat_mwd::attitude::AttitudeFilter::new()));
-        inner.start(&config.attitude, &config.earth, config.identification.motion);
+        inner.start(&config.attitude, &config.earth, motion);
         Ok(Self { inner, period_s: period_s as f32 })
     }
 

@@ -27,7 +27,7 @@ pub fn replay(
     if hold_out.is_some_and(|share| !(share > 0.0 && share < 1.0)) {
         return Err(bad("hold_out must be between 0 and 1"));
     }
-    let options = Options { config, hold_out, seed, no_effects, force, attitude_dir: None };
+    let options = Options { config, hold_out, seed, no_effects, force, attitude_dir: None, html_dir: None };
     py.detach(|| result(trace.0.clone(), &options)).map(Flight).map_err(bad)
 }
 

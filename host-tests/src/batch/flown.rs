@@ -1,6 +1,6 @@
 //! One recording of a batch: read, flown once with its surveys, and described.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use meerkat_mwd::{
     Config, Sample,
@@ -8,13 +8,18 @@ use meerkat_mwd::{
     survey::{SurveyNews, SurveyReport, Surveyor},
 };
 
-use super::{options::Options, parts::Part};
+use super::{key::Key, options::Options, parts::Part};
 use crate::{
     diagnosis::diagnosed,
     failure::Failure,
-    flight::{Flight, configuration::configuration, started},
+    flight::{Flight, configuration::configuration, started, watched},
     import::plausible::checked,
-    report::{attitude_csv::write_attitude_csv, json::result_json, surveys_csv::surveys_csv},
+    report::{
+        attitude_csv::write_attitude_csv,
+        html::{Told, replay::page, write_page},
+        json::result_json,
+        surveys_csv::surveys_csv,
+    },
     score,
     trace::Trace,
 };
@@ -82,11 +87,40 @@ impl Result {
     }
 }
 
-/// The part of one recording; its attitude goes into a file, if there is one.
-pub(super) fn fly(path: &Path, options: &Options, attitude: Option<&Path>) -> anyhow::Result<Part> {
+/// Files of one recording beside the tables.
+pub(super) struct Beside {
+    attitude: Option<PathBuf>,
+    html: Option<PathBuf>,
+}
+
+impl Beside {
+    /// Their names.
+    pub fn of(path: &Path, key: &Key, options: &Options) -> Self {
+        let file = |folder: &Option<PathBuf>, ending| folder.as_ref().map(|folder| folder.join(key.file(path, ending)));
+        Self { attitude: file(&options.attitude_dir, "csv"), html: file(&options.html_dir, "html") }
+    }
+
+    /// Returns true if nothing is left to write.
+    pub fn is_there(&self) -> bool {
+        [&self.attitude, &self.html].into_iter().flatten().all(|file| file.exists())
+    }
+}
+
+/// The part of one recording; the files beside the tables are written.
+pub(super) fn fly(path: &Path, options: &Options, beside: &Beside) -> anyhow::Result<Part> {
     let flown = result(Trace::read(path)?, options)?;
-    if let Some(file) = attitude {
+    if let Some(file) = &beside.attitude {
         write_attitude_csv(&flown.flight.outputs, file)?;
+    }
+    if let Some(file) = &beside.html {
+        let Result { trace, config, flight, .. } = &flown;
+        let reference = score::score(trace, flight, &score::Settings::of(trace, config));
+        let (diagnosed, reference) = (&diagnosed(trace, config, flight), reference.as_ref());
+        let watched = Some(&watched(started(config, None)?, &trace.samples)?);
+        write_page(
+            file,
+            &page(&Told { trace, config, flight, diagnosed, reference, watched, place: "on this machine" }),
+        )?;
     }
     // By way of the text: a number is then the one that a reader of the JSON has.
     let result = serde_json::from_str(&flown.json()?)?;

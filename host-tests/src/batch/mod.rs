@@ -21,6 +21,7 @@ pub use key::Key;
 pub use options::Options;
 
 use crate::failure::Failure;
+use flown::Beside;
 use parquet_file::Table;
 use parts::{Part, Parts};
 use schema::{RECORDINGS, STATIONS, WINDOWS};
@@ -113,11 +114,11 @@ fn one(path: &Path, parts: &Parts, options: &Options) -> std::result::Result<(Ke
             return Ok((key, 0.0));
         }
     };
-    let attitude = options.attitude_dir.as_deref().map(|folder| folder.join(key.file(path, "csv")));
-    if parts.has(&key) && attitude.as_ref().is_none_or(|file| file.exists()) {
+    let beside = Beside::of(path, &key, options);
+    if parts.has(&key) && beside.is_there() {
         return Ok((key, -1.0));
     }
-    let flown = catch_unwind(AssertUnwindSafe(|| flown::fly(path, options, attitude.as_deref())));
+    let flown = catch_unwind(AssertUnwindSafe(|| flown::fly(path, options, &beside)));
     let part = match flown {
         Ok(Ok(part)) => part,
         Ok(Err(error)) => Part::refused(without_path(&error.to_string(), path)),

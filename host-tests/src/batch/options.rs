@@ -21,6 +21,8 @@ pub struct Options {
     pub force: bool,
     /// Folder for the attitudes.
     pub attitude_dir: Option<PathBuf>,
+    /// Folder for the reports.
+    pub html_dir: Option<PathBuf>,
 }
 
 impl Options {

@@ -31,6 +31,9 @@ pub struct BatchArgs {
     /// Write the attitude of every sample of each recording into this folder
     #[arg(long, value_name = "DIR")]
     pub attitude_dir: Option<PathBuf>,
+    /// Write the report of each recording into this folder, as `replay --html` does
+    #[arg(long, value_name = "DIR")]
+    pub html_dir: Option<PathBuf>,
     /// Configuration that overrides the traces' headers
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
@@ -57,7 +60,7 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
     if let Some(config) = args.config.as_deref().filter(|config| !config.is_file()) {
         return Err(Failure::BadInput(format!("{}: cannot be read", config.display())).into());
     }
-    if let Some(folder) = &args.attitude_dir {
+    for folder in [&args.attitude_dir, &args.html_dir].into_iter().flatten() {
         std::fs::create_dir_all(folder).map_err(|error| Failure::output(folder, &error))?;
     }
     if args.html.as_ref().is_some_and(|page| *page == args.output || same_file(page, &args.output)) {
@@ -70,6 +73,7 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
         no_effects: args.no_effects,
         force: args.force,
         attitude_dir: args.attitude_dir.clone(),
+        html_dir: args.html_dir.clone(),
     };
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let (bar, began) = (progress_bar(paths.len()), Instant::now());

@@ -293,10 +293,11 @@ class AttitudeFilter:
 
     Args:
         period_s: Time between two samples, seconds; VQF's ``gyrTs``.
+        motion: ``hand``, or ``drill_string`` for a probe that goes round and is not carried about.
     """
 
-    def __init__(self, period_s: float) -> None:
-        self._native = _native.AttitudeFilter(period_s)
+    def __init__(self, period_s: float, motion: str = "hand") -> None:
+        self._native = _native.AttitudeFilter(period_s, motion)
 
     def updateBatch(  # noqa: N802 - VQF's name
         self, gyr: ArrayLike, acc: ArrayLike, mag: ArrayLike | None = None
