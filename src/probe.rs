@@ -128,6 +128,8 @@ impl Probe {
     /// kind. Of two such stamps in a row, at most ten seconds apart, the later begins a new time base, after a gap.
     /// A clock that goes back for good is believed in the same way if by more than ten seconds, and is waited for
     /// if by less: the probe then begins afresh ([`Probe::began_afresh`]).
+    // Its frame would lie under all work between samples.
+    #[inline(never)]
     pub fn push(&mut self, sample: &Sample) -> Option<Output> {
         if !self.configured {
             return None;

@@ -164,7 +164,7 @@ fn the_page_is_well_formed_and_tells_every_effect() {
         scenario.effects.periodic_bias_deg_s = [0.1, -0.07, 0.13];
         scenario.effects.periodic_bias_period_s = 8.0;
     });
-    for (scenario, expected) in [(with_lag, "mag_lag over the diagnoses"), (outside, "What is left is")] {
+    for (scenario, expected) in [(with_lag, "(mag_lag) over the diagnoses"), (outside, "What is left is")] {
         simulate(&scenario, 1).0.write(&trace_path).unwrap();
         let [page_path, json_path] = ["page.html", "result.json"].map(|name| directory.path().join(name));
         let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));

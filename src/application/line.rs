@@ -123,8 +123,9 @@ impl Line {
         self.flags & SelfTest::FAULTS
     }
 
-    /// Which surveys are new; the surveyor keeps them.
+    /// Which surveys are new; the surveyor keeps them. A mean toolface is not sent: attitudes are.
     pub(super) fn surveys(&mut self, news: SurveyNews) {
+        let news = news.difference(SurveyNews::TOOLFACE);
         self.lost_unless(!self.surveys.intersects(news));
         self.surveys |= news;
     }

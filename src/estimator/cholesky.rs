@@ -9,21 +9,36 @@ pub(crate) struct Cholesky<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Cholesky<T, N> {
+    /// Before a factorisation.
+    pub const fn unset() -> Self {
+        Self { rows: [[T::ZERO; N]; N], count: 0 }
+    }
+
     /// Factorises the first `count` rows of a matrix, given its lower triangle. `None` where a pivot is not positive.
     pub fn new(count: usize, element: impl Fn(usize, usize) -> T) -> Option<Self> {
-        Self::factorise(count, element, None)
+        let mut factor = Self::unset();
+        factor.factorise(count, element, None)?;
+        Some(factor)
     }
 
     /// The same, with `least` in the place of a pivot that rounding left nothing of.
     pub fn new_or_least(count: usize, element: impl Fn(usize, usize) -> T, least: T) -> Self {
-        let factor = Self::factorise(count, element, Some(least));
-        factor.unwrap_or(Self { rows: [[T::ZERO; N]; N], count: 0 })
+        let mut factor = Self::unset();
+        factor.fill_or_least(count, element, least);
+        factor
     }
 
-    fn factorise(count: usize, element: impl Fn(usize, usize) -> T, least: Option<T>) -> Option<Self> {
-        let mut factor = Self { rows: [[T::ZERO; N]; N], count: if count < N { count } else { N } };
-        for i in 0..factor.count {
-            let (above, below) = factor.rows.split_at_mut_checked(i)?;
+    /// The same in place, for a large matrix: no second one is on the stack.
+    pub fn fill_or_least(&mut self, count: usize, element: impl Fn(usize, usize) -> T, least: T) {
+        if self.factorise(count, element, Some(least)).is_none() {
+            *self = Self::unset();
+        }
+    }
+
+    fn factorise(&mut self, count: usize, element: impl Fn(usize, usize) -> T, least: Option<T>) -> Option<()> {
+        self.count = if count < N { count } else { N };
+        for i in 0..self.count {
+            let (above, below) = self.rows.split_at_mut_checked(i)?;
             let row = below.first_mut()?;
             for (j, other) in above.iter().enumerate() {
                 let value = less_products(element(i, j), row, other, j) / *other.get(j)?;
@@ -32,7 +47,7 @@ impl<T: Real, const N: usize> Cholesky<T, N> {
             let sum = less_products(element(i, i), row, row, i);
             *row.get_mut(i)? = if sum > T::ZERO { sum.root() } else { least? };
         }
-        Some(factor)
+        Some(())
     }
 
     /// Element (i, j <= i) of L.

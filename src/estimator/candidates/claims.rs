@@ -254,7 +254,8 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         let mut by = [T::ZERO; GLOBALS];
         let n = at_most(taken.len(), MAX_TAKEN);
         let of_both = |i: usize, j: usize| at(covariance, i * (i + 1) / 2 + j);
-        let factor = Cholesky::<T, MAX_TAKEN>::new_or_least(n, of_both, T::of(LEAST_FACTOR));
+        let mut factor = Cholesky::<T, MAX_TAKEN>::unset();
+        factor.fill_or_least(n, of_both, T::of(LEAST_FACTOR));
         let mut right = [T::ZERO; GLOBALS];
         for (right, row) in right.iter_mut().zip(&self.globals) {
             for (i, column) in taken.iter().enumerate() {
