@@ -95,17 +95,19 @@ pub(super) const CASES: [Case; 12] = [
     },
 ];
 
-/// A quiet tool at 45 deg with the drawn direction.
+/// A hole of any direction in which azimuth and toolface are sound.
+fn inclined(random: &mut Random) -> Hole {
+    let inclination_deg = random.between(20.0, 70.0);
+    Hole { inclination_deg, azimuth_deg: random.between(0.0, 360.0), ..Hole::default() }
+}
+
+/// A tool without vibration in a drawn hole.
 fn quiet(random: &mut Random) -> Scenario {
     Scenario {
         duration_s: 180.0,
         rest_s: 30.0,
         ramp_s: 0.5,
-        hole: Hole {
-            inclination_deg: random.between(20.0, 70.0),
-            azimuth_deg: random.between(0.0, 360.0),
-            ..Hole::default()
-        },
+        hole: inclined(random),
         rotation: Rotation { toolface_deg: random.between(0.0, 360.0), stick_slip: 0.0, ..Rotation::default() },
         wobble: Wobble { rms_deg: 0.0, ..Wobble::default() },
         vibration: Vibration {
@@ -151,11 +153,7 @@ fn scale_drifts(seed: u64) -> anyhow::Result<Vec<f64>> {
     let scenario = Scenario {
         duration_s: 360.0,
         rest_s: 20.0,
-        hole: Hole {
-            inclination_deg: random.between(20.0, 70.0),
-            azimuth_deg: random.between(0.0, 360.0),
-            ..Hole::default()
-        },
+        hole: inclined(&mut random),
         temperature: Some(Temperature { end_c: Some(45.0), ..Temperature::default() }),
         effects: Effects { gyro_scale_temperature_percent_c: [0.0, 0.0, percent_c], ..Effects::default() },
         ..Scenario::default()
@@ -188,11 +186,7 @@ fn sensors_within_their_data_sheets(seed: u64) -> anyhow::Result<Vec<f64>> {
     let (accel_bias_m_s2, hard_iron_ut) = (vector(0.002, 0.004), vector(0.03, 0.05));
     let scenario = Scenario {
         duration_s: 220.0,
-        hole: Hole {
-            inclination_deg: random.between(20.0, 70.0),
-            azimuth_deg: random.between(0.0, 360.0),
-            ..Hole::default()
-        },
+        hole: inclined(&mut random),
         effects: Effects { accel_bias_m_s2, hard_iron_ut, ..Effects::default() },
         ..Scenario::default()
     };
@@ -224,11 +218,7 @@ fn begins_in_a_vertical_hole(seed: u64) -> anyhow::Result<Vec<f64>> {
 /// A fault on and off every 0.4 s from the 60th to the 90th second; all is sound after it.
 fn on_and_off(seed: u64, spoil: fn(&mut Sample)) -> anyhow::Result<Vec<f64>> {
     let mut random = random(seed);
-    let hole = Hole {
-        inclination_deg: random.between(20.0, 70.0),
-        azimuth_deg: random.between(0.0, 360.0),
-        ..Hole::default()
-    };
+    let hole = inclined(&mut random);
     let (mut trace, _) = simulate(&Scenario { duration_s: 180.0, hole, ..Scenario::default() }, seed);
     for sample in &mut trace.samples {
         let since_us = sample.t_us.saturating_sub(60_000_000);
@@ -246,11 +236,7 @@ fn reads_at_rest(seed: u64) -> anyhow::Result<Vec<f64>> {
     let scenario = Scenario {
         duration_s: 60.0,
         rest_s: 20.0,
-        hole: Hole {
-            inclination_deg: random.between(20.0, 70.0),
-            azimuth_deg: random.between(0.0, 360.0),
-            ..Hole::default()
-        },
+        hole: inclined(&mut random),
         gyro: Gyro { bias_deg_s: Some(bias_deg_s), diagonal_sigma: 0.01, off_diagonal_sigma: 0.005, ..Gyro::default() },
         ..Scenario::default()
     };
@@ -274,11 +260,7 @@ fn a_magnet_comes(seed: u64) -> anyhow::Result<Vec<f64>> {
     let magnet = HardIronInterval { from_s: 60.0, to_s: 1e3, offset_ut, ramp_s: 0.3 };
     let scenario = Scenario {
         duration_s: 300.0,
-        hole: Hole {
-            inclination_deg: random.between(20.0, 70.0),
-            azimuth_deg: random.between(0.0, 360.0),
-            ..Hole::default()
-        },
+        hole: inclined(&mut random),
         effects: Effects { hard_iron_intervals: vec![magnet], ..Effects::default() },
         ..Scenario::default()
     };
