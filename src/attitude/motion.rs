@@ -39,7 +39,7 @@ impl Motion {
         }
     }
 
-    /// Process noise of a filter step. `step_s` is the interval of the samples, `scale_sigma` the deviation of
+    /// Takes a filter step; returns its process noise. `step_s` is the interval of the samples, `scale_sigma` the deviation of
     /// the gyro's scale factors and couplings.
     pub fn process_noise(
         &mut self,

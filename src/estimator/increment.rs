@@ -276,7 +276,7 @@ impl<T: Real> Builder<T> {
         let middle = self.rotation * half;
         if let [Some(before), Some(after)] = &forces {
             self.force += middle * (before + after) * (count * T::of(0.5));
-            self.forces += readings as u16;
+            self.forces = self.forces.saturating_add(readings as u16);
             let unread = self.force_change.unread_variance(&narrow(before), &narrow(after), seconds.narrow());
             self.unread_velocity += T::of(unread);
         }

@@ -1,0 +1,89 @@
+//! What a wrong model's attitude is replaced by, and what is told while a string begins to turn.
+
+use super::*;
+use crate::{
+    Config,
+    rotation::{exp_matrix, matrix},
+};
+
+const GRAVITY_M_S2: f32 = 9.806_65;
+
+/// A filter that has stood level for seconds, facing magnetic north, and whose gyro has just turned out another.
+fn doubted() -> AttitudeFilter {
+    let config = Config::default();
+    let mut filter = AttitudeFilter::new();
+    filter.start(&config.attitude, &config.earth, config.identification.motion);
+    for _ in 0..2_000 {
+        filter.propagate(0.005, &Vector3::zeros());
+        filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&Vector3::new(20.0, 0.0, 44.0)));
+    }
+    assert!(!filter.is_doubted());
+    let mut other = GyroModel::IDENTITY;
+    other.p[1][2] = 0.08;
+    filter.model_changed(&GyroModel::IDENTITY, &other, &[0.005; 12]);
+    assert!(filter.is_doubted());
+    filter
+}
+
+/// Angle between the filter's attitude and another, rad, where it is small.
+fn off(filter: &AttitudeFilter, rotation: &Vector3<f32>) -> f32 {
+    (matrix(&filter.state.propagation.q) - exp_matrix(rotation)).norm() / libm::sqrtf(2.0)
+}
+
+#[test]
+fn a_wrong_models_attitude_is_replaced_by_one_that_is_known_better() {
+    let truth = Vector3::new(0.2, -0.1, 0.5);
+    let known = |sigma: f32| KnownAttitude {
+        rotation: exp_matrix(&truth),
+        covariance: Matrix3::from_diagonal_element(sigma * sigma),
+    };
+    let mut filter = doubted();
+    filter.mark();
+    filter.compare(&known(0.01));
+    assert!(off(&filter, &truth) < 1e-5 && !filter.is_doubted(), "{}", off(&filter, &truth));
+    let sigma = filter.attitude(crate::attitude::AttitudeFlags::empty()).unwrap().sigma_inclination_rad;
+    assert!((0.005..0.03).contains(&sigma), "{sigma}");
+    // One that is known less well is none to take, and without a mark there is none.
+    let mut filter = doubted();
+    filter.mark();
+    filter.compare(&known(0.3));
+    assert!(off(&filter, &Vector3::zeros()) < 0.01 && !filter.is_doubted());
+    let mut filter = doubted();
+    filter.compare(&known(0.01));
+    assert!(off(&filter, &Vector3::zeros()) < 0.01 && filter.is_doubted());
+}
+
+#[test]
+fn a_change_within_what_the_gyro_was_thought_to_be_is_no_doubt() {
+    let mut filter = doubted();
+    filter.is_doubted = false;
+    let mut near = GyroModel::IDENTITY;
+    near.p[0][0] = 1.002;
+    filter.model_changed(&GyroModel::IDENTITY, &near, &[0.005; 12]);
+    assert!(!filter.is_doubted());
+}
+
+#[test]
+fn a_string_that_begins_to_turn_takes_the_heading_along_by_no_more_than_is_told() {
+    for (scale, top_rad_s) in [(1.02, 6.0), (0.98, 12.0), (1.01, -9.0)] {
+        let config = Config::default();
+        let mut filter = AttitudeFilter::new();
+        filter.start(&config.attitude, &config.earth, config.identification.motion);
+        let (mut psi, mut most) = (0.0_f32, 0.0_f32);
+        for k in 0..6_000_u16 {
+            // From 15 to 18 s.
+            let spun_up = f32::from(k.saturating_sub(3_000).min(600)) / 600.0;
+            let rate = Vector3::new(0.0, 0.0, top_rad_s * spun_up);
+            psi += rate.z * 0.005;
+            filter.propagate(0.005, &(rate * scale));
+            let field = exp_matrix(&Vector3::new(0.0, 0.0, -psi)) * Vector3::new(20.0, 0.0, 44.0);
+            filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&field));
+            let Some(attitude) = filter.attitude(AttitudeFlags::empty()) else { continue };
+            let error = libm::remainderf(attitude.magnetic_toolface_rad - psi, core::f32::consts::TAU).abs();
+            let is_flagged = attitude.flags.intersects(AttitudeFlags::MAG_UNUSED | AttitudeFlags::NO_HEADING);
+            assert!(is_flagged || error < 4.0 * attitude.sigma_toolface_rad, "{k}: {error} {attitude:?}");
+            most = if error > most { error } else { most };
+        }
+        assert!(most < 0.35, "{scale} {top_rad_s}: {most}");
+    }
+}
