@@ -27,13 +27,7 @@ pub fn without_sensor_errors(mut scenario: Scenario) -> Scenario {
 /// Rotation alone: no vibration, no shocks, no wobble.
 pub fn smooth(scenario: Scenario) -> Scenario {
     Scenario {
-        vibration: Vibration {
-            lateral_m_s2: 0.0,
-            axial_m_s2: 0.0,
-            chatter_m_s2: 0.0,
-            angular_deg_s: 0.0,
-            ..scenario.vibration
-        },
+        vibration: Vibration::none(),
         shocks: ShockSettings { per_minute: 0.0, ..scenario.shocks },
         wobble: Wobble { rms_deg: 0.0, ..scenario.wobble },
         ..scenario

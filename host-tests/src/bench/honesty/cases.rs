@@ -110,13 +110,7 @@ fn quiet(random: &mut Random) -> Scenario {
         hole: inclined(random),
         rotation: Rotation { toolface_deg: random.between(0.0, 360.0), stick_slip: 0.0, ..Rotation::default() },
         wobble: Wobble { rms_deg: 0.0, ..Wobble::default() },
-        vibration: Vibration {
-            lateral_m_s2: 0.0,
-            axial_m_s2: 0.0,
-            chatter_m_s2: 0.0,
-            angular_deg_s: 0.0,
-            ..Vibration::default()
-        },
+        vibration: Vibration::none(),
         shocks: ShockSettings { per_minute: 0.0, ..ShockSettings::default() },
         ..Scenario::default()
     }

@@ -28,13 +28,7 @@ pub(super) fn turning(effects: &Effects, mean_rpm: f64) -> Scenario {
         hole: Hole { build_rate_deg_h: 0.0, turn_rate_deg_h: 0.0, ..Hole::default() },
         rotation: Rotation { mean_rpm, stick_slip: 0.0, ..Rotation::default() },
         wobble: Wobble { rms_deg: 0.0, ..Wobble::default() },
-        vibration: Vibration {
-            lateral_m_s2: 0.0,
-            axial_m_s2: 0.0,
-            chatter_m_s2: 0.0,
-            angular_deg_s: 0.0,
-            ..Vibration::default()
-        },
+        vibration: Vibration::none(),
         shocks: ShockSettings { per_minute: 0.0, ..ShockSettings::default() },
         ..scenario
     }

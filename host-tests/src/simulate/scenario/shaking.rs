@@ -23,6 +23,14 @@ pub struct Vibration {
     pub angular_band_hz: [f64; 2],
 }
 
+impl Vibration {
+    /// A tool that does not vibrate.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { lateral_m_s2: 0.0, axial_m_s2: 0.0, chatter_m_s2: 0.0, angular_deg_s: 0.0, ..Self::default() }
+    }
+}
+
 impl Default for Vibration {
     fn default() -> Self {
         Self {
