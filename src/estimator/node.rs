@@ -39,6 +39,8 @@ pub(super) struct Node<T> {
     /// holds; 0: it is.
     pub curved: u8,
     pub norms: FieldNorm<T>,
+    /// Nodes in which the declared field has been read.
+    pub referred: u8,
     /// Rows of the root: the states, then the globals.
     pub root: [[T; NODE + GLOBALS]; NODE],
 }
@@ -69,13 +71,14 @@ impl<T: Real> Node<T> {
             has_field: false,
             curved: 0,
             norms: FieldNorm::zero(),
+            referred: 0,
             root: [[T::ZERO; NODE + GLOBALS]; NODE],
         }
     }
 
     /// Begins with specific force at an instant; the heading is arbitrary, the field unknown.
     pub fn start(&mut self, force: &V3<T>, noise: &Noise) {
-        *self = Self::zero();
+        *self = Self { referred: self.referred, ..Self::zero() };
         let up = force / norm(force);
         // East is across gravity and the body axis that is farthest from it.
         let axis = if up.x * up.x < T::of(0.5) { V3::x() } else { V3::y() };

@@ -1,7 +1,7 @@
 //! Readings of a node: the predicted states, and the rows of rotation, field and path with their noise.
 
 use super::{
-    columns::GLOBALS,
+    columns::{GLOBALS, HARD_IRON, MAG_MATRIX},
     gate::{Innovation, attitude_variance},
     globals::Globals,
     node::{Kind, Node},
@@ -26,6 +26,8 @@ pub(super) struct Taken<'a, T> {
     pub parameters: &'a Parameters<T>,
     pub globals: &'a Globals<T>,
     pub settings: &'a Settings,
+    /// Unit of the field, microtesla.
+    pub field_unit: T,
     /// Widths of the priors.
     pub sigma: &'a [T; GLOBALS],
     /// Variance of its rotation by what is not known of bias and P, rad^2.
@@ -90,6 +92,40 @@ pub(super) fn rotate<T: Real>(rows: &mut [[T; WIDTH]], node: &Node<T>, taken: &T
         &node.linear_at,
         &pre.by_gyro,
     );
+}
+
+/// Nodes over which the declared field is read, 20 s of motion: each has so small a part of what it says that by the
+/// last the field's own errors are known, and a linear model holds.
+const REFERRED: u8 = 40;
+/// Deviations, of the declared dip and of all iron that is believed, beyond which it is that of another place.
+const ANOTHER_PLACE: f32 = 5.0;
+
+/// The declared field of the earth is that of the node.
+pub(super) fn refer<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) {
+    let Some(reference) = taken.settings.reference else { return };
+    let is_ready = node.has_field && node.curved == 0 && node.referred < REFERRED && taken.field_unit > T::ZERO;
+    if !is_ready {
+        return;
+    }
+    let [iron, matrix] =
+        [HARD_IRON, MAG_MATRIX].map(|group| taken.settings.sigma.get(group.from).copied().unwrap_or(0.0));
+    let of_iron = iron * iron + matrix * matrix;
+    let of_dip = reference.dip_sine_sigma * reference.dip_sine_sigma;
+    let far = rows::dip_sine(&node.field) - T::of(reference.dip_sine);
+    if far * far > T::of(ANOTHER_PLACE * ANOTHER_PLACE * (of_iron + of_dip)) {
+        return;
+    }
+    node.referred += 1;
+    // The estimator's matrix has no scale of the field: the reading's own is an error of the norm.
+    let norm = T::of(reference.norm_ut) / taken.field_unit;
+    let of_norm = T::of(reference.norm_sigma_ut) / taken.field_unit;
+    let of_norm = of_norm * of_norm + T::of(matrix * matrix) * norm * norm;
+    let shares = T::of(f32::from(REFERRED));
+    let declared = rows::Declared {
+        norm: [norm, (of_norm * shares).root()],
+        dip_sine: [T::of(reference.dip_sine), (T::of(of_dip) * shares).root()],
+    };
+    rows::reference(Block { rows, weight: T::ONE, sigma: taken.sigma }, &node.field, &declared);
 }
 
 /// Fate of the field that was read.

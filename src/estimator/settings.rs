@@ -147,6 +147,37 @@ pub struct Settings {
     pub most_bias_rad_s: f32,
     /// When an effect is claimed.
     pub rules: Rules,
+    /// Field of the earth as it is declared, where it is the same over the whole path.
+    pub reference: Option<Reference>,
+}
+
+/// Field of the earth from a reference: norm and sine of the dip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference {
+    /// Norm, microtesla.
+    pub norm_ut: f32,
+    /// Deviation of the reference's norm, microtesla.
+    pub norm_sigma_ut: f32,
+    /// Sine of the dip below the horizontal.
+    pub dip_sine: f32,
+    /// Its deviation.
+    pub dip_sine_sigma: f32,
+}
+
+impl Reference {
+    fn new(config: &Config) -> Option<Self> {
+        let (norm_ut, dip_rad) = (config.earth.magnetic_field_ut?, config.earth.dip_rad?);
+        let errors = &config.survey.errors;
+        let (dip_sine, dip_cosine) = libm::sincosf(dip_rad);
+        // At the poles of the dip the sine does not change in the first order.
+        let second = 0.5 * errors.dip_rad * errors.dip_rad;
+        Some(Self {
+            norm_ut,
+            norm_sigma_ut: errors.total_field_ut,
+            dip_sine,
+            dip_sine_sigma: libm::fabsf(dip_cosine) * errors.dip_rad + second,
+        })
+    }
 }
 
 impl Settings {
@@ -162,6 +193,7 @@ impl Settings {
         rest_deviation_rad_s: 0.0,
         most_bias_rad_s: 0.0,
         rules: Rules { least: 0.0, with_nuisances: false },
+        reference: None,
     };
 
     /// From the configuration.
@@ -223,6 +255,7 @@ impl Settings {
             rest_deviation_rad_s: id.rest_gyro_deviation_rad_s,
             most_bias_rad_s: id.max_bias_rad_s,
             rules: if drilling { Rules::DRILL_STRING } else { Rules::HAND },
+            reference: if noise.field_is_even && !id.vectors_from_reference { Reference::new(config) } else { None },
         }
     }
 }

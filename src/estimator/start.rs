@@ -49,6 +49,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         (self.is_aligned, self.has_begun) = (false, false);
         self.alignment.start();
         self.globals.start();
+        self.node.referred = 0;
         self.updates = self.updates.wrapping_add(1);
         self.rests.interrupt();
         self.start_node();

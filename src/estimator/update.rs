@@ -7,8 +7,8 @@ use super::{
     columns::{GLOBALS, NODE, POSITION, VELOCITY},
     node::{Kind, Node},
     reading::{
-        Agreement, Predicted, Readings, Seen, Taken, is_path_contradicted, path_noise, peak, predict, rotate, see,
-        weight,
+        Agreement, Predicted, Readings, Seen, Taken, is_path_contradicted, path_noise, peak, predict, refer, rotate,
+        see, weight,
     },
     real::{Real, zero3, zero33},
     rows::{self, Block, CONSTANT, GLOBAL, NEW, ROWS, WIDTH},
@@ -107,6 +107,8 @@ impl<T: Real> Update<T> {
             let (_, rate) = pre.rate_statistics();
             let block = Block { rows: still, weight: T::of(REST_WEIGHT), sigma };
             rows::rest(block, &(rate - taken.parameters.bias - pre.mean_taken_out()));
+        } else if field == Readings::Used {
+            refer(still, node, taken);
         }
         Agreement { field, force, is_turned, innovation }
     }

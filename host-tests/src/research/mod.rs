@@ -9,3 +9,4 @@ pub(crate) mod evaluations;
 pub(crate) mod inclination;
 pub(crate) mod paper;
 pub mod pure_integration;
+pub mod second_simulator;

@@ -64,11 +64,6 @@ impl Entered {
         row
     }
 
-    /// Mean of what a column stands for.
-    pub fn mean<T: Real>(&self, matrix: &Matrix<T>, column: usize) -> T {
-        -dot(&self.inverse_row(matrix, column), matrix.column(matrix.rows))
-    }
-
     /// Covariance of what two columns stand for.
     pub fn covariance<T: Real>(&self, matrix: &Matrix<T>, a: usize, b: usize) -> T {
         dot(&self.inverse_row(matrix, a), &self.inverse_row(matrix, b))

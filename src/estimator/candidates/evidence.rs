@@ -13,6 +13,7 @@ use super::{
     entered::{Entered, Posterior},
     matrix::{Beside, Matrix, at_most, load, savage_dickey},
     rules::Rules,
+    size,
     steadiness::Steadiness,
 };
 use crate::{
@@ -322,11 +323,12 @@ impl<T: Real> Evidence<T> {
         let claim = usize::from(chosen.claim);
         let columns = candidates.columns_of(claim);
         let n = at_most(columns.len(), MAX_PARAMETERS);
-        let Posterior { mean, covariance } = self.entered.posterior(matrix, columns.clone());
+        let posterior = self.entered.posterior(matrix, columns.clone());
         let dispersion = self.dispersion_of(claim, candidates);
-        let inflated = covariance.map(|row| row.map(|x| x * T::of(dispersion)));
-        let mut one = candidates.claim(claim, &mean, &inflated, units);
-        one.evidence = savage_dickey(&mean, &covariance, n).narrow() / dispersion - candidates.chances(claim);
+        let Posterior { mean, covariance } = size::averaged(&posterior, n, T::of(dispersion));
+        let mut one = candidates.claim(claim, &mean, &covariance, units);
+        let factor = savage_dickey(&posterior.mean, &posterior.covariance, n).narrow();
+        one.evidence = factor / dispersion - candidates.chances(claim);
         let counts = one.evidence + self.credit(claim, candidates);
         if self.weakest.is_none_or(|(_, least)| counts < least) {
             self.weakest = Some((chosen.claim, counts));
@@ -335,10 +337,13 @@ impl<T: Real> Evidence<T> {
         one.is_taken_out = counts >= self.rules.least && candidates.is_believed(&one);
         if columns.start >= NUISANCES && one.is_taken_out {
             one.is_taken_out = self.taken.len() + n <= MAX_TAKEN;
-            columns.filter(|_| one.is_taken_out).for_each(|column| {
+            for (column, mean) in columns.zip(mean).filter(|_| one.is_taken_out) {
+                if let Some(slot) = self.mean.get_mut(self.taken.len()) {
+                    *slot = mean;
+                }
                 // There is room.
                 let _ = self.taken.push(column as u8);
-            });
+            }
         }
         let _ = self.claims.push(one);
     }
@@ -377,15 +382,12 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// One row of the covariance of what is taken out, and its mean.
+    /// One row of the covariance of what is taken out.
     fn join(&mut self, matrix: &Matrix<T>, index: usize) {
         let Some(column) = self.taken.get(index).map(|column| usize::from(*column)) else {
             self.stage = Stage::Idle;
             return;
         };
-        if let Some(mean) = self.mean.get_mut(index) {
-            *mean = self.entered.mean(matrix, column);
-        }
         for other in 0..=index {
             let Some(other_column) = self.taken.get(other).map(|column| usize::from(*column)) else { break };
             if let Some(covariance) = self.covariance.get_mut(index * (index + 1) / 2 + other) {

@@ -12,6 +12,7 @@ mod root;
 mod rows;
 mod rules;
 mod shocks;
+mod size;
 mod steadiness;
 mod terms;
 

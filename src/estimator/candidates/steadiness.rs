@@ -7,8 +7,8 @@ use super::{MAX_CLAIMS, PARAMETERS};
 /// Share of its variance that an estimate has to lose for its change to count: 200 times what f32's rounding may
 /// leave of a difference of variances after as many operations as a column has.
 const LEAST_TAUGHT: f32 = 0.02;
-/// Changes that are remembered: those of 20 blocks of a vector. What was there before may be over.
-const REMEMBERED: f32 = 60.0;
+/// Blocks that are remembered, for each parameter: 100 s of motion. What was there before may be over.
+const REMEMBERED: f32 = 20.0;
 
 /// An estimate and its variance; a variance of 0: none.
 #[derive(Clone, Copy)]
@@ -47,7 +47,9 @@ impl Steadiness {
     pub fn note(&mut self, claim: usize, from: usize, estimate: impl Iterator<Item = (f32, f32)>) {
         let places = self.estimates.iter_mut().skip(from);
         let Some([sum, count]) = self.changes.get_mut(claim) else { return };
+        let mut most = 0.0;
         for (before, (mean, variance)) in places.zip(estimate) {
+            most += REMEMBERED;
             let taught = before.variance - variance;
             if taught > LEAST_TAUGHT * variance {
                 let change = mean - before.mean;
@@ -56,8 +58,8 @@ impl Steadiness {
             }
             *before = Estimate { mean, variance };
         }
-        if *count > REMEMBERED {
-            let kept = REMEMBERED / *count;
+        if *count > most {
+            let kept = most / *count;
             *sum *= kept;
             *count *= kept;
         }

@@ -4,12 +4,14 @@
 mod bounds;
 mod field;
 mod path;
+mod reference;
 mod rest;
 mod rotation;
 
 pub(super) use bounds::bounds;
 pub(super) use field::{FieldReading, field, field_walk};
 pub(super) use path::{PathNoise, path};
+pub(super) use reference::{Declared, dip_sine, reference};
 pub(super) use rest::rest;
 pub(super) use rotation::rotation;
 
@@ -25,7 +27,7 @@ pub(super) const GLOBAL: usize = 2 * NODE;
 pub(super) const CONSTANT: usize = GLOBAL + GLOBALS;
 /// Columns in all.
 pub(super) const WIDTH: usize = CONSTANT + 1;
-/// Rows of a node: rotation, field, its walk, velocity, position, two bounds, rest; three each.
+/// Rows of a node: rotation, field, its walk, velocity, position, two bounds, rest or declared field; three each.
 pub(super) const ROWS: usize = 24;
 
 /// Makes columns of each axis' share of nine vectors.

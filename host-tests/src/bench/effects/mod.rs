@@ -5,7 +5,7 @@ mod cases;
 mod false_alarms;
 mod observable;
 mod together;
-mod trial;
+pub(super) mod trial;
 
 use meerkat_mwd::diagnosis::Verdict;
 

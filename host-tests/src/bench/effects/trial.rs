@@ -21,18 +21,19 @@ pub(super) const DATA_S: f64 = 120.0;
 pub(super) const HELD_OUT_S: f64 = 60.0;
 
 /// The effects that can be found.
-pub(super) type Library = &'static [&'static dyn Effect];
+pub(in crate::bench) type Library = &'static [&'static dyn Effect];
 
 /// Outcome of a run.
-pub(super) struct Outcome {
+pub(in crate::bench) struct Outcome {
     /// Names found, in the order in which they were chosen.
-    pub(super) names: Vec<&'static str>,
+    pub(in crate::bench) names: Vec<&'static str>,
     /// Verdict of the last conclusive diagnosis.
-    pub(super) verdict: Option<Verdict>,
+    pub(in crate::bench) verdict: Option<Verdict>,
 }
 
 impl Outcome {
-    fn of(flight: &Flight, library: Library) -> Self {
+    /// Of the last conclusive diagnosis.
+    pub(in crate::bench) fn of(flight: &Flight, library: Library) -> Self {
         let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
         let names = |report: &DiagnosisReport| {
             let found = report.found().filter_map(|effect| library.get(usize::from(effect.found.index)));
@@ -101,6 +102,11 @@ pub(super) fn diagnose_and_score(
         attitude: both(|scores| scores.attitude_rms_deg.total),
     };
     Ok((Outcome::of(&flight, library), errors))
+}
+
+/// Attitude of a flight against the truth, degrees rms; not a number where nothing can be scored.
+pub(in crate::bench) fn attitude_error_deg(trace: &Trace, config: &Config, flight: &Flight) -> f64 {
+    scored(trace, config, flight).attitude_rms_deg.total.unwrap_or(f64::NAN)
 }
 
 fn scored(trace: &Trace, config: &Config, flight: &Flight) -> Reference {

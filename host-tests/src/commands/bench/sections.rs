@@ -3,7 +3,8 @@
 use crate::{
     bench::{
         Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, coverage, drilling, effects, honesty, hour,
-        mud_pulse, multi_station, rate_error, recordings, sensors, swaps, target, turntable, whole_probe,
+        mud_pulse, multi_station, rate_error, recordings, second_simulator, sensors, swaps, target, turntable,
+        whole_probe,
     },
     research::{contaminated, evaluations, inclination, paper},
 };
@@ -61,6 +62,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section::on_host("hour", "An hour of drilling", hour::run),
     Section::on_host("swaps", "Harm and missed benefit under random faults and effects", swaps::run),
     Section::on_host("effects", "Effects that nobody declared: what is named, and what it is worth", effects::run),
+    Section::on_host("second_simulator", "Effects in the traces of a second simulator", second_simulator::run),
     Section::on_recordings("recordings", "Findings on recordings of real sensors", recordings::run),
     Section::on_recordings("benefit", "Share of the attainable benefit that flies", benefit::run),
     Section::on_recordings("attitude", "Attitude on recordings, beside VQF", attitude::run),

@@ -96,6 +96,36 @@ impl Problem {
         SMatrix::from_fn(|i, c| if is_in(c) { self.rows[i].coefficient(c) } else { 0.0 })
     }
 
+    /// Mean and covariance of the unknowns, weighed over priors of these columns that are 1, 1/2, ... 1/128 as wide.
+    fn averaged(&self, unknown: &[Range<usize>], of: &Range<usize>) -> (SVector<f64, BOTH>, SMatrix<f64, BOTH, BOTH>) {
+        let widths: [f64; 8] = core::array::from_fn(|k| libm::exp2(-(k as f64)));
+        let y = SVector::<f64, ROWS>::from_fn(|i, _| self.rows[i].constant);
+        let each = widths.map(|width| {
+            let unit = |c: usize| if of.contains(&c) { width } else { 1.0 };
+            let design = self.design(unknown);
+            let design = SMatrix::<f64, ROWS, BOTH>::from_fn(|i, c| design[(i, c)] * unit(c));
+            let factor =
+                Box::new((SMatrix::<f64, ROWS, ROWS>::identity() + design * design.transpose()).cholesky().unwrap());
+            let log_determinant = (0..ROWS).map(|i| 2.0 * libm::log(factor.l_dirty()[(i, i)])).sum::<f64>();
+            let evidence = -0.5 * (y.dot(&factor.solve(&y)) + log_determinant);
+            let covariance =
+                (SMatrix::<f64, BOTH, BOTH>::identity() + design.transpose() * design).try_inverse().unwrap();
+            let mean = covariance * design.transpose() * -y;
+            let mean = SVector::<f64, BOTH>::from_fn(|c, _| mean[c] * unit(c));
+            let covariance = SMatrix::<f64, BOTH, BOTH>::from_fn(|a, b| covariance[(a, b)] * unit(a) * unit(b));
+            (evidence, mean, covariance)
+        });
+        let most = each.iter().map(|(evidence, ..)| *evidence).fold(f64::MIN, f64::max);
+        let total: f64 = each.iter().map(|(evidence, ..)| libm::exp(evidence - most)).sum();
+        let (mut mean, mut square) = (SVector::zeros(), SMatrix::zeros());
+        for (evidence, of_width, covariance) in &each {
+            let weight = libm::exp(evidence - most) / total;
+            mean += of_width * weight;
+            square += (covariance + of_width * of_width.transpose()) * weight;
+        }
+        (mean, square - mean * mean.transpose())
+    }
+
     fn claimed(&self) -> Vec<usize> {
         let mut claimed: Vec<_> = self.evidence.claims.iter().map(|claim| usize::from(claim.effect)).collect();
         claimed.sort_unstable();
@@ -182,10 +212,11 @@ fn what_is_there_is_claimed_as_the_posterior_says_and_what_is_not_is_not() {
         problem.weigh(&Rules { least: 5.0, with_nuisances: false });
         assert_eq!(problem.claimed(), [OF_SHEAR, OF_IRON], "{seed}: {:?}", problem.evidence.tried);
         let both = [columns_of(OF_SHEAR), columns_of(OF_IRON)];
-        let ((mean, covariance), all) = (problem.posterior(&both), problem.likelihood(&both));
+        let ((_, joint), all) = (problem.posterior(&both), problem.likelihood(&both));
         for claim in &problem.evidence.claims {
             let effect = usize::from(claim.effect);
             let columns = columns_of(effect);
+            let (mean, covariance) = problem.averaged(&both, &columns);
             let others: Vec<_> = both.iter().filter(|other| **other != columns).cloned().collect();
             is_about(claim.evidence, all - problem.likelihood(&others), "the evidence beside all others");
             let (mut square, mut square_sigma) = (0.0, 0.0);
@@ -207,13 +238,14 @@ fn what_is_there_is_claimed_as_the_posterior_says_and_what_is_not_is_not() {
         }
         // Its mean is taken out.
         let (found, evidence) = (problem.known.candidates.x, &problem.evidence);
+        let (mean, _) = problem.averaged(&both, &columns_of(OF_SHEAR));
         assert_eq!(evidence.taken.as_slice(), [NUISANCES as u8, NUISANCES as u8 + 1]);
         for (e, x) in found.iter().enumerate() {
             let expected = if e < 2 { mean[GLOBALS + e] } else { 0.0 };
             assert!((x - expected).abs() < 1e-9, "{e}: {x}, {expected}");
         }
         for (k, (i, j)) in [(0, 0), (1, 0), (1, 1)].into_iter().enumerate() {
-            assert!((evidence.covariance[k] - covariance[(GLOBALS + i, GLOBALS + j)]).abs() < 1e-12);
+            assert!((evidence.covariance[k] - joint[(GLOBALS + i, GLOBALS + j)]).abs() < 1e-12);
         }
         // Weighed again about what is taken out, the same comes out.
         let claims = problem.evidence.claims.clone();

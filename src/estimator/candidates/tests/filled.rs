@@ -122,6 +122,7 @@ impl Setting {
             parameters: &parameters,
             globals: &globals,
             settings: &self.settings,
+            field_unit: 1.0,
             sigma: &self.settings.sigma.map(f64::from),
             unknown: 1e-6,
             kind: self.kind,
