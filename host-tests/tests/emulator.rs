@@ -11,10 +11,12 @@ use mwd::{
     flight::{self, configuration},
     simulate::{Scenario, simulate},
     target::{
+        call_costs::{Call, count_calls},
         emulate::{self, EmulatedFlight, Feed},
         error::EmulateError,
         firmware::{Board, Firmware, build_firmware},
         image::{self, Image},
+        machine::build_program,
         toolchain, wire,
     },
     trace::Trace,
@@ -168,6 +170,35 @@ fn the_instruction_counter_is_exact_and_repeats() {
     let stack_bytes = Board::Trace.chip(&toolchain).stack_bytes_beside(&first.image);
     assert_eq!(u64::from(first.summary.stack_size_bytes), stack_bytes - 128, "{:?}", first.summary);
     assert!(first.summary.stack_used_bytes > 256 && first.summary.stack_used_bytes < first.summary.stack_size_bytes);
+}
+
+/// Names of counted functions are found in the firmware, and a call's cost holds all that it calls.
+#[test]
+fn every_counted_call_is_in_the_firmware_and_costs_what_the_chip_counts() {
+    let Some(_) = toolchain() else { return };
+    let scenario = Scenario { duration_s: 14.0, ..scenario("drilling_45deg") };
+    let (trace, _) = simulate(&scenario, 100);
+    let config = configuration::of_trace(&trace);
+    let costs = count_calls(&config, &trace.samples).unwrap();
+    let flown = emulate::fly_emulated(&config, &trace.samples, Feed::Direct).unwrap();
+    let [sample, work, piece, node] =
+        [Call::Sample, Call::Work, Call::Piece, Call::Node].map(|call| costs.of(call));
+    assert_eq!((sample.count, work.count), (trace.samples.len() as u64, trace.samples.len() as u64));
+    // The chip counts its call's own instructions beside those of the function that is called.
+    let near = |plugin: u64, chip: u64| plugin.abs_diff(chip) <= 30;
+    let push = flown.summary.push;
+    assert!(near(sample.sum.instructions / sample.count, push.instructions_mean()), "{sample:?}, {push:?}");
+    let poll = flown.summary.poll;
+    assert!(near(work.sum.instructions / work.count, poll.instructions_mean()), "{work:?}, {poll:?}");
+    assert!(node.periods > 20 && node.sum.cycles < piece.sum.cycles, "{node:?}, {piece:?}");
+    assert!(piece.sum.cycles < work.sum.cycles && piece.most.cycles <= work.most.cycles, "{piece:?}, {work:?}");
+}
+
+/// Programs that only a bench runs.
+#[test]
+fn programs_for_the_chip_alone_build() {
+    let Some(toolchain) = toolchain() else { return };
+    build_program(&toolchain, "filter-cost").unwrap();
 }
 
 #[test]

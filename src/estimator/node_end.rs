@@ -10,6 +10,8 @@ use super::{
 };
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
+    /// Not inlined: its calls are counted (`cargo mwd bench --target`), as are those of elimination and absorption.
+    #[inline(never)]
     pub(super) fn end_node(&mut self) {
         let seconds = self.pre.seconds;
         self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };

@@ -207,6 +207,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
+    #[inline(never)]
     fn absorb(&mut self, column: usize) {
         self.updates = self.updates.wrapping_add(1);
         if column == NUISANCES && self.kind == Kind::Moving {
@@ -225,6 +226,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::AbsorbingOwn(0);
     }
 
+    #[inline(never)]
     fn absorb_own(&mut self, column: usize) {
         if self.candidates.absorb_own(&mut self.further, self.update.left_over(), column) {
             self.task = Task::AbsorbingOwn(column + 2);

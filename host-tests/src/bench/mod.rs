@@ -5,6 +5,7 @@ pub(crate) mod attitude_cost;
 pub(crate) mod benefit;
 pub(crate) mod bus;
 pub(crate) mod bus_faults;
+pub(crate) mod cost;
 pub(crate) mod coverage;
 pub mod cramer_rao;
 pub(crate) mod drilling;
@@ -24,7 +25,6 @@ pub(crate) mod seeds;
 pub(crate) mod sensors;
 pub(crate) mod swaps;
 mod table;
-pub(crate) mod target;
 pub(crate) mod turntable;
 pub(crate) mod whole_probe;
 

@@ -188,6 +188,15 @@ impl<'elf> Image<'elf> {
         !self.functions(&[part]).is_empty()
     }
 
+    /// Size of the static whose mangled name contains `part`, bytes.
+    #[must_use]
+    pub fn data_of(&self, part: &str) -> Option<u64> {
+        let is_one = |symbol: &object::read::elf::ElfSymbol32<'_, '_>| {
+            symbol.kind() == SymbolKind::Data && symbol.name().is_ok_and(|name| name.contains(part))
+        };
+        self.file.symbols().find(is_one).map(|symbol| symbol.size())
+    }
+
     /// Addresses of functions whose mangled names contain all of `parts`.
     #[must_use]
     pub fn functions(&self, parts: &[&str]) -> Vec<u64> {

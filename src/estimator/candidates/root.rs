@@ -13,6 +13,7 @@ use crate::estimator::{
 
 impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     /// Eliminates two columns of the node's states from the rows of an update.
+    #[inline(never)]
     pub fn eliminate(&self, further: &mut [[T; EFFECTS]; SCRATCH], rows: &mut [[T; WIDTH]; SCRATCH], column: usize) {
         let used = self.used();
         // The states of the old node stand in their own rows; those of the new one are eliminated among the new rows.
