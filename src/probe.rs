@@ -231,6 +231,9 @@ impl Probe {
     /// Lets an update that is due take effect before a sample is compensated: the gyro model, and the effects
     /// with it.
     fn take_effect(&mut self, t_us: u64) {
+        if !self.identifier.is_due(t_us) {
+            return;
+        }
         let before = self.pipeline.corrector.model_here(self.identifier.flown(), self.library());
         let Some(taken) = self.identifier.take_effect(t_us, &self.config) else { return };
         if taken.effects {

@@ -101,7 +101,9 @@ enum Task {
     Weighing,
     /// The covariance grows by what is not known of the effects that are taken out, one after the other.
     Spreading(usize),
-    /// The globals walk: widened, then triangular from this column on.
+    /// The globals walk: each is widened, from this column on.
+    Widening(usize),
+    /// They are widened, and made triangular from this column on.
     Walking(usize),
     /// The posterior is averaged.
     Averaging,

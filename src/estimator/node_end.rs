@@ -89,8 +89,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         if by_field {
             self.node.has_field = false;
             for column in HARD_IRON.columns() {
-                self.candidates.widen(&self.globals, column, T::ONE);
-                self.globals.widen(column, T::ONE);
+                self.candidates.widen(&mut self.globals, column, T::ONE);
             }
             self.task = Task::Walking(0);
         }

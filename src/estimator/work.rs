@@ -58,6 +58,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 self.spread(of);
                 SPREADING_UNITS
             }
+            Task::Widening(from) => {
+                self.widen(from);
+                COLUMN_UNITS
+            }
             Task::Walking(column) => {
                 self.walk(column);
                 COLUMN_UNITS
@@ -245,7 +249,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Next;
         // Means move with both: not in the middle of a node.
         if self.unwalked_s >= T::of(walk::EVERY_S) {
-            self.widen();
+            self.task = Task::Widening(0);
         } else if end_us >= self.weighed_us.saturating_add(WEIGHED_EVERY_US) {
             self.weighed_us = end_us;
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
@@ -290,11 +294,15 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Spreading(of + 1);
     }
 
-    fn widen(&mut self) {
-        for (column, sigma) in self.sigma.iter().enumerate() {
-            let variance = T::of(walk::variance_per_s(column, sigma.narrow(), &self.settings.noise)) * self.unwalked_s;
-            self.candidates.widen(&self.globals, column, variance);
-            self.globals.widen(column, variance);
+    /// Widens the next global that walks, from a column on.
+    fn widen(&mut self, from: usize) {
+        for (column, sigma) in self.sigma.iter().enumerate().skip(from) {
+            let variance = walk::variance_per_s(column, sigma.narrow(), &self.settings.noise);
+            if variance > 0.0 {
+                self.candidates.widen(&mut self.globals, column, T::of(variance) * self.unwalked_s);
+                self.task = Task::Widening(column + 1);
+                return;
+            }
         }
         self.unwalked_s = T::ZERO;
         self.task = Task::Walking(0);

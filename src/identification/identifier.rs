@@ -151,6 +151,11 @@ impl Identifier {
         self.schedule.gap(last_us, t_us);
     }
 
+    /// Returns true if the instant of an update has come, with a result or without.
+    pub fn is_due(&self, t_us: u64) -> bool {
+        self.schedule.is_due(t_us)
+    }
+
     /// Lets a result that is due take effect, before a sample is compensated.
     pub fn take_effect(&mut self, t_us: u64, config: &Config) -> Option<Taken> {
         let (update, result) = self.schedule.take_effect(t_us)?;
