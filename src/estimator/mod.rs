@@ -59,6 +59,7 @@ pub use remainder::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
 pub use settings::{Noise, Settings};
 pub use widths::Widths;
 pub use window_cost::WindowCost;
+pub use work::UNIT_CYCLES;
 
 use crate::{
     compensation::{Effect, GyroModel},
@@ -105,6 +106,8 @@ enum Task {
     Widening(usize),
     /// They are widened, and made triangular from this column on.
     Walking(usize),
+    /// Their covariance is gathered, from this column of the root's inverse on.
+    Gathering(usize),
     /// The posterior is averaged.
     Averaging,
     /// It is averaged; what the search's cost is bounded by is gathered from this node on.

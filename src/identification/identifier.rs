@@ -22,11 +22,11 @@ use heapless::{Deque, Vec};
 /// Reports waiting to be polled.
 const PENDING: usize = 3;
 
-/// Work units of one evaluation of a window's cost: some 100 nodes of nine rows.
-const EVALUATION_UNITS: u32 = 100;
+/// Work units, as the estimator's, of one evaluation of a window's cost: some 100 nodes of nine rows.
+const EVALUATION_UNITS: u32 = 320;
 
 /// Work units of judging a posterior, or the result of a search.
-const JUDGE_UNITS: u32 = 20;
+const JUDGE_UNITS: u32 = 180;
 
 /// Facts about an update that has taken effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
