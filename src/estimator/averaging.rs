@@ -30,6 +30,9 @@ use mixture::Sum;
 const GYRO: usize = 12;
 /// P.
 const NINE: usize = 9;
+/// Work units, as those of `crate::estimator::work`, of one width of each group: where all change, the last two, the
+/// last alone.
+const WIDTHS_UNITS: [u32; 3] = [650, 520, 420];
 
 /// Mean and covariance in units of the prior's widths, P row-major and then b.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,6 +107,20 @@ impl<T: Real> Averaging<T> {
         let mut rest = scratch.as_flattened_mut();
         let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return };
         add_outer(base.covariance, &core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
+    }
+
+    /// Work units of the next width: more where a group before the last changes its own.
+    pub fn units(&self) -> u32 {
+        let [_, irons, accels] = self.grid.count;
+        let is_first = |of: usize| self.stage.checked_rem(of) == Some(0);
+        let [all, two, last] = WIDTHS_UNITS;
+        if is_first(irons * accels) {
+            all
+        } else if is_first(accels) {
+            two
+        } else {
+            last
+        }
     }
 
     /// One width of each group; `false` when all are done. `scratch` must be left alone from one to the next.

@@ -32,7 +32,6 @@ const GATHERING_UNITS: u32 = 70;
 const SPREADING_UNITS: u32 = 300;
 /// Interval at which the effects are weighed, microseconds.
 const WEIGHED_EVERY_US: u64 = 5_000_000;
-const WIDTHS_UNITS: u32 = 650;
 const CENTRE_UNITS: u32 = 420;
 const BOUND_UNITS: u32 = 160;
 const CONCLUDING_UNITS: u32 = 100;
@@ -83,12 +82,13 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 WALKING_UNITS
             }
             Task::Averaging => {
+                let units = self.averaging.units();
                 if !self.averaging.step(&mut self.update.rows) {
                     self.centre();
                     self.task = Task::Bounding(0);
                     return CENTRE_UNITS;
                 }
-                WIDTHS_UNITS
+                units
             }
             Task::Bounding(from) => {
                 if self.bound(from) {

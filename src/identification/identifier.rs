@@ -23,7 +23,7 @@ use heapless::{Deque, Vec};
 const PENDING: usize = 3;
 
 /// Work units, as the estimator's, of one evaluation of a window's cost: some 100 nodes of nine rows.
-const EVALUATION_UNITS: u32 = 320;
+const EVALUATION_UNITS: u32 = 170;
 
 /// Work units of judging a posterior, or the result of a search.
 const JUDGE_UNITS: u32 = 180;
