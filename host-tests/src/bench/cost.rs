@@ -115,7 +115,8 @@ fn bounds(runs: &[Run]) -> Table {
         &["", "", "M products", "M cycles", "cycles a product", "arithmetic, %", "loads and stores, %", "the rest, %"],
     );
     for run in runs {
-        for (name, call) in [("samples", Call::Sample), ("nodes", Call::Node), ("all work beside samples", Call::Work)] {
+        for (name, call) in [("samples", Call::Sample), ("nodes", Call::Node), ("all work beside samples", Call::Work)]
+        {
             let Cost { cycles, products, arithmetic, memory, .. } = run.costs.of(call).sum;
             let share = |part: u64| Cell::percent(part as f64 / cycles as f64, 0);
             table.row([

@@ -23,6 +23,7 @@ pub(crate) mod recordings;
 pub mod rotation_error;
 pub(crate) mod seeds;
 pub(crate) mod sensors;
+pub mod size;
 pub(crate) mod swaps;
 mod table;
 pub(crate) mod turntable;

@@ -9,6 +9,7 @@ pub mod image;
 pub mod machine;
 pub mod missing;
 pub mod mock_flash;
+pub mod module_sizes;
 pub mod real_time;
 pub mod toolchain;
 pub mod wire;

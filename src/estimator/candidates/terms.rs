@@ -8,7 +8,7 @@ use crate::{
         increment::Increment,
         parameters::Parameters,
         preintegration::Turned,
-        real::{Real, V3, zero3},
+        real::{Real, V3, square, zero3},
     },
 };
 use nalgebra::Vector3;
@@ -60,11 +60,12 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         for (index, effect) in self.library().iter().enumerate() {
             let count = effect.parameters().len();
             let mut is_there = false;
+            let squares = self.squares.get_mut(before..).unwrap_or_default();
             for (k, term) in terms.iter_mut().enumerate().take(count) {
                 *term = effect.term(k, &moment);
-                let square = term.norm_squared();
+                let square = square(term);
                 is_there |= square > 0.0;
-                if let Some(sum) = self.squares.get_mut(before + k) {
+                if let Some(sum) = squares.get_mut(k) {
                     *sum += T::of(square);
                 }
             }
