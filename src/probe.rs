@@ -30,9 +30,12 @@ use latency::mag_delay_sigma_s;
 use output::count;
 use pipeline::{Pipeline, With};
 
-/// Identification work budgeted per second, in units of some 300 instructions (up to 500 in a diagnosis): 29
-/// to 48 % of a Cortex-M4F at 168 MHz while there is work.
-const WORK_UNITS_PER_SECOND: u32 = 160_000;
+/// Cycles of the processor for each unit of identification work that is budgeted: a unit takes up to
+/// [`UNIT_CYCLES`](crate::estimator::UNIT_CYCLES), so that this work takes at most 48 % of the time while there is any.
+const CLOCK_CYCLES_PER_UNIT: u32 = 1_050;
+
+/// Clock of the STM32F405, Hz.
+const USUAL_CLOCK_HZ: u32 = 168_000_000;
 
 /// Step of time that counts as a gap, in nominal sample periods; and refused samples in a row that do.
 pub const GAP_PERIODS: u32 = 3;
@@ -74,6 +77,8 @@ struct Session {
     last_valid_us: u64,
     /// When the estimator's attitude is compared; 0: it was not asked for.
     look_due_us: u64,
+    /// Units of work that were done beyond the budgets.
+    overspent: u32,
 }
 
 impl Session {
@@ -87,6 +92,7 @@ impl Session {
         began_afresh: false,
         last_valid_us: 0,
         look_due_us: 0,
+        overspent: 0,
     };
 }
 
@@ -231,6 +237,9 @@ impl Probe {
     /// Lets an update that is due take effect before a sample is compensated: the gyro model, and the effects
     /// with it.
     fn take_effect(&mut self, t_us: u64) {
+        if !self.identifier.is_due(t_us) {
+            return;
+        }
         let before = self.pipeline.corrector.model_here(self.identifier.flown(), self.library());
         let Some(taken) = self.identifier.take_effect(t_us, &self.config) else { return };
         if taken.effects {
@@ -261,19 +270,20 @@ impl Probe {
         mag_delay_sigma_s(self.effects(), self.library(), &self.config.latency)
     }
 
-    /// Does about `budget` units of identification work (a unit is some 300 instructions; the last piece may
-    /// overshoot by 500). Returns the report of a window when its result has taken effect, or when it has
-    /// none. Results depend on whether the work is done when they are due, and on nothing else of its
-    /// slicing. An update that is late is counted as an overrun, and the flown model stays.
+    /// Does about `budget` units of identification work: a unit takes up to 500 cycles of a Cortex-M4F. The last piece
+    /// may overshoot by 650; the next calls do so much less. Returns the report of a window when its result has taken
+    /// effect, or when it has none. Results depend on whether the work is done when they are due, and on nothing else of
+    /// its slicing. An update that is late is counted as an overrun, and the flown model stays.
     pub fn poll(&mut self, budget: u32) -> Option<WindowReport> {
-        let mut spent = 0;
+        let mut spent = self.session.overspent;
         while spent < budget {
             let units = self.identifier.step(&self.config);
             if units == 0 {
                 break;
             }
-            spent += units;
+            spent = spent.saturating_add(units);
         }
+        self.session.overspent = spent.saturating_sub(budget);
         self.identifier.take_report()
     }
 
@@ -288,10 +298,17 @@ impl Probe {
         self.identifier.take_diagnosis()
     }
 
-    /// Budget for [`Probe::poll`] after each sample with which every result is ready when it is due.
+    /// Budget for [`Probe::poll`] after each sample with which every result is ready when it is due, on a chip of
+    /// 168 MHz.
     #[must_use]
     pub const fn poll_budget(&self) -> u32 {
-        match WORK_UNITS_PER_SECOND.checked_div(self.pipeline.checks.samples_per_second()) {
+        self.poll_budget_at(USUAL_CLOCK_HZ)
+    }
+
+    /// The same on a chip of another clock, Hz. Under 64 MHz results may be late.
+    #[must_use]
+    pub const fn poll_budget_at(&self, clock_hz: u32) -> u32 {
+        match (clock_hz / CLOCK_CYCLES_PER_UNIT).checked_div(self.pipeline.checks.samples_per_second()) {
             Some(units) => units,
             None => 0,
         }

@@ -139,9 +139,9 @@ fn an_unknown_section_is_a_usage_error_that_lists_the_others() {
 
 #[test]
 fn a_section_of_the_other_place_says_where_it_runs() {
-    let here = mwd(&["--only", "hour", "--only", "target"]);
+    let here = mwd(&["--only", "hour", "--only", "cost"]);
     assert_eq!(here.status.code(), Some(2));
-    assert_eq!(String::from_utf8(here.stderr).unwrap().trim(), "error: --only target: needs --target");
+    assert_eq!(String::from_utf8(here.stderr).unwrap().trim(), "error: --only cost: needs --target");
     let there = mwd(&["--target", "--only", "hour"]);
     assert_eq!(there.status.code(), Some(2));
     assert_eq!(String::from_utf8(there.stderr).unwrap().trim(), "error: --only hour: runs without --target");

@@ -6,16 +6,22 @@
 
 mod rig;
 
-use meerkat_mwd::{Config, Sample, SampleFlags, config::OptimizerKind, identification::WindowReport, probe::Output};
+use meerkat_mwd::{
+    Config, Probe, Sample, SampleFlags, config::OptimizerKind, estimator::UNIT_CYCLES, identification::WindowReport,
+    probe::Output,
+};
 use mwd::{
+    bench::size,
     flight::{self, configuration},
     simulate::{Scenario, simulate},
     target::{
+        call_costs::{Call, count_calls},
         emulate::{self, EmulatedFlight, Feed},
         error::EmulateError,
         firmware::{Board, Firmware, build_firmware},
         image::{self, Image},
-        toolchain, wire,
+        machine::build_program,
+        module_sizes, toolchain, wire,
     },
     trace::Trace,
 };
@@ -168,6 +174,75 @@ fn the_instruction_counter_is_exact_and_repeats() {
     let stack_bytes = Board::Trace.chip(&toolchain).stack_bytes_beside(&first.image);
     assert_eq!(u64::from(first.summary.stack_size_bytes), stack_bytes - 128, "{:?}", first.summary);
     assert!(first.summary.stack_used_bytes > 256 && first.summary.stack_used_bytes < first.summary.stack_size_bytes);
+}
+
+/// Names of counted functions are found in the firmware, and a call's cost holds all that it calls.
+#[test]
+fn every_counted_call_is_in_the_firmware_and_costs_what_the_chip_counts() {
+    let Some(_) = toolchain() else { return };
+    let scenario = Scenario { duration_s: 14.0, ..scenario("drilling_45deg") };
+    let (trace, _) = simulate(&scenario, 100);
+    let config = configuration::of_trace(&trace);
+    let costs = count_calls(&config, &trace.samples).unwrap();
+    let flown = emulate::fly_emulated(&config, &trace.samples, Feed::Direct).unwrap();
+    let [sample, work, piece, node] = [Call::Sample, Call::Work, Call::Piece, Call::Node].map(|call| costs.of(call));
+    assert_eq!((sample.count, work.count), (trace.samples.len() as u64, trace.samples.len() as u64));
+    // The chip counts its call's own instructions beside those of the function that is called.
+    let near = |plugin: u64, chip: u64| plugin.abs_diff(chip) <= 30;
+    let push = flown.summary.push;
+    assert!(near(sample.sum.instructions / sample.count, push.instructions_mean()), "{sample:?}, {push:?}");
+    let poll = flown.summary.poll;
+    assert!(near(work.sum.instructions / work.count, poll.instructions_mean()), "{work:?}, {poll:?}");
+    assert!(node.periods > 20 && node.sum.cycles < piece.sum.cycles, "{node:?}, {piece:?}");
+    assert!(piece.sum.cycles < work.sum.cycles && piece.most.cycles <= work.most.cycles, "{piece:?}, {work:?}");
+}
+
+/// The clock's half that the work beside samples may take is enough for the dearest of its calls: a budget, and the one
+/// piece that overshoots it.
+#[test]
+fn no_call_takes_more_cycles_than_its_budget_allows() {
+    let Some(_) = toolchain() else { return };
+    let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg") };
+    let (trace, _) = simulate(&scenario, 101);
+    let config = configuration::of_trace(&trace);
+    let mut probe = Box::new(Probe::new());
+    probe.configure(&config).unwrap();
+    let unit = u64::from(UNIT_CYCLES);
+    let budget = u64::from(probe.poll_budget()) * unit;
+    let costs = count_calls(&config, &trace.samples).unwrap();
+    let (work, sample) = (costs.of(Call::Work), costs.of(Call::Sample));
+    let longest = [Call::Piece, Call::Searching, Call::Judging].map(|call| costs.of(call).most.cycles);
+    println!("{} cycles of {budget}; pieces {longest:?}; a sample {}", work.most.cycles, sample.most.cycles);
+    assert!(work.periods > 0, "a window was reported");
+    assert!(work.most.cycles < budget + 650 * unit, "{work:?}");
+    assert!(longest.iter().all(|cycles| *cycles < 650 * unit), "{longest:?}");
+    // What is left of a period at 168 MHz holds the dearest sample four times over.
+    let period = u64::from(config.sample_period_us) * 168;
+    assert!(budget * 2 < period && work.most.cycles + 4 * sample.most.cycles < period, "{sample:?}");
+}
+
+/// The table that the page shows, name by name.
+#[test]
+fn no_module_has_outgrown_its_row_of_the_page_of_sizes() {
+    let Some(toolchain) = toolchain() else { return };
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/measurements/size.md");
+    let version = toolchain.compiler_version().unwrap();
+    let now = module_sizes::measured(&size::flight().unwrap()).unwrap();
+    now.iter().for_each(|(name, bytes)| println!("{bytes:8} {name}"));
+    let Some(before) = size::of_page(&std::fs::read_to_string(page).unwrap(), &version) else {
+        println!("SKIPPED: the page is of another compiler than {version}");
+        return;
+    };
+    let grown = module_sizes::grown(&before, &now);
+    let again = "cargo mwd bench --target --only size --markdown docs/measurements";
+    assert!(grown.is_empty(), "grown by over 2 %:\n{}\nif that is meant: {again}", grown.join("\n"));
+}
+
+/// Programs that only a bench runs.
+#[test]
+fn programs_for_the_chip_alone_build() {
+    let Some(toolchain) = toolchain() else { return };
+    build_program(&toolchain, "filter-cost").unwrap();
 }
 
 #[test]

@@ -3,6 +3,7 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::cholesky::{factorise, solve_lower, solve_upper};
+use core::ops::Range;
 
 /// Symmetric D x D matrix, lower triangle row by row: element (i, j <= i) at i (i + 1) / 2 + j. `T` must be D
 /// (D + 1) / 2.
@@ -88,16 +89,24 @@ impl<const D: usize, const T: usize> Packed<D, T> {
         add_outers(&mut self.0, [a, b, c], weight);
     }
 
+    #[cfg(test)]
     pub(crate) fn times(&self, x: &[f32; D]) -> [f32; D] {
+        self.times_within(x, 0..D)
+    }
+
+    /// The product with a vector that is zero outside of a range.
+    #[inline(never)]
+    pub(crate) fn times_within(&self, x: &[f32; D], range: Range<usize>) -> [f32; D] {
         let mut y = [0.0; D];
         let mut rest = self.0.as_slice();
         for (i, own) in x.iter().enumerate() {
             let Some((row, next)) = rest.split_at_checked(i + 1) else { return y };
             let Some((diagonal, below)) = row.split_last() else { return y };
-            let mut sum = diagonal * own;
-            for ((a, x), y) in below.iter().zip(x).zip(&mut y) {
-                sum += a * x;
-                *y += a * own;
+            let end = if i < range.end { i } else { range.end };
+            let (a, x) = (below.get(range.start..end).unwrap_or_default(), x.get(range.start..end).unwrap_or_default());
+            let sum = a.iter().zip(x).fold(diagonal * own, |sum, (a, x)| sum + a * x);
+            if range.contains(&i) {
+                below.iter().zip(&mut y).for_each(|(a, y)| *y += a * own);
             }
             y[i] += sum;
             rest = next;

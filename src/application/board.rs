@@ -12,6 +12,11 @@ pub trait Board {
     /// Microseconds of the clock that stamps the samples.
     fn now_us(&self) -> u64;
 
+    /// Clock of the processor, Hz: how much work beside samples there is time for.
+    fn clock_hz(&self) -> u32 {
+        168_000_000
+    }
+
     /// The oldest sample that waits in the queue.
     fn sample(&mut self) -> Option<Acquired>;
 

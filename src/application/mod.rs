@@ -32,7 +32,7 @@ use crate::{
 use log::info;
 use stage::Progress;
 
-/// Units of work in one piece, some 30,000 instructions; a piece that is not cut up overshoots it.
+/// Units of work in one piece, 50,000 cycles; a piece that is not cut up overshoots it, and the next ones are the shorter.
 const SLICE_UNITS: u32 = 100;
 
 /// Work that is put off for later when the loop is short of time, in samples' shares: a second at 200 Hz.
@@ -215,7 +215,7 @@ impl<'a, B: Board> Application<'a, B> {
         if began_afresh {
             self.restarted();
         }
-        let budget = self.pipeline.probe.poll_budget();
+        let budget = self.pipeline.probe.poll_budget_at(self.board.clock_hz());
         let most = budget.saturating_mul(OWED_SAMPLES);
         self.owed_units = self.owed_units.saturating_add(budget);
         if self.owed_units > most {

@@ -22,6 +22,7 @@ use super::{
     unrolled::add_times,
     widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, VARIABLES, Widths, column},
 };
+use core::ops::Range;
 use levels::{Levels, Slices, copy};
 use mixture::Sum;
 
@@ -29,6 +30,9 @@ use mixture::Sum;
 const GYRO: usize = 12;
 /// P.
 const NINE: usize = 9;
+/// Work units, as those of `crate::estimator::work`, of one width of each group: where all change, the last two, the
+/// last alone.
+const WIDTHS_UNITS: [u32; 3] = [650, 520, 420];
 
 /// Mean and covariance in units of the prior's widths, P row-major and then b.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +69,7 @@ impl<T: Real> Averaging<T> {
         Self { stage: 0, grid: Widths::UNSET, evidence: [T::ZERO; GROUPS], sum: Sum::zero() }
     }
 
-    /// Begins: `scratch` takes mean and covariance, and for a moment the inverse of the root.
+    /// Begins: `scratch` takes mean and covariance, and until that is gathered the inverse of the root.
     pub fn start(&mut self, globals: &Globals<T>, widths: &Widths, scratch: &mut [[T; WIDTH]]) {
         self.stage = 0;
         self.grid = *widths;
@@ -81,11 +85,20 @@ impl<T: Real> Averaging<T> {
             *mean = globals.x.get(column(i)).copied().unwrap_or(T::ZERO);
         }
         base.covariance.fill(T::ZERO);
-        for c in 0..GLOBALS {
+    }
+
+    /// Adds some columns of the inverse to the covariance; `false` when all are in.
+    pub fn gather(&self, columns: Range<usize>, scratch: &mut [[T; WIDTH]]) -> bool {
+        let scratch = scratch.as_flattened_mut();
+        let Some(place) = scratch.len().checked_sub(triangle(GLOBALS)) else { return false };
+        let (mut rest, inverse) = scratch.split_at_mut(place);
+        let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return false };
+        for c in columns.clone().filter(|c| *c < GLOBALS) {
             let own = inverse_root::column(inverse, c);
             let by: [T; VARIABLES] = core::array::from_fn(|i| own.get(column(i)).copied().unwrap_or(T::ZERO));
             add_outer(base.covariance, &by);
         }
+        columns.end < GLOBALS
     }
 
     /// Adds what is not known of the effects that are taken out: the covariance grows by the outer product of this
@@ -94,6 +107,20 @@ impl<T: Real> Averaging<T> {
         let mut rest = scratch.as_flattened_mut();
         let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return };
         add_outer(base.covariance, &core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
+    }
+
+    /// Work units of the next width: more where a group before the last changes its own.
+    pub fn units(&self) -> u32 {
+        let [_, irons, accels] = self.grid.count;
+        let is_first = |of: usize| self.stage.checked_rem(of) == Some(0);
+        let [all, two, last] = WIDTHS_UNITS;
+        if is_first(irons * accels) {
+            all
+        } else if is_first(accels) {
+            two
+        } else {
+            last
+        }
     }
 
     /// One width of each group; `false` when all are done. `scratch` must be left alone from one to the next.

@@ -95,6 +95,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             let widths = grid.only(set);
             let mut one = Averaging::zero();
             one.start(&self.globals, &widths, &mut scratch);
+            one.gather(0..GLOBALS, &mut scratch);
             while one.step(&mut scratch) {}
             let log = one.log_evidence().narrow();
             all.add(log);

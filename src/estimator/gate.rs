@@ -10,7 +10,6 @@ use super::{
     node::Node,
     real::{M3, Real, V3, square, zero33},
     rows::{CONSTANT, GLOBAL, WIDTH},
-    unrolled::add_times,
 };
 
 /// Chi-square of three innovations above which they contradict: one in 10,000 does by chance.
@@ -27,24 +26,32 @@ pub(super) struct Innovation<T> {
 impl<T: Real> Innovation<T> {
     /// Makes the innovation of three rows on old states and globals, weighted with their own noise.
     pub fn new(rows: &[[T; WIDTH]], node: &Node<T>, globals: &Globals<T>) -> Self {
-        // R^-T h of each row's coefficients h.
-        let mut solved = [[T::ZERO; NODE + GLOBALS]; 3];
+        // R^-T h of the three rows' coefficients h, element by element: each of R's is then read once for all three.
+        let mut solved = [[T::ZERO; 3]; NODE + GLOBALS];
         let mut value = V3::new(T::ZERO, T::ZERO, T::ZERO);
-        for ((y, row), value) in solved.iter_mut().zip(rows).zip(value.iter_mut()) {
-            y[..NODE].copy_from_slice(&row[..NODE]);
-            y[NODE..].copy_from_slice(&row[GLOBAL..CONSTANT]);
+        for (axis, (row, value)) in rows.iter().zip(value.iter_mut()).enumerate() {
+            let coefficients = row[..NODE].iter().chain(&row[GLOBAL..CONSTANT]);
+            solved.iter_mut().zip(coefficients).for_each(|(y, x)| y[axis] = *x);
             *value = row[CONSTANT];
-            for (i, root) in node.root.iter().enumerate() {
-                substitute(y, i, &root[i..]);
-            }
-            for (i, root) in globals.root.iter().enumerate() {
-                substitute(y, NODE + i, &root[i..GLOBALS]);
-            }
+        }
+        for j in 0..NODE + GLOBALS {
+            let (above, own) = solved.split_at_mut(j);
+            let states = if j < NODE { j } else { NODE };
+            let (of_states, of_globals) = above.split_at(states);
+            let y = less(own[0], of_states, node.root.iter().map(|row| &row[j]));
+            let (y, diagonal) = match j.checked_sub(NODE) {
+                None => (y, node.root[j][j]),
+                Some(global) => {
+                    (less(y, of_globals, globals.root.iter().map(|row| &row[global])), globals.root[global][global])
+                }
+            };
+            own[0] = y.map(|y| y / diagonal);
         }
         let mut covariance = zero33();
         for i in 0..3 {
-            for j in 0..3 {
-                covariance[(i, j)] = solved[i].iter().zip(&solved[j]).fold(T::ZERO, |sum, (a, b)| sum + *a * *b);
+            for j in 0..=i {
+                let product = solved.iter().fold(T::ZERO, |sum, y| sum + y[i] * y[j]);
+                (covariance[(i, j)], covariance[(j, i)]) = (product, product);
             }
         }
         Self { value, covariance }
@@ -84,14 +91,13 @@ pub(super) fn attitude_variance<T: Real>(node: &Node<T>, globals: &Globals<T>) -
     Innovation::new(&rows, node, globals).covariance.trace()
 }
 
-/// One step of the solution of R^T y = h: the row of R from its diagonal on.
-fn substitute<T: Real>(y: &mut [T], i: usize, root: &[T]) {
-    let Some((diagonal, right)) = root.split_first() else { return };
-    let Some((x, below)) = y.get_mut(i..).and_then(<[T]>::split_first_mut) else { return };
-    *x /= *diagonal;
-    if *x != T::ZERO {
-        add_times(below, -*x, right);
+/// What is left of an element of three right-hand sides, less the solved ones above it times a column of the root.
+#[inline(always)]
+fn less<'a, T: Real>(mut y: [T; 3], above: &[[T; 3]], column: impl Iterator<Item = &'a T>) -> [T; 3] {
+    for ([a, b, c], factor) in above.iter().zip(column) {
+        y = [y[0] - *a * *factor, y[1] - *b * *factor, y[2] - *c * *factor];
     }
+    y
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 use super::{
     columns::{GLOBALS, NUISANCES},
     real::Real,
+    unrolled::add_times,
 };
 
 /// The globals and a constant.
@@ -72,36 +73,28 @@ impl<T: Real> Globals<T> {
         sum
     }
 
-    /// Adds process noise of this variance (in squared units of the prior's width) to one global: C + q e e^T is, of
-    /// the information's root, (I - beta u u^T) R with u = R e. Returns `None` for no noise.
+    /// Vector and factor of a widening: C + q e e^T, noise of variance q (in squared units of the prior's width) on one
+    /// global, is, of the information's root, (I - beta u u^T) R with u = R e. Returns `None` for no noise.
     pub fn widening(&self, global: usize, variance: T) -> Option<([T; GLOBALS], T)> {
+        if variance <= T::ZERO {
+            return None;
+        }
         let mut u = [T::ZERO; GLOBALS];
         for (u, row) in u.iter_mut().zip(&self.root) {
             *u = row.get(global).copied().unwrap_or(T::ZERO);
         }
         let square = u.iter().fold(T::ZERO, |sum, u| sum + *u * *u);
-        let is_some = square > T::ZERO && variance > T::ZERO;
-        is_some.then(|| (u, (T::ONE - (T::ONE / (T::ONE + variance * square)).root()) / square))
+        (square > T::ZERO).then(|| (u, (T::ONE - (T::ONE / (T::ONE + variance * square)).root()) / square))
     }
 
-    /// Adds it. Leaves the root full: it has to be made triangular afterwards, column by column.
-    pub fn widen(&mut self, global: usize, variance: T) {
-        let Some((u, beta)) = self.widening(global, variance) else { return };
+    /// Multiplies the root by I - beta u u^T. Leaves it full: it has to be made triangular afterwards, column by column.
+    pub fn widen(&mut self, u: &[T; GLOBALS], beta: T) {
         let mut dots = [T::ZERO; GLOBALS];
         for (u, row) in u.iter().zip(&self.root) {
-            if *u != T::ZERO {
-                for c in 0..GLOBALS {
-                    dots[c] += *u * row[c];
-                }
-            }
+            add_times(&mut dots, *u, row);
         }
         for (u, row) in u.iter().zip(&mut self.root) {
-            let factor = beta * *u;
-            if factor != T::ZERO {
-                for c in 0..GLOBALS {
-                    row[c] -= factor * dots[c];
-                }
-            }
+            add_times(row, -(beta * *u), &dots);
         }
     }
 
@@ -172,7 +165,8 @@ mod tests {
         let before = covariance(&globals);
         let widened = [(3, 0.7), (25, 0.01), (36, 4.0)];
         for (global, variance) in widened {
-            globals.widen(global, variance);
+            let (u, beta) = globals.widening(global, variance).unwrap();
+            globals.widen(&u, beta);
         }
         let mut candidates = crate::estimator::candidates::Candidates::<f64, 0>::zero();
         (0..GLOBALS).for_each(|column| candidates.triangular(&mut globals, column));

@@ -92,19 +92,32 @@ impl<const NODES: usize> LeftOver<NODES> {
 
     /// Innovations of one node at deviations `x` of P and b.
     pub fn innovations(&self, index: usize, x: &[f32; COLUMNS - 1]) -> [f32; ROWS] {
-        let mut innovations = [0.0; ROWS];
-        let (Some(stored), Some(scale)) = (self.rows.get(index), self.scales.get(index)) else { return innovations };
-        let mut rest = stored.as_slice();
-        for (k, innovation) in innovations.iter_mut().enumerate() {
-            let Some((row, next)) = rest.split_at_checked(COLUMNS - k) else { break };
-            let Some((constant, row)) = row.split_last() else { break };
-            let from = f32::from(*constant);
-            let sum = row.iter().zip(x.iter().skip(k)).fold(from, |sum, (a, x)| sum + f32::from(*a) * x);
-            *innovation = sum * scale;
-            rest = next;
-        }
-        innovations
+        let (Some(stored), Some(scale)) = (self.rows.get(index), self.scales.get(index)) else { return [0.0; ROWS] };
+        let rest = &mut stored.as_slice();
+        let sums = [
+            innovation::<12>(rest, x),
+            innovation::<11>(rest, x),
+            innovation::<10>(rest, x),
+            innovation::<9>(rest, x),
+            innovation::<8>(rest, x),
+            innovation::<7>(rest, x),
+            innovation::<6>(rest, x),
+            innovation::<5>(rest, x),
+            innovation::<4>(rest, x),
+        ];
+        sums.map(|sum| sum * scale)
     }
+}
+
+/// Innovation of the next row, which has `N` coefficients and a constant, the last of `x`. Of a length that the compiler
+/// knows: its loop is no loop.
+#[inline(always)]
+fn innovation<const N: usize>(rest: &mut &[i16], x: &[f32; COLUMNS - 1]) -> f32 {
+    let Some((row, next)) = rest.split_first_chunk::<N>() else { return 0.0 };
+    let Some((constant, next)) = next.split_first() else { return 0.0 };
+    *rest = next;
+    let x = x.last_chunk::<N>().unwrap_or(&[0.0; N]);
+    row.iter().zip(x).fold(f32::from(*constant), |sum, (a, x)| sum + f32::from(*a) * x)
 }
 
 #[cfg(test)]

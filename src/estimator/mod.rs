@@ -59,6 +59,7 @@ pub use remainder::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
 pub use settings::{Noise, Settings};
 pub use widths::Widths;
 pub use window_cost::WindowCost;
+pub use work::UNIT_CYCLES;
 
 use crate::{
     compensation::{Effect, GyroModel},
@@ -101,8 +102,12 @@ enum Task {
     Weighing,
     /// The covariance grows by what is not known of the effects that are taken out, one after the other.
     Spreading(usize),
-    /// The globals walk: widened, then triangular from this column on.
+    /// The globals walk: each is widened, from this column on.
+    Widening(usize),
+    /// They are widened, and made triangular from this column on.
     Walking(usize),
+    /// Their covariance is gathered, from this column of the root's inverse on.
+    Gathering(usize),
     /// The posterior is averaged.
     Averaging,
     /// It is averaged; what the search's cost is bounded by is gathered from this node on.

@@ -10,6 +10,8 @@ use super::{
 };
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
+    /// Not inlined: its calls are counted (`cargo mwd bench --target`), as are those of elimination and absorption.
+    #[inline(never)]
     pub(super) fn end_node(&mut self) {
         let seconds = self.pre.seconds;
         self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };
@@ -104,8 +106,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Adds to some globals as much as the prior allows them: they may have changed.
     fn forget(&mut self, group: Group) {
         for column in group.columns() {
-            self.candidates.widen(&self.globals, column, T::ONE);
-            self.globals.widen(column, T::ONE);
+            self.candidates.widen(&mut self.globals, column, T::ONE);
         }
         self.task = Task::Walking(0);
     }

@@ -18,21 +18,30 @@ const NODE_S: f32 = 0.5;
 /// Degrees of freedom of a node: its rows less its states.
 pub(super) const FREEDOM: f32 = 9.0;
 
-/// Work units (some 300 instructions) of the pieces.
-const INCREMENT_UNITS: u32 = 40;
-const COLUMN_UNITS: u32 = 45;
-const START_UNITS: u32 = 120;
-const WEIGHING_UNITS: u32 = 400;
-const SPREADING_UNITS: u32 = 100;
+/// Cycles of a Cortex-M4F that a unit of work stands for: no piece takes more than its units of them
+/// (`cargo mwd bench --target --only cost`).
+pub const UNIT_CYCLES: u32 = 500;
+/// Work units of the pieces: the dearest of each kind that a flight has shown, in cycles, over [`UNIT_CYCLES`].
+const INCREMENT_UNITS: u32 = 60;
+const NODE_UNITS: u32 = 340;
+const COLUMN_UNITS: u32 = 56;
+const WIDENING_UNITS: u32 = 105;
+const WALKING_UNITS: u32 = 70;
+const START_UNITS: u32 = 320;
+const GATHERING_UNITS: u32 = 70;
+const SPREADING_UNITS: u32 = 300;
 /// Interval at which the effects are weighed, microseconds.
 const WEIGHED_EVERY_US: u64 = 5_000_000;
-const WIDTHS_UNITS: u32 = 150;
-const CENTRE_UNITS: u32 = 500;
+const CENTRE_UNITS: u32 = 420;
+const BOUND_UNITS: u32 = 160;
+const CONCLUDING_UNITS: u32 = 100;
 /// Nodes whose rows are gathered in one piece.
-const BOUND_NODES: usize = 20;
+const BOUND_NODES: usize = 4;
+/// Columns of the root's inverse that are gathered in one piece.
+const GATHERED: usize = 4;
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// One bounded piece of work; its size in units of some 300 instructions, 0 when there is nothing to do.
+    /// One bounded piece of work; its size in units of [`UNIT_CYCLES`], 0 when there is nothing to do.
     pub fn step(&mut self) -> u32 {
         match self.task {
             Task::Next => self.next(),
@@ -51,30 +60,42 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 COLUMN_UNITS
             }
             Task::Weighing => {
+                let units = self.evidence.units();
                 self.weigh();
-                WEIGHING_UNITS
+                units
+            }
+            Task::Gathering(from) => {
+                let more = self.averaging.gather(from..from + GATHERED, &mut self.update.rows);
+                self.task = if more { Task::Gathering(from + GATHERED) } else { Task::Spreading(0) };
+                GATHERING_UNITS
             }
             Task::Spreading(of) => {
                 self.spread(of);
                 SPREADING_UNITS
             }
+            Task::Widening(from) => {
+                self.widen(from);
+                WIDENING_UNITS
+            }
             Task::Walking(column) => {
                 self.walk(column);
-                COLUMN_UNITS
+                WALKING_UNITS
             }
             Task::Averaging => {
+                let units = self.averaging.units();
                 if !self.averaging.step(&mut self.update.rows) {
                     self.centre();
                     self.task = Task::Bounding(0);
                     return CENTRE_UNITS;
                 }
-                WIDTHS_UNITS
+                units
             }
             Task::Bounding(from) => {
                 if self.bound(from) {
                     self.conclude();
+                    return BOUND_UNITS + CONCLUDING_UNITS;
                 }
-                CENTRE_UNITS
+                BOUND_UNITS
             }
         }
     }
@@ -83,23 +104,19 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         match self.waiting.pop_front() {
             None => 0,
             Some(Item::Increment(increment)) => {
-                if let Some(held) = self.held.pop() {
-                    self.take(&held, Some(&increment));
-                }
+                let ends = self.held.pop().is_some_and(|held| self.take(&held, Some(&increment)));
                 // Just emptied, so there is room.
                 let _ = self.held.push(increment);
-                INCREMENT_UNITS
+                if ends { INCREMENT_UNITS + NODE_UNITS } else { INCREMENT_UNITS }
             }
             Some(Item::Gap { seconds, silent_s }) => {
-                if let Some(held) = self.held.pop() {
-                    self.take(&held, None);
-                }
+                let ends = self.held.pop().is_some_and(|held| self.take(&held, None));
                 if silent_s < seconds * T::of(0.5) {
                     // It is the gyro's; so is the node that it cuts short.
                     self.unread.add(T::ONE, seconds - silent_s + self.pre.seconds);
                 }
                 self.gap(seconds);
-                INCREMENT_UNITS
+                if ends { INCREMENT_UNITS + NODE_UNITS } else { INCREMENT_UNITS }
             }
             Some(Item::Look) => {
                 self.note_attitude();
@@ -166,8 +183,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
-    /// An increment whose neighbours are known.
-    fn take(&mut self, increment: &Increment<T>, next: Option<&Increment<T>>) {
+    /// An increment whose neighbours are known; `true` where a node ends with it.
+    fn take(&mut self, increment: &Increment<T>, next: Option<&Increment<T>>) -> bool {
         let after = next.and_then(|next| next.force);
         let mut increment = *increment;
         if let Some(field) = &mut increment.field {
@@ -202,11 +219,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.remainder.watch(&moment, &(self.node.attitude * turned.middle).map(|x| x.narrow()));
         // Half an increment early: lengths are rounded.
         let late = self.pre.seconds + self.builder.seconds() * T::of(0.5);
-        if late >= T::of(NODE_S) || self.pre.angle >= T::of(PI) {
+        let ends = late >= T::of(NODE_S) || self.pre.angle >= T::of(PI);
+        if ends {
             self.end_node();
         }
+        ends
     }
 
+    #[inline(never)]
     fn absorb(&mut self, column: usize) {
         self.updates = self.updates.wrapping_add(1);
         if column == NUISANCES && self.kind == Kind::Moving {
@@ -225,6 +245,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::AbsorbingOwn(0);
     }
 
+    #[inline(never)]
     fn absorb_own(&mut self, column: usize) {
         if self.candidates.absorb_own(&mut self.further, self.update.left_over(), column) {
             self.task = Task::AbsorbingOwn(column + 2);
@@ -243,7 +264,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Next;
         // Means move with both: not in the middle of a node.
         if self.unwalked_s >= T::of(walk::EVERY_S) {
-            self.widen();
+            self.task = Task::Widening(0);
         } else if end_us >= self.weighed_us.saturating_add(WEIGHED_EVERY_US) {
             self.weighed_us = end_us;
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
@@ -273,7 +294,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     fn average(&mut self) {
         self.averaging.start(&self.globals, &self.settings.widths, &mut self.update.rows);
-        self.task = Task::Spreading(0);
+        self.task = Task::Gathering(0);
     }
 
     /// Widens the gyro's covariance by an effect's: an unknown part of an effect that is taken out is unknown of the
@@ -288,11 +309,15 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Spreading(of + 1);
     }
 
-    fn widen(&mut self) {
-        for (column, sigma) in self.sigma.iter().enumerate() {
-            let variance = T::of(walk::variance_per_s(column, sigma.narrow(), &self.settings.noise)) * self.unwalked_s;
-            self.candidates.widen(&self.globals, column, variance);
-            self.globals.widen(column, variance);
+    /// Widens the next global that walks, from a column on.
+    fn widen(&mut self, from: usize) {
+        for (column, sigma) in self.sigma.iter().enumerate().skip(from) {
+            let variance = walk::variance_per_s(column, sigma.narrow(), &self.settings.noise);
+            if variance > 0.0 {
+                self.candidates.widen(&mut self.globals, column, T::of(variance) * self.unwalked_s);
+                self.task = Task::Widening(column + 1);
+                return;
+            }
         }
         self.unwalked_s = T::ZERO;
         self.task = Task::Walking(0);

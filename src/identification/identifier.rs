@@ -22,11 +22,11 @@ use heapless::{Deque, Vec};
 /// Reports waiting to be polled.
 const PENDING: usize = 3;
 
-/// Work units of one evaluation of a window's cost: some 100 nodes of nine rows.
-const EVALUATION_UNITS: u32 = 100;
+/// Work units, as the estimator's, of one evaluation of a window's cost: some 100 nodes of nine rows.
+const EVALUATION_UNITS: u32 = 170;
 
 /// Work units of judging a posterior, or the result of a search.
-const JUDGE_UNITS: u32 = 20;
+const JUDGE_UNITS: u32 = 180;
 
 /// Facts about an update that has taken effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -149,6 +149,11 @@ impl Identifier {
     /// Tells the schedule of a gap in time.
     pub fn gap(&mut self, last_us: u64, t_us: u64) {
         self.schedule.gap(last_us, t_us);
+    }
+
+    /// Returns true if the instant of an update has come, with a result or without.
+    pub fn is_due(&self, t_us: u64) -> bool {
+        self.schedule.is_due(t_us)
     }
 
     /// Lets a result that is due take effect, before a sample is compensated.

@@ -163,10 +163,15 @@ impl<T> Schedule<T> {
         }
     }
 
+    /// Returns true if an update is due before this sample.
+    pub fn is_due(&self, t_us: u64) -> bool {
+        self.state != State::Idle && t_us >= self.update.effect_us
+    }
+
     /// Returns the update that is due before this sample, with its result; `None` in the result's place is an
     /// overrun.
     pub fn take_effect(&mut self, t_us: u64) -> Option<(Update, Option<T>)> {
-        if self.state == State::Idle || t_us < self.update.effect_us {
+        if !self.is_due(t_us) {
             return None;
         }
         self.state = State::Idle;

@@ -62,7 +62,15 @@ impl Probe {
         self.identifier.window_cost()
     }
 
-    /// Estimator at its present step; [`Probe::poll`] with a budget of 1 advances it by one step.
+    /// Does one piece of identification work; `false` where there is none.
+    #[cfg(feature = "explanation")]
+    pub fn poll_one(&mut self) -> bool {
+        let is_some = self.identifier.step(&self.config) > 0;
+        let _ = self.identifier.take_report();
+        is_some
+    }
+
+    /// Estimator at its present step; [`Probe::poll_one`] advances it by one.
     #[cfg(feature = "explanation")]
     #[must_use]
     pub const fn estimator(&self) -> &Estimator {

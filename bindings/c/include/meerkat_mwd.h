@@ -1094,7 +1094,7 @@ MwdStatus mwd_probe_push(MwdProbe *probe,
                          MwdOutput *output);
 
 /**
- * Does about `budget` units of identification work, of some 300 instructions each. Call it after each sample with
+ * Does about `budget` units of identification work, of up to 500 cycles each. Call it after each sample with
  * `mwd_probe_poll_budget`. `MWD_STATUS_OK`: a window is reported in `window`; `MWD_STATUS_NOTHING`: none is ready.
  *
  * Pointers:

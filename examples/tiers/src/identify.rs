@@ -10,7 +10,7 @@ use meerkat_mwd::{
 
 /// Interval between models that may fly, microseconds.
 const UPDATE_US: u64 = 5_000_000;
-/// Steps of the estimator after each sample. One takes 30 to 500 units of some 300 instructions.
+/// Steps of the estimator after each sample. One takes 56 to 650 units of 500 cycles.
 const STEPS: u32 = 8;
 
 /// Estimator with the rows of one node and one column for effects: as few as it takes.

@@ -8,7 +8,7 @@ use cortex_m_rt::entry;
 use meerkat_mwd::{
     attitude::{Attitude, AttitudeFilter, AttitudeFlags},
     compensation::GyroModel,
-    config::{AttitudeConfig, Earth},
+    config::{self, AttitudeConfig, Earth},
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use semihosting::{println, process};
@@ -38,7 +38,7 @@ fn main() -> ! {
     for rate_hz in RATES_HZ {
         let dt_s = 1.0 / f32::from(rate_hz);
         let dt = Duration::from_micros(u64::from(1_000_000 / u32::from(rate_hz)));
-        FILTER.start(&AttitudeConfig::default(), &Earth::default());
+        FILTER.start(&AttitudeConfig::default(), &Earth::default(), config::Motion::DrillString);
         counter.run("ours", rate_hz, |m| {
             black_box(ours(FILTER, dt_s, m));
         });

@@ -5,6 +5,7 @@ pub(crate) mod attitude_cost;
 pub(crate) mod benefit;
 pub(crate) mod bus;
 pub(crate) mod bus_faults;
+pub(crate) mod cost;
 pub(crate) mod coverage;
 pub mod cramer_rao;
 pub(crate) mod drilling;
@@ -23,9 +24,9 @@ pub mod rotation_error;
 pub mod second_simulator;
 pub(crate) mod seeds;
 pub(crate) mod sensors;
+pub mod size;
 pub(crate) mod swaps;
 mod table;
-pub(crate) mod target;
 pub(crate) mod turntable;
 pub(crate) mod whole_probe;
 

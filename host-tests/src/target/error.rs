@@ -43,9 +43,9 @@ pub enum EmulateError {
         /// Counts of this machine.
         here: PlayedCounts,
     },
-    /// The firmware has no function of a part to be counted.
-    #[error("no function of the firmware's belongs to the part {0:?}")]
-    NoPart(&'static str),
+    /// The firmware has no function of a call to be counted.
+    #[error("the firmware has no function whose mangled name holds {0}")]
+    NoCall(String),
     /// The plugin's output is not counts.
     #[error("the emulator's plugin wrote no counts: {0:?}")]
     Counts(String),

@@ -138,6 +138,16 @@ pub enum ImageError {
     NoVectorTable,
 }
 
+/// A function or static of an image.
+pub struct Symbol<'a> {
+    /// Mangled name.
+    pub name: &'a str,
+    /// Size.
+    pub bytes: u64,
+    /// True if it is in flash, false in RAM.
+    pub in_flash: bool,
+}
+
 /// A linked firmware.
 pub struct Image<'elf> {
     file: object::read::elf::ElfFile32<'elf, object::Endianness>,
@@ -186,6 +196,25 @@ impl<'elf> Image<'elf> {
     #[must_use]
     pub fn has_function(&self, part: &str) -> bool {
         !self.functions(&[part]).is_empty()
+    }
+
+    /// Names of functions, mangled, and of statics, with their sizes in bytes; statics in flash are constants.
+    pub fn symbols(&self) -> impl Iterator<Item = Symbol<'_>> {
+        self.file.symbols().filter_map(|symbol| {
+            let in_flash = (FLASH_START..RAM_START).contains(&symbol.address());
+            let kind = matches!(symbol.kind(), SymbolKind::Text | SymbolKind::Data);
+            let name = symbol.name().ok().filter(|_| kind && symbol.size() > 0)?;
+            Some(Symbol { name, bytes: symbol.size(), in_flash })
+        })
+    }
+
+    /// Size of the static whose mangled name contains `part`, bytes.
+    #[must_use]
+    pub fn data_of(&self, part: &str) -> Option<u64> {
+        let is_one = |symbol: &object::read::elf::ElfSymbol32<'_, '_>| {
+            symbol.kind() == SymbolKind::Data && symbol.name().is_ok_and(|name| name.contains(part))
+        };
+        self.file.symbols().find(is_one).map(|symbol| symbol.size())
     }
 
     /// Addresses of functions whose mangled names contain all of `parts`.

@@ -1,5 +1,6 @@
 //! The firmware on the emulated chip: toolchain, images, the emulator, and the files in and out.
 
+pub mod call_costs;
 pub mod deadline;
 pub mod emulate;
 pub mod error;
@@ -8,7 +9,7 @@ pub mod image;
 pub mod machine;
 pub mod missing;
 pub mod mock_flash;
-pub mod parts;
+pub mod module_sizes;
 pub mod real_time;
 pub mod toolchain;
 pub mod wire;

@@ -1,7 +1,10 @@
 //! A main loop that polls too little, too much, or never.
 
 use meerkat_mwd::{Config, Probe, identification::Refusal};
-use mwd::flight::Flight;
+use mwd::{
+    flight::{Flight, configuration::of_trace},
+    trace::{Trace, recordings::bundled},
+};
 
 use crate::rig::run::{Run, refusal, run as flown, sound};
 
@@ -37,7 +40,7 @@ fn how_the_work_is_sliced_changes_nothing_while_it_is_in_time() {
     let run = run(110.0, 3);
     let expected = polled(&run, |_| Some(BUDGET));
     assert_eq!(expected.counters.overruns, 0);
-    assert_eq!(expected, polled(&run, |_| Some(400)), "two or three pieces after each sample");
+    assert_eq!(expected, polled(&run, |_| Some(800)), "a few pieces after each sample");
     assert_eq!(expected, polled(&run, |_| Some(u32::MAX)), "all at once");
     // Not after the sample at which a result takes effect, its report comes later; what flies does not
     // change.
@@ -104,4 +107,28 @@ fn a_diagnosis_is_the_same_however_its_work_is_sliced_and_late_it_is_counted() {
     let late = polled(&run, |_| Some(1));
     assert!(late.counters.overruns > 0);
     assert!(late.diagnoses.len() < expected.diagnoses.len());
+}
+
+/// Half of a chip's time is enough from 64 MHz on: what flies is what flies on one of 168 MHz.
+#[test]
+fn at_64_mhz_nothing_is_late_and_nothing_is_lost() {
+    for path in bundled().unwrap() {
+        let trace = Trace::read(&path).unwrap();
+        let config = of_trace(&trace);
+        let [fast, slow] = [168_000_000, 64_000_000].map(|clock_hz| {
+            let mut probe = Box::new(Probe::new());
+            probe.configure(&config).unwrap();
+            let budget = probe.poll_budget_at(clock_hz);
+            let mut flown = Vec::new();
+            for sample in &trace.samples {
+                flown.extend(probe.push(sample));
+                // When a report is there is the budget's to say; what flies is not.
+                probe.poll(budget);
+            }
+            let counters = probe.counters();
+            assert_eq!((counters.overruns, counters.increments_lost), (0, 0), "{}, {clock_hz} Hz", path.display());
+            flown
+        });
+        assert!(fast == slow, "{}", path.display());
+    }
 }

@@ -59,6 +59,10 @@ impl Board for SensorBoard {
         chip::now_us()
     }
 
+    fn clock_hz(&self) -> u32 {
+        if cfg!(feature = "board-nrf52840") { 64_000_000 } else { 168_000_000 }
+    }
+
     fn sample(&mut self) -> Option<Acquired> {
         self.samples.dequeue()
     }

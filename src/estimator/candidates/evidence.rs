@@ -35,6 +35,13 @@ const AGAINST_UNNAMED: f32 = 3.0;
 /// Columns that are loaded, or eliminated, in one piece of work.
 const LOADED: usize = 24;
 const ELIMINATED: usize = 3;
+/// Work units of the pieces, as those of `crate::estimator::work`.
+const LOADING_UNITS: u32 = 450;
+const CHOOSING_UNITS: u32 = 560;
+const ENTERING_UNITS: u32 = 300;
+const TELLING_UNITS: u32 = 280;
+const WATCHING_UNITS: u32 = 230;
+const JOINING_UNITS: u32 = 300;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
@@ -143,6 +150,19 @@ impl<T: Real> Evidence<T> {
         self.field = if self.rules.with_nuisances { Field::Nuisances } else { Field::All };
         self.entered.clear();
         self.chosen.clear();
+    }
+
+    /// Work units of the next piece.
+    pub const fn units(&self) -> u32 {
+        match self.stage {
+            Stage::Loading(_) => LOADING_UNITS,
+            Stage::Choosing => CHOOSING_UNITS,
+            Stage::Entering(_) => ENTERING_UNITS,
+            Stage::Telling(_) => TELLING_UNITS,
+            Stage::Watching(_) => WATCHING_UNITS,
+            Stage::Joining(_) => JOINING_UNITS,
+            Stage::Idle => 1,
+        }
     }
 
     /// One piece; `false` when it is done. The rows must be left alone from one to the next.

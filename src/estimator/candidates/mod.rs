@@ -62,6 +62,8 @@ pub(super) struct Candidates<T, const EFFECTS: usize> {
     library: Option<&'static [&'static dyn Effect]>,
     places: [Place; EFFECTS],
     columns: usize,
+    /// One past the first column of each effect, of a step of the bias that of the first step; 0: it has none.
+    firsts: [u8; MAX_CLAIMS],
     /// Effects that were found in an earlier session, one bit each.
     restored: u32,
     /// Sizes that are taken out, in units of the usual sizes.
@@ -91,6 +93,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
             library: None,
             places: [NOWHERE; EFFECTS],
             columns: 0,
+            firsts: [0; MAX_CLAIMS],
             restored: 0,
             x: [T::ZERO; EFFECTS],
             shocks: Shocks::zero(),
@@ -128,11 +131,17 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
             };
         }
         self.columns += parameters.len();
+        if let Some(first) = self.firsts.get_mut(index).filter(|_| step == 0) {
+            *first = from as u8 + 1;
+        }
         Some(from)
     }
 
     /// Where the columns of an effect begin, if it has any.
     fn first_column(&self, effect: usize, step: u8) -> Option<usize> {
+        if let Some(first) = self.firsts.get(effect).filter(|_| step == 0) {
+            return usize::from(*first).checked_sub(1);
+        }
         self.places().iter().position(|place| usize::from(place.effect) == effect && place.step == step)
     }
 
@@ -140,6 +149,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     pub fn begin(&mut self) {
         self.x = [T::ZERO; EFFECTS];
         (self.columns, self.restored) = (0, 0);
+        self.firsts = [0; MAX_CLAIMS];
         self.shocks.start();
         self.squares = [T::ZERO; PARAMETERS];
         self.increments = 0;

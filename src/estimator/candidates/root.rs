@@ -8,11 +8,13 @@ use crate::estimator::{
     real::{Real, zero3},
     rows::{CONSTANT, GLOBAL, NEW, ROWS, WIDTH},
     square_root::{Pivot, reflect, reflect_two},
+    unrolled::add_times,
     update::SCRATCH,
 };
 
 impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     /// Eliminates two columns of the node's states from the rows of an update.
+    #[inline(never)]
     pub fn eliminate(&self, further: &mut [[T; EFFECTS]; SCRATCH], rows: &mut [[T; WIDTH]; SCRATCH], column: usize) {
         let used = self.used();
         // The states of the old node stand in their own rows; those of the new one are eliminated among the new rows.
@@ -109,21 +111,19 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.node.iter_mut().skip(FIELD).flatten().for_each(|x| *x *= kept);
     }
 
-    /// Process noise was added to a global; see [`Globals::widen`], which has to come after.
-    pub fn widen(&mut self, globals: &Globals<T>, global: usize, variance: T) {
+    /// Adds process noise of this variance (in squared units of the prior's width) to one global, see
+    /// [`Globals::widen`], and to what stands beside it.
+    pub fn widen(&mut self, globals: &mut Globals<T>, global: usize, variance: T) {
         let Some((u, beta)) = globals.widening(global, variance) else { return };
+        let used = self.used();
         let mut dots = [T::ZERO; EFFECTS];
         for (u, row) in u.iter().zip(&self.globals) {
-            for (dot, x) in dots.iter_mut().zip(row) {
-                *dot += *u * *x;
-            }
+            add_times(&mut dots, *u, row.get(..used).unwrap_or_default());
         }
         for (u, row) in u.iter().zip(&mut self.globals) {
-            let factor = beta * *u;
-            for (dot, x) in dots.iter().zip(row) {
-                *x -= factor * *dot;
-            }
+            add_times(row.get_mut(..used).unwrap_or_default(), -(beta * *u), &dots);
         }
+        globals.widen(&u, beta);
     }
 
     /// Makes one column of the globals' root triangular again.
@@ -165,7 +165,6 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
             let Some(sigma) = sigma.get(column).filter(|sigma| **sigma > T::ZERO) else { continue };
             let share = T::of(deviation) / *sigma;
             self.widen(globals, column, share * share);
-            globals.widen(column, share * share);
         }
         self.drop_step(claim.step);
     }

@@ -8,7 +8,7 @@ use crate::{
         increment::Increment,
         parameters::Parameters,
         preintegration::Turned,
-        real::{Real, V3, zero3},
+        real::{Real, V3, square, zero3},
     },
 };
 use nalgebra::Vector3;
@@ -60,11 +60,12 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         for (index, effect) in self.library().iter().enumerate() {
             let count = effect.parameters().len();
             let mut is_there = false;
+            let squares = self.squares.get_mut(before..).unwrap_or_default();
             for (k, term) in terms.iter_mut().enumerate().take(count) {
                 *term = effect.term(k, &moment);
-                let square = term.norm_squared();
+                let square = square(term);
                 is_there |= square > 0.0;
-                if let Some(sum) = self.squares.get_mut(before + k) {
+                if let Some(sum) = squares.get_mut(k) {
                     *sum += T::of(square);
                 }
             }
@@ -109,13 +110,15 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         for (((term, x), place), one) in columns.zip(terms) {
             let one = one * place.usual;
             let one = V3::new(T::of(one.x), T::of(one.y), T::of(one.z));
-            let (sum, unit) = match place.sensor {
-                Sensor::Gyro => (&mut out.rate, T::ONE),
-                Sensor::Accelerometer => (&mut out.force, T::ONE),
-                Sensor::Magnetometer => (&mut out.field, if field_ut > T::ZERO { field_ut } else { T::ONE }),
+            let (sum, one) = match place.sensor {
+                Sensor::Gyro => (&mut out.rate, one),
+                Sensor::Accelerometer => (&mut out.force, one),
+                Sensor::Magnetometer => (&mut out.field, if field_ut > T::ZERO { one / field_ut } else { one }),
             };
-            *term = one / unit;
-            *sum += *term * *x;
+            *term = one;
+            if *x != T::ZERO {
+                *sum += one * *x;
+            }
         }
     }
 
@@ -128,17 +131,24 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         for ((((rotation, field_sum), velocity), position), (term, Place { sensor, .. })) in sums.zip(terms) {
             // The reading less its effect is the truth, so the term is subtracted.
             let term = -(middle * term);
-            let at_middle = if *sensor == Sensor::Gyro { *rotation + term * half } else { *rotation };
-            if let Some(field) = field {
-                *field_sum += if *sensor == Sensor::Magnetometer { term } else { at_middle.cross(field) };
-            }
-            if let Some(force) = force {
-                let step = if *sensor == Sensor::Accelerometer { term } else { at_middle.cross(force) };
+            let mut go_on = |step: V3<T>| {
                 *position += *velocity * dt + step * (dt * half);
                 *velocity += step * dt;
-            }
-            if *sensor == Sensor::Gyro {
-                *rotation += term * dt;
+            };
+            match *sensor {
+                Sensor::Gyro => {
+                    let at_middle = *rotation + term * half;
+                    if let Some(field) = field {
+                        *field_sum += at_middle.cross(field);
+                    }
+                    if let Some(force) = force {
+                        go_on(at_middle.cross(force));
+                    }
+                    *rotation += term * dt;
+                }
+                Sensor::Accelerometer if force.is_some() => go_on(term),
+                Sensor::Magnetometer if field.is_some() => *field_sum += term,
+                Sensor::Accelerometer | Sensor::Magnetometer => {}
             }
         }
     }

@@ -2,8 +2,8 @@
 
 use crate::{
     bench::{
-        Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, coverage, drilling, effects, honesty, hour,
-        mud_pulse, multi_station, rate_error, recordings, second_simulator, sensors, swaps, target, turntable,
+        Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, cost, coverage, drilling, effects, honesty,
+        hour, mud_pulse, multi_station, rate_error, recordings, second_simulator, sensors, size, swaps, turntable,
         whole_probe,
     },
     research::{contaminated, evaluations, inclination, paper},
@@ -72,7 +72,8 @@ pub(super) const SECTIONS: &[Section] = &[
     Section::on_host("bus_faults", "Faults of sensors and wires", bus_faults::run),
     Section::on_host("sensors", "Load of the bus", sensors::run),
     Section::on_host("whole_probe", "The whole probe under seeded faults", whole_probe::run),
-    Section::on_target("target", "Instructions of a minute of drilling on the emulated chip", target::run),
+    Section::on_target("cost", "Cost on the emulated chip", cost::run),
+    Section::on_target("size", "Flash, RAM and stack of the firmware, by module", size::run),
     Section::on_target("bus", "Instructions of the sampling path on the emulated chip", bus::run),
     Section::on_host("drilling", "Attitude while drilling, beside VQF", drilling::run),
     Section::on_target("attitude_cost", "Instructions of the attitude filter on the emulated chip", attitude_cost::run),

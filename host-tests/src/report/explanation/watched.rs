@@ -32,7 +32,9 @@ pub(super) fn updates(mut probe: Box<Probe>, samples: &[Sample]) -> Vec<Update> 
         }
         // Step by step, with at least as much work as the chip does.
         for _ in 0..probe.poll_budget() {
-            probe.poll(1);
+            if !probe.poll_one() {
+                break;
+            }
             if let Some(by) = probe.estimator().moved_by_rows() {
                 add(&mut moved, &by);
             }

@@ -74,6 +74,18 @@ impl Toolchain {
         cargo
     }
 
+    /// Version of the compiler, as it states it: another one makes other code.
+    ///
+    /// # Errors
+    /// It cannot be asked.
+    pub fn compiler_version(&self) -> Result<String, CommandError> {
+        let program = match self.compiler {
+            Compiler::Own => rustc(),
+            Compiler::Debian { .. } => "/usr/bin/rustc".into(),
+        };
+        Ok(ask(program, &["--version"])?.trim().to_owned())
+    }
+
     /// Whether the emulated machine has more SRAM where the chip has its CCM.
     #[must_use]
     pub fn ccm_is_behind_sram(&self) -> bool {

@@ -237,8 +237,7 @@ fn process_noise_of_a_global_is_added_to_its_variance_and_to_no_other() {
     let inverse = |known: &Known| information(&known.globals, &known.candidates).try_inverse().unwrap();
     let mut expected = inverse(&known);
     for (global, variance) in [(3, 0.7), (25, 0.01), (36, 4.0)] {
-        known.candidates.widen(&known.globals, global, variance);
-        known.globals.widen(global, variance);
+        known.candidates.widen(&mut known.globals, global, variance);
         expected[(global, global)] += variance;
     }
     (0..GLOBALS).for_each(|column| known.candidates.triangular(&mut known.globals, column));
