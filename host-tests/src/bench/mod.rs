@@ -21,7 +21,7 @@ pub mod one_window;
 pub(crate) mod rate_error;
 pub(crate) mod recordings;
 pub mod rotation_error;
-pub mod second_simulator;
+pub(crate) mod second_simulator;
 pub(crate) mod seeds;
 pub(crate) mod sensors;
 pub mod size;

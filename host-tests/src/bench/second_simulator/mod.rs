@@ -84,6 +84,7 @@ impl Trial {
     }
 }
 
+/// Prints the table.
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(20);
     let mut table = Table::new(
