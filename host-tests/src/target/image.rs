@@ -1,7 +1,7 @@
 //! Memory of the chip that a firmware needs, read from its ELF file.
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, SymbolKind, elf};
-use std::fmt;
+use std::{collections::BTreeSet, fmt};
 
 /// Start of the STM32F405's flash (data sheet DS8626, memory map).
 pub const FLASH_START: u64 = 0x0800_0000;
@@ -198,12 +198,17 @@ impl<'elf> Image<'elf> {
         !self.functions(&[part]).is_empty()
     }
 
-    /// Names of functions, mangled, and of statics, with their sizes in bytes; statics in flash are constants.
+    /// Names of functions, mangled, and of statics, with their sizes in bytes; statics in flash are constants. Of several
+    /// names of one thing the first counts.
     pub fn symbols(&self) -> impl Iterator<Item = Symbol<'_>> {
-        self.file.symbols().filter_map(|symbol| {
+        let mut seen = BTreeSet::new();
+        self.file.symbols().filter_map(move |symbol| {
             let in_flash = (FLASH_START..RAM_START).contains(&symbol.address());
             let kind = matches!(symbol.kind(), SymbolKind::Text | SymbolKind::Data);
             let name = symbol.name().ok().filter(|_| kind && symbol.size() > 0)?;
+            if !seen.insert(symbol.address()) {
+                return None;
+            }
             Some(Symbol { name, bytes: symbol.size(), in_flash })
         })
     }
