@@ -257,8 +257,7 @@ impl Segments {
     fn end(&mut self) {
         let start_s = self.start_s;
         let at = |t_s: f64| self.readings.partition_point(|reading| reading.t_s < t_s);
-        let (first, second) =
-            (0..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
+        let (first, second) = (0..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
         if let Some(next) = self.readings.front().filter(|_| second.end == 0) {
             // Skip the gap at once: it may last for years.
             self.start_s = next.t_s;

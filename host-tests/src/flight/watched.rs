@@ -48,11 +48,7 @@ pub fn watched(probe: Box<Probe>, trace: &Trace) -> Result<Watched, ConfigError>
 }
 
 /// Flies a configured probe over a trace; the vectors of its samples go to `calibrated`.
-fn watch(
-    mut probe: Box<Probe>,
-    trace: &Trace,
-    mut calibrated: impl FnMut(Calibrated),
-) -> Result<Watched, ConfigError> {
+fn watch(mut probe: Box<Probe>, trace: &Trace, mut calibrated: impl FnMut(Calibrated)) -> Result<Watched, ConfigError> {
     let (config, mut surveyor) = (*probe.config(), Surveyor::new());
     surveyor.configure(&config.earth, &config.survey)?;
     let mut seen = Watched::default();

@@ -76,13 +76,7 @@ impl Tracks<Integrated> {
     /// what flew may have changed between windows too. A window without a model keeps the twelve parameters
     /// as they were. Samples without a gyro reading are left out.
     #[must_use]
-    pub(super) fn at_validity(
-        trace: &Trace,
-        flight: &Flight,
-        factory: &GyroModel,
-        gap_s: f64,
-        asked: &Asked,
-    ) -> Self {
+    pub(super) fn at_validity(trace: &Trace, flight: &Flight, factory: &GyroModel, gap_s: f64, asked: &Asked) -> Self {
         let start_us = trace.first_us();
         let mut reports: Vec<_> = flight.reports.iter().filter_map(|r| Some((r.t_effect_us?, r))).collect();
         reports.sort_by_key(|&(t_effect_us, _)| t_effect_us);

@@ -19,12 +19,12 @@ use std::path::{Path, PathBuf};
 pub use dropped::Dropped;
 pub use error::{Fault, TraceError};
 pub use keys::{BodyFrame, EarthFrame, Keys};
-pub use rows::{Facts, Row, Spooled};
 use meerkat_mwd::{
     Sample, SampleFlags,
     config::FullScale,
     survey::{Grade, SurveyReport},
 };
+pub use rows::{Facts, Row, Spooled};
 
 pub(crate) use seconds::seconds;
 
