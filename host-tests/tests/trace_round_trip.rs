@@ -1,10 +1,17 @@
 //! What is written reads back the same, and no damage makes the reader panic or let a bad number through.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+mod rig;
+
 use std::fs;
 
 use meerkat_mwd::{Sample, SampleFlags, config::Motion};
-use mwd::trace::{BodyFrame, EarthFrame, Keys, Trace};
+use mwd::{
+    diagnosis::diagnosed,
+    flight::{configuration::of_trace, fly_on, started},
+    score::{Settings, score},
+    trace::{BodyFrame, EarthFrame, Keys, Trace},
+};
 use proptest::{collection::vec, option, prelude::*};
 use tempfile::TempDir;
 
@@ -189,4 +196,41 @@ fn columns_come_in_any_order_with_quotes_blanks_and_carriage_returns() {
         "1 reference quaternions are far from unit norm and count as missing",
     ];
     assert_eq!(trace.notes, notes);
+}
+
+/// A recording with a reference, rests, a gap, and more bytes than stay in memory; and a trace that was simulated.
+#[test]
+fn a_trace_in_a_temporary_file_flies_and_scores_as_one_in_memory() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("long.csv.gz");
+    let mut long = rig::files::recording(rig::files::FAST_ROTATION);
+    let (period_us, span_us) = (u64::from(long.nominal_period_us()), long.duration_us());
+    let copies: Vec<Trace> = (0..3).map(|_| long.clone()).collect();
+    for (k, copy) in (1..).zip(copies) {
+        // Each copy behind a gap of half a second.
+        let later = |sample: Sample| Sample { t_us: sample.t_us + k * (span_us + period_us + 500_000), ..sample };
+        long.samples.extend(copy.samples.into_iter().map(later));
+        long.reference.extend(copy.reference);
+        for (all, more) in [(&mut long.movement, copy.movement), (&mut long.rest, copy.rest)] {
+            all.iter_mut().for_each(|all| all.extend(more.iter().flatten()));
+        }
+    }
+    long.rest = Some(long.samples.iter().map(|sample| sample.t_us % 20_000_000 < 1_000_000).collect());
+    long.write(&path).unwrap();
+    let [held, spooled] = [Trace::read(&path).unwrap(), Trace::spooled(&path).unwrap()];
+    assert!(spooled.is_spooled() && spooled.samples.is_empty() && held.len() > 100_000);
+    assert!(held.rows().eq(spooled.rows()));
+    assert_eq!(held.facts(), spooled.facts());
+    let config = of_trace(&held);
+    assert_eq!(config, of_trace(&spooled));
+    let [in_memory, in_a_file] = [&held, &spooled].map(|trace| fly_on(started(&config, None).unwrap(), trace, |_| {}));
+    assert!(in_a_file.outputs.is_empty() && in_memory.outputs().eq(in_a_file.outputs()));
+    assert_eq!(in_memory.reports, in_a_file.reports);
+    let scores = [(&held, &in_memory), (&spooled, &in_a_file)].map(|(trace, flight)| {
+        (score(trace, flight, &Settings::of(trace, &config)), diagnosed(trace, &config, flight).residual)
+    });
+    assert_eq!(scores[0], scores[1]);
+    let of_held = scores[0].0.unwrap();
+    assert!(of_held.orientation_2s_rms_deg.with_effects.is_some() && of_held.attitude_rms_deg.total.is_some());
+    spooled.all_read().and(in_a_file.all_read()).unwrap();
 }

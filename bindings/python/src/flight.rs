@@ -30,12 +30,12 @@ impl Flight {
 
     /// Writes the attitude as `cargo mwd replay --attitude` does.
     fn write_attitude(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| write_attitude_csv(&self.0.flight.outputs, &path)).map_err(bad)
+        py.detach(|| write_attitude_csv(self.0.flight.outputs(), &path)).map_err(bad)
     }
 
     /// Writes the rates as `cargo mwd replay --rates` does.
     fn write_rates(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| write_rates_csv(&self.0.flight.outputs, &path)).map_err(bad)
+        py.detach(|| write_rates_csv(self.0.flight.outputs(), &path)).map_err(bad)
     }
 
     /// Arrays of the attitude by name, a row a sample; NaN where there is none yet.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meerkat_mwd::{
-    Config, Sample,
+    Config,
     config::ConfigError,
     survey::{SurveyNews, SurveyReport, Surveyor},
 };
@@ -45,32 +45,29 @@ pub fn result(mut trace: Trace, options: &Options) -> std::result::Result<Result
     let mut config = configuration(&trace, options.config.as_deref(), |config| options.set(config, &trace))?;
     trace.mark_clipped(&config.full_scale);
     checked(&mut trace, &mut config, options.force)?;
-    let (flight, mut surveys) = surveyed(&config, &trace.samples)?;
+    let (flight, mut surveys) = surveyed(&config, &trace)?;
     surveys.iter_mut().for_each(|report| trace.grade(report));
     Ok(Result { trace, config, flight, surveys })
 }
 
 /// The flight of [`crate::flight::fly`] and the surveys of [`crate::flight::surveys`] in one run.
-fn surveyed(config: &Config, samples: &[Sample]) -> std::result::Result<(Flight, Vec<SurveyReport>), Failure> {
+fn surveyed(config: &Config, trace: &Trace) -> std::result::Result<(Flight, Vec<SurveyReport>), Failure> {
     let mut probe = started(config, None)?;
     let mut surveyor = Surveyor::new();
     surveyor.configure(&config.earth, &config.survey).map_err(|error: ConfigError| Failure::Config(error))?;
-    let mut flight = Flight { outputs: Vec::with_capacity(samples.len()), ..Flight::default() };
+    let mut flight = Flight::before(trace);
     let mut taken = Vec::new();
-    for sample in samples {
-        if let Some(output) = probe.push(sample) {
-            let news = surveyor.push(&probe.survey_input(sample, &output));
+    for sample in trace.samples() {
+        if let Some(output) = probe.push(&sample) {
+            let news = surveyor.push(&probe.survey_input(&sample, &output));
             taken.extend(surveyor.stationary().filter(|_| news.contains(SurveyNews::STATIONARY)).copied());
             taken.extend(surveyor.rotating().filter(|_| news.contains(SurveyNews::ROTATING)).copied());
-            flight.outputs.push(output);
+            flight.put(&output);
         }
         flight.reports.extend(probe.poll(probe.poll_budget()));
         flight.diagnoses.extend(probe.take_diagnosis());
     }
-    flight.reports.extend(std::iter::from_fn(|| probe.poll(0)));
-    flight.diagnoses.extend(std::iter::from_fn(|| probe.take_diagnosis()));
-    flight.magnets = probe.hard_iron_intervals().copied().collect();
-    flight.counters = probe.counters();
+    flight.ended(&mut probe);
     Ok((flight, taken))
 }
 
@@ -108,20 +105,24 @@ impl Beside {
 
 /// The part of one recording; the files beside the tables are written.
 pub(super) fn fly(path: &Path, options: &Options, beside: &Beside) -> anyhow::Result<Part> {
-    let flown = result(Trace::read(path)?, options)?;
+    // A page goes through its trace more than forwards.
+    let trace = if beside.html.is_some() { Trace::read(path)? } else { Trace::spooled(path)? };
+    let flown = result(trace, options)?;
     if let Some(file) = &beside.attitude {
-        write_attitude_csv(&flown.flight.outputs, file)?;
+        write_attitude_csv(flown.flight.outputs(), file)?;
     }
     if let Some(file) = &beside.html {
         let Result { trace, config, flight, .. } = &flown;
         let reference = score::score(trace, flight, &score::Settings::of(trace, config));
         let (diagnosed, reference) = (&diagnosed(trace, config, flight), reference.as_ref());
-        let watched = Some(&watched(started(config, None)?, &trace.samples)?);
+        let watched = Some(&watched(started(config, None)?, trace)?);
         write_page(
             file,
             &page(&Told { trace, config, flight, diagnosed, reference, watched, place: "on this machine" }),
         )?;
     }
+    flown.trace.all_read()?;
+    flown.flight.all_read()?;
     // By way of the text: a number is then the one that a reader of the JSON has.
     let result = serde_json::from_str(&flown.json()?)?;
     Ok(Part { error: None, result, surveys: surveys_csv(&flown.surveys) })

@@ -21,6 +21,7 @@ use crate::{
         plain_words,
     },
     score,
+    trace::Trace,
 };
 
 /// Options of `diagnose`.
@@ -79,7 +80,7 @@ impl DiagnoseArgs {
 /// # Errors
 /// Bad input or usage; see [`crate::commands::exit_status::exit_status`].
 pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
-    let (trace, config) = prepare(&args.as_replay())?;
+    let (trace, config) = prepare(&args.as_replay(), Trace::read)?;
     let (flight, diagnosed) = if args.against_reference {
         against_reference(&trace, &config)?
     } else {
@@ -89,14 +90,14 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     };
     let reference = score::score(&trace, &flight, &score::Settings::of(&trace, &config));
     if let Some(path) = &args.json {
-        let mut taken = surveys(started(&config, None)?, &trace.samples)?;
+        let mut taken = surveys(started(&config, None)?, &trace)?;
         taken.iter_mut().for_each(|report| trace.grade(report));
         result_json(&trace, &config, &flight, &diagnosed, reference).with_surveys(&taken).write(path)?;
     }
     if let Some(path) = &args.html {
         // On the bench the vectors are the reference's: those of the recording did not fly.
         let place = if args.against_reference { "against the reference" } else { "on this machine" };
-        let seen = watched(started(&config, None)?, &trace.samples)?;
+        let seen = watched(started(&config, None)?, &trace)?;
         write_page(
             path,
             &page(&Told {

@@ -16,6 +16,7 @@ use crate::{
         emulate::{Feed, fly_emulated},
         error::EmulateError,
     },
+    trace::Trace,
 };
 
 /// Options of `emulate`.
@@ -37,7 +38,7 @@ pub fn run(EmulateArgs { replay: args, direct }: &EmulateArgs) -> anyhow::Result
     if args.model.is_some() {
         return Err(Failure::BadInput("--model: the emulated chip starts with the factory's model".to_owned()).into());
     }
-    let (mut trace, config) = replay::prepare(args)?;
+    let (mut trace, config) = replay::prepare(args, Trace::read)?;
     let feed = if *direct { Feed::Direct } else { Feed::ThroughSensors };
     let recorded = if *direct { trace.samples.clone() } else { through_sensors::each_field_once(&trace.samples) };
     let emulated = fly_emulated(&config, &recorded, feed)?;

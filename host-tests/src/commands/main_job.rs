@@ -199,7 +199,7 @@ fn sentences(config: &Config, trace: &Trace, flight: &Flight) -> String {
 fn write_report(args: &MainJobArgs, config: &Config, trace: &Trace, flight: &Flight) -> anyhow::Result<String> {
     let diagnosed = diagnosed(trace, config, flight);
     let reference = score::score(trace, flight, &score::Settings::of(trace, config));
-    let watched = watched(started(config, None)?, &trace.samples)?;
+    let watched = watched(started(config, None)?, trace)?;
     let told = Told {
         trace,
         config,

@@ -1,6 +1,9 @@
 //! `mwd replay`: reads a trace, configures and flies the pipeline on this machine, scores and delivers.
 
-use std::{io::Write, path::PathBuf};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
 
 use clap::{Args, ValueEnum};
 use meerkat_mwd::{Config, Probe, config::OptimizerKind, storage::StoredModel};
@@ -13,7 +16,7 @@ use crate::{
     flight::{
         Flight,
         configuration::{configuration, freeze_at_us},
-        fly_on, started, surveys, through_sensors, watched, worst_second,
+        dynamics, fly_on, started, surveys, through_sensors, watched, worst_second,
     },
     import::plausible::checked,
     report::{
@@ -29,7 +32,7 @@ use crate::{
         surveys_csv::write_surveys_csv,
     },
     score::{self, Reference},
-    trace::Trace,
+    trace::{Trace, TraceError},
 };
 
 /// Style of what stands out on a terminal.
@@ -150,7 +153,9 @@ impl Optimizer {
 /// # Errors
 /// Bad input or usage; see [`crate::commands::exit_status::exit_status`].
 pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
-    let (mut trace, config) = prepare(args)?;
+    // What goes through the trace more than forwards has it in memory.
+    let is_in_memory = args.through_sensors || args.explain || args.html.is_some();
+    let (mut trace, config) = prepare(args, if is_in_memory { Trace::read } else { Trace::spooled })?;
     let recorded = if args.through_sensors { through_sensors::each_field_once(&trace.samples) } else { Vec::new() };
     let played = args.through_sensors.then(|| through_sensors::play(&recorded, config.sample_period_us));
     if let Some(played) = &played {
@@ -168,8 +173,8 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
 /// Flies a trace on this machine with a progress bar.
 #[must_use]
 pub fn fly_with_bar(probe: Box<Probe>, trace: &Trace) -> Flight {
-    let bar = progress_bar(trace.samples.len());
-    let flight = fly_on(probe, &trace.samples, |flown| {
+    let bar = progress_bar(trace.len());
+    let flight = fly_on(probe, trace, |flown| {
         // A thousand samples take well under a frame of the bar.
         if flown % 1_000 == 0 {
             bar.set_position(flown as u64);
@@ -184,13 +189,16 @@ fn stored_model(args: &ReplayArgs) -> Result<Option<StoredModel>, Failure> {
     args.model.as_deref().map(toml_file::read).transpose()
 }
 
-/// Reads the trace and makes its configuration; reports every error that the arguments can have.
+/// Reads the trace by `read` and makes its configuration; reports every error that the arguments can have.
 ///
 /// # Errors
 /// Bad input or usage.
-pub fn prepare(args: &ReplayArgs) -> anyhow::Result<(Trace, Config)> {
+pub fn prepare(
+    args: &ReplayArgs,
+    read: impl FnOnce(&Path) -> Result<Trace, TraceError>,
+) -> anyhow::Result<(Trace, Config)> {
     check_outputs(args)?;
-    let mut trace = Trace::read(&args.trace)?;
+    let mut trace = read(&args.trace)?;
     if args.strict {
         trace.none_dropped()?;
     }
@@ -236,13 +244,13 @@ pub fn deliver(
     let reference = score::score(trace, flight, &score::Settings::of(trace, config));
     let diagnosed = diagnosed(trace, config, flight);
     if let Some(path) = &args.attitude {
-        write_attitude_csv(&flight.outputs, path)?;
+        write_attitude_csv(flight.outputs(), path)?;
     }
     if let Some(path) = &args.rates {
-        write_rates_csv(&flight.outputs, path)?;
+        write_rates_csv(flight.outputs(), path)?;
     }
     let taken = if args.surveys.is_some() || args.json.is_some() {
-        let mut taken = surveys(started(config, stored_model(args)?.as_ref())?, &trace.samples)?;
+        let mut taken = surveys(started(config, stored_model(args)?.as_ref())?, trace)?;
         taken.iter_mut().for_each(|report| trace.grade(report));
         taken
     } else {
@@ -253,11 +261,11 @@ pub fn deliver(
     }
     if let Some(path) = &args.dynamics {
         let probe = started(config, stored_model(args)?.as_ref())?;
-        write_dynamics_csv(&watched(probe, &trace.samples)?.dynamics, path)?;
+        write_dynamics_csv(&dynamics(probe, trace)?, path)?;
     }
     if let Some(path) = &args.burst {
         let probe = started(config, stored_model(args)?.as_ref())?;
-        write_burst_csv(&worst_second(probe, &trace.samples), path)?;
+        write_burst_csv(&worst_second(probe, trace), path)?;
     }
     let explanation = if args.explain {
         Some(Explanation::of(started(config, stored_model(args)?.as_ref())?, trace, config, flight))
@@ -269,10 +277,12 @@ pub fn deliver(
         explanation.iter().fold(result, |result, explanation| result.explained(explanation)).write(path)?;
     }
     if let Some(path) = &args.html {
-        let watched = watched(started(config, stored_model(args)?.as_ref())?, &trace.samples)?;
+        let watched = watched(started(config, stored_model(args)?.as_ref())?, trace)?;
         let (diagnosed, reference) = (&diagnosed, reference.as_ref());
         write_page(path, &page(&Told { trace, config, flight, diagnosed, reference, watched: Some(&watched), place }))?;
     }
+    trace.all_read()?;
+    flight.all_read()?;
     let mut out = told();
     let verdict = plain_words::verdict(trace, config, flight, &diagnosed);
     writeln!(out, "{HEAD}verdict  {}{HEAD:#}", verdict.sentence)?;

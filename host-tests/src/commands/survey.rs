@@ -134,7 +134,7 @@ fn stations(args: &SurveyArgs) -> anyhow::Result<Vec<ReadStation>> {
         let mut trace = Trace::read(&args.input)?;
         let mut config = of_trace(&trace);
         checked(&mut trace, &mut config, false)?;
-        let taken = surveys(started(&config, None)?, &trace.samples)?;
+        let taken = surveys(started(&config, None)?, &trace)?;
         taken.iter().filter_map(at_rest).collect()
     } else {
         read(&text_of(&args.input)?).map_err(|error| named(&args.input, &error))?

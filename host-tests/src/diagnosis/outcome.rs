@@ -80,7 +80,7 @@ pub(super) fn diagnosed_with(
     flight: &Flight,
 ) -> Diagnosed {
     let reports: Vec<_> = flight.diagnoses.iter().filter(|report| report.is_conclusive()).collect();
-    let end_s = trace.samples.last().map_or(0.0, |sample| sample.t_us as f64 / 1e6);
+    let end_s = trace.last_us() as f64 / 1e6;
     let (residual, residual_over_time) = vector_residual(library, trace, config, flight);
     let mut effects: Vec<Found> = Vec::new();
     // A bias step is believed for good after a while, and later diagnoses do not report it again: keep the
@@ -100,7 +100,7 @@ pub(super) fn diagnosed_with(
             effect,
             report: *report,
             active_s: [from_us as f64 / 1e6, end_s],
-            residual_deg: residual_without(library, trace, config, flight, report),
+            residual_deg: residual_without(library, trace, config, flight, report, &residual_over_time),
             rivals: rivals(report, library),
         });
     }

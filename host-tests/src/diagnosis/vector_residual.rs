@@ -55,15 +55,15 @@ pub struct ResidualOverTime {
     pub after: [Vec<[f64; 2]>; 2],
 }
 
-/// A trace compensated in one way.
+/// One sample compensated in one way.
 struct Reading {
-    t_s: Vec<f64>,
-    rotation: Vec<UnitQuaternion<f64>>,
-    rate: Vec<f64>,
-    /// Number of gaps before each sample, in time or of the gyro: nothing is predicted across one.
-    gaps: Vec<u32>,
+    t_s: f64,
+    /// Size of the rate, rad/s.
+    rate: f64,
+    /// Number of gaps before it, in time or of the gyro: nothing is predicted across one.
+    gaps: u32,
     /// Specific force and field, turned to the frame of the trace's start.
-    vectors: [Vec<Option<Vector3<f64>>>; 2],
+    vectors: [Option<Vector3<f64>>; 2],
 }
 
 /// Residuals of a flight whose effects come from `library`.
@@ -74,7 +74,7 @@ pub(super) fn vector_residual(
     flight: &Flight,
 ) -> (VectorResidual, ResidualOverTime) {
     let from_s = config.freeze_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
-    let angles = |how: &How| residuals(&read(library, trace, config, flight, how), from_s);
+    let angles = |how: &How| read(library, trace, config, flight, how, from_s);
     let over_time = ResidualOverTime { before: angles(&How::BiasOnly), after: angles(&How::Flown) };
     let figures = |angles: &[Vec<[f64; 2]>; 2]| angles.each_ref().map(|angles| rms_of_kept(angles));
     let ([gravity_before, field_before], [gravity_after, field_after]) =
@@ -99,6 +99,7 @@ pub(super) fn residual_without(
     config: &Config,
     flight: &Flight,
     found: &EffectReport,
+    flown: &ResidualOverTime,
 ) -> BeforeAfter {
     let effect = library.get(usize::from(found.found.index));
     let Some(effect) = effect.filter(|_| found.is_taken_out() && found.step_us == 0) else {
@@ -106,10 +107,9 @@ pub(super) fn residual_without(
     };
     let from_s = config.freeze_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
     let vector = usize::from(effect.sensor() != Sensor::Accelerometer);
-    let residual = |how: &How| {
-        residuals(&read(library, trace, config, flight, how), from_s).get(vector).and_then(|angles| rms_of_kept(angles))
-    };
-    BeforeAfter { before: residual(&How::Without(found.found.index)), after: residual(&How::Flown) }
+    let of = |angles: &[Vec<[f64; 2]>; 2]| angles.get(vector).and_then(|angles| rms_of_kept(angles));
+    let without = read(library, trace, config, flight, &How::Without(found.found.index), from_s);
+    BeforeAfter { before: of(&without), after: of(&flown.after) }
 }
 
 /// Ways to compensate a trace.
@@ -131,8 +131,15 @@ fn parted(effects: &ActiveEffects, without: u8) -> [ActiveEffects; 2] {
     parts
 }
 
-/// Compensates a trace.
-fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight, how: &How) -> Reading {
+/// Residual angles of gravity and field of a trace compensated in one way, from `from_s` on.
+fn read(
+    library: &[&dyn Effect],
+    trace: &Trace,
+    config: &Config,
+    flight: &Flight,
+    how: &How,
+    from_s: f64,
+) -> [Vec<[f64; 2]>; 2] {
     let corrected = !matches!(how, How::BiasOnly);
     let mean = if let How::Without(index) = how {
         mean_rate_of(library, trace, config, flight, *index)
@@ -143,12 +150,13 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
     models.make_contiguous().sort_by_key(|&(t_us, _)| t_us);
     let mut diagnoses: VecDeque<_> = flight.diagnoses.iter().filter(|r| r.is_conclusive()).collect();
     let (mut model, mut effects): (GyroModel, ActiveEffects) = (config.gyro, ActiveEffects::none());
-    let mut reading = Reading { t_s: vec![], rotation: vec![], rate: vec![], gaps: vec![], vectors: [vec![], vec![]] };
+    let mut segments = Segments { start_s: from_s, readings: VecDeque::new(), angles: [vec![], vec![]] };
     // Differences under a microsecond are rounding.
     let gap_s = (f64::from(GAP_PERIODS) * f64::from(config.sample_period_us) + 0.5) * 1e-6;
     let mut gaps = 0;
     let mut last: Option<(f64, Vector3<f64>, UnitQuaternion<f64>)> = None;
-    for sample in &trace.samples {
+    for sample in trace.samples() {
+        let sample = &sample;
         while let Some((_, report)) = models.front().filter(|(t_us, _)| *t_us <= sample.t_us) {
             model = if corrected { report.flown } else { report.bias_only };
             models.pop_front();
@@ -185,16 +193,13 @@ fn read(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight
             q * UnitQuaternion::from_scaled_axis((before + rate) * (0.5 * (t_s - before_s)))
         });
         last = Some((t_s, rate, rotation));
-        reading.t_s.push(t_s);
-        reading.rotation.push(rotation);
-        reading.rate.push(rate.norm());
-        reading.gaps.push(gaps);
         let flags = [SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING];
-        for ((vectors, v), missing) in reading.vectors.iter_mut().zip([moment.force_m_s2, moment.field_ut]).zip(flags) {
-            vectors.push((!sample.flags.contains(missing)).then(|| rotation * v.cast::<f64>()));
-        }
+        let [force, field] = [moment.force_m_s2, moment.field_ut];
+        let turned = |v: Vector3<f32>, missing| (!sample.flags.contains(missing)).then(|| rotation * v.cast::<f64>());
+        let vectors = [turned(force, flags[0]), turned(field, flags[1])];
+        segments.push(Reading { t_s, rate: rate.norm(), gaps, vectors });
     }
-    reading
+    segments.angles
 }
 
 /// Mean rate that one effect adds to the gyro's reading, rad/s.
@@ -204,8 +209,8 @@ fn mean_rate_of(library: &[&dyn Effect], trace: &Trace, config: &Config, flight:
     let [_, own] = parted(&last.active(), index);
     let from_us = config.freeze_at_us.unwrap_or_else(|| trace.first_us());
     let (mut sum, mut count) = (Vector3::zeros(), 0.0);
-    for sample in trace.samples.iter().filter(|sample| sample.t_us >= from_us) {
-        let before = moment(sample, config, &window.flown, None);
+    for sample in trace.samples().filter(|sample| sample.t_us >= from_us) {
+        let before = moment(&sample, config, &window.flown, None);
         let mut after = before;
         own.correct(library, &mut after);
         sum += before.rate_rad_s - after.rate_rad_s;
@@ -227,28 +232,45 @@ fn moment(sample: &Sample, config: &Config, model: &GyroModel, last: Option<(f64
     }
 }
 
-/// Residual angles of gravity and field over the moving segments from `from_s` on: middle of the segment in
-/// seconds, and degrees.
-fn residuals(reading: &Reading, from_s: f64) -> [Vec<[f64; 2]>; 2] {
-    let at = |t_s: f64| reading.t_s.partition_point(|&t| t < t_s);
-    let mut angles: [Vec<[f64; 2]>; 2] = [vec![], vec![]];
-    let (mut start_s, end_s) = (from_s, reading.t_s.last().copied().unwrap_or(0.0));
-    while start_s + SEGMENT_S + MEAN_S <= end_s {
-        let (first, second) =
-            (at(start_s)..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
-        if let Some(&next_s) = reading.t_s.get(first.start).filter(|_| first.start == second.end) {
-            // Skip the gap at once: it may last for years.
-            start_s = next_s;
-            continue;
+/// Residual angles of gravity and field over the moving segments, as the readings come.
+struct Segments {
+    /// Start of the next segment, seconds.
+    start_s: f64,
+    /// Readings from there on.
+    readings: VecDeque<Reading>,
+    /// Middle of the segment in seconds, and degrees.
+    angles: [Vec<[f64; 2]>; 2],
+}
+
+impl Segments {
+    fn push(&mut self, reading: Reading) {
+        let t_s = reading.t_s;
+        if t_s >= self.start_s {
+            self.readings.push_back(reading);
         }
-        let rates = reading.rate.get(first.start..second.end).unwrap_or_default();
-        let square = rates.iter().map(|w| w * w).sum::<f64>() / rates.len().max(1) as f64;
-        let gaps = reading.gaps.get(first.start..second.end).unwrap_or_default();
-        if square > MOVING_RAD_S * MOVING_RAD_S && gaps.first() == gaps.last() {
-            for (angles, vectors) in angles.iter_mut().zip(&reading.vectors) {
+        while self.start_s + SEGMENT_S + MEAN_S <= t_s {
+            self.end();
+        }
+    }
+
+    /// Ends the segment, all of whose readings are there.
+    fn end(&mut self) {
+        let start_s = self.start_s;
+        let at = |t_s: f64| self.readings.partition_point(|reading| reading.t_s < t_s);
+        let (first, second) = (0..at(start_s + MEAN_S), at(start_s + SEGMENT_S)..at(start_s + SEGMENT_S + MEAN_S));
+        if let Some(next) = self.readings.front().filter(|_| second.end == 0) {
+            // Skip the gap at once: it may last for years.
+            self.start_s = next.t_s;
+            return;
+        }
+        let all = || self.readings.range(..second.end);
+        let square = all().map(|reading| reading.rate * reading.rate).sum::<f64>() / second.end.max(1) as f64;
+        let gaps = |reading: Option<&Reading>| reading.map(|reading| reading.gaps);
+        if square > MOVING_RAD_S * MOVING_RAD_S && gaps(all().next()) == gaps(all().next_back()) {
+            for (vector, angles) in self.angles.iter_mut().enumerate() {
                 let mean = |range: &std::ops::Range<usize>| -> Option<Vector3<f64>> {
-                    let all = vectors.get(range.clone()).unwrap_or_default();
-                    let read: Vec<_> = all.iter().flatten().collect();
+                    let there = self.readings.range(range.clone());
+                    let read: Vec<_> = there.filter_map(|reading| *reading.vectors.get(vector)?).collect();
                     (!read.is_empty()).then(|| read.iter().copied().sum::<Vector3<f64>>() / read.len() as f64)
                 };
                 if let (Some(a), Some(b)) = (mean(&first), mean(&second)) {
@@ -256,9 +278,11 @@ fn residuals(reading: &Reading, from_s: f64) -> [Vec<[f64; 2]>; 2] {
                 }
             }
         }
-        start_s += SEGMENT_S;
+        self.start_s += SEGMENT_S;
+        while self.readings.front().is_some_and(|reading| reading.t_s < self.start_s) {
+            self.readings.pop_front();
+        }
     }
-    angles
 }
 
 /// Root mean square of the residuals that count, degrees.

@@ -2,6 +2,7 @@
 
 pub mod configuration;
 pub mod through_sensors;
+mod spooled_output;
 mod watched;
 
 use meerkat_mwd::{
@@ -15,14 +16,17 @@ use meerkat_mwd::{
     storage::StoredModel,
 };
 
-pub use watched::{Calibrated, Watched, surveys, watched, worst_second};
+pub use watched::{Calibrated, Watched, dynamics, surveys, watched, worst_second};
 
-use crate::failure::Failure;
+use crate::{
+    failure::Failure,
+    trace::{Trace, spool::Spool},
+};
 
 /// Result of one run of the pipeline over a trace, on the host or on the emulated chip.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Flight {
-    /// One per sample, in order.
+    /// One per sample, in order; empty where the trace was spooled: [`Flight::outputs`] has them then.
     pub outputs: Vec<Output>,
     /// One per window, in order of closing.
     pub reports: Vec<WindowReport>,
@@ -32,9 +36,60 @@ pub struct Flight {
     pub magnets: Vec<HardIronInterval>,
     /// Counters of the probe at the end.
     pub counters: Counters,
+    /// Outputs that are in a temporary file, as those of a spooled trace are.
+    pub spooled: Option<Spool<Output>>,
 }
 
 impl Flight {
+    /// A flight over `trace`, before its first sample. Its outputs are where the rows of the trace are.
+    #[must_use]
+    pub fn before(trace: &Trace) -> Self {
+        Self { spooled: trace.is_spooled().then(Spool::default), ..Self::default() }
+    }
+
+    /// Appends an output.
+    pub fn put(&mut self, output: &Output) {
+        match &mut self.spooled {
+            Some(spooled) => spooled.push(output),
+            None => self.outputs.push(*output),
+        }
+    }
+
+    /// The outputs, from the first on, of a flight in memory or not.
+    #[must_use]
+    pub fn outputs(&self) -> Box<dyn Iterator<Item = Output> + '_> {
+        match &self.spooled {
+            Some(spooled) => Box::new(spooled.iter()),
+            None => Box::new(self.outputs.iter().copied()),
+        }
+    }
+
+    /// Number of outputs.
+    #[must_use]
+    pub fn output_count(&self) -> usize {
+        self.spooled.as_ref().map_or(self.outputs.len(), Spool::len)
+    }
+
+    /// The first error of the temporary file, behind which outputs may lack.
+    ///
+    /// # Errors
+    /// The temporary file could not be written or read.
+    pub fn all_read(&self) -> std::io::Result<()> {
+        self.spooled.as_ref().map_or(Ok(()), Spool::checked)
+    }
+
+    /// Takes what is left of a probe behind its last sample.
+    pub fn ended(&mut self, probe: &mut Probe) {
+        // Reports that are ready faster than one a sample.
+        self.reports.extend(std::iter::from_fn(|| probe.poll(0)));
+        self.diagnoses.extend(std::iter::from_fn(|| probe.take_diagnosis()));
+        self.magnets = probe.hard_iron_intervals().copied().collect();
+        self.counters = probe.counters();
+        if let Some(spooled) = &mut self.spooled {
+            spooled.flush();
+        }
+    }
+
     /// The last window that was accepted.
     #[must_use]
     pub fn standing(&self) -> Option<&WindowReport> {
@@ -48,7 +103,8 @@ impl Flight {
 /// # Errors
 /// The field of the configuration that cannot be used.
 pub fn fly(config: &Config, samples: &[Sample], progress: impl FnMut(usize)) -> Result<Flight, ConfigError> {
-    Ok(fly_on(probe(&LIBRARY, config)?, samples, progress))
+    let flight = Flight { outputs: Vec::with_capacity(samples.len()), ..Flight::default() };
+    Ok(fly_at(Pace::OfTheChip, probe(&LIBRARY, config)?, flight, samples.iter().copied(), progress))
 }
 
 /// Configures a probe, with a stored model or the factory's, before its first sample.
@@ -62,10 +118,10 @@ pub fn started(config: &Config, model: Option<&StoredModel>) -> Result<Box<Probe
     Ok(probe)
 }
 
-/// Flies a configured probe.
+/// Flies a configured probe over a trace.
 #[must_use]
-pub fn fly_on(probe: Box<Probe>, samples: &[Sample], progress: impl FnMut(usize)) -> Flight {
-    fly_at(Pace::OfTheChip, probe, samples, progress)
+pub fn fly_on(probe: Box<Probe>, trace: &Trace, progress: impl FnMut(usize)) -> Flight {
+    fly_at(Pace::OfTheChip, probe, Flight::before(trace), trace.samples(), progress)
 }
 
 /// Flies on the host with another library of effects.
@@ -78,7 +134,7 @@ pub fn fly_with(
     samples: &[Sample],
     progress: impl FnMut(usize),
 ) -> Result<Flight, ConfigError> {
-    Ok(fly_at(Pace::OfTheChip, probe(library, config)?, samples, progress))
+    Ok(fly_at(Pace::OfTheChip, probe(library, config)?, Flight::default(), samples.iter().copied(), progress))
 }
 
 /// Flies with all work done as soon as it is there, as a desk computer can.
@@ -90,7 +146,7 @@ pub fn fly_at_a_desk(
     config: &Config,
     samples: &[Sample],
 ) -> Result<Flight, ConfigError> {
-    Ok(fly_at(Pace::OfADesk, probe(library, config)?, samples, |_| {}))
+    Ok(fly_at(Pace::OfADesk, probe(library, config)?, Flight::default(), samples.iter().copied(), |_| {}))
 }
 
 /// Amount of work done after each sample.
@@ -107,19 +163,22 @@ fn probe(library: &'static [&'static dyn Effect], config: &Config) -> Result<Box
     Ok(probe)
 }
 
-fn fly_at(pace: Pace, mut probe: Box<Probe>, samples: &[Sample], mut progress: impl FnMut(usize)) -> Flight {
-    let mut flight = Flight { outputs: Vec::with_capacity(samples.len()), ..Flight::default() };
-    for (flown, sample) in samples.iter().enumerate() {
-        flight.outputs.extend(probe.push(sample));
+fn fly_at(
+    pace: Pace,
+    mut probe: Box<Probe>,
+    mut flight: Flight,
+    samples: impl Iterator<Item = Sample>,
+    mut progress: impl FnMut(usize),
+) -> Flight {
+    for (flown, sample) in samples.enumerate() {
+        if let Some(output) = probe.push(&sample) {
+            flight.put(&output);
+        }
         let budget = if pace == Pace::OfADesk { u32::MAX } else { probe.poll_budget() };
         flight.reports.extend(probe.poll(budget));
         flight.diagnoses.extend(probe.take_diagnosis());
         progress(flown + 1);
     }
-    // Reports that are ready faster than one a sample.
-    flight.reports.extend(std::iter::from_fn(|| probe.poll(0)));
-    flight.diagnoses.extend(std::iter::from_fn(|| probe.take_diagnosis()));
-    flight.magnets = probe.hard_iron_intervals().copied().collect();
-    flight.counters = probe.counters();
+    flight.ended(&mut probe);
     flight
 }

@@ -1,13 +1,15 @@
 //! What a flight shows beside attitude and parameters: surveys, drilling dynamics, calibrated vectors.
 
 use meerkat_mwd::{
-    Probe, Sample,
+    Probe,
     config::ConfigError,
     survey::{
         BurstRecorder, BurstSample, DrillingDynamics, SlidingToolface, SurveyNews, SurveyReport, Surveyor,
         VibrationDose,
     },
 };
+
+use crate::trace::Trace;
 
 /// Calibrated vectors of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,24 +37,30 @@ pub struct Watched {
     pub calibrated: Vec<Calibrated>,
 }
 
-/// Flies a configured probe and watches it.
+/// Flies a configured probe over a trace and watches it.
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.
-pub fn watched(mut probe: Box<Probe>, samples: &[Sample]) -> Result<Watched, ConfigError> {
+pub fn watched(probe: Box<Probe>, trace: &Trace) -> Result<Watched, ConfigError> {
+    let mut calibrated = Vec::with_capacity(trace.len());
+    let seen = watch(probe, trace, |vectors| calibrated.push(vectors))?;
+    Ok(Watched { calibrated, ..seen })
+}
+
+/// Flies a configured probe over a trace; the vectors of its samples go to `calibrated`.
+fn watch(mut probe: Box<Probe>, trace: &Trace, mut calibrated: impl FnMut(Calibrated)) -> Result<Watched, ConfigError> {
     let (config, mut surveyor) = (*probe.config(), Surveyor::new());
     surveyor.configure(&config.earth, &config.survey)?;
     let mut seen = Watched::default();
-    for sample in samples {
-        if let Some(output) = probe.push(sample) {
-            let input = probe.survey_input(sample, &output);
+    for sample in trace.samples() {
+        if let Some(output) = probe.push(&sample) {
+            let input = probe.survey_input(&sample, &output);
             let news = surveyor.push(&input);
             seen.surveys.extend(surveyor.stationary().filter(|_| news.contains(SurveyNews::STATIONARY)).copied());
             seen.surveys.extend(surveyor.rotating().filter(|_| news.contains(SurveyNews::ROTATING)).copied());
             seen.dynamics.extend(surveyor.dynamics().filter(|_| news.contains(SurveyNews::DYNAMICS)).copied());
             seen.toolfaces.extend(surveyor.sliding_toolface().filter(|_| news.contains(SurveyNews::TOOLFACE)).copied());
-            let calibrated = Calibrated { t_us: sample.t_us, force_m_s2: input.force_m_s2, field_ut: input.field_ut };
-            seen.calibrated.push(calibrated);
+            calibrated(Calibrated { t_us: sample.t_us, force_m_s2: input.force_m_s2, field_ut: input.field_ut });
         }
         probe.poll(probe.poll_budget());
         probe.take_diagnosis();
@@ -63,22 +71,22 @@ pub fn watched(mut probe: Box<Probe>, samples: &[Sample]) -> Result<Watched, Con
 
 /// Raw samples of a flight's worst second, at up to 3.2 kHz; of a slower probe a little more than the second.
 #[must_use]
-pub fn worst_second(probe: Box<Probe>, samples: &[Sample]) -> Vec<BurstSample> {
+pub fn worst_second(probe: Box<Probe>, trace: &Trace) -> Vec<BurstSample> {
     match probe.config().sample_period_us {
-        0..=624 => worst::<3_200>(probe, samples),
-        625..=1_249 => worst::<1_600>(probe, samples),
-        1_250..=2_499 => worst::<800>(probe, samples),
-        2_500..=4_999 => worst::<400>(probe, samples),
-        5_000..=9_999 => worst::<200>(probe, samples),
-        _ => worst::<100>(probe, samples),
+        0..=624 => worst::<3_200>(probe, trace),
+        625..=1_249 => worst::<1_600>(probe, trace),
+        1_250..=2_499 => worst::<800>(probe, trace),
+        2_500..=4_999 => worst::<400>(probe, trace),
+        5_000..=9_999 => worst::<200>(probe, trace),
+        _ => worst::<100>(probe, trace),
     }
 }
 
-fn worst<const N: usize>(mut probe: Box<Probe>, samples: &[Sample]) -> Vec<BurstSample> {
+fn worst<const N: usize>(mut probe: Box<Probe>, trace: &Trace) -> Vec<BurstSample> {
     let mut recorder = Box::new(BurstRecorder::<N>::new());
-    for sample in samples {
-        if let Some(output) = probe.push(sample) {
-            recorder.push(&probe.survey_input(sample, &output));
+    for sample in trace.samples() {
+        if let Some(output) = probe.push(&sample) {
+            recorder.push(&probe.survey_input(&sample, &output));
         }
         probe.poll(probe.poll_budget());
         probe.take_diagnosis();
@@ -90,6 +98,14 @@ fn worst<const N: usize>(mut probe: Box<Probe>, samples: &[Sample]) -> Vec<Burst
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.
-pub fn surveys(probe: Box<Probe>, samples: &[Sample]) -> Result<Vec<SurveyReport>, ConfigError> {
-    Ok(watched(probe, samples)?.surveys)
+pub fn surveys(probe: Box<Probe>, trace: &Trace) -> Result<Vec<SurveyReport>, ConfigError> {
+    Ok(watch(probe, trace, |_| {})?.surveys)
+}
+
+/// Windows of drilling dynamics of a flight.
+///
+/// # Errors
+/// The field of the configuration that cannot be used.
+pub fn dynamics(probe: Box<Probe>, trace: &Trace) -> Result<Vec<DrillingDynamics>, ConfigError> {
+    Ok(watch(probe, trace, |_| {})?.dynamics)
 }

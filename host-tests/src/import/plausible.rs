@@ -13,11 +13,24 @@ use super::{
 };
 use crate::{failure::Failure, trace::Trace};
 
+/// Samples that are looked at: what units and axes show in, they show in this many, and so memory is bounded.
+const LOOKED_AT: usize = 1 << 17;
+
+/// Stretches that a longer trace is looked at in, spread evenly over it.
+const STRETCHES: usize = 16;
+
+/// The samples of a trace that are looked at: all, or those of the stretches.
+fn looked_at(trace: &Trace) -> Vec<Sample> {
+    let (count, stretch) = (trace.len(), LOOKED_AT / STRETCHES);
+    let is_in = |index: usize| count <= LOOKED_AT || index * STRETCHES % count < stretch * STRETCHES;
+    trace.samples().enumerate().filter(|(index, _)| is_in(*index)).map(|(_, sample)| sample).collect()
+}
+
 /// What the gate finds in the units, signs and axes of a trace whose readings the configuration's sensor
 /// models have calibrated.
 #[must_use]
 pub fn units_and_axes_of(trace: &Trace, config: &Config) -> Vec<Finding> {
-    let samples = &trace.samples;
+    let samples = looked_at(trace);
     // A clipped reading counts: with another unit all of them are beyond the full scale.
     let rows = |missing: SampleFlags, reading: &dyn Fn(&Sample) -> Vector3<f32>| -> Vec<[f64; 4]> {
         let row = |sample: &Sample| {

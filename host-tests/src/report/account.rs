@@ -27,7 +27,7 @@ pub fn print_account(
     diagnosed: &Diagnosed,
     reference: Option<&Reference>,
 ) -> io::Result<()> {
-    writeln!(out, "trace     {}: {} samples, {:.2} s", trace.path.display(), trace.samples.len(), trace.duration_s())?;
+    writeln!(out, "trace     {}: {} samples, {:.2} s", trace.path.display(), trace.len(), trace.duration_s())?;
     for wrong in &trace.wrong {
         writeln!(out, "WRONG     {wrong}; nothing is identified from it")?;
     }

@@ -19,8 +19,8 @@ const NO_ATTITUDE: &str = ",,,,,,,,,,,,";
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_attitude_csv(outputs: &[Output], path: &Path) -> Result<(), Failure> {
-    let write = || -> io::Result<()> {
+pub fn write_attitude_csv(outputs: impl Iterator<Item = Output>, path: &Path) -> Result<(), Failure> {
+    let write = move || -> io::Result<()> {
         let mut file = BufWriter::new(console::create(path)?);
         write_rows(outputs, &mut file)?;
         file.flush()
@@ -28,7 +28,7 @@ pub fn write_attitude_csv(outputs: &[Output], path: &Path) -> Result<(), Failure
     write().map_err(|error| Failure::output(path, &error))
 }
 
-fn write_rows(outputs: &[Output], out: &mut impl Write) -> io::Result<()> {
+fn write_rows(outputs: impl Iterator<Item = Output>, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "{HEADER}")?;
     for output in outputs {
         write!(out, "{}", seconds(output.t_us))?;
@@ -87,7 +87,7 @@ mod tests {
             Output { t_us: 3_500, rate_rad_s, attitude: Some(attitude) },
         ];
         let mut text = Vec::new();
-        write_rows(&outputs, &mut text).unwrap();
+        write_rows(outputs.into_iter(), &mut text).unwrap();
         let text = String::from_utf8(text).unwrap();
         let rows: Vec<&str> = text.lines().collect();
         assert!(rows.iter().all(|row| row.matches(',').count() == 12));

@@ -13,8 +13,8 @@ use crate::{console, failure::Failure, report::attitude_csv::write_cell, trace::
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_rates_csv(outputs: &[Output], path: &Path) -> Result<(), Failure> {
-    let write = || -> io::Result<()> {
+pub fn write_rates_csv(outputs: impl Iterator<Item = Output>, path: &Path) -> Result<(), Failure> {
+    let write = move || -> io::Result<()> {
         let mut file = BufWriter::new(console::create(path)?);
         writeln!(file, "t_s,wx,wy,wz")?;
         for output in outputs {

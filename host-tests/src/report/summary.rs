@@ -49,12 +49,12 @@ pub fn print_summary(
 
 fn print_trace(out: &mut impl Write, trace: &Trace, config: &Config, flight: &Flight) -> io::Result<()> {
     let period_us = trace.nominal_period_us();
-    write!(out, "trace    {}: {} samples, {:.2} s", trace.path.display(), trace.samples.len(), trace.duration_s())?;
+    write!(out, "trace    {}: {} samples, {:.2} s", trace.path.display(), trace.len(), trace.duration_s())?;
     if period_us > 0 {
         write!(out, " at {:.2} Hz", 1e6 / f64::from(period_us))?;
     }
     writeln!(out)?;
-    let total = trace.samples.len();
+    let total = trace.len();
     let absent = |what: &str, missing: usize| match missing {
         0 => None,
         all if all == total => Some(format!("no {what}")),

@@ -3,7 +3,10 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::{Settings, gap_us, root_mean_square};
-use crate::{flight::Flight, trace::Trace};
+use crate::{
+    flight::Flight,
+    trace::{Row, Trace},
+};
 
 /// Attitude error, degrees rms: q_error = q_estimate q_reference^-1, both body to earth, so that the error is
 /// in the earth frame (Laidig et al. 2021, Data 6(7), section 5).
@@ -33,7 +36,7 @@ pub(super) fn rms_deg(trace: &Trace, flight: &Flight, settings: &Settings) -> At
             ..AttitudeRms::default()
         };
     };
-    rms_of(errors(trace, attitudes, settings, reference_to_ned).map(|(_, e)| split(&e)).collect())
+    rms_of(errors(trace, attitudes, settings, reference_to_ned).map(|(_, e)| split(&e)))
 }
 
 /// Attitude error of any estimate: as it is, and with one constant heading offset taken out, because a
@@ -49,7 +52,7 @@ pub fn attitude_rms_deg(trace: &Trace, attitudes: &[TimedAttitude], settings: &S
         (sine + heading.sin(), cosine + heading.cos())
     });
     let offset = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, -f64::atan2(sine, cosine)));
-    [UnitQuaternion::identity(), offset].map(|turn| rms_of(errors.iter().map(|e| split(&(turn * e))).collect()))
+    [UnitQuaternion::identity(), offset].map(|turn| rms_of(errors.iter().map(|e| split(&(turn * e)))))
 }
 
 /// Errors over time whose root mean square [`AttitudeRms`] is: seconds, heading and inclination in degrees.
@@ -69,17 +72,23 @@ pub fn attitude_errors_deg(trace: &Trace, flight: &Flight, settings: &Settings) 
 #[must_use]
 pub fn reference_attitudes(trace: &Trace, settings: &Settings) -> Vec<(u64, UnitQuaternion<f64>)> {
     let Some(reference_to_ned) = reference_to_ned(trace, settings) else { return Vec::new() };
-    let both = trace.samples.iter().zip(&trace.reference);
-    both.filter_map(|(sample, q)| Some((sample.t_us, reference_to_ned * unit_quaternion((*q)?)?))).collect()
+    let known = |row: Row| Some((row.sample.t_us, reference_to_ned * unit_quaternion(row.reference?)?));
+    trace.rows().filter_map(known).collect()
 }
 
 fn attitudes_of(flight: &Flight) -> impl Iterator<Item = TimedAttitude> {
-    flight.outputs.iter().filter_map(|output| Some((output.t_us, output.attitude.as_ref()?.q.map(f64::from))))
+    flight.outputs().filter_map(|output| Some((output.t_us, output.attitude.as_ref()?.q.map(f64::from))))
 }
 
-fn rms_of(errors: Vec<Error>) -> AttitudeRms {
-    let rms = |part: fn(&Error) -> f64| root_mean_square(errors.iter().map(part));
-    AttitudeRms { total: rms(|e| e.total), heading: rms(|e| e.heading), inclination: rms(|e| e.inclination) }
+fn rms_of(errors: impl Iterator<Item = Error>) -> AttitudeRms {
+    let (mut count, mut sums) = (0_usize, [0.0; 3]);
+    for error in errors {
+        count += 1;
+        let parts = [error.total, error.heading, error.inclination];
+        sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part * part);
+    }
+    let [total, heading, inclination] = sums.map(|sum| (count > 0).then(|| (sum / count as f64).sqrt()));
+    AttitudeRms { total, heading, inclination }
 }
 
 /// A trace's quaternion, normalised because it was printed with few digits; `None` if it is no rotation.
@@ -100,9 +109,9 @@ fn errors<'a>(
     settings: &'a Settings,
     reference_to_ned: UnitQuaternion<f64>,
 ) -> impl Iterator<Item = (u64, UnitQuaternion<f64>)> + 'a {
-    let gap_us = gap_us(trace);
+    let mut references = References::of(trace);
     attitudes.filter(|(t_us, _)| *t_us >= settings.from_us).filter_map(move |(t_us, q)| {
-        let reference = reference_to_ned * reference_at(trace, gap_us, t_us)?;
+        let reference = reference_to_ned * references.at(t_us)?;
         Some((t_us, unit_quaternion(q)? * reference.inverse()))
     })
 }
@@ -120,21 +129,42 @@ fn split(error: &UnitQuaternion<f64>) -> Error {
     }
 }
 
-/// The reference at a time of validity, interpolated between samples.
-fn reference_at(trace: &Trace, gap_us: f64, t_us: u64) -> Option<UnitQuaternion<f64>> {
-    let scored = |i: usize| {
-        let moving = trace.movement.as_ref().is_none_or(|m| m.get(i).copied().unwrap_or(false));
-        trace.reference.get(i).copied().flatten().filter(|_| moving).and_then(unit_quaternion)
-    };
-    let after = trace.samples.partition_point(|s| s.t_us < t_us);
-    let next = trace.samples.get(after)?;
-    if next.t_us == t_us {
-        return scored(after);
+/// The reference at times of validity, which mostly go forward, as the rows do.
+struct References<'a> {
+    trace: &'a Trace,
+    gap_us: f64,
+    rows: Box<dyn Iterator<Item = Row> + 'a>,
+    /// The last row before the time that was asked for.
+    before: Option<Row>,
+    /// The first row from there on.
+    after: Option<Row>,
+}
+
+impl<'a> References<'a> {
+    fn of(trace: &'a Trace) -> Self {
+        let mut rows = trace.rows();
+        let after = rows.next();
+        Self { trace, gap_us: gap_us(trace), rows, before: None, after }
     }
-    let before = after.checked_sub(1)?;
-    let previous = trace.samples.get(before)?;
-    let (step, elapsed) = ((next.t_us - previous.t_us) as f64, (t_us - previous.t_us) as f64);
-    if step > gap_us { None } else { scored(before)?.try_slerp(&scored(after)?, elapsed / step, 1e-9) }
+
+    /// The reference at a time, interpolated between samples.
+    fn at(&mut self, t_us: u64) -> Option<UnitQuaternion<f64>> {
+        if self.before.is_some_and(|before| before.sample.t_us >= t_us) {
+            *self = Self::of(self.trace);
+        }
+        while let Some(after) = self.after.filter(|after| after.sample.t_us < t_us) {
+            (self.before, self.after) = (Some(after), self.rows.next());
+        }
+        let scored = |row: &Row| row.reference.filter(|_| row.moves).and_then(unit_quaternion);
+        let next = self.after.as_ref()?;
+        if next.sample.t_us == t_us {
+            return scored(next);
+        }
+        let previous = self.before.as_ref()?;
+        let before_us = previous.sample.t_us;
+        let (step, elapsed) = ((next.sample.t_us - before_us) as f64, (t_us - before_us) as f64);
+        if step > self.gap_us { None } else { scored(previous)?.try_slerp(&scored(next)?, elapsed / step, 1e-9) }
+    }
 }
 
 /// Rotation from the trace's earth frame to the frame the flight reports in: NED, with true north if a

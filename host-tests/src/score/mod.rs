@@ -27,7 +27,7 @@ pub(crate) use rates::seconds_since;
 pub use rates::{RateTrack, Tracks};
 
 use crate::{flight::Flight, trace::Trace};
-use integrated::Integrated;
+use integrated::Asked;
 
 /// One figure for each of the four ways to read the gyro; `None` if the trace or the flight does not hold it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -91,31 +91,30 @@ impl Settings {
 /// attitude nor rests.
 #[must_use]
 pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Reference> {
-    let has_reference = trace.reference.iter().any(Option::is_some);
-    let has_rests = trace.rest.iter().flatten().any(|&rest| rest);
+    let facts = trace.facts();
+    let (has_reference, has_rests) = (facts.referred > 0, facts.rests > 0);
     if !has_reference && !has_rests {
         return None;
     }
+    let legs = if has_rests { rest_gravity::legs(trace, settings) } else { Vec::new() };
+    let windows = if has_reference { orientation_2s::windows(trace, settings.from_us) } else { Vec::new() };
+    let of_windows = orientation_2s::asked(&windows, time_alignment::RANGE_S);
+    let asked = Asked::of(of_windows.chain(rest_gravity::asked(&legs)).collect());
     let gap_s = gap_us(trace) * 1e-6;
-    let integrate = |track: &RateTrack| Integrated::new(track, gap_s);
-    let integrated = Tracks::at_validity(trace, flight, &settings.factory).map(integrate);
+    let mut integrated = Tracks::at_validity(trace, flight, &settings.factory, gap_s, &asked);
     let mut scores = Reference::default();
     if has_rests {
-        let legs = rest_gravity::legs(trace, settings);
         scores.rest_gravity_deg = rest_gravity::rms_deg(&legs, &integrated);
     }
     if has_reference {
-        let windows = orientation_2s::windows(trace, settings.from_us);
         scores.orientation_2s_rms_deg = orientation_2s::rms_deg(&windows, &integrated, 0.0);
 
         // What was not flown has one time only.
-        let flown = rates::flown_at_acquisition(trace, flight);
-        let acquired = match flown {
-            Some(flown) => Tracks { with_effects: integrate(&flown), ..integrated },
-            None => integrated,
-        };
-        if let Some(delay_s) = time_alignment::fit(&windows, &acquired) {
-            scores.orientation_2s_rms_time_aligned_deg = orientation_2s::rms_deg(&windows, &acquired, delay_s);
+        if let Some(flown) = rates::flown_at_acquisition(trace, flight, gap_s, &asked) {
+            integrated.with_effects = flown;
+        }
+        if let Some(delay_s) = time_alignment::fit(&windows, &integrated) {
+            scores.orientation_2s_rms_time_aligned_deg = orientation_2s::rms_deg(&windows, &integrated, delay_s);
             scores.time_alignment_ms = Some(delay_s * 1e3);
         }
         scores.attitude_rms_deg = attitude::rms_deg(trace, flight, settings);
@@ -139,8 +138,12 @@ pub struct RotationErrors {
 #[must_use]
 pub fn rotation_errors(trace: &Trace, flight: &Flight, settings: &Settings) -> RotationErrors {
     let gap_s = gap_us(trace) * 1e-6;
-    let tracks = Tracks::at_acquisition(trace, flight, &settings.factory).map(|track| Integrated::new(track, gap_s));
     let windows = orientation_2s::windows(trace, settings.from_us);
+    let asked = Asked::of(orientation_2s::asked(&windows, time_alignment::RANGE_S).collect());
+    let mut tracks = Tracks::at_validity(trace, flight, &settings.factory, gap_s, &asked);
+    if let Some(flown) = rates::flown_at_acquisition(trace, flight, gap_s, &asked) {
+        tracks.with_effects = flown;
+    }
     let delay_s = time_alignment::fit(&windows, &tracks).unwrap_or(0.0);
     let covered = windows.iter().filter(|window| tracks.cover(window.from_s + delay_s, window.to_s + delay_s));
     let covered: Vec<_> = covered.collect();
@@ -183,9 +186,11 @@ mod tests {
             let trace = Trace { samples, ..Trace::default() };
             assert_eq!(trace.nominal_period_us(), 3_500);
             let t_s: Vec<f64> = t_us.iter().map(|&t| rates::seconds_since(0, t)).collect();
-            let rate_rad_s = vec![Vector3::zeros(); t_s.len()];
             let (first, last) = (*t_s.first().unwrap(), *t_s.last().unwrap());
-            Integrated::new(&RateTrack { t_s, rate_rad_s }, gap_us(&trace) * 1e-6).rotation(first, last).is_some()
+            let asked = Asked::of(vec![[first, first], [last, last]]);
+            let mut integrator = integrated::Integrator::new(gap_us(&trace) * 1e-6, &asked);
+            t_s.iter().for_each(|t_s| integrator.push(*t_s, Vector3::zeros()));
+            integrator.ended().rotation(first, last).is_some()
         };
         assert!(whole(0));
         assert!(!whole(1));

@@ -40,26 +40,37 @@ impl Window {
 /// A window ends at the sample nearest to 2 s after its start; rotations are compared between exactly these
 /// two times. It counts if every sample in it has a reference (and `movement`, if the trace has it).
 pub(super) fn windows(trace: &Trace, from_us: u64) -> Vec<Window> {
-    let start_us = rates::start_us(trace);
+    let start_us = trace.first_us();
     let half_period_us = trace.nominal_period_us() / 2;
     let length_us = (WINDOW_S * 1e6) as u64 - u64::from(half_period_us);
-    let scored = |i: usize| {
-        let moving = trace.movement.as_ref().is_none_or(|m| m.get(i).copied().unwrap_or(false));
-        trace.reference.get(i).copied().flatten().filter(|_| moving).and_then(unit_quaternion)
-    };
     let mut windows = Vec::new();
-    let mut first = trace.samples.partition_point(|s| s.t_us < from_us);
-    while let Some(start) = trace.samples.get(first) {
-        let last = trace.samples.partition_point(|s| s.t_us < start.t_us.saturating_add(length_us)).max(first + 1);
-        let Some(end) = trace.samples.get(last) else { break };
-        let complete = (first..=last).all(|i| scored(i).is_some());
-        if complete && let (Some(q_from), Some(q_to)) = (scored(first), scored(last)) {
-            let (from_s, to_s) = (rates::seconds_since(start_us, start.t_us), rates::seconds_since(start_us, end.t_us));
+    // Time and reference at the window's start; no reference if a sample of it has none.
+    let mut open: Option<(u64, Option<UnitQuaternion<f64>>)> = None;
+    for row in trace.rows().filter(|row| row.sample.t_us >= from_us) {
+        let t_us = row.sample.t_us;
+        let reference = row.reference.filter(|_| row.moves).and_then(unit_quaternion);
+        let Some((first_us, first)) = &mut open else {
+            open = Some((t_us, reference));
+            continue;
+        };
+        if reference.is_none() {
+            *first = None;
+        }
+        if t_us < first_us.saturating_add(length_us) {
+            continue;
+        }
+        if let (Some(q_from), Some(q_to)) = (*first, reference) {
+            let [from_s, to_s] = [*first_us, t_us].map(|t_us| rates::seconds_since(start_us, t_us));
             windows.push(Window { from_s, to_s, rotation: q_from.inverse() * q_to });
         }
-        first = last;
+        open = Some((t_us, reference));
     }
     windows
+}
+
+/// Times at which these windows ask for rotations, if readings lag by up to `range_s` either way.
+pub(super) fn asked(windows: &[Window], range_s: f64) -> impl Iterator<Item = [f64; 2]> {
+    windows.iter().flat_map(|window| [window.from_s, window.to_s]).map(move |t_s| [t_s - range_s, t_s + range_s])
 }
 
 /// Score of each track, degrees, if its readings lag the reference by `delay_s`, over the windows that all

@@ -3,7 +3,10 @@
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use nalgebra::{Matrix3, Vector3};
 
-use super::PerModel;
+use super::{
+    PerModel,
+    integrated::{Asked, Integrated, Integrator},
+};
 use crate::{flight::Flight, trace::Trace};
 
 /// Body rates over time.
@@ -66,21 +69,21 @@ impl<T> Tracks<T> {
     }
 }
 
-impl Tracks {
-    /// The four rate tracks of a flight at their times of validity, over the whole trace.
+impl Tracks<Integrated> {
+    /// The four rate tracks of a flight at their times of validity, over the whole trace, integrated.
     ///
     /// Models change with the windows: each applies from its `t_effect_us` on, `factory` before the first;
     /// what flew may have changed between windows too. A window without a model keeps the twelve parameters
     /// as they were. Samples without a gyro reading are left out.
     #[must_use]
-    pub fn at_validity(trace: &Trace, flight: &Flight, factory: &GyroModel) -> Self {
-        let start_us = start_us(trace);
+    pub(super) fn at_validity(trace: &Trace, flight: &Flight, factory: &GyroModel, gap_s: f64, asked: &Asked) -> Self {
+        let start_us = trace.first_us();
         let mut reports: Vec<_> = flight.reports.iter().filter_map(|r| Some((r.t_effect_us?, r))).collect();
         reports.sort_by_key(|&(t_effect_us, _)| t_effect_us);
         let mut reports = reports.into_iter().peekable();
         let (mut bias_only, mut twelve) = (Compensation::new(factory), Compensation::new(factory));
-        let mut points: [Vec<(f64, Vector3<f64>)>; 3] = Default::default();
-        for sample in &trace.samples {
+        let [mut first, mut second, mut third, mut flown] = [(); 4].map(|()| Integrator::new(gap_s, asked));
+        for sample in trace.samples() {
             while let Some((_, report)) = reports.next_if(|&(t_effect_us, _)| t_effect_us <= sample.t_us) {
                 bias_only = Compensation::new(&report.bias_only);
                 // A diverged filter may have no valid model.
@@ -93,43 +96,31 @@ impl Tracks {
             }
             let t_s = seconds_since(start_us, sample.t_us);
             let raw = Vector3::from(sample.gyro_rad_s.map(f64::from));
-            let [p0, p1, p2] = &mut points;
-            p0.push((t_s, raw));
-            p1.push((t_s, bias_only.rate(&raw)));
-            p2.push((t_s, twelve.rate(&raw)));
+            first.push(t_s, raw);
+            second.push(t_s, bias_only.rate(&raw));
+            third.push(t_s, twelve.rate(&raw));
         }
-        let [uncompensated, bias_only, twelve_parameters] = points.map(RateTrack::from_points);
-        let flown = flight.outputs.iter().map(|o| (seconds_since(start_us, o.t_us), flown_rate(o.rate_rad_s)));
-        Self { uncompensated, bias_only, twelve_parameters, with_effects: RateTrack::from_points(flown) }
-    }
-
-    /// The four tracks with the flown one at the times at which the gyro was read: a lag that the flight
-    /// removed is put back, so that one delay can be taken out of all four alike.
-    #[must_use]
-    pub fn at_acquisition(trace: &Trace, flight: &Flight, factory: &GyroModel) -> Self {
-        let mut tracks = Self::at_validity(trace, flight, factory);
-        if let Some(flown) = flown_at_acquisition(trace, flight) {
-            tracks.with_effects = flown;
+        flight.outputs().for_each(|o| flown.push(seconds_since(start_us, o.t_us), flown_rate(o.rate_rad_s)));
+        Self {
+            uncompensated: first.ended(),
+            bias_only: second.ended(),
+            twelve_parameters: third.ended(),
+            with_effects: flown.ended(),
         }
-        tracks
     }
 }
 
-/// What was flown at the times at which the gyro was read; `None` if outputs and samples do not pair up, so
-/// that only the times of validity are known.
-pub(super) fn flown_at_acquisition(trace: &Trace, flight: &Flight) -> Option<RateTrack> {
-    let start_us = start_us(trace);
-    (flight.outputs.len() == trace.samples.len()).then(|| {
-        let paired = trace.samples.iter().zip(&flight.outputs);
-        RateTrack::from_points(
-            paired.map(|(sample, o)| (seconds_since(start_us, sample.t_us), flown_rate(o.rate_rad_s))),
-        )
+/// What was flown at the times at which the gyro was read, integrated: a lag that the flight removed is put back, so that
+/// one delay can be taken out of all four tracks alike. `None` if outputs and samples do not pair up, so that only the
+/// times of validity are known.
+pub(super) fn flown_at_acquisition(trace: &Trace, flight: &Flight, gap_s: f64, asked: &Asked) -> Option<Integrated> {
+    let start_us = trace.first_us();
+    (flight.output_count() == trace.len()).then(|| {
+        let mut flown = Integrator::new(gap_s, asked);
+        let paired = trace.samples().zip(flight.outputs());
+        paired.for_each(|(sample, o)| flown.push(seconds_since(start_us, sample.t_us), flown_rate(o.rate_rad_s)));
+        flown.ended()
     })
-}
-
-/// Time of the trace's first sample, the scorer's zero.
-pub(super) fn start_us(trace: &Trace) -> u64 {
-    trace.samples.first().map_or(0, |s| s.t_us)
 }
 
 /// Seconds since `start_us`, negative before it. Subtracts integers, because absolute times may be Unix

@@ -6,7 +6,7 @@ use meerkat_mwd::SampleFlags;
 use nalgebra::Vector3;
 
 use super::{PerModel, Settings, Tracks, integrated::Integrated, rates, root_mean_square};
-use crate::trace::Trace;
+use crate::trace::{Row, Trace};
 
 /// Shortest rest that counts, seconds: the mean of a shorter one still holds motion.
 const SHORTEST_REST_S: f64 = 0.5;
@@ -31,6 +31,11 @@ pub(super) fn legs(trace: &Trace, settings: &Settings) -> Vec<Leg> {
     rests.iter().zip(rests.iter().skip(1)).map(|(&from, &to)| Leg { from, to }).collect()
 }
 
+/// Times at which these legs ask for rotations.
+pub(super) fn asked(legs: &[Leg]) -> impl Iterator<Item = [f64; 2]> {
+    legs.iter().flat_map(|leg| [leg.from.middle_s, leg.to.middle_s]).map(|t_s| [t_s, t_s])
+}
+
 /// Angle between carried and measured direction, degrees rms over the legs that all tracks cover without a
 /// gap; `None` without such a leg.
 pub(super) fn rms_deg(legs: &[Leg], tracks: &Tracks<Integrated>) -> PerModel {
@@ -51,13 +56,12 @@ fn error_deg(leg: &Leg, track: &Integrated) -> Option<f64> {
 }
 
 fn rests(trace: &Trace, settings: &Settings) -> Vec<Rest> {
-    let start_us = rates::start_us(trace);
+    let start_us = trace.first_us();
     let gap_s = super::gap_us(trace) * 1e-6;
     let unusable = SampleFlags::ACCEL_MISSING | SampleFlags::ACCEL_CLIPPED;
-    let flags = trace.rest.iter().flatten();
     let mut rests = Vec::new();
     let mut open: Option<OpenRest> = None;
-    for (sample, &at_rest) in trace.samples.iter().zip(flags) {
+    for Row { sample, rests: at_rest, .. } in trace.rows() {
         let t_s = rates::seconds_since(start_us, sample.t_us);
         let at_rest = at_rest && sample.t_us >= settings.from_us;
         if open.as_ref().is_some_and(|rest| !at_rest || t_s - rest.last_s > gap_s) {

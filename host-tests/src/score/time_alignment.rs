@@ -12,7 +12,7 @@ use super::{
 };
 
 /// Largest delay searched, seconds, either way.
-const RANGE_S: f64 = 0.020;
+pub(super) const RANGE_S: f64 = 0.020;
 
 /// Grid of the search, seconds; a golden section refines the best point of it.
 const GRID_S: f64 = 0.001;

@@ -93,7 +93,8 @@ pub fn decode_flight(bytes: &[u8]) -> Result<Landed, WireError> {
             Record::Survey(report) => surveys.push(report),
             Record::Dynamics(window) => dynamics.push(window),
             Record::End(summary) if rest.is_empty() => {
-                let flight = Flight { outputs, reports, diagnoses, magnets, counters: summary.counters };
+                let counters = summary.counters;
+                let flight = Flight { outputs, reports, diagnoses, magnets, counters, spooled: None };
                 return Ok(Landed { flight, poll_instructions, summary, surveys, dynamics });
             }
             Record::End(_) => return Err(WireError::AfterSummary { bytes: rest.len() }),

@@ -9,7 +9,9 @@ mod lines;
 pub mod motion;
 mod read;
 pub mod recordings;
+mod rows;
 mod seconds;
+pub mod spool;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -20,13 +22,16 @@ pub use keys::{BodyFrame, EarthFrame, Keys};
 use meerkat_mwd::{
     Sample, SampleFlags,
     config::FullScale,
-    probe::CLIPPED_SHARE,
     survey::{Grade, SurveyReport},
 };
+pub use rows::{Facts, Row, Spooled};
 
 pub(crate) use seconds::seconds;
 
-/// A trace in memory. Reference columns are for scoring only: the pipeline sees nothing but `samples`.
+/// A trace. Reference columns are for scoring only: the pipeline sees nothing but the samples.
+///
+/// [`Trace::read`] holds it in memory, in the columns below. Of a trace by [`Trace::spooled`] the columns are empty: its rows
+/// are in a temporary file, and come by [`Trace::rows`], as those in memory do.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     /// The file it was read from.
@@ -54,6 +59,8 @@ pub struct Trace {
     /// Units, signs and axes that cannot be, each with its likely fix; such a trace flies only when the user
     /// insists.
     pub wrong: Vec<String>,
+    /// Rows that are in a temporary file.
+    pub spooled: Option<Spooled>,
 }
 
 /// Whether any sensor's full scale is known; without one, clipping cannot be told.
@@ -70,6 +77,28 @@ impl Trace {
     /// What is wrong, with the file, the line and the column.
     pub fn read(path: &Path) -> Result<Self, TraceError> {
         read::read(path)
+    }
+
+    /// Reads a trace into a temporary file: memory does not grow with its length. The rest is as by [`Trace::read`].
+    ///
+    /// # Errors
+    /// What is wrong, with the file, the line and the column.
+    pub fn spooled(path: &Path) -> Result<Self, TraceError> {
+        read::spooled(path)
+    }
+
+    /// Whether the rows are in a temporary file.
+    #[must_use]
+    pub const fn is_spooled(&self) -> bool {
+        self.spooled.is_some()
+    }
+
+    /// The first error of the temporary file, behind which rows may lack.
+    ///
+    /// # Errors
+    /// The temporary file could not be written or read.
+    pub fn all_read(&self) -> std::io::Result<()> {
+        self.spooled.as_ref().map_or(Ok(()), Spooled::checked)
     }
 
     /// The first dropped row as an error, for who allows none.
@@ -91,9 +120,31 @@ impl Trace {
         write::write(self, path)
     }
 
+    /// What is known of all rows. Goes through the rows of a trace in memory.
+    #[must_use]
+    pub fn facts(&self) -> Facts {
+        self.spooled.as_ref().map_or_else(|| Facts::of(self.rows()), |spooled| *spooled.facts())
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.spooled.as_ref().map_or(self.samples.len(), Spooled::len)
+    }
+
+    /// Returns true if there is no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// Median step between samples, microseconds; 0 for fewer than two samples.
     #[must_use]
     pub fn nominal_period_us(&self) -> u32 {
+        self.spooled.as_ref().map_or_else(|| self.period_in_memory_us(), |spooled| spooled.facts().period_us)
+    }
+
+    fn period_in_memory_us(&self) -> u32 {
         let mut steps: Vec<u64> =
             self.samples.windows(2).map(|pair| pair[1].t_us.saturating_sub(pair[0].t_us)).collect();
         let middle = steps.len() / 2;
@@ -107,13 +158,21 @@ impl Trace {
     /// Time of the first sample, microseconds.
     #[must_use]
     pub fn first_us(&self) -> u64 {
-        self.samples.first().map_or(0, |sample| sample.t_us)
+        let of_memory = || self.samples.first().map_or(0, |sample| sample.t_us);
+        self.spooled.as_ref().map_or_else(of_memory, |spooled| spooled.facts().first_us)
+    }
+
+    /// Time of the last sample, microseconds.
+    #[must_use]
+    pub fn last_us(&self) -> u64 {
+        let of_memory = || self.samples.last().map_or(0, |sample| sample.t_us);
+        self.spooled.as_ref().map_or_else(of_memory, |spooled| spooled.facts().last_us)
     }
 
     /// From the first sample to the last, microseconds.
     #[must_use]
     pub fn duration_us(&self) -> u64 {
-        self.samples.last().map_or(0, |sample| sample.t_us.saturating_sub(self.first_us()))
+        self.last_us().saturating_sub(self.first_us())
     }
 
     /// From the first sample to the last, seconds.
@@ -125,20 +184,19 @@ impl Trace {
     /// Number of samples with the flag.
     #[must_use]
     pub fn count(&self, flag: SampleFlags) -> usize {
-        self.samples.iter().filter(|sample| sample.flags.contains(flag)).count()
+        self.facts().count(flag)
     }
 
     /// Number of samples with a clipped sensor.
     #[must_use]
     pub fn clipped(&self) -> usize {
-        let any = SampleFlags::GYRO_CLIPPED | SampleFlags::ACCEL_CLIPPED | SampleFlags::MAG_CLIPPED;
-        self.samples.iter().filter(|sample| sample.flags.intersects(any)).count()
+        self.facts().clipped
     }
 
     /// Number of samples without a reference attitude; all if there are no such columns.
     #[must_use]
     pub fn reference_missing(&self) -> usize {
-        self.samples.len() - self.reference.iter().filter(|q| q.is_some()).count()
+        self.len() - self.facts().referred
     }
 
     /// Grades a survey of readings that cannot be as bad, whatever it agrees with.
@@ -148,23 +206,15 @@ impl Trace {
         }
     }
 
-    /// Sets each sample's clipped flags from these full scales (see [`CLIPPED_SHARE`]); the driver's own
+    /// Sets each sample's clipped flags from these full scales (see [`meerkat_mwd::probe::CLIPPED_SHARE`]); the driver's own
     /// flags stay, all others are cleared.
     pub fn mark_clipped(&mut self, full_scale: &FullScale) {
-        let beyond = |v: &[f32; 3], full_scale: Option<f32>| {
-            full_scale.is_some_and(|limit| v.iter().any(|x| x.abs() >= CLIPPED_SHARE * limit))
-        };
-        for sample in &mut self.samples {
-            let flags = sample.flags;
-            let mut mark = |v: &[f32; 3], limit, clipped, absent| {
-                sample.flags.set(clipped, !flags.contains(absent) && beyond(v, limit));
-            };
-            mark(&sample.gyro_rad_s, full_scale.gyro_rad_s, SampleFlags::GYRO_CLIPPED, SampleFlags::GYRO_MISSING);
-            mark(&sample.accel_m_s2, full_scale.accel_m_s2, SampleFlags::ACCEL_CLIPPED, SampleFlags::ACCEL_MISSING);
-            mark(&sample.mag_ut, full_scale.mag_ut, SampleFlags::MAG_CLIPPED, SampleFlags::MAG_MISSING);
+        if let Some(spooled) = &mut self.spooled {
+            spooled.mark_clipped(full_scale);
         }
-        for (sample, said) in self.samples.iter_mut().zip(self.driver_flags.iter().flatten()) {
-            sample.flags |= *said;
+        let mut said = self.driver_flags.iter().flatten();
+        for sample in &mut self.samples {
+            rows::mark_clipped(sample, full_scale, said.next().copied().unwrap_or_default());
         }
     }
 }

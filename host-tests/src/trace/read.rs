@@ -11,18 +11,30 @@ use super::{
     error::{Fault, Located, TraceError, quoted},
     keys::{KeyOutcome, Keys},
     lines::{self, Lines},
+    rows::Spooled,
 };
 
 /// Tolerance of a reference quaternion's norm: further from 1 it is no rotation. Rounding to a few decimals
 /// or interpolation costs well under 1 %.
 const REFERENCE_NORM_TOLERANCE: f64 = 0.05;
 
+/// Rows that are in memory before they go to a temporary file.
+const IN_MEMORY: usize = 1_024;
+
 pub(super) fn read(path: &Path) -> Result<Trace, TraceError> {
-    let trace = lines::open(path).and_then(read_lines).map_err(|located| located.of(path))?;
+    read_into(path, None)
+}
+
+pub(super) fn spooled(path: &Path) -> Result<Trace, TraceError> {
+    read_into(path, Some(Spooled::default()))
+}
+
+fn read_into(path: &Path, spooled: Option<Spooled>) -> Result<Trace, TraceError> {
+    let trace = lines::open(path).and_then(|lines| read_lines(lines, spooled)).map_err(|located| located.of(path))?;
     Ok(Trace { path: path.to_owned(), ..trace })
 }
 
-fn read_lines<R: BufRead>(mut lines: Lines<R>) -> Result<Trace, Located> {
+fn read_lines<R: BufRead>(mut lines: Lines<R>, mut spooled: Option<Spooled>) -> Result<Trace, Located> {
     let (columns, mut trace) = read_header(&mut lines)?;
     let mut not_rotations = 0_usize;
     let mut last_us = None;
@@ -42,11 +54,18 @@ fn read_lines<R: BufRead>(mut lines: Lines<R>) -> Result<Trace, Located> {
         last_us = Some(t_us);
         not_rotations += usize::from(row.drop_reference_that_is_no_rotation());
         row.append_to(t_us, &mut trace);
+        if let Some(spooled) = spooled.as_mut().filter(|_| trace.samples.len() == IN_MEMORY) {
+            spooled.take(&mut trace);
+        }
     }
-    if trace.samples.is_empty() {
+    if let Some(spooled) = &mut spooled {
+        spooled.take(&mut trace);
+    }
+    trace.spooled = spooled;
+    if trace.is_empty() {
         return Err(Fault::NoSamples.of_file());
     }
-    if let Some(fault) = trace.dropped.too_many(trace.samples.len()) {
+    if let Some(fault) = trace.dropped.too_many(trace.len()) {
         return Err(fault);
     }
     trace.notes.extend(trace.dropped.note());

@@ -116,6 +116,7 @@ fn a_filter_that_goes_on_after_power_up_gives_what_it_gives_on_the_host() {
     };
     let run = RealTime { config, stream: everything(), recording: true, ..RealTime::default() };
     let through = run.through_sensors(&samples);
+    let through = Trace { samples: through, ..Trace::default() };
     let host = |goes_on| flight::fly_on(begun(goes_on), &through, |_| ()).outputs;
     let (received, _) =
         probe.drill(40.0, 2, RealTime { stream: everything(), recording: true, ..RealTime::default() }).unwrap();

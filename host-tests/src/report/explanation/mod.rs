@@ -71,7 +71,7 @@ impl Explanation {
     #[must_use]
     pub fn of(probe: Box<Probe>, trace: &Trace, config: &Config, flight: &Flight) -> Self {
         let known = KnownP::of(trace, config);
-        let updates = updates(probe, &trace.samples);
+        let updates = updates(probe, trace);
         let mut before = Moved::default();
         let window = |report: &WindowReport| {
             let update = updates.iter().find(|update| update.t_us == report.t_end_us)?;

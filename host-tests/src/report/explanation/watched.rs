@@ -1,9 +1,11 @@
 //! A second flight on the host that reads the estimator at each of its steps.
 
 use meerkat_mwd::{
-    Probe, Sample,
+    Probe,
     estimator::{MovedByRows, WidthEvidence},
 };
+
+use crate::trace::Trace;
 
 /// Number of kinds of rows that move P.
 pub(super) const KINDS: usize = 4;
@@ -23,11 +25,11 @@ pub(super) struct Update {
 
 /// Flies the samples and collects every update. The results equal those of any other flight: they do not
 /// depend on how the work is sliced.
-pub(super) fn updates(mut probe: Box<Probe>, samples: &[Sample]) -> Vec<Update> {
+pub(super) fn updates(mut probe: Box<Probe>, trace: &Trace) -> Vec<Update> {
     let mut updates = Vec::new();
     let mut moved = [[0.0; 9]; KINDS];
-    for sample in samples {
-        if probe.push(sample).is_none() {
+    for sample in trace.samples() {
+        if probe.push(&sample).is_none() {
             continue;
         }
         // Step by step, with at least as much work as the chip does.

@@ -109,7 +109,7 @@ impl<'a> Chart<'a> {
     /// The values that the axis spans at first: a band may run out of it where it is rarely that wide.
     fn range(&self) -> Option<[f64; 2]> {
         if self.is_angle {
-            return Some([0.0, 360.0]);
+            return self.range_of_angles();
         }
         let points = self.series.iter().flat_map(|series| &series.points).filter(|[_, x, _]| x.is_finite());
         let mut ends: Vec<f64> = points.flat_map(|[_, x, sigma]| [x - sigma, x + sigma]).collect();
@@ -128,10 +128,22 @@ impl<'a> Chart<'a> {
             let top = if highest < 1.5 * shown { highest } else { shown };
             // A level that is named beside the plot is in it.
             let top = self.levels.iter().map(|(level, _)| *level).fold(top, f64::max);
-            return Some([0.0, (1.1 * top).max(1e-6)]);
+            // Of nothing but zeros an axis to a unit.
+            return Some([0.0, if top > 0.0 { 1.1 * top } else { 1.0 }]);
         }
         let margin = 0.05 * (highest - lowest).max(1e-3);
         Some([lowest - margin, highest + margin])
+    }
+
+    /// The whole circle; a part of it where all angles lie in a quarter, so that small changes are seen.
+    fn range_of_angles(&self) -> Option<[f64; 2]> {
+        let values = self.series.iter().flat_map(|series| &series.points).map(|[_, x, _]| *x).filter(|x| x.is_finite());
+        let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+        let half = (0.55 * (high - low)).max(LEAST_HALF_DEG);
+        let middle = 0.5 * (low + high);
+        let is_narrow = high - low < QUARTER_TURN_DEG && (0.0..=360.0).contains(&middle);
+        Some(if is_narrow { [(middle - half).max(0.0), (middle + half).min(360.0)] } else { [0.0, 360.0] })
+            .filter(|_| low <= high)
     }
 
     /// Says so if values lie beyond the axis.
@@ -219,6 +231,12 @@ pub fn in_digits(x: f64) -> String {
     format!("{x:.0$}", decimals as usize)
 }
 
+/// Angles within this much are shown on an axis of their own.
+const QUARTER_TURN_DEG: f64 = 90.0;
+
+/// Least that such an axis shows to each side.
+const LEAST_HALF_DEG: f64 = 5.0;
+
 /// Jump of an angle at which a line breaks: the angle has passed north.
 const HALF_TURN_DEG: f64 = 180.0;
 
@@ -264,6 +282,19 @@ mod tests {
             Chart::new("a", "b", "c", vec![line(points)]).of_sizes().drawn(0, [0.0, 1e3], ("time", "s")).unwrap();
         assert!(drawn.contains("1 values lie above the axis, the largest at 50.00"), "{drawn}");
         assert!(data["range"][1].as_f64().unwrap() < 2.0);
+    }
+
+    #[test]
+    fn angles_of_a_quarter_have_an_axis_of_their_own_and_no_others() {
+        let range = |angles: &[f64]| {
+            let points = angles.iter().enumerate().map(|(k, angle)| [k as f64, *angle, 0.0]).collect();
+            Chart::new("a", "deg", "c", vec![line(points)]).of_angles().range().unwrap()
+        };
+        assert_eq!(range(&[60.0, 62.0, 60.5]), [56.0, 66.0]);
+        assert_eq!(range(&[2.0, 3.0]), [0.0, 7.5]);
+        assert_eq!(range(&[1.0, 359.0]), [0.0, 360.0]);
+        let zeros = Chart::new("a", "b", "c", vec![line(vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])]).of_sizes();
+        assert_eq!(zeros.range(), Some([0.0, 1.0]));
     }
 
     #[test]

@@ -93,7 +93,7 @@ function build(plot) {
     scales: { x: { time: false, range: (_, min, max) => [min, max] }, y: { range: plot.zoomedY || (() => chart.range) } },
     axes: [
       { ...axis, size: 34, space: page.over === "date" ? 100 : 70, ...(page.over === "date" ? { incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000] } : {}), values: (_, ticks) => ticks.map(place) },
-      { ...axis, size: 58, space: 36, ...(chart.angle ? { incrs: [1, 5, 10, 30, 90] } : {}), values: (_, ticks) => ticks.map(tick => String(+tick.toPrecision(8))) },
+      { ...axis, size: 58, space: 36, ...(chart.angle ? { incrs: [1, 2, 5, 10, 30, 90] } : {}), values: (_, ticks) => ticks.map(tick => String(+tick.toPrecision(8))) },
     ],
     cursor: {
       drag: { x: true, y: false, setScale: false }, points: { size: 6 }, focus: { prox: -1 },

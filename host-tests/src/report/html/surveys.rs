@@ -38,7 +38,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
         let cells = kept.iter().map(|(_, cell)| cell(report).unwrap_or_default()).collect();
         (report.quality.grade != Grade::Good, cells)
     };
-    page.add("<p>Mean directions at rest and over whole turns, with one deviation. Quality compares |G|, |B| and dip with what the place should have.</p>\n");
+    page.add("<p>Mean directions at rest and over whole turns, with one deviation. Quality compares |G|, |B| and dip with what the place should have; what is not good is bold.</p>\n");
     page.add(&table(&head, surveys.iter().map(row)));
 }
 

@@ -50,15 +50,17 @@ pub(super) fn add(page: &mut Page, told: &Told) {
             [report.fitted.p[i][j], report.sigma[3 * i + j]].map(|x| 100.0 * f64::from(x))
         })
     });
-    let what = about("How much of one axis' rate another axis lacks: the rest of P.");
+    let what =
+        about("How much of one axis' rate another axis lacks: the rest of P. xy is what x lacks of the rate about y.");
     page.chart(Chart::new("Cross-coupling", "%", &what, cross.into()).marked(&marks));
     let nis =
         fitted(told, "squared innovations over expected", "after", &|report| [f64::from(report.innovation_nis), 0.0]);
     let what = about(
-        "How far the sensors disagree, squared, over what their noise accounts for. Far above 1 something is not modelled.",
+        "How far the sensors disagree, squared, over what their noise accounts for. Far above 1 something is not modelled; below 1 the sensors are better than their data sheet.",
     );
     let chart = Chart::new("Consistency of the innovations", "ratio", &what, vec![nis]).of_sizes();
     page.chart(chart.marked(&marks).with_levels(vec![(1.0, "as the noise accounts for".to_owned())]));
+    page.add("<p>Directions decided: how many of P's nine this motion shows. Change: by how much a whole turn reads differently since the model that flew before. Widths: how much larger the other sensors' errors are than their data sheets', 0 where none shows; a large one blames its sensor. Cost: what the search for P had to make small, before and after. Bold windows were refused.</p>\n");
     page.add(&windows(told));
     page.add("<h3>What flies at the end</h3>\n");
     page.add(&parameters(&Parameters::at_the_end(told.config, told.flight)));

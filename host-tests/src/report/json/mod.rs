@@ -181,7 +181,7 @@ pub fn result_json(
             path: trace.path.to_string_lossy().into_owned(),
             serial: trace.keys.serial.clone(),
             date: trace.keys.date.map(|date| date.to_string()),
-            samples: trace.samples.len(),
+            samples: trace.len(),
             duration_s: in_seconds(trace.duration_us()),
             rate_hz: (period_us > 0).then(|| 1e6 / f64::from(period_us)),
             gaps: flight.counters.gaps,
@@ -208,7 +208,7 @@ pub fn result_json(
         diagnosis: Diagnosis {
             verdict: config.effects.then(|| verdict_name(diagnosed.verdict)),
             effects: {
-                let end_s = trace.samples.last().map_or(0.0, |sample| in_seconds(sample.t_us));
+                let end_s = in_seconds(trace.last_us());
                 let magnets = diagnosed.magnets.iter().map(|magnet| EffectJson::of_magnet(magnet, end_s));
                 diagnosed.effects.iter().map(EffectJson::new).chain(magnets).collect()
             },

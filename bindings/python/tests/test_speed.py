@@ -1,0 +1,39 @@
+"""Attitude alone beside VQF: both over the same arrays, in the same run."""
+
+import time
+
+import numpy as np
+import pytest
+
+import meerkat_mwd as mwd
+
+from test_package import SCENARIO
+
+
+def inclination_deg(up):
+    return np.degrees(np.arccos(np.clip(up, -1, 1)))
+
+
+def test_the_same_call_as_vqfs_over_the_same_arrays():
+    """Prints the times; what is asserted is that both were given the same work."""
+    vqf = pytest.importorskip("vqf")
+    trace, _, _ = mwd.simulate(SCENARIO, seed=4)
+    arrays = trace.arrays()
+    step = float(np.median(np.diff(arrays["t_s"])))
+    gyr, acc, mag = (np.ascontiguousarray(arrays[name]) for name in ["true_rate", "acc", "mag"])
+    mag = np.nan_to_num(mag)
+    ours, theirs = [], []
+    for _ in range(7):
+        for took, run in [
+            (ours, lambda: mwd.AttitudeFilter(step).updateBatch(gyr, acc, mag)),
+            (theirs, lambda: vqf.VQF(step).updateBatch(gyr, acc, mag)),
+        ]:
+            began = time.process_time()
+            found = run()["quat9D"]
+            took.append(time.process_time() - began)
+            w, x, y, z = found[-2000:].T
+            # Part of the body's z axis along the earth's.
+            assert np.ptp(inclination_deg(1 - 2 * (x * x + y * y))) < 20 and w.shape == z.shape
+    per_sample = [1e9 * min(took) / len(gyr) for took in (ours, theirs)]
+    print(f"\nupdateBatch of {len(gyr)} samples: {per_sample[0]:.0f} ns a sample, vqf's {per_sample[1]:.0f} ns; "
+          f"ratio {per_sample[0] / per_sample[1]:.2f}")
