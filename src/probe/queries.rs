@@ -10,7 +10,7 @@ use crate::{
     magnet::{HardIronCounts, HardIronInterval},
 };
 
-impl Probe {
+impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES, COLUMNS, REPORTS> {
     /// Library of effects in use since the last [`Probe::configure`].
     #[must_use]
     pub fn library(&self) -> &'static [&'static dyn Effect] {
@@ -58,14 +58,14 @@ impl Probe {
     /// Cost that the search minimises, for trying other optimisers; `None` before there is a posterior. It
     /// changes with every sample: query it right after a window's report.
     #[must_use]
-    pub fn window_cost(&self) -> Option<WindowCost<'_>> {
+    pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
         self.identifier.window_cost()
     }
 
     /// Estimator at its present step; [`Probe::poll`] with a budget of 1 advances it by one step.
     #[cfg(feature = "explanation")]
     #[must_use]
-    pub const fn estimator(&self) -> &Estimator {
+    pub const fn estimator(&self) -> &Estimator<f32, NODES, COLUMNS> {
         self.identifier.estimator()
     }
 
