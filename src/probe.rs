@@ -254,6 +254,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
 
     /// Lets an update that is due take effect before a sample is compensated: the gyro model, and the effects
     /// with it.
+    // Its reports would lie under all work on a sample.
+    #[inline(never)]
     fn take_effect(&mut self, t_us: u64) {
         let before = self.pipeline.corrector.model_here(self.identifier.flown(), self.library());
         let Some(taken) = self.identifier.take_effect(t_us, &self.config) else { return };

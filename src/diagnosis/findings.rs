@@ -134,6 +134,8 @@ impl<const REPORTS: usize> Findings<REPORTS> {
 
     /// Lets the result of an update take effect. Returns `None` if the effects taken out stay the same, else whether
     /// effects of the magnetometer are among those that changed.
+    // Its reports would lie under the work on a sample.
+    #[inline(never)]
     pub fn take_effect(&mut self, t_us: u64, is_window: bool, library: &[&dyn Effect]) -> Option<bool> {
         let (mut report, flies) = self.waiting.pop()?;
         report.t_effect_us = t_us;

@@ -33,6 +33,7 @@ const BOUND_NODES: usize = 20;
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// One bounded piece of work; its size in units of some 300 instructions, 0 when there is nothing to do.
+    // What it calls seldom is not inlined: the frame would lie under all else.
     pub fn step(&mut self) -> u32 {
         match self.task {
             Task::Next => self.next(),
@@ -113,6 +114,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// The posterior is averaged: what the search goes about.
+    #[inline(never)]
     fn centre(&mut self) {
         let averaged = self.averaging.result();
         self.centre.clear();
@@ -146,6 +148,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         false
     }
 
+    #[inline(never)]
     fn conclude(&mut self) {
         let posterior = self.posterior_of(&self.averaging.result());
         // Then it is not the gyro any more that the stored model was of.
@@ -253,6 +256,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// One piece of the weighing of the effects; when it is done, what is taken out is the mean of what they want.
+    #[inline(never)]
     fn weigh(&mut self) {
         let units = Units { sigma: &self.sigma, field_ut: self.field_unit };
         let rows = (&mut self.update.rows, &mut self.further);

@@ -58,6 +58,8 @@ impl Surveyor {
 
     /// Takes one sample. Nothing happens before a configuration, nor with a sample whose time does not
     /// increase. A sample that is more than ten seconds old begins anew: the clock has gone back for good.
+    // Its frame would lie under the work between samples.
+    #[inline(never)]
     pub fn push(&mut self, input: &SurveyInput) -> SurveyNews {
         match self.surveys.follow(input.t_us) {
             Step::Forward(step_s) => {

@@ -94,6 +94,8 @@ impl Surveys {
 
     /// Takes one sample. Nothing happens before a configuration, nor with a sample whose time does not
     /// increase. A sample that is more than ten seconds old begins anew: the clock has gone back for good.
+    // As of `Surveyor::push`.
+    #[inline(never)]
     pub fn push(&mut self, input: &SurveyInput) -> SurveyNews {
         match self.follow(input.t_us) {
             Step::Forward(step_s) => self.take(&input.sanitised(), step_s),

@@ -236,7 +236,11 @@ fn listen<T>(
     Ok(Err(format!("{} frames came, {} bad", heard.frames, heard.bad)))
 }
 
-fn send(
+/// Sends a command and waits for the answer.
+///
+/// # Errors
+/// The line failed, or no answer came.
+pub(super) fn send(
     line: &mut Line,
     command: &Command,
     key: Option<&mut KeyFile>,

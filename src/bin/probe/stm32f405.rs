@@ -20,9 +20,8 @@ use meerkat_mwd::{
     Config, Probe,
     application::{
         Acquisition, Application, Board, Commands, Line, Memory, Pipeline, SampleQueue, Settings, data_sheet,
-        factory_config, factory_records,
+        factory_config, factory_records, factory_survey,
     },
-    config::SurveyConfig,
     survey::Surveyor,
     telemetry::{ProbeId, ResetReason, StreamConfig},
 };
@@ -92,7 +91,7 @@ fn main() -> ! {
     let factory = factory_records(&mut FactoryFlash);
     let settings = Settings {
         config: Config { sample_period_us, full_scale, latency, ..factory_config(&factory) },
-        survey: SurveyConfig::default(),
+        survey: factory_survey(&factory),
         stream: StreamConfig { bytes_per_s: BAUD / 10, ..StreamConfig::default() },
         recording: false,
         key: factory.key,
