@@ -10,10 +10,13 @@ use clap::{ArgGroup, Args};
 use meerkat_mwd::{
     Config,
     storage::{FactoryCalibration, FactoryRecord, Mounting},
-    telemetry::{Command, CommandRefusal, Outcome, ProbeId},
+    telemetry::{Command, CommandRefusal, Outcome},
 };
 
-use super::{command::send, toml_file};
+use super::{
+    command::{heard, send},
+    toml_file,
+};
 use crate::{
     failure::Failure,
     port::{
@@ -83,10 +86,14 @@ pub fn run(args: &ProvisionArgs) -> anyhow::Result<()> {
     if !line.is_live() {
         return Err(Failure::BadInput(format!("{}: a capture takes no commands", args.line.place)).into());
     }
+    let deadline = Duration::from_secs(args.deadline);
+    // A probe that has just been switched on does not listen yet.
+    let probe = heard(&mut line, deadline)?;
+    writeln!(io::stdout(), "probe: {probe}")?;
     for (name, record) in records {
         let mut ask = |only_check| {
             let command = Command::Provision { record, only_check };
-            match send(&mut line, &command, None, ProbeId::default(), Duration::from_secs(args.deadline))? {
+            match send(&mut line, &command, None, probe, deadline)? {
                 Outcome::Accepted => Ok(()),
                 Outcome::Refused(CommandRefusal::NothingThere) => {
                     Err(Failure::BadInput(format!("{name}: the probe holds none")).into())
