@@ -2,7 +2,8 @@
 //!
 //! # Use
 //! ```text
-//! power-up   FactoryRecords::read(region)            calibrations and key; nothing here can write them
+//! factory    Provisioning::write(record)             calibrations, mounting and key, once
+//! power-up   FactoryRecords::read(region)            what the factory wrote
 //!            ModelStore::open(flash, limits)         reads all sectors, writes nothing
 //!            prepare(NotDrilling::PowerUp)           until it says Ready: the only calls that erase
 //!            restore(temperature) -> Probe::restore  the nearest temperature's model, or why there is none

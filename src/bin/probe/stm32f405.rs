@@ -88,7 +88,8 @@ fn main() -> ! {
 
     let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
     let models = ModelFlash(chip.FLASH);
-    let factory = factory_records(&mut FactoryFlash);
+    let mut region = FactoryFlash;
+    let factory = factory_records(&mut region);
     let settings = Settings {
         config: Config { sample_period_us, full_scale, latency, ..factory_config(&factory) },
         survey: factory_survey(&factory),
@@ -98,7 +99,7 @@ fn main() -> ! {
     };
     let (producer, samples) = SAMPLES.split();
     let serial = SerialQueues { outgoing, incoming };
-    let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity: identity() };
+    let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity: identity(), factory: region };
     let memory = Memory::start(memory, models, &settings.config, || board.feed_watchdog());
     let pipeline =
         Pipeline { probe: PROBE, surveyor: surveyor.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
@@ -145,7 +146,7 @@ fn reset_reason(rcc: &RCC) -> ResetReason {
 pub mod chip {
     pub use super::{
         acquisition::{Inertial, Magnetic},
-        flash::ModelFlash,
+        flash::{FactoryFlash, ModelFlash},
         port::wake,
     };
     pub use crate::sample_clock::systick::now_us;
