@@ -23,6 +23,7 @@ use crate::{
     compensation::{Effect, effect::REFERENCE_TEMPERATURE_C},
     config::{Config, ConfigError, micros},
     diagnosis::DiagnosisReport,
+    estimator::{EFFECTS, WINDOW_NODES},
     identification::{Identifier, WindowReport},
     sample::{Sample, SampleFlags},
 };
@@ -45,9 +46,24 @@ pub const GAP_PERIODS: u32 = 3;
 /// costs is worth little, and a wrong stamp that is believed makes samples old for no longer than this.
 const UNCONFIRMED_GAP_US: u64 = 10_000_000;
 
+/// Reports of windows, and of their effects, that wait to be taken unless a build has less room.
+pub const PENDING_REPORTS: usize = 2;
+
 /// The pipeline, with all its buffers. [`Probe::new`] is all zero bytes, so that a `static` of it takes no
 /// flash.
-pub struct Probe {
+///
+/// A part with less memory chooses smaller buffers, and starts from [`Probe::zero`] (docs/new_board.md has the sizes):
+/// - `NODES`: nodes kept for the population search of a window, 166 bytes each. It reads the latest of them; 0 leaves
+///   the search out, and the posterior's mean flies.
+/// - `COLUMNS`: parameters of effects, and of the bias's steps, that are looked for at a time, 636 bytes each. An effect
+///   for which there is no column left is not looked for.
+/// - `REPORTS`: reports that wait for [`Probe::poll`] and [`Probe::take_diagnosis`], 1.7 KB each. One that finds no room
+///   is lost, and counted.
+pub struct Probe<
+    const NODES: usize = WINDOW_NODES,
+    const COLUMNS: usize = EFFECTS,
+    const REPORTS: usize = PENDING_REPORTS,
+> {
     configured: bool,
     config: Config,
     library: Option<&'static [&'static dyn Effect]>,
@@ -56,7 +72,7 @@ pub struct Probe {
     next_library: Option<&'static [&'static dyn Effect]>,
     session: Session,
     pipeline: Pipeline,
-    identifier: Identifier,
+    identifier: Identifier<NODES, COLUMNS, REPORTS>,
 }
 
 /// State that a probe gathers from samples, apart from the parts that reset themselves. It dies with the
@@ -100,6 +116,14 @@ impl Probe {
     /// Returns a probe without a configuration.
     #[must_use]
     pub const fn new() -> Self {
+        Self::zero()
+    }
+}
+
+impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES, COLUMNS, REPORTS> {
+    /// Returns a probe without a configuration, of the capacities that its type names.
+    #[must_use]
+    pub const fn zero() -> Self {
         Self {
             configured: false,
             config: Config::UNSET,
@@ -236,6 +260,8 @@ impl Probe {
 
     /// Lets an update that is due take effect before a sample is compensated: the gyro model, and the effects
     /// with it.
+    // Its reports would lie under all work on a sample.
+    #[inline(never)]
     fn take_effect(&mut self, t_us: u64) {
         if !self.identifier.is_due(t_us) {
             return;
@@ -315,9 +341,9 @@ impl Probe {
     }
 }
 
-impl Default for Probe {
+impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Default for Probe<NODES, COLUMNS, REPORTS> {
     fn default() -> Self {
-        Self::new()
+        Self::zero()
     }
 }
 

@@ -1,7 +1,10 @@
 //! Board: all that the application needs of a chip.
 
 use super::{Acquired, AcquisitionCounts, Stage};
-use crate::telemetry::{ProbeId, ResetReason};
+use crate::{
+    storage::FactoryRecord,
+    telemetry::{CommandRefusal, ProbeId, ResetReason},
+};
 use embedded_storage::nor_flash::NorFlash;
 
 /// A board. Its interrupt reads the sensors and fills a queue; everything else happens when the application calls.
@@ -46,6 +49,15 @@ pub trait Board {
 
     /// Most bytes of stack used so far, and how many there are.
     fn stack_bytes(&self) -> [u32; 2];
+
+    /// Writes one of the factory's records into its region, once, or compares it: [`provision`](super::provision). A
+    /// board whose region is protected, or is written by other means, keeps this.
+    ///
+    /// # Errors
+    /// Why it did not.
+    fn provision(&mut self, _record: &FactoryRecord, _only_check: bool) -> Result<(), CommandRefusal> {
+        Err(CommandRefusal::NotSupported)
+    }
 
     /// A stage begins. For boards that play a defect; the others do nothing.
     fn enter(&mut self, _stage: Stage) {}

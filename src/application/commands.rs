@@ -2,6 +2,7 @@
 
 use super::{Application, Board, Pipeline, log::info, memory::refusal};
 use crate::{
+    config::{Config, ConfigError},
     survey::StationaryState,
     telemetry::{
         Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, EarlierModel, Erasure,
@@ -141,18 +142,11 @@ impl<B: Board> Application<'_, B> {
                 commands.recording.stop(authentic);
                 line.record(commands.recording.is_on(now_us));
             }
-            Command::Configure(config) => {
-                probe.configure(config).map_err(bounds)?;
-                let survey = surveyor.config().copied().unwrap_or_default();
-                surveyor.configure(&config.earth, &survey).map_err(bounds)?;
-                if let Some(memory) = memory {
-                    memory.configured(config);
-                }
-                self.restarted();
-            }
+            Command::Configure(config) => self.configure(config).map_err(bounds)?,
             Command::ConfigureSurvey(survey) => {
                 surveyor.configure(&probe.config().earth, survey).map_err(bounds)?;
             }
+            Command::Provision { record, only_check } => self.provision(record, *only_check)?,
             Command::Erase { what: Erasure::Models } => {
                 let memory = memory.as_mut().ok_or(CommandRefusal::NothingThere)?;
                 memory.erase(probe.config(), || board.feed_watchdog()).map_err(refusal)?;
@@ -180,6 +174,19 @@ impl<B: Board> Application<'_, B> {
                 }
             }
         }
+        Ok(())
+    }
+
+    /// Starts afresh with another configuration.
+    pub(super) fn configure(&mut self, config: &Config) -> Result<(), ConfigError> {
+        let Pipeline { probe, surveyor, memory, .. } = &mut self.pipeline;
+        probe.configure(config)?;
+        let survey = surveyor.config().copied().unwrap_or_default();
+        surveyor.configure(&config.earth, &survey)?;
+        if let Some(memory) = memory {
+            memory.configured(config);
+        }
+        self.restarted();
         Ok(())
     }
 }

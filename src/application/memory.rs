@@ -6,13 +6,13 @@ use crate::{
     compensation::effects::LIBRARY,
     identification::WindowReport,
     storage::{
-        FactoryRecords, LearntProgress, Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress,
-        StabilityGate, StorageError, StoreReason, StoredModel,
+        LearntProgress, Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate,
+        StorageError, StoreReason, StoredModel,
     },
     telemetry::{CommandRefusal, CounterStore},
 };
 use core::mem::MaybeUninit;
-use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+use embedded_storage::nor_flash::NorFlash;
 
 /// Sectors of the ring.
 const SECTORS: usize = 3;
@@ -281,22 +281,5 @@ impl<F: NorFlash> CounterStore for Memory<F> {
 
     fn store(&mut self, counter: u64) -> Result<(), Self::Error> {
         self.store.store_counter(counter)
-    }
-}
-
-/// Reads the factory's records; nothing if they cannot be read.
-#[must_use]
-pub fn factory_records<R: ReadNorFlash>(region: &mut R) -> FactoryRecords {
-    FactoryRecords::read(region).unwrap_or_default()
-}
-
-/// The factory's calibration, or the default without.
-#[must_use]
-pub fn factory_config(records: &FactoryRecords) -> Config {
-    match &records.calibration {
-        Some(calibration) => {
-            Config { gyro: calibration.gyro, accel: calibration.accel, mag: calibration.mag, ..Config::default() }
-        }
-        None => Config::default(),
     }
 }

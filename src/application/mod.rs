@@ -5,6 +5,7 @@ mod acquisition;
 mod board;
 mod commands;
 mod delay;
+mod factory;
 mod line;
 mod log;
 mod memory;
@@ -17,8 +18,9 @@ pub use acquisition::{Acquired, Acquisition, AcquisitionCounts, QUEUE, SampleCon
 pub use board::Board;
 pub use commands::Commands;
 pub use delay::{Delays, LATE_US};
+pub use factory::{factory_config, factory_records, factory_survey, provision};
 pub use line::Line;
-pub use memory::{Memory, factory_config, factory_records};
+pub use memory::Memory;
 #[cfg(feature = "bus")]
 pub use sensors::{Sensors, data_sheet};
 pub use stage::Stage;

@@ -9,23 +9,21 @@ use crate::{
 };
 use heapless::Vec;
 
-/// Reports waiting to be taken.
-const PENDING: usize = 2;
-
 /// Effects that fly, and their reports.
-pub(crate) struct Findings {
+pub(crate) struct Findings<const REPORTS: usize> {
     flown: ActiveEffects,
     /// Report of the latest update, which waits for its instant, and whether its effects are to fly.
     waiting: Vec<(DiagnosisReport, bool), 1>,
     /// Effects that the report before had found.
     known: [EffectReport; MAX_CLAIMED],
     known_count: usize,
-    pending: Vec<DiagnosisReport, PENDING>,
+    /// Reports waiting to be taken.
+    pending: Vec<DiagnosisReport, REPORTS>,
     /// Reports that nobody took.
     pub lost: u32,
 }
 
-impl Findings {
+impl<const REPORTS: usize> Findings<REPORTS> {
     pub const fn zero() -> Self {
         const NONE: EffectReport = EffectReport {
             found: FoundEffect { index: 0, parameters: [0.0; 9], sigma: [0.0; 9] },
@@ -69,10 +67,10 @@ impl Findings {
 
     /// Reports the effects of a posterior. `flies` says that its model, and with it its effects, are to fly.
     #[inline(never)]
-    pub fn judge(
+    pub fn judge<const NODES: usize, const COLUMNS: usize>(
         &mut self,
         [t_start_us, t_end_us]: [u64; 2],
-        (posterior, estimator): (&Posterior, &Estimator),
+        (posterior, estimator): (&Posterior, &Estimator<f32, NODES, COLUMNS>),
         flies: bool,
         config: &Config,
     ) {
@@ -136,6 +134,8 @@ impl Findings {
 
     /// Lets the result of an update take effect. Returns `None` if the effects taken out stay the same, else whether
     /// effects of the magnetometer are among those that changed.
+    // Its reports would lie under the work on a sample.
+    #[inline(never)]
     pub fn take_effect(&mut self, t_us: u64, is_window: bool, library: &[&dyn Effect]) -> Option<bool> {
         let (mut report, flies) = self.waiting.pop()?;
         report.t_effect_us = t_us;
@@ -191,7 +191,10 @@ impl EffectReport {
     }
 }
 
-fn verdict(posterior: &Posterior, estimator: &Estimator) -> Verdict {
+fn verdict<const NODES: usize, const COLUMNS: usize>(
+    posterior: &Posterior,
+    estimator: &Estimator<f32, NODES, COLUMNS>,
+) -> Verdict {
     match posterior.fitness {
         Err(Refusal::Diverged { .. }) => Verdict::UnexplainedResidual,
         Err(_) => Verdict::NotEnoughExcitation,

@@ -103,7 +103,7 @@ impl Learnt<'_> {
     }
 }
 
-impl Estimator<f32> {
+impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
     /// Returns the state; `None` while an update changes it.
     #[must_use]
     pub fn learnt(&self, fingerprint: u32) -> Option<Learnt<'_>> {

@@ -13,7 +13,7 @@ pub(super) const ROWS: usize = 9;
 /// P row-major, b, and a constant.
 pub(super) const COLUMNS: usize = 13;
 /// Nodes kept unless a build has less room: 50 s of half a second.
-pub(super) const WINDOW_NODES: usize = 100;
+pub const WINDOW_NODES: usize = 100;
 
 /// Numbers that a node keeps: rotated so that row k begins at column k, which changes no sum of squares.
 const KEPT: usize = ROWS * COLUMNS - ROWS * (ROWS - 1) / 2;

@@ -52,6 +52,7 @@ pub use drift::P_DRIFT;
 #[cfg(feature = "explanation")]
 pub use explanation::{MovedByRows, WidthEvidence};
 pub use learnt::{Learnt, LearntHead, NUMBERS, NotContinued};
+pub use left_over::WINDOW_NODES;
 pub use posterior::Posterior;
 pub use real::Real;
 pub use refusal::Refusal;
@@ -73,7 +74,7 @@ use disagreement::Disagreement;
 use globals::Globals;
 use heapless::{Deque, Vec};
 use increment::{Builder, Composition, Increment, Item};
-use left_over::{LeftOver, WINDOW_NODES};
+use left_over::LeftOver;
 use node::{Kind, Node};
 use parameters::Parameters;
 use preintegration::Preintegration;

@@ -78,7 +78,7 @@ impl<T: Real> Node<T> {
 
     /// Begins with specific force at an instant; the heading is arbitrary, the field unknown.
     pub fn start(&mut self, force: &V3<T>, noise: &Noise) {
-        *self = Self { referred: self.referred, ..Self::zero() };
+        self.clear();
         let up = force / norm(force);
         // East is across gravity and the body axis that is farthest from it.
         let axis = if up.x * up.x < T::of(0.5) { V3::x() } else { V3::y() };
@@ -91,6 +91,18 @@ impl<T: Real> Node<T> {
         for i in 0..3 {
             self.root[9 + i][9 + i] = T::of(1.0 / START_FIELD);
         }
+    }
+
+    /// Becomes what [`Node::zero`] returns. In place: as a value that would stand on the stack twice, under the deepest
+    /// calls of a piece of work.
+    /// All but what was read of the declared field: the globals keep it.
+    fn clear(&mut self) {
+        let Self { attitude, linear_at, velocity, position, field, norms, root, .. } = self;
+        (*attitude, *linear_at) = (zero33(), zero33());
+        (*velocity, *position, *field) = (zero3(), zero3(), zero3());
+        *norms = FieldNorm::zero();
+        root.as_flattened_mut().fill(T::ZERO);
+        (self.is_held, self.has_field, self.turned, self.curved) = (false, false, T::ZERO, 0);
     }
 
     /// Chooses the point at which the rows of a node of this kind, in which the probe turned by so much, are made

@@ -42,6 +42,7 @@ const GATHERED: usize = 4;
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// One bounded piece of work; its size in units of [`UNIT_CYCLES`], 0 when there is nothing to do.
+    // What it calls seldom is not inlined: the frame would lie under all else.
     pub fn step(&mut self) -> u32 {
         match self.task {
             Task::Next => self.next(),
@@ -130,6 +131,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// The posterior is averaged: what the search goes about.
+    #[inline(never)]
     fn centre(&mut self) {
         let averaged = self.averaging.result();
         self.centre.clear();
@@ -163,6 +165,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         false
     }
 
+    #[inline(never)]
     fn conclude(&mut self) {
         let posterior = self.posterior_of(&self.averaging.result());
         // Then it is not the gyro any more that the stored model was of.
@@ -274,6 +277,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// One piece of the weighing of the effects; when it is done, what is taken out is the mean of what they want.
+    #[inline(never)]
     fn weigh(&mut self) {
         let units = Units { sigma: &self.sigma, field_ut: self.field_unit };
         let rows = (&mut self.update.rows, &mut self.further);

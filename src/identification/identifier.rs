@@ -19,9 +19,6 @@ use crate::{
 };
 use heapless::{Deque, Vec};
 
-/// Reports waiting to be polled.
-const PENDING: usize = 3;
-
 /// Work units, as the estimator's, of one evaluation of a window's cost: some 100 nodes of nine rows.
 const EVALUATION_UNITS: u32 = 170;
 
@@ -42,10 +39,10 @@ pub(crate) struct Taken {
 }
 
 /// Makes the estimator's results fly at fixed instants.
-pub(crate) struct Identifier {
-    estimator: Estimator,
+pub(crate) struct Identifier<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> {
+    estimator: Estimator<f32, NODES, COLUMNS>,
     schedule: Schedule<WindowReport>,
-    findings: Findings,
+    findings: Findings<REPORTS>,
     flown: GyroModel,
     bias_only: GyroModel,
     /// Latest sample that the flown bias comes from, microseconds; 0 for none.
@@ -55,13 +52,14 @@ pub(crate) struct Identifier {
     search: Search,
     /// Cost of the posterior's mean on that window.
     cost_of_mean: f32,
-    pending: Deque<WindowReport, PENDING>,
+    /// Reports waiting to be polled.
+    pending: Deque<WindowReport, REPORTS>,
     /// Reports dropped because nobody polled them.
     pub reports_lost: u32,
     pub overruns: u32,
 }
 
-impl Identifier {
+impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<NODES, COLUMNS, REPORTS> {
     pub const fn zero() -> Self {
         Self {
             estimator: Estimator::zero(),
@@ -233,7 +231,10 @@ impl Identifier {
         if update.is_window {
             self.estimator.start_remainder();
         }
-        let cost = self.estimator.window_cost().filter(|_| update.is_window && report.decision == Decision::Accepted);
+        let cost = self
+            .estimator
+            .window_cost()
+            .filter(|_| NODES > 0 && update.is_window && report.decision == Decision::Accepted);
         let Some(cost) = cost else {
             self.schedule.conclude(report);
             return JUDGE_UNITS;
@@ -314,12 +315,12 @@ impl Identifier {
     }
 
     #[cfg(feature = "explanation")]
-    pub const fn estimator(&self) -> &Estimator {
+    pub const fn estimator(&self) -> &Estimator<f32, NODES, COLUMNS> {
         &self.estimator
     }
 
     /// Returns the cost that the search of the latest window minimises.
-    pub fn window_cost(&self) -> Option<WindowCost<'_>> {
+    pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
         self.estimator.window_cost()
     }
 }

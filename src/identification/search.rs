@@ -7,7 +7,7 @@ mod baseline;
 
 use crate::{
     config::OptimizerKind,
-    estimator::WindowCost,
+    estimator::{WINDOW_NODES, WindowCost},
     optimizer::{Cost, Found, Imoa, ImoaSettings, LevenbergMarquardt, Optimizer, Progress, SearchSpace},
 };
 #[cfg(feature = "baseline-searches")]
@@ -22,9 +22,9 @@ pub const RADIUS: f32 = 10.0;
 
 /// Window's cost as a population searches it: the box [-1, 1]^12 reaches [`RADIUS`] posterior deviations in each
 /// whitened coordinate.
-pub struct Searched<'b, 'a>(pub &'b WindowCost<'a>);
+pub struct Searched<'b, 'a, const NODES: usize = WINDOW_NODES>(pub &'b WindowCost<'a, NODES>);
 
-impl Cost<12> for Searched<'_, '_> {
+impl<const NODES: usize> Cost<12> for Searched<'_, '_, NODES> {
     /// Not inlined, so that the chip has one copy for all optimisers.
     #[inline(never)]
     fn evaluate(&self, y: &[f32; 12]) -> f32 {
@@ -64,7 +64,7 @@ impl Search {
         }
     }
 
-    pub fn step(&mut self, window: &WindowCost<'_>) -> Progress {
+    pub fn step<const NODES: usize>(&mut self, window: &WindowCost<'_, NODES>) -> Progress {
         match self {
             Self::None => Progress::Done,
             Self::Imoa(search) => search.step(&Searched(window)),

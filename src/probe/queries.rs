@@ -10,7 +10,7 @@ use crate::{
     magnet::{HardIronCounts, HardIronInterval},
 };
 
-impl Probe {
+impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES, COLUMNS, REPORTS> {
     /// Library of effects in use since the last [`Probe::configure`].
     #[must_use]
     pub fn library(&self) -> &'static [&'static dyn Effect] {
@@ -58,7 +58,7 @@ impl Probe {
     /// Cost that the search minimises, for trying other optimisers; `None` before there is a posterior. It
     /// changes with every sample: query it right after a window's report.
     #[must_use]
-    pub fn window_cost(&self) -> Option<WindowCost<'_>> {
+    pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
         self.identifier.window_cost()
     }
 
@@ -73,7 +73,7 @@ impl Probe {
     /// Estimator at its present step; [`Probe::poll_one`] advances it by one.
     #[cfg(feature = "explanation")]
     #[must_use]
-    pub const fn estimator(&self) -> &Estimator {
+    pub const fn estimator(&self) -> &Estimator<f32, NODES, COLUMNS> {
         self.identifier.estimator()
     }
 

@@ -20,7 +20,7 @@ pub enum NotRestored {
     Implausible(Implausible),
 }
 
-impl Probe {
+impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES, COLUMNS, REPORTS> {
     /// Flies a stored model from the first sample on, instead of the factory's. Call it after
     /// [`Probe::configure`]. P's prior is then centred on the model, and the samples take over as soon as
     /// there is enough motion.

@@ -44,7 +44,7 @@ impl Calibrated {
     }
 }
 
-impl Probe {
+impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES, COLUMNS, REPORTS> {
     /// Returns the survey's input of a sample that was just pushed and gave `output`: compensated rate less
     /// the filter's residual bias, calibrated vectors corrected by the found effects, the raw vectors and the
     /// attitude. It is for [`Surveyor::push`](crate::survey::Surveyor::push).

@@ -28,6 +28,8 @@ pub enum StorageError<E> {
     NotVerified,
     /// These bytes cannot be a key that was drawn at random.
     WeakKey,
-    /// It is there already, and is written only once.
+    /// It is there already, or the region is closed: it is written only once.
     AlreadyProvisioned,
+    /// It is not there.
+    NotProvisioned,
 }

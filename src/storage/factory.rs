@@ -1,17 +1,20 @@
-//! Factory's records: calibrations and the key of authenticated commands. The factory writes them once, in a region
-//! apart from the probe's own records, which a flying firmware cannot write.
+//! Factory's records: calibrations, identity and mounting, and the key of authenticated commands. The factory writes them
+//! once, in a region apart from the probe's own records (`provisioning`).
 
 use super::{
     StorageError,
-    granules::{program, walk},
+    granules::walk,
     little_endian::{Reader, Writer},
-    record::{GRANULE, Kind, MAX_RECORD, encode},
+    record::{GRANULE, Kind, MAX_RECORD},
 };
-use crate::compensation::{GyroModel, VectorModel};
-use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+use crate::{
+    compensation::{GyroModel, VectorModel},
+    config::SurveyConfig,
+};
+use embedded_storage::nor_flash::ReadNorFlash;
 
-/// Part of the region that is searched: room for both records and for several that were cut off.
-const GRANULES: u16 = 64;
+/// Part of the region that is searched: room for all records and for several that were cut off.
+pub(super) const GRANULES: u16 = 64;
 
 /// Bytes of a key.
 pub const KEY_BYTES: usize = 32;
@@ -27,8 +30,10 @@ pub fn can_be_key(bytes: &[u8; KEY_BYTES]) -> bool {
     firsts.count() >= LEAST_DIFFERENT
 }
 
-/// Factory's calibration of a probe's sensors.
+/// Factory's calibration of a probe's sensors, and its identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FactoryCalibration {
     /// Gyro model: flown until a better one is accepted, and the centre of the prior.
     pub gyro: GyroModel,
@@ -40,11 +45,63 @@ pub struct FactoryCalibration {
     pub serial_number: u32,
 }
 
+/// How the probe sits in its housing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Mounting {
+    /// Added to every toolface, rad, within a whole turn: from the probe's x axis to the mark of the housing.
+    pub toolface_offset_rad: f32,
+}
+
+impl Mounting {
+    /// Returns true if surveys can be taken with it.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        let survey = SurveyConfig { toolface_offset_rad: self.toolface_offset_rad, ..SurveyConfig::default() };
+        survey.validate().is_ok()
+    }
+}
+
+/// Key of authenticated commands as it is written. It is never printed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FactoryKey(pub [u8; KEY_BYTES]);
+
+impl core::fmt::Debug for FactoryKey {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("FactoryKey")
+    }
+}
+
+#[cfg(all(feature = "defmt", target_os = "none"))]
+impl defmt::Format for FactoryKey {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "FactoryKey");
+    }
+}
+
+/// One record of the factory's region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum FactoryRecord {
+    /// Calibrations and identity.
+    Calibration(FactoryCalibration),
+    /// How the probe sits in its housing.
+    Mounting(Mounting),
+    /// Key of authenticated commands, the last record: with it the region is closed.
+    Key(FactoryKey),
+}
+
 /// Content of the factory's region.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FactoryRecords {
     /// Calibration; `None` if none is whole and usable.
     pub calibration: Option<FactoryCalibration>,
+    /// Mounting; `None` if none is whole and usable.
+    pub mounting: Option<Mounting>,
     /// Key; `None` if none was provisioned, and then no command that needs one is believed.
     pub key: Option<[u8; KEY_BYTES]>,
     /// Places where a record was cut off or has rotted.
@@ -52,7 +109,7 @@ pub struct FactoryRecords {
     /// Whole records that this firmware does not know.
     pub unknown: u32,
     /// First granule that can still be written.
-    free: u16,
+    pub(super) free: u16,
 }
 
 impl FactoryRecords {
@@ -70,6 +127,7 @@ impl FactoryRecords {
             // The first record of each kind counts: no later one can replace it.
             match (header.kind, header.version) {
                 (Kind::FACTORY, 1) => records.calibration = records.calibration.or_else(|| calibration(payload)),
+                (Kind::MOUNTING, 1) => records.mounting = records.mounting.or_else(|| mounting(payload)),
                 (Kind::KEY, 1) => records.key = records.key.or_else(|| Reader(payload).bytes()),
                 _ => records.unknown = records.unknown.saturating_add(1),
             }
@@ -79,6 +137,42 @@ impl FactoryRecords {
         }
         (records.damaged, records.free) = (walked.damaged, walked.free);
         Ok(records)
+    }
+
+    /// Returns what the region holds of a record's kind.
+    #[must_use]
+    pub fn of_kind(&self, record: &FactoryRecord) -> Option<FactoryRecord> {
+        match record {
+            FactoryRecord::Calibration(_) => self.calibration.map(FactoryRecord::Calibration),
+            FactoryRecord::Mounting(_) => self.mounting.map(FactoryRecord::Mounting),
+            FactoryRecord::Key(_) => self.key.map(|key| FactoryRecord::Key(FactoryKey(key))),
+        }
+    }
+}
+
+impl FactoryRecord {
+    /// Kind of the record in flash.
+    pub(super) const fn kind(&self) -> Kind {
+        match self {
+            Self::Calibration(_) => Kind::FACTORY,
+            Self::Mounting(_) => Kind::MOUNTING,
+            Self::Key(_) => Kind::KEY,
+        }
+    }
+
+    /// Writes the record's payload.
+    pub(super) fn lay_out(&self, writer: &mut Writer<'_>) {
+        match self {
+            Self::Calibration(factory) => {
+                let matrices = [&factory.gyro.p, &factory.accel.matrix, &factory.mag.matrix];
+                matrices.into_iter().flatten().for_each(|row| writer.f32s(row));
+                let vectors = [&factory.gyro.b_rad_s, &factory.accel.offset, &factory.mag.offset];
+                vectors.into_iter().for_each(|v| writer.f32s(v));
+                writer.u32(factory.serial_number);
+            }
+            Self::Mounting(mounting) => writer.f32s(&[mounting.toolface_offset_rad]),
+            Self::Key(key) => writer.bytes(&key.0),
+        }
     }
 }
 
@@ -95,79 +189,15 @@ fn calibration(payload: &[u8]) -> Option<FactoryCalibration> {
     calibration.is_valid().then_some(calibration)
 }
 
+fn mounting(payload: &[u8]) -> Option<Mounting> {
+    let [toolface_offset_rad] = Reader(payload).f32s()?;
+    Some(Mounting { toolface_offset_rad }).filter(Mounting::is_valid)
+}
+
 impl FactoryCalibration {
     /// Returns true if every number is finite and every matrix can be inverted.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.gyro.is_valid() && self.accel.is_valid() && self.mag.is_valid()
-    }
-}
-
-/// Writer of the factory's region, the only one; a firmware that flies has no use for it. It never overwrites and
-/// never erases. Afterwards the chip itself has to protect the sector (STM32F4: option bytes, nWRP).
-pub struct Provisioning<F> {
-    region: F,
-}
-
-impl<F: NorFlash> Provisioning<F> {
-    /// Takes a region; nothing is read or written yet.
-    pub const fn new(region: F) -> Self {
-        Self { region }
-    }
-
-    /// Writes the calibration.
-    ///
-    /// There is a calibration already, this one cannot be used, or the flash failed: then it can be tried again.
-    /// There is one already, it cannot be used, or the flash failed: then it can be tried again.
-    pub fn write_calibration(&mut self, factory: &FactoryCalibration) -> Result<(), StorageError<F::Error>> {
-        if !factory.is_valid() {
-            return Err(StorageError::Implausible(super::Implausible::NotAModel));
-        }
-        let records = FactoryRecords::read(&mut self.region)?;
-        self.write(&records, records.calibration.is_some(), Kind::FACTORY, |writer| {
-            let matrices = [&factory.gyro.p, &factory.accel.matrix, &factory.mag.matrix];
-            matrices.into_iter().flatten().for_each(|row| writer.f32s(row));
-            [&factory.gyro.b_rad_s, &factory.accel.offset, &factory.mag.offset]
-                .into_iter()
-                .for_each(|v| writer.f32s(v));
-            writer.u32(factory.serial_number);
-        })
-    }
-
-    /// Writes the key of authenticated commands.
-    ///
-    /// # Errors
-    /// There is a key already, nobody drew these bytes at random, or the flash failed: then it can be tried again.
-    pub fn write_key(&mut self, key: &[u8; KEY_BYTES]) -> Result<(), StorageError<F::Error>> {
-        if !can_be_key(key) {
-            return Err(StorageError::WeakKey);
-        }
-        let records = FactoryRecords::read(&mut self.region)?;
-        self.write(&records, records.key.is_some(), Kind::KEY, |writer| writer.bytes(key))
-    }
-
-    fn write(
-        &mut self,
-        records: &FactoryRecords,
-        is_there: bool,
-        kind: Kind,
-        payload: impl FnOnce(&mut Writer<'_>),
-    ) -> Result<(), StorageError<F::Error>> {
-        if is_there {
-            return Err(StorageError::AlreadyProvisioned);
-        }
-        if !GRANULE.is_multiple_of(F::WRITE_SIZE) {
-            return Err(StorageError::Geometry("of words of 1, 2, 4, 8, 16 or 32 bytes"));
-        }
-        let mut record = [0; MAX_RECORD];
-        let granules = encode(&mut record, kind, 1, 0, payload).filter(|granules| records.free + granules <= GRANULES);
-        let Some(granules) = granules else { return Err(StorageError::Full) };
-        let bytes = record.get(..usize::from(granules) * GRANULE).unwrap_or_default();
-        program(&mut self.region, u32::from(records.free) * GRANULE as u32, bytes)
-    }
-
-    /// Returns the region.
-    pub fn into_region(self) -> F {
-        self.region
     }
 }

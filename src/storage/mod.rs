@@ -2,7 +2,8 @@
 //!
 //! # Use
 //! ```text
-//! power-up   FactoryRecords::read(region)            calibrations and key; nothing here can write them
+//! factory    Provisioning::write(record)             calibrations, mounting and key, once
+//! power-up   FactoryRecords::read(region)            what the factory wrote
 //!            ModelStore::open(flash, limits)         reads all sectors, writes nothing
 //!            prepare(NotDrilling::PowerUp)           until it says Ready: the only calls that erase
 //!            restore(temperature) -> Probe::restore  the nearest temperature's model, or why there is none
@@ -72,6 +73,7 @@ mod model_history;
 mod model_store;
 mod plausibility;
 mod preparation;
+mod provisioning;
 mod record;
 mod restoration;
 mod room;
@@ -82,13 +84,14 @@ mod stability;
 mod stored_model;
 
 pub use error::StorageError;
-pub use factory::{FactoryCalibration, FactoryRecords, KEY_BYTES, Provisioning, can_be_key};
+pub use factory::{FactoryCalibration, FactoryKey, FactoryRecord, FactoryRecords, KEY_BYTES, Mounting, can_be_key};
 pub use index::ScanCounts;
 pub use learnt_parts::LearntProgress;
 pub use model_history::ModelHistory;
 pub use model_store::{ModelStore, Progress, StoreCounts};
 pub use plausibility::{Implausible, Limits};
 pub use preparation::{NotDrilling, Preparation};
+pub use provisioning::Provisioning;
 pub use restoration::{Outcome, Restoration};
 pub use stability::{BETWEEN_STORES_US, STABLE_WINDOWS, StabilityGate};
 pub use stored_model::{StoreReason, StoredModel, fingerprint};

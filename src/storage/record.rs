@@ -35,6 +35,8 @@ impl Kind {
     pub const KEY: Self = Self(6);
     /// Part of the filter's state when the model of the same number was stored.
     pub const LEARNT: Self = Self(7);
+    /// How the probe sits in its housing.
+    pub const MOUNTING: Self = Self(8);
 }
 
 /// Header of a record.

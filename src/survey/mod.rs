@@ -1,13 +1,14 @@
 //! Surveys: the tool's direction at a station, while rotating and at every sample; their quality; drilling
 //! dynamics.
 //!
-//! A [`Surveyor`] takes one [`SurveyInput`] a sample. Gravity and field come calibrated and in tool axes. The
+//! A [`Surveyor`] takes one [`SurveyInput`] a sample; [`Surveys`] does without drilling dynamics. Gravity and field come calibrated and in tool axes. The
 //! sigmas are those of the ISCWSA MWD error model ([`crate::config::SurveyErrors`]), plus the noise that the
 //! averages themselves show.
 
 mod axial;
 mod burst;
 mod continuous;
+mod drilling_watch;
 mod dynamics;
 mod input;
 mod means;
@@ -24,6 +25,7 @@ mod sliding_toolface;
 mod station_axes;
 mod stationary;
 mod surveyor;
+mod surveys;
 mod turn;
 mod uncertain;
 mod whirl;
@@ -38,6 +40,7 @@ pub use report::{SixAxisAverages, SurveyReport};
 pub use severity::VibrationDose;
 pub use sliding_toolface::{SLIDING_TOOLFACE_US, SlidingToolface};
 pub use stationary::StationaryState;
-pub use surveyor::{SurveyNews, Surveyor};
+pub use surveyor::Surveyor;
+pub use surveys::{SurveyNews, Surveys};
 pub use uncertain::Uncertain;
 pub use whirl::{Whirl, WhirlKind};

@@ -7,7 +7,7 @@ pub const MWD_PROBE_SIZE: usize = 92160;
 /// Alignment of that storage, bytes: an array of `uint64_t` has it.
 pub const MWD_PROBE_ALIGN: usize = 8;
 /// Bytes of storage for an `MwdSurveyor`.
-pub const MWD_SURVEYOR_SIZE: usize = 2560;
+pub const MWD_SURVEYOR_SIZE: usize = 2048;
 /// Alignment of that storage, bytes.
 pub const MWD_SURVEYOR_ALIGN: usize = 8;
 /// Bytes of storage for an `MwdAttitudeFilter`.

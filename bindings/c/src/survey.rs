@@ -5,7 +5,7 @@ use crate::{
     pointer::{borrow, borrow_mut, get, place, put},
 };
 use core::ffi::c_void;
-use meerkat_mwd::survey::{Grade, Survey, SurveyReport, Surveyor, ToolfaceKind, Uncertain};
+use meerkat_mwd::survey::{Grade, Survey, SurveyReport, Surveys, ToolfaceKind, Uncertain};
 
 /// Survey of the attitude filter at one sample.
 pub const MWD_SURVEY_CONTINUOUS: u32 = 0;
@@ -24,7 +24,7 @@ pub const MWD_GRADE_NONE: u32 = 3;
 
 /// Taker of surveys, in storage of the caller.
 pub struct MwdSurveyor {
-    surveyor: Surveyor,
+    surveyor: Surveys,
 }
 
 /// Value with its standard deviation, in the unit that the field's name ends with; both NaN if it is not known.
@@ -134,7 +134,7 @@ pub unsafe extern "C" fn mwd_surveyor_init(
 ) -> MwdStatus {
     let make = |place: *mut MwdSurveyor| {
         // SAFETY: `place` gives room for one.
-        unsafe { place.write(MwdSurveyor { surveyor: Surveyor::new() }) };
+        unsafe { place.write(MwdSurveyor { surveyor: Surveys::new() }) };
     };
     // SAFETY: the caller's promise.
     unsafe { place(storage, bytes, surveyor, make) }

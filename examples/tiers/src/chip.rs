@@ -113,18 +113,30 @@ fn stack_used() -> usize {
 pub fn run(tier: &mut impl Tier) -> ! {
     let Ok(mut file) = File::open(c"samples.bin") else { fail("samples.bin cannot be opened") };
     let mut period = [0; 4];
-    if !fill(&mut file, &mut period) || !tier.configure(&by_hand(u32::from_le_bytes(period))) {
+    if !fill(&mut file, &mut period) || !configure(tier, u32::from_le_bytes(period)) {
         fail("no sample period that can be used");
     }
     let (mut digest, mut record, mut number) = (Digest::default(), [0; RECORD], 0_u32);
     while fill(&mut file, &mut record) {
-        if let Some(output) = tier.push(&unpack(&record)) {
-            digest.take(&output);
-        }
+        push(tier, &record, &mut digest);
         number += 1;
     }
     println!("{number} {} {} {}", digest.number(), tier.results(), stack_used());
     process::exit(0)
+}
+
+/// Apart from the loop, whose frame lies under all work.
+#[inline(never)]
+fn configure(tier: &mut impl Tier, period_us: u32) -> bool {
+    tier.configure(&by_hand(period_us))
+}
+
+/// As [`configure`].
+#[inline(never)]
+fn push(tier: &mut impl Tier, record: &[u8; RECORD], digest: &mut Digest) {
+    if let Some(output) = tier.push(&unpack(record)) {
+        digest.take(&output);
+    }
 }
 
 /// Reads until the buffer is full; false at the end of the file.

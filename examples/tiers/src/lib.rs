@@ -11,7 +11,7 @@ mod identify;
 pub use attitude::Attitude;
 #[cfg(target_os = "none")]
 pub use chip::run;
-pub use full::Full;
+pub use full::{COLUMNS, Full, FullProbe};
 pub use identify::{Identify, Small};
 
 use meerkat_mwd::{Config, Sample, SampleFlags, config::Motion, probe::Output};

@@ -197,7 +197,10 @@ fn probe_id(digits: &str) -> Result<ProbeId, String> {
 }
 
 /// The probe's identity as it states it in its next report; health comes every 5 s.
-fn heard(line: &mut Line, deadline: Duration) -> anyhow::Result<ProbeId> {
+///
+/// # Errors
+/// The line failed, or no report came.
+pub(super) fn heard(line: &mut Line, deadline: Duration) -> anyhow::Result<ProbeId> {
     let deadline = deadline.max(HEALTH);
     let found = listen(line, deadline, |message| match message {
         Message::Health(health) => Some(health.probe),
@@ -236,7 +239,11 @@ fn listen<T>(
     Ok(Err(format!("{} frames came, {} bad", heard.frames, heard.bad)))
 }
 
-fn send(
+/// Sends a command and waits for the answer.
+///
+/// # Errors
+/// The line failed, or no answer came.
+pub(super) fn send(
     line: &mut Line,
     command: &Command,
     key: Option<&mut KeyFile>,

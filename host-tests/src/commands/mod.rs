@@ -17,6 +17,7 @@ pub mod main_job;
 mod man;
 mod monitor;
 mod next_step;
+mod provision;
 mod record;
 mod replay;
 mod same_file;
@@ -114,6 +115,11 @@ pub enum Command {
     /// Send a command to a probe and wait for its answer
     #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --help")]
     Command(command::CommandArgs),
+    /// Write the factory's records into a probe, once: calibration, mounting, key
+    #[command(
+        after_help = "Examples:\n  cargo mwd provision /dev/ttyUSB0 --baud 115200 --calibration calibration.toml --serial 17 --toolface-offset 12.5 --key probe.key\n  cargo mwd provision /dev/ttyUSB0 --baud 115200 --key probe.key --check"
+    )]
+    Provision(provision::ProvisionArgs),
     /// Print a place's reference field and gravity as a configuration
     #[command(
         after_help = "Examples:\n  cargo mwd field --latitude 60.4 --longitude 5.3 --date 2026-06-01 > field.toml"
@@ -200,6 +206,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         Some(Command::Record(args)) => record::run(args),
         Some(Command::Monitor(args)) => monitor::run(args),
         Some(Command::Command(args)) => command::run(args),
+        Some(Command::Provision(args)) => provision::run(args),
         Some(Command::Field(args)) => field::run(args),
         Some(Command::Survey(args)) => survey::run(args),
         Some(Command::Completions(args)) => completions::run(args),

@@ -7,7 +7,7 @@ use std::{
 };
 
 use meerkat_mwd::{
-    storage::can_be_key,
+    storage::{FactoryKey, can_be_key},
     telemetry::{Key, ProbeId},
 };
 
@@ -45,6 +45,12 @@ impl KeyFile {
             Err(error) => return Err(Failure::BadInput(format!("{}: {error}", counter_path.display()))),
         };
         Ok(Self { bytes, counter_path, latest })
+    }
+
+    /// The key as it is written into a probe.
+    #[must_use]
+    pub const fn to_write(&self) -> FactoryKey {
+        FactoryKey(self.bytes)
     }
 
     /// The key to one probe.

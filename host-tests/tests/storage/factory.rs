@@ -1,7 +1,9 @@
 use super::models::{Chip, Dice};
 use meerkat_mwd::{
     compensation::VectorModel,
-    storage::{FactoryCalibration, FactoryRecords, KEY_BYTES, Provisioning, StorageError},
+    storage::{
+        FactoryCalibration, FactoryKey, FactoryRecord, FactoryRecords, KEY_BYTES, Mounting, Provisioning, StorageError,
+    },
 };
 use mwd::target::mock_flash::CUTS;
 
@@ -13,64 +15,101 @@ fn calibration(dice: &mut Dice) -> FactoryCalibration {
     FactoryCalibration { gyro, accel, mag, serial_number: dice.below(u32::MAX) }
 }
 
+/// All records of a probe, in the order in which they are written.
+fn records(dice: &mut Dice) -> [FactoryRecord; 3] {
+    let mounting = Mounting { toolface_offset_rad: dice.within(6.0) };
+    let key = core::array::from_fn(|k| (7 * k) as u8 ^ dice.below(8) as u8);
+    [
+        FactoryRecord::Calibration(calibration(dice)),
+        FactoryRecord::Mounting(mounting),
+        FactoryRecord::Key(FactoryKey(key)),
+    ]
+}
+
+fn held(records: &FactoryRecords, like: &[FactoryRecord; 3]) -> [Option<FactoryRecord>; 3] {
+    like.map(|record| records.of_kind(&record))
+}
+
 #[test]
 fn what_the_factory_wrote_is_read_and_never_written_over() {
     let mut dice = Dice::new(31);
-    let (first, second) = (calibration(&mut dice), calibration(&mut dice));
-    let (key, other): ([u8; KEY_BYTES], [u8; KEY_BYTES]) =
-        (core::array::from_fn(|k| k as u8), core::array::from_fn(|k| 3 * k as u8));
+    let (first, second) = (records(&mut dice), records(&mut dice));
     let mut provisioning = Provisioning::new(Chip::new(1, 0));
-    provisioning.write_calibration(&first).unwrap();
-    assert_eq!(provisioning.write_calibration(&second), Err(StorageError::AlreadyProvisioned));
-    assert_eq!(provisioning.write_calibration(&first), Err(StorageError::AlreadyProvisioned));
-    assert_eq!(provisioning.write_key(&[0xA5; KEY_BYTES]), Err(StorageError::WeakKey));
-    provisioning.write_key(&key).unwrap();
-    assert_eq!(provisioning.write_key(&other), Err(StorageError::AlreadyProvisioned));
+    let weak = FactoryRecord::Key(FactoryKey([0xA5; KEY_BYTES]));
+    assert_eq!(provisioning.write(&weak), Err(StorageError::WeakKey));
+    for (record, other) in first.iter().zip(&second) {
+        assert_eq!(provisioning.check(record), Err(StorageError::NotProvisioned));
+        assert_eq!(provisioning.write(record), Ok(()));
+        assert_eq!(provisioning.write(record), Ok(()), "the same again is no error");
+        assert_eq!(provisioning.write(other), Err(StorageError::AlreadyProvisioned));
+        assert_eq!(provisioning.check(record), Ok(()));
+        assert_eq!(provisioning.check(other), Err(StorageError::AlreadyProvisioned));
+    }
     let mut region = provisioning.into_region();
-    let records = FactoryRecords::read(&mut region).unwrap();
-    assert_eq!((records.calibration, records.key, records.damaged, records.unknown), (Some(first), Some(key), 0, 0));
+    let read = FactoryRecords::read(&mut region).unwrap();
+    assert_eq!((held(&read, &first), read.damaged, read.unknown), (first.map(Some), 0, 0));
     assert_eq!(region.erases(), [0], "nothing erases it");
 }
 
 #[test]
-fn a_region_that_is_blank_has_neither_calibration_nor_key() {
-    let records = FactoryRecords::read(&mut Chip::new(1, 0)).unwrap();
-    assert_eq!((records.calibration, records.key, records.damaged), (None, None, 0));
-}
-
-#[test]
-fn a_factory_that_loses_power_can_try_again_and_a_rotten_record_is_not_believed() {
-    let mut dice = Dice::new(32);
-    let first = calibration(&mut dice);
-    for operation in 0..48 {
-        for cut in CUTS {
-            let mut region = Chip::new(1, operation);
-            region.cut_in(operation, cut);
-            let mut provisioning = Provisioning::new(region);
-            let said = provisioning.write_calibration(&first);
-            let mut region = provisioning.into_region();
-            region.power_up();
-            let held = FactoryRecords::read(&mut region).unwrap().calibration;
-            assert!(said.is_ok() <= held.is_some() && held.is_none_or(|held| held == first));
-            let mut provisioning = Provisioning::new(region);
-            let again = provisioning.write_calibration(&first);
-            assert_eq!(again.is_ok(), held.is_none());
-            let mut region = provisioning.into_region();
-            assert_eq!(FactoryRecords::read(&mut region).unwrap().calibration, Some(first));
-            // What has rotted is not read as something else.
-            let bit = dice.below(8 * 160) as usize;
-            region.bytes_mut().iter_mut().skip(bit / 8).take(1).for_each(|byte| *byte ^= 1 << (bit % 8));
-            let rotten = FactoryRecords::read(&mut region).unwrap().calibration;
-            assert!(rotten.is_none_or(|rotten| rotten == first));
-        }
+fn with_the_key_a_probe_is_closed() {
+    let [calibration, mounting, key] = records(&mut Dice::new(34));
+    let mut provisioning = Provisioning::new(Chip::new(1, 0));
+    provisioning.write(&key).unwrap();
+    for record in [calibration, mounting] {
+        assert_eq!(provisioning.write(&record), Err(StorageError::AlreadyProvisioned));
+        assert_eq!(provisioning.check(&record), Err(StorageError::NotProvisioned));
     }
 }
 
 #[test]
-fn a_calibration_that_is_none_is_not_written() {
+fn a_region_that_is_blank_has_neither_calibration_nor_key() {
+    let read = FactoryRecords::read(&mut Chip::new(1, 0)).unwrap();
+    assert_eq!((read.calibration, read.mounting, read.key, read.damaged), (None, None, None, 0));
+}
+
+/// At every word of all three records the power goes, in each way.
+#[test]
+fn a_factory_that_loses_power_repeats_all_and_a_rotten_record_is_not_believed() {
+    let mut dice = Dice::new(32);
+    let all = records(&mut dice);
+    let mut whole = Provisioning::new(Chip::new(1, 0));
+    all.iter().for_each(|record| whole.write(record).unwrap());
+    let words = whole.into_region().operations();
+    for operation in 0..words {
+        for cut in CUTS {
+            let mut region = Chip::new(1, operation);
+            region.cut_in(operation, cut);
+            let mut provisioning = Provisioning::new(region);
+            let said = all.map(|record| provisioning.write(&record).is_ok());
+            let mut region = provisioning.into_region();
+            region.power_up();
+            let read = held(&FactoryRecords::read(&mut region).unwrap(), &all);
+            for ((said, read), record) in said.iter().zip(read).zip(all) {
+                assert!(*said <= read.is_some() && read.is_none_or(|read| read == record));
+            }
+            let mut provisioning = Provisioning::new(region);
+            assert!(all.iter().all(|record| provisioning.write(record).is_ok()), "{operation} {cut:?}");
+            let mut region = provisioning.into_region();
+            assert_eq!(held(&FactoryRecords::read(&mut region).unwrap(), &all), all.map(Some));
+            // What has rotted is not read as something else.
+            let bit = dice.below(8 * 160) as usize;
+            region.bytes_mut().iter_mut().skip(bit / 8).take(1).for_each(|byte| *byte ^= 1 << (bit % 8));
+            let rotten = held(&FactoryRecords::read(&mut region).unwrap(), &all);
+            assert!(rotten.iter().zip(all).all(|(rotten, record)| rotten.is_none_or(|rotten| rotten == record)));
+        }
+    }
+    println!("{} power cuts of a provisioning", 3 * words);
+}
+
+#[test]
+fn a_record_that_is_none_is_not_written() {
     let mut bad = calibration(&mut Dice::new(33));
     bad.mag.matrix = [[0.0; 3]; 3];
     let mut provisioning = Provisioning::new(Chip::new(1, 0));
-    assert!(matches!(provisioning.write_calibration(&bad), Err(StorageError::Implausible(_))));
+    let mounting = Mounting { toolface_offset_rad: f32::NAN };
+    for record in [FactoryRecord::Calibration(bad), FactoryRecord::Mounting(mounting)] {
+        assert!(matches!(provisioning.write(&record), Err(StorageError::Implausible(_))));
+    }
     assert_eq!(provisioning.into_region().operations(), 0);
 }

@@ -3,7 +3,7 @@
 //! USART1. The emulator's clock advances with executed instructions and jumps ahead while the chip sleeps, so a run
 //! is the same every time and an hour of it takes about as long as its work.
 //!
-//! Files, in the emulator's working directory: `boot.bin` and `sensors.bin` in. When the sensors' file is over the
+//! Files, in the emulator's working directory: `boot.bin` and `sensors.bin` in; `flash.bin` and `factory.bin` are the flash. When the sensors' file is over the
 //! program prints what it has counted, a `key = value` a line, and ends.
 
 mod boot;
@@ -27,16 +27,17 @@ use boot::{Boot, Hang};
 use core::mem::MaybeUninit;
 use cortex_m::{Peripherals, peripheral::SCB};
 use cortex_m_rt::{entry, exception};
-use flash::FileFlash;
+use flash::{FACTORY, FileFlash, MODELS};
 use meerkat_mwd::{
     Probe,
     application::{
         Acquired, Acquisition, AcquisitionCounts, Application, Board, Commands, Line, Memory, Pipeline, SampleConsumer,
-        SampleQueue, Stage,
+        SampleQueue, Stage, factory_records, provision,
     },
     sensor_models::Recording,
+    storage::FactoryRecord,
     survey::Surveyor,
-    telemetry::{ProbeId, ResetReason},
+    telemetry::{CommandRefusal, ProbeId, ResetReason},
 };
 use semihosting::process;
 use sensors::Modelled;
@@ -110,12 +111,16 @@ fn start(
     samples: SampleConsumer<'static>,
     reset_reason: ResetReason,
 ) -> Result<(Application<'static, Emulated>, Recording), &'static str> {
-    let boot = Boot::read()?;
+    let mut boot = Boot::read()?;
+    let mut factory = FileFlash::open(FACTORY, boot.power_cut_after);
+    if let Some(region) = &mut factory {
+        boot.provisioned(&factory_records(region));
+    }
     let serial = Serial::start(boot.settings.stream.bytes_per_s);
     // A defect is played once.
     let hang = if reset_reason == ResetReason::PowerOn { boot.hang } else { None };
-    let board = Emulated { samples, serial, reset_reason, hang, acquired: 0 };
-    if let Some(flash) = FileFlash::open(boot.power_cut_after) {
+    let board = Emulated { samples, serial, reset_reason, hang, acquired: 0, factory };
+    if let Some(flash) = FileFlash::open(MODELS, boot.power_cut_after) {
         pipeline.memory = Memory::start(memory, flash, &boot.settings.config, watchdog::feed);
     }
     let application = Application::start(board, pipeline, &boot.settings).map_err(|error| {
@@ -131,6 +136,8 @@ struct Emulated {
     reset_reason: ResetReason,
     hang: Option<Hang>,
     acquired: u32,
+    /// `None`: it has no factory's region, and starts with what `boot.bin` says.
+    factory: Option<FileFlash>,
 }
 
 impl Board for Emulated {
@@ -184,6 +191,10 @@ impl Board for Emulated {
 
     fn stack_bytes(&self) -> [u32; 2] {
         stack::high_water_mark()
+    }
+
+    fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
+        provision(self.factory.as_mut().ok_or(CommandRefusal::NotSupported)?, record, only_check)
     }
 
     fn enter(&mut self, stage: Stage) {

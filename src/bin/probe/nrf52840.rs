@@ -21,9 +21,8 @@ use meerkat_mwd::{
     Config, Probe,
     application::{
         Acquisition, Application, Board, Commands, Line, Memory, Pipeline, SampleQueue, Settings, data_sheet,
-        factory_config, factory_records,
+        factory_config, factory_records, factory_survey,
     },
-    config::SurveyConfig,
     survey::Surveyor,
     telemetry::{ProbeId, ResetReason, StreamConfig},
 };
@@ -80,11 +79,11 @@ fn main() -> ! {
     port::start(chip.UART0, wires, to_port, from_port);
 
     let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
-    let (models, mut factory) = flash::split(chip.NVMC);
-    let factory = factory_records(&mut factory);
+    let (models, mut region) = flash::split(chip.NVMC);
+    let factory = factory_records(&mut region);
     let settings = Settings {
         config: Config { sample_period_us, full_scale, latency, ..factory_config(&factory) },
-        survey: SurveyConfig::default(),
+        survey: factory_survey(&factory),
         stream: StreamConfig { bytes_per_s: BYTES_PER_S, ..StreamConfig::default() },
         recording: false,
         key: factory.key,
@@ -92,7 +91,7 @@ fn main() -> ! {
     let (producer, samples) = SAMPLES.split();
     let identity = identity(&chip.FICR);
     let serial = SerialQueues { outgoing, incoming };
-    let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity };
+    let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity, factory: region };
     let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
     let pipeline =
         Pipeline { probe: PROBE, surveyor: SURVEYOR.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
@@ -162,7 +161,7 @@ fn reset_reason(power: &POWER) -> ResetReason {
 pub mod chip {
     pub use super::{
         acquisition::{Inertial, Magnetic},
-        flash::ModelFlash,
+        flash::{FactoryFlash, ModelFlash},
         port::wake,
         timer::now_us,
     };

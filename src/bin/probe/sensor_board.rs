@@ -14,8 +14,9 @@ use core::{cell::Cell, mem::MaybeUninit};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
 use meerkat_mwd::{
-    application::{Acquired, Acquisition, AcquisitionCounts, Board, SampleConsumer, Sensors},
-    telemetry::{ProbeId, ResetReason},
+    application::{Acquired, Acquisition, AcquisitionCounts, Board, SampleConsumer, Sensors, provision},
+    storage::FactoryRecord,
+    telemetry::{CommandRefusal, ProbeId, ResetReason},
 };
 
 pub type BoardSensors = Sensors<'static, chip::Inertial, chip::Magnetic>;
@@ -50,6 +51,7 @@ pub struct SensorBoard {
     pub watchdog: chip::Watchdog,
     pub reset_reason: ResetReason,
     pub identity: ProbeId,
+    pub factory: chip::FactoryFlash,
 }
 
 impl Board for SensorBoard {
@@ -104,6 +106,10 @@ impl Board for SensorBoard {
 
     fn identity(&self) -> ProbeId {
         self.identity
+    }
+
+    fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
+        provision(&mut self.factory, record, only_check)
     }
 
     fn stack_bytes(&self) -> [u32; 2] {

@@ -20,9 +20,8 @@ use meerkat_mwd::{
     Config, Probe,
     application::{
         Acquisition, Application, Board, Commands, Line, Memory, Pipeline, SampleQueue, Settings, data_sheet,
-        factory_config, factory_records,
+        factory_config, factory_records, factory_survey,
     },
-    config::SurveyConfig,
     survey::Surveyor,
     telemetry::{ProbeId, ResetReason, StreamConfig},
 };
@@ -89,17 +88,18 @@ fn main() -> ! {
 
     let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
     let models = ModelFlash(chip.FLASH);
-    let factory = factory_records(&mut FactoryFlash);
+    let mut region = FactoryFlash;
+    let factory = factory_records(&mut region);
     let settings = Settings {
         config: Config { sample_period_us, full_scale, latency, ..factory_config(&factory) },
-        survey: SurveyConfig::default(),
+        survey: factory_survey(&factory),
         stream: StreamConfig { bytes_per_s: BAUD / 10, ..StreamConfig::default() },
         recording: false,
         key: factory.key,
     };
     let (producer, samples) = SAMPLES.split();
     let serial = SerialQueues { outgoing, incoming };
-    let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity: identity() };
+    let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity: identity(), factory: region };
     let memory = Memory::start(memory, models, &settings.config, || board.feed_watchdog());
     let pipeline =
         Pipeline { probe: PROBE, surveyor: surveyor.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
@@ -146,7 +146,7 @@ fn reset_reason(rcc: &RCC) -> ResetReason {
 pub mod chip {
     pub use super::{
         acquisition::{Inertial, Magnetic},
-        flash::ModelFlash,
+        flash::{FactoryFlash, ModelFlash},
         port::wake,
     };
     pub use crate::sample_clock::systick::now_us;

@@ -70,6 +70,8 @@ pub enum CommandRefusal {
     NotSupported,
     /// The model is beyond the limits that every model has to keep before it may fly.
     ModelImplausible,
+    /// The factory has written another such record, or has closed the probe with the key.
+    AlreadyProvisioned,
 }
 
 impl core::fmt::Display for CommandRefusal {
@@ -89,6 +91,7 @@ impl core::fmt::Display for CommandRefusal {
             Self::StorageFailed => f.write_str("the memory refused"),
             Self::NotSupported => f.write_str("this probe cannot"),
             Self::ModelImplausible => f.write_str("the model is beyond the limits of any that may fly"),
+            Self::AlreadyProvisioned => f.write_str("the factory's record is another, or the probe is closed"),
         }
     }
 }

@@ -27,7 +27,10 @@ pub use gate::{CommandCounters, CommandGate, Judgement, MAX_COUNTER_STEP, Situat
 pub use recording::Recording;
 
 use super::{Kind, Payload, StreamConfig};
-use crate::config::{Config, ConfigError, SurveyConfig};
+use crate::{
+    config::{Config, ConfigError, SurveyConfig},
+    storage::FactoryRecord,
+};
 use serde::{Deserialize, Serialize};
 
 /// Command to the probe.
@@ -82,6 +85,15 @@ pub enum Command {
         /// Models to erase.
         what: Erasure,
     },
+    /// Write one of the factory's records, once, and fly with it; the same one again is no error. It needs no key, for
+    /// the key is one of them: with it the probe is closed, and takes no other. Nor a pause: a gyro that was never
+    /// calibrated can make a probe on a bench look as if it turned.
+    Provision {
+        /// The record.
+        record: FactoryRecord,
+        /// Write nothing, only compare with what the probe holds.
+        only_check: bool,
+    },
 }
 
 /// Earlier model to fly.
@@ -120,7 +132,8 @@ impl Command {
             | Self::ConfigureStream(_)
             | Self::StartRecording { .. }
             | Self::StopRecording
-            | Self::StationarySurvey { .. } => false,
+            | Self::StationarySurvey { .. }
+            | Self::Provision { .. } => false,
         }
     }
 
@@ -157,7 +170,11 @@ impl Command {
             }
             Self::StationarySurvey { within_s } => check((1..=3_600).contains(within_s), "within_s", "1 to 3600"),
             Self::AcceptModel { window_end_us } => check(*window_end_us <= now_us, "window_end_us", "in the past"),
-            Self::SelfTest | Self::StopRecording | Self::RollBackModel { .. } | Self::Erase { .. } => Ok(()),
+            Self::SelfTest
+            | Self::StopRecording
+            | Self::RollBackModel { .. }
+            | Self::Erase { .. }
+            | Self::Provision { .. } => Ok(()),
         }
     }
 }

@@ -3,17 +3,18 @@
 
 #[cfg(target_os = "none")]
 mod image {
-    use meerkat_mwd::{probe::AttitudeProbe, survey::Surveyor};
-    use static_cell::ConstStaticCell;
+    use meerkat_mwd::{probe::AttitudeProbe, survey::Surveys};
+    use static_cell::{ConstStaticCell, StaticCell};
 
     static PROBE: ConstStaticCell<AttitudeProbe> = ConstStaticCell::new(AttitudeProbe::new());
-    static SURVEYOR: ConstStaticCell<Surveyor> = ConstStaticCell::new(Surveyor::new());
+    /// Written at the start: as a constant it would take its size in flash, too.
+    static SURVEYS: StaticCell<Surveys> = StaticCell::new();
 
     // SAFETY: the name is nobody else's, and `reset` calls it once.
     #[allow(unsafe_code)]
     #[unsafe(no_mangle)]
     extern "C" fn tier() -> ! {
-        tiers::run(&mut tiers::Attitude::new(PROBE.take(), SURVEYOR.take()))
+        tiers::run(&mut tiers::Attitude::new(PROBE.take(), SURVEYS.init_with(Surveys::new)))
     }
 }
 

@@ -3,17 +3,19 @@
 
 #[cfg(target_os = "none")]
 mod image {
-    use meerkat_mwd::{Probe, survey::Surveyor};
-    use static_cell::ConstStaticCell;
+    use meerkat_mwd::survey::Surveyor;
+    use static_cell::{ConstStaticCell, StaticCell};
+    use tiers::FullProbe;
 
-    static PROBE: ConstStaticCell<Probe> = ConstStaticCell::new(Probe::new());
-    static SURVEYOR: ConstStaticCell<Surveyor> = ConstStaticCell::new(Surveyor::new());
+    static PROBE: ConstStaticCell<FullProbe> = ConstStaticCell::new(FullProbe::zero());
+    /// Written at the start: as a constant it would take its size in flash, too.
+    static SURVEYOR: StaticCell<Surveyor> = StaticCell::new();
 
     // SAFETY: the name is nobody else's, and `reset` calls it once.
     #[allow(unsafe_code)]
     #[unsafe(no_mangle)]
     extern "C" fn tier() -> ! {
-        tiers::run(&mut tiers::Full::new(PROBE.take(), SURVEYOR.take()))
+        tiers::run(&mut tiers::Full::new(PROBE.take(), SURVEYOR.init_with(Surveyor::new)))
     }
 }
 

@@ -3,6 +3,7 @@
 use meerkat_mwd::{
     application::{Settings, Stage},
     sensor_models::Recording,
+    storage::FactoryRecords,
 };
 use semihosting::{fs::File, io::Read};
 
@@ -59,5 +60,17 @@ impl Boot {
         };
         let settings = Settings { config, survey, stream, recording, key };
         Ok(Self { settings, sensors, hang, power_cut_after })
+    }
+
+    /// What the factory wrote goes before what the file says.
+    pub fn provisioned(&mut self, records: &FactoryRecords) {
+        let Settings { config, survey, key, .. } = &mut self.settings;
+        if let Some(calibration) = &records.calibration {
+            (config.gyro, config.accel, config.mag) = (calibration.gyro, calibration.accel, calibration.mag);
+        }
+        if let Some(mounting) = &records.mounting {
+            survey.toolface_offset_rad = mounting.toolface_offset_rad;
+        }
+        *key = records.key.or(*key);
     }
 }

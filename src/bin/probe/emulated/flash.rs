@@ -1,7 +1,8 @@
-//! Sectors 1 to 3 of the flash, played by a file: the emulated chip's own is read-only. Programming clears bits,
-//! erasing sets them.
+//! Flash played by files, for the emulated chip's own is read-only: sectors 1 to 3, and the factory's region. Programming
+//! clears bits, erasing sets them.
 
 use crate::console::{Word::Text, complain};
+use core::ffi::CStr;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use semihosting::{
     fs::{File, OpenOptions},
@@ -10,13 +11,17 @@ use semihosting::{
 };
 
 const SECTOR: usize = 16 * 1024;
-const BYTES: usize = 3 * SECTOR;
+/// The models' sectors.
+pub const MODELS: (&CStr, usize) = (c"flash.bin", 3 * SECTOR);
+/// The factory's region.
+pub const FACTORY: (&CStr, usize) = (c"factory.bin", SECTOR);
 const WORD: usize = 4;
 /// Exit status of a run whose power was cut.
 const POWER_CUT: i32 = 3;
 
 pub struct FileFlash {
     file: File,
+    bytes: usize,
     /// Words that are programmed, and sectors that are erased, before the power goes.
     left: Option<u32>,
 }
@@ -29,11 +34,11 @@ pub enum FlashError {
 }
 
 impl FileFlash {
-    /// `None`: there is no such file, and the probe has no memory.
-    pub fn open(power_cut_after: Option<u32>) -> Option<Self> {
+    /// `None`: there is no such file, and the probe has no such memory.
+    pub fn open((name, bytes): (&CStr, usize), power_cut_after: Option<u32>) -> Option<Self> {
         let mut options = OpenOptions::new();
-        let file = options.read(true).write(true).open(c"flash.bin").ok()?;
-        Some(Self { file, left: power_cut_after })
+        let file = options.read(true).write(true).open(name).ok()?;
+        Some(Self { file, bytes, left: power_cut_after })
     }
 
     /// One word or sector more; the power goes when there is none left.
@@ -78,9 +83,9 @@ impl ErrorType for FileFlash {
     type Error = FlashError;
 }
 
-fn check(offset: u32, length: usize, unit: usize) -> Result<(), FlashError> {
+fn check(offset: u32, length: usize, (bytes, unit): (usize, usize)) -> Result<(), FlashError> {
     let offset = offset as usize;
-    if offset.checked_add(length).is_none_or(|end| end > BYTES) {
+    if offset.checked_add(length).is_none_or(|end| end > bytes) {
         return Err(FlashError::OutOfBounds);
     }
     if offset.is_multiple_of(unit) && length.is_multiple_of(unit) { Ok(()) } else { Err(FlashError::NotAligned) }
@@ -90,12 +95,12 @@ impl ReadNorFlash for FileFlash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
-        check(offset, bytes.len(), Self::READ_SIZE)?;
+        check(offset, bytes.len(), (self.bytes, Self::READ_SIZE))?;
         self.read_at(offset, bytes)
     }
 
     fn capacity(&self) -> usize {
-        BYTES
+        self.bytes
     }
 }
 
@@ -104,7 +109,7 @@ impl NorFlash for FileFlash {
     const ERASE_SIZE: usize = SECTOR;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
-        check(from, to.saturating_sub(from) as usize, SECTOR)?;
+        check(from, to.saturating_sub(from) as usize, (self.bytes, SECTOR))?;
         let blank = [0xFF; 256];
         for block in (from..to).step_by(blank.len()) {
             // Half of a sector is erased when the power goes in the middle of it.
@@ -117,7 +122,7 @@ impl NorFlash for FileFlash {
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
-        check(offset, bytes.len(), WORD)?;
+        check(offset, bytes.len(), (self.bytes, WORD))?;
         for (at, word) in (offset..).step_by(WORD).zip(bytes.chunks(WORD)) {
             let mut there = [0; WORD];
             self.read_at(at, &mut there)?;

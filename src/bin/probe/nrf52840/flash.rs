@@ -1,11 +1,11 @@
 //! The end of the internal flash: twelve pages of 4 KiB for models, four to a sector, and four for the
-//! factory's records, which nothing here writes.
+//! factory's records, which are only ever added to.
 
 use core::slice;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use nrf52840_hal::{
     nvmc::{Nvmc, NvmcError},
-    pac::NVMC,
+    pac::{NVMC, Peripherals},
 };
 
 const PAGE: usize = 4 * 1024;
@@ -25,7 +25,7 @@ mod symbols {
 pub struct ModelFlash(Nvmc<NVMC>);
 
 /// The factory's.
-pub struct FactoryFlash(&'static [u8]);
+pub struct FactoryFlash(Nvmc<NVMC>);
 
 /// Both; once, for there is one `NVMC`.
 pub fn split(nvmc: NVMC) -> (ModelFlash, FactoryFlash) {
@@ -34,9 +34,15 @@ pub fn split(nvmc: NVMC) -> (ModelFlash, FactoryFlash) {
     // the two slices do not overlap.
     #[allow(unsafe_code)]
     let (models, factory) = unsafe {
-        (slice::from_raw_parts_mut(start, MODELS_BYTES), slice::from_raw_parts(start.add(MODELS_BYTES), FACTORY_BYTES))
+        (
+            slice::from_raw_parts_mut(start, MODELS_BYTES),
+            slice::from_raw_parts_mut(start.add(MODELS_BYTES), FACTORY_BYTES),
+        )
     };
-    (ModelFlash(Nvmc::new(nvmc, models)), FactoryFlash(factory))
+    // SAFETY: both are called by the main loop alone, and each call leaves the registers as it found them.
+    #[allow(unsafe_code)]
+    let again = unsafe { Peripherals::steal() }.NVMC;
+    (ModelFlash(Nvmc::new(nvmc, models)), FactoryFlash(Nvmc::new(again, factory)))
 }
 
 impl ErrorType for ModelFlash {
@@ -76,14 +82,24 @@ impl ReadNorFlash for FactoryFlash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NvmcError> {
-        let from = offset as usize;
-        let there =
-            from.checked_add(bytes.len()).and_then(|end| self.0.get(from..end)).ok_or(NvmcError::OutOfBounds)?;
-        bytes.copy_from_slice(there);
-        Ok(())
+        self.0.read(offset, bytes)
     }
 
     fn capacity(&self) -> usize {
-        self.0.len()
+        self.0.capacity()
+    }
+}
+
+impl NorFlash for FactoryFlash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = PAGE;
+
+    /// Nothing erases what the factory wrote.
+    fn erase(&mut self, _from: u32, _to: u32) -> Result<(), NvmcError> {
+        Err(NvmcError::OutOfBounds)
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NvmcError> {
+        self.0.write(offset, bytes)
     }
 }

@@ -1,5 +1,5 @@
-//! Sectors 1 to 3 of the internal flash, 16 KiB each, for models; and the factory's sector 11, which nothing here
-//! writes. While a word is programmed or a sector erased, the chip fetches no instruction (RM0090 section 3.6).
+//! Sectors 1 to 3 of the internal flash, 16 KiB each, for models; and the factory's sector 11, which is only ever added
+//! to. While a word is programmed or a sector erased, the chip fetches no instruction (RM0090 section 3.6).
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use stm32f4xx_hal::pac::{FLASH, flash::cr::PSIZE};
@@ -34,9 +34,9 @@ impl NorFlashError for FlashError {
     }
 }
 
-fn check(offset: u32, length: usize, unit: usize) -> Result<usize, FlashError> {
+fn check(offset: u32, length: usize, (bytes, unit): (usize, usize)) -> Result<usize, FlashError> {
     let offset = offset as usize;
-    if offset.checked_add(length).is_none_or(|end| end > MODELS_BYTES) {
+    if offset.checked_add(length).is_none_or(|end| end > bytes) {
         return Err(FlashError::OutOfBounds);
     }
     if offset.is_multiple_of(unit) && length.is_multiple_of(unit) { Ok(offset) } else { Err(FlashError::NotAligned) }
@@ -64,16 +64,32 @@ impl ReadNorFlash for FactoryFlash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
-        let offset = offset as usize;
-        if offset.checked_add(bytes.len()).is_none_or(|end| end > FACTORY_BYTES) {
-            return Err(FlashError::OutOfBounds);
-        }
+        let offset = check(offset, bytes.len(), (FACTORY_BYTES, Self::READ_SIZE))?;
         copy(START + FACTORY + offset, bytes);
         Ok(())
     }
 
     fn capacity(&self) -> usize {
         FACTORY_BYTES
+    }
+}
+
+impl NorFlash for FactoryFlash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = SECTOR;
+
+    /// Nothing erases what the factory wrote.
+    fn erase(&mut self, _from: u32, _to: u32) -> Result<(), FlashError> {
+        Err(FlashError::Refused)
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        let offset = check(offset, bytes.len(), (FACTORY_BYTES, WORD))?;
+        // SAFETY: the models' flash has the registers, too; both are called by the main loop alone, and each call leaves
+        // them locked.
+        #[allow(unsafe_code)]
+        let registers = unsafe { FLASH::steal() };
+        ModelFlash(registers).program_words(START + FACTORY + offset, bytes)
     }
 }
 
@@ -88,7 +104,7 @@ impl ReadNorFlash for ModelFlash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
-        let offset = check(offset, bytes.len(), Self::READ_SIZE)?;
+        let offset = check(offset, bytes.len(), (MODELS_BYTES, Self::READ_SIZE))?;
         copy(START + MODELS + offset, bytes);
         Ok(())
     }
@@ -103,7 +119,7 @@ impl NorFlash for ModelFlash {
     const ERASE_SIZE: usize = SECTOR;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
-        let from = check(from, to.saturating_sub(from) as usize, SECTOR)?;
+        let from = check(from, to.saturating_sub(from) as usize, (MODELS_BYTES, SECTOR))?;
         for sector in from / SECTOR..to as usize / SECTOR {
             self.erase_sector(FIRST_SECTOR + sector as u8)?;
         }
@@ -113,19 +129,24 @@ impl NorFlash for ModelFlash {
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
-        let offset = check(offset, bytes.len(), WORD)?;
+        let offset = check(offset, bytes.len(), (MODELS_BYTES, WORD))?;
+        self.program_words(START + MODELS + offset, bytes)
+    }
+}
+
+impl ModelFlash {
+    /// Programs whole words of a sector in which there is no code.
+    fn program_words(&mut self, start: usize, bytes: &[u8]) -> Result<(), FlashError> {
         self.unlock();
         let (words, _) = bytes.as_chunks::<WORD>();
-        for (word, address) in words.iter().zip((START + MODELS + offset..).step_by(WORD)) {
+        for (word, address) in words.iter().zip((start..).step_by(WORD)) {
             self.program(address, u32::from_le_bytes(*word))?;
         }
         self.0.cr().modify(|_, w| w.pg().clear_bit().lock().set_bit());
         self.forget_cached();
         Ok(())
     }
-}
 
-impl ModelFlash {
     /// RM0090 section 3.6.1.
     fn unlock(&mut self) {
         if self.0.cr().read().lock().bit_is_set() {
@@ -153,7 +174,7 @@ impl ModelFlash {
     /// 32 bits at a time, which 2.7 to 3.6 V allow (section 3.6.2): a quarter of the time that bytes take.
     fn program(&mut self, address: usize, word: u32) -> Result<(), FlashError> {
         self.0.cr().modify(|_, w| w.psize().variant(PSIZE::Psize32).ser().clear_bit().pg().set_bit());
-        // SAFETY: the address is an aligned word of the models' sectors, in which there is no code; the flash is
+        // SAFETY: the address is an aligned word of the models' or the factory's sectors, in which there is no code; the flash is
         // unlocked for programming.
         #[allow(unsafe_code)]
         unsafe {

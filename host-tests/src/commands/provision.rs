@@ -1,0 +1,115 @@
+//! `mwd provision`: write the factory's records into a probe, once, and read them back.
+
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+    time::Duration,
+};
+
+use clap::{ArgGroup, Args};
+use meerkat_mwd::{
+    Config,
+    storage::{FactoryCalibration, FactoryRecord, Mounting},
+    telemetry::{Command, CommandRefusal, Outcome},
+};
+
+use super::{
+    command::{heard, send},
+    toml_file,
+};
+use crate::{
+    failure::Failure,
+    port::{
+        key_file::KeyFile,
+        line::{Line, LineArgs},
+    },
+};
+
+/// Options of `provision`.
+#[derive(Debug, Clone, Args)]
+#[command(group(ArgGroup::new("records").args(["calibration", "toolface_offset", "key"]).required(true).multiple(true)))]
+pub struct ProvisionArgs {
+    /// Port of the probe.
+    #[command(flatten)]
+    pub line: LineArgs,
+    /// Calibration of gyro, accelerometer and magnetometer, as `calibrate` writes it
+    #[arg(long, value_name = "FILE.toml", requires = "serial")]
+    pub calibration: Option<PathBuf>,
+    /// Serial number of the probe, written with the calibration
+    #[arg(long, value_name = "N", requires = "calibration")]
+    pub serial: Option<u32>,
+    /// Degrees from the probe's x axis to the mark of its housing, added to every toolface
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub toolface_offset: Option<f32>,
+    /// File with the probe's key, 64 hexadecimal digits. It is written last: with it the probe is closed
+    #[arg(long, value_name = "FILE")]
+    pub key: Option<PathBuf>,
+    /// Write nothing; compare what the probe holds
+    #[arg(long)]
+    pub check: bool,
+    /// Seconds to wait for each answer
+    #[arg(long, value_name = "S", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=3_600))]
+    pub deadline: u64,
+}
+
+/// The records, in the order in which they are written, with their names.
+fn records(args: &ProvisionArgs) -> Result<Vec<(&'static str, FactoryRecord)>, Failure> {
+    let mut records = Vec::new();
+    if let (Some(path), Some(serial_number)) = (&args.calibration, args.serial) {
+        let Config { gyro, accel, mag, .. } = toml_file::read(path)?;
+        let calibration = FactoryCalibration { gyro, accel, mag, serial_number };
+        if !calibration.is_valid() {
+            return Err(Failure::BadInput(format!("{}: no calibration that can be used", path.display())));
+        }
+        records.push(("calibration", FactoryRecord::Calibration(calibration)));
+    }
+    if let Some(degrees) = args.toolface_offset {
+        let mounting = Mounting { toolface_offset_rad: degrees.to_radians() };
+        if !mounting.is_valid() {
+            return Err(Failure::BadInput("--toolface-offset must be within a whole turn".to_owned()));
+        }
+        records.push(("mounting", FactoryRecord::Mounting(mounting)));
+    }
+    if let Some(path) = &args.key {
+        records.push(("key", FactoryRecord::Key(KeyFile::open(path)?.to_write())));
+    }
+    Ok(records)
+}
+
+/// Writes each record, compares it with what the probe then holds, and says so.
+///
+/// # Errors
+/// 2 for bad usage and for a refusal, 3 for a port, a file or an answer that is not there.
+pub fn run(args: &ProvisionArgs) -> anyhow::Result<()> {
+    let records = records(args)?;
+    let mut line = Line::open(&args.line)?;
+    if !line.is_live() {
+        return Err(Failure::BadInput(format!("{}: a capture takes no commands", args.line.place)).into());
+    }
+    let deadline = Duration::from_secs(args.deadline);
+    // A probe that has just been switched on does not listen yet.
+    let probe = heard(&mut line, deadline)?;
+    writeln!(io::stdout(), "probe: {probe}")?;
+    for (name, record) in records {
+        let mut ask = |only_check| {
+            let command = Command::Provision { record, only_check };
+            match send(&mut line, &command, None, probe, deadline)? {
+                Outcome::Accepted => Ok(()),
+                Outcome::Refused(CommandRefusal::NothingThere) => {
+                    Err(Failure::BadInput(format!("{name}: the probe holds none")).into())
+                }
+                Outcome::Refused(reason) => {
+                    Err(Failure::BadInput(format!("{name}: the probe refused: {reason}")).into())
+                }
+                _ => Err(anyhow::Error::from(Failure::BadInput(format!("{name}: an answer of another version")))),
+            }
+        };
+        if !args.check {
+            ask(false)?;
+        }
+        ask(true)?;
+        let done = if args.check { "as given" } else { "written and read back" };
+        writeln!(io::stdout(), "{name}: {done}")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,76 @@
+//! The factory's records: what the probe starts with, and how they are written over the line.
+
+use super::{Application, Board, Pipeline};
+use crate::{
+    config::{Config, ConfigError, SurveyConfig},
+    storage::{FactoryRecord, FactoryRecords, Provisioning, StorageError},
+    telemetry::{CommandRefusal, Key},
+};
+use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+
+/// Reads the factory's records; nothing if they cannot be read.
+#[must_use]
+pub fn factory_records<R: ReadNorFlash>(region: &mut R) -> FactoryRecords {
+    FactoryRecords::read(region).unwrap_or_default()
+}
+
+/// The factory's calibration, or the default without.
+#[must_use]
+pub fn factory_config(records: &FactoryRecords) -> Config {
+    match &records.calibration {
+        Some(calibration) => {
+            Config { gyro: calibration.gyro, accel: calibration.accel, mag: calibration.mag, ..Config::default() }
+        }
+        None => Config::default(),
+    }
+}
+
+/// Surveys with the factory's mounting, or the default without.
+#[must_use]
+pub fn factory_survey(records: &FactoryRecords) -> SurveyConfig {
+    let toolface_offset_rad = records.mounting.map_or(0.0, |mounting| mounting.toolface_offset_rad);
+    SurveyConfig { toolface_offset_rad, ..SurveyConfig::default() }
+}
+
+/// Writes one of the factory's records into its region, or compares it with what the region holds.
+///
+/// # Errors
+/// Why it did not, for the sender of the command.
+pub fn provision<F: NorFlash>(region: F, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
+    let mut provisioning = Provisioning::new(region);
+    let done = if only_check { provisioning.check(record) } else { provisioning.write(record) };
+    done.map_err(|error| match error {
+        StorageError::AlreadyProvisioned => CommandRefusal::AlreadyProvisioned,
+        StorageError::NotProvisioned => CommandRefusal::NothingThere,
+        StorageError::WeakKey | StorageError::Implausible(_) => CommandRefusal::Malformed,
+        _ => CommandRefusal::StorageFailed,
+    })
+}
+
+impl<B: Board> Application<'_, B> {
+    /// Writes a record and flies with it; a boot then tells what.
+    pub(super) fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
+        self.board.provision(record, only_check)?;
+        if only_check {
+            return Ok(());
+        }
+        // The record was checked before it was written.
+        let bounds = |_: ConfigError| CommandRefusal::Malformed;
+        match record {
+            FactoryRecord::Calibration(factory) => {
+                let (gyro, accel, mag) = (factory.gyro, factory.accel, factory.mag);
+                self.configure(&Config { gyro, accel, mag, ..*self.pipeline.probe.config() }).map_err(bounds)?;
+            }
+            FactoryRecord::Mounting(mounting) => {
+                let Pipeline { probe, surveyor, .. } = &mut self.pipeline;
+                let survey = surveyor.config().copied().unwrap_or_default();
+                let survey = SurveyConfig { toolface_offset_rad: mounting.toolface_offset_rad, ..survey };
+                surveyor.configure(&probe.config().earth, &survey).map_err(bounds)?;
+            }
+            FactoryRecord::Key(key) => {
+                self.pipeline.commands.provision(Key::new(&key.0, self.board.identity()));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,81 @@
+//! Provisioning: the factory's records are written once, and the region is closed with the key.
+//!
+//! A record that is there already is never written over. The same one again is no error: after a loss of power the
+//! factory repeats all that it meant to write, and what was cut off is written behind.
+
+use super::{
+    FactoryRecord, FactoryRecords, StorageError, can_be_key,
+    factory::GRANULES,
+    granules::program,
+    record::{GRANULE, MAX_RECORD, encode},
+};
+use embedded_storage::nor_flash::NorFlash;
+
+/// Writer of the factory's region, the only one. It never overwrites and never erases. Afterwards the chip itself has to
+/// protect the sector (STM32F4: option bytes, nWRP).
+pub struct Provisioning<F> {
+    region: F,
+}
+
+impl<F: NorFlash> Provisioning<F> {
+    /// Takes a region; nothing is read or written yet.
+    pub const fn new(region: F) -> Self {
+        Self { region }
+    }
+
+    /// Compares a record with what the region holds.
+    ///
+    /// # Errors
+    /// [`StorageError::NotProvisioned`]: it holds none of this kind; [`StorageError::AlreadyProvisioned`]: it holds
+    /// another. Or the flash failed.
+    pub fn check(&mut self, record: &FactoryRecord) -> Result<(), StorageError<F::Error>> {
+        match FactoryRecords::read(&mut self.region)?.of_kind(record) {
+            Some(held) if held == *record => Ok(()),
+            Some(_) => Err(StorageError::AlreadyProvisioned),
+            None => Err(StorageError::NotProvisioned),
+        }
+    }
+
+    /// Writes a record and reads it back. Does nothing if it is there.
+    ///
+    /// # Errors
+    /// There is another of its kind or, with a key, the region is closed; it cannot be used; or the flash failed: then
+    /// it can be tried again.
+    pub fn write(&mut self, record: &FactoryRecord) -> Result<(), StorageError<F::Error>> {
+        match record {
+            FactoryRecord::Key(key) if !can_be_key(&key.0) => return Err(StorageError::WeakKey),
+            FactoryRecord::Calibration(calibration) if !calibration.is_valid() => {
+                return Err(StorageError::Implausible(super::Implausible::NotAModel));
+            }
+            FactoryRecord::Mounting(mounting) if !mounting.is_valid() => {
+                return Err(StorageError::Implausible(super::Implausible::NotAModel));
+            }
+            _ => {}
+        }
+        let records = FactoryRecords::read(&mut self.region)?;
+        match records.of_kind(record) {
+            Some(held) if held == *record => return Ok(()),
+            Some(_) => return Err(StorageError::AlreadyProvisioned),
+            None if records.key.is_some() => return Err(StorageError::AlreadyProvisioned),
+            None => {}
+        }
+        if !GRANULE.is_multiple_of(F::WRITE_SIZE) {
+            return Err(StorageError::Geometry("of words of 1, 2, 4, 8, 16 or 32 bytes"));
+        }
+        let mut bytes = [0; MAX_RECORD];
+        let granules = encode(&mut bytes, record.kind(), 1, 0, |writer| record.lay_out(writer))
+            .filter(|granules| records.free + granules <= GRANULES);
+        let Some(granules) = granules else { return Err(StorageError::Full) };
+        let bytes = bytes.get(..usize::from(granules) * GRANULE).unwrap_or_default();
+        program(&mut self.region, u32::from(records.free) * GRANULE as u32, bytes)?;
+        self.check(record).map_err(|error| match error {
+            StorageError::NotProvisioned | StorageError::AlreadyProvisioned => StorageError::NotVerified,
+            error => error,
+        })
+    }
+
+    /// Returns the region.
+    pub fn into_region(self) -> F {
+        self.region
+    }
+}

@@ -1,0 +1,52 @@
+//! Watch of the drilling between surveys: vibration, shocks and whirl, their dose, and the toolface while sliding.
+
+use super::{
+    DrillingDynamics, SlidingToolface, SurveyInput, SurveyNews, Surveys, VibrationDose, dynamics::DynamicsWindow,
+    sliding_toolface::SlidingMean,
+};
+
+/// The watch, with its latest results.
+pub(super) struct DrillingWatch {
+    dynamics: DynamicsWindow,
+    sliding: SlidingMean,
+    pub dose: VibrationDose,
+    pub last_dynamics: Option<DrillingDynamics>,
+    pub last_toolface: Option<SlidingToolface>,
+}
+
+impl DrillingWatch {
+    pub const fn new() -> Self {
+        Self {
+            dynamics: DynamicsWindow::new(),
+            sliding: SlidingMean::new(),
+            dose: VibrationDose::NONE,
+            last_dynamics: None,
+            last_toolface: None,
+        }
+    }
+
+    /// Starts anew; the dose stays.
+    pub fn restart(&mut self) {
+        *self = Self { dose: self.dose, ..Self::new() };
+    }
+
+    /// Takes a sample that the surveys have taken.
+    pub fn push(&mut self, input: &SurveyInput, surveys: &Surveys) -> SurveyNews {
+        let mut news = SurveyNews::empty();
+        let Some((earth, config)) = surveys.settings() else { return news };
+        if let Some(window) = self.dynamics.push(input, earth, &config.dynamics, config.rotating_rad_s) {
+            self.dose.add(&window);
+            self.last_dynamics = Some(window);
+            news.insert(SurveyNews::DYNAMICS);
+        }
+        // Nothing slides that rotates, so that this survey is the one of a tool that does not.
+        if self.sliding.push(input, surveys.is_rotating(), surveys.toolface())
+            && let Some(survey) = surveys.continuous()
+            && let Some(toolface) = self.sliding.take(&survey, (earth.declination_rad.unwrap_or(0.0), config))
+        {
+            self.last_toolface = Some(toolface);
+            news.insert(SurveyNews::TOOLFACE);
+        }
+        news
+    }
+}
