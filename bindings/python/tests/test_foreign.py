@@ -44,8 +44,8 @@ def test_a_ulog_that_px4s_own_library_wrote_is_imported(tmp_path):
     file = tmp_path / "log.ulg"
     theirs.write_ulog(str(file))
     found = mwd.import_recording(file).trace.arrays()
-    assert np.allclose(found["gyr"], arrays["gyr"]) and np.allclose(found["acc"], arrays["acc"])
-    assert np.allclose(found["mag"], arrays["mag"], rtol=1e-5, equal_nan=True)
+    for name in ["gyr", "acc", "mag"]:
+        assert np.allclose(found[name], arrays[name], rtol=1e-5, equal_nan=True), name
 
 
 @pytest.mark.parametrize(

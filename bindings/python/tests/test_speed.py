@@ -20,7 +20,7 @@ def test_the_same_call_as_vqfs_over_the_same_arrays():
     trace, _, _ = mwd.simulate(SCENARIO, seed=4)
     arrays = trace.arrays()
     step = float(np.median(np.diff(arrays["t_s"])))
-    gyr, acc, mag = (np.ascontiguousarray(arrays[name]) for name in ["true_rate", "acc", "mag"])
+    gyr, acc, mag = (np.ascontiguousarray(arrays[name], dtype=float) for name in ["true_rate", "acc", "mag"])
     mag = np.nan_to_num(mag)
     ours, theirs = [], []
     for _ in range(7):

@@ -14,7 +14,7 @@ use super::{
 use crate::{failure::Failure, trace::Trace};
 
 /// Samples that are looked at: what units and axes show in, they show in this many, and so memory is bounded.
-const LOOKED_AT: usize = 1 << 17;
+const LOOKED_AT: usize = 1 << 16;
 
 /// Stretches that a longer trace is looked at in, spread evenly over it.
 const STRETCHES: usize = 16;

@@ -110,9 +110,7 @@ pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Refe
         scores.orientation_2s_rms_deg = orientation_2s::rms_deg(&windows, &integrated, 0.0);
 
         // What was not flown has one time only.
-        if let Some(flown) = rates::flown_at_acquisition(trace, flight, gap_s, &asked) {
-            integrated.with_effects = flown;
-        }
+        integrated.fly_at_acquisition(trace, flight, gap_s, &asked);
         if let Some(delay_s) = time_alignment::fit(&windows, &integrated) {
             scores.orientation_2s_rms_time_aligned_deg = orientation_2s::rms_deg(&windows, &integrated, delay_s);
             scores.time_alignment_ms = Some(delay_s * 1e3);
@@ -141,9 +139,7 @@ pub fn rotation_errors(trace: &Trace, flight: &Flight, settings: &Settings) -> R
     let windows = orientation_2s::windows(trace, settings.from_us);
     let asked = Asked::of(orientation_2s::asked(&windows, time_alignment::RANGE_S).collect());
     let mut tracks = Tracks::at_validity(trace, flight, &settings.factory, gap_s, &asked);
-    if let Some(flown) = rates::flown_at_acquisition(trace, flight, gap_s, &asked) {
-        tracks.with_effects = flown;
-    }
+    tracks.fly_at_acquisition(trace, flight, gap_s, &asked);
     let delay_s = time_alignment::fit(&windows, &tracks).unwrap_or(0.0);
     let covered = windows.iter().filter(|window| tracks.cover(window.from_s + delay_s, window.to_s + delay_s));
     let covered: Vec<_> = covered.collect();

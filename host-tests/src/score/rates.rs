@@ -108,19 +108,21 @@ impl Tracks<Integrated> {
             with_effects: flown.ended(),
         }
     }
-}
 
-/// What was flown at the times at which the gyro was read, integrated: a lag that the flight removed is put back, so that
-/// one delay can be taken out of all four tracks alike. `None` if outputs and samples do not pair up, so that only the
-/// times of validity are known.
-pub(super) fn flown_at_acquisition(trace: &Trace, flight: &Flight, gap_s: f64, asked: &Asked) -> Option<Integrated> {
-    let start_us = trace.first_us();
-    (flight.output_count() == trace.len()).then(|| {
-        let mut flown = Integrator::new(gap_s, asked);
+    /// Puts what was flown at the times at which the gyro was read: a lag that the flight removed is put back, so that one
+    /// delay can be taken out of all four tracks alike. Nothing changes if outputs and samples do not pair up: then only the
+    /// times of validity are known.
+    pub(super) fn fly_at_acquisition(&mut self, trace: &Trace, flight: &Flight, gap_s: f64, asked: &Asked) {
+        if flight.output_count() != trace.len() {
+            return;
+        }
+        // Before the other is made: of ten hours each takes eight megabytes.
+        self.with_effects = Integrator::new(gap_s, asked).ended();
+        let (start_us, mut flown) = (trace.first_us(), Integrator::new(gap_s, asked));
         let paired = trace.samples().zip(flight.outputs());
         paired.for_each(|(sample, o)| flown.push(seconds_since(start_us, sample.t_us), flown_rate(o.rate_rad_s)));
-        flown.ended()
-    })
+        self.with_effects = flown.ended();
+    }
 }
 
 /// Seconds since `start_us`, negative before it. Subtracts integers, because absolute times may be Unix

@@ -1,5 +1,5 @@
 //! Rows of fixed size in a temporary file: what is as long as a recording, and is read from its start to its end,
-//! takes no memory. Up to a few megabytes stay in memory, so that a short recording makes no file.
+//! takes no memory. Up to a megabyte stays in memory, so that a short recording makes no file.
 
 use std::{
     io::{self, Read, Seek, SeekFrom, Write},
@@ -10,7 +10,7 @@ use std::{
 use tempfile::SpooledTempFile;
 
 /// Bytes that stay in memory before there is a file.
-const IN_MEMORY: usize = 1 << 22;
+const IN_MEMORY: usize = 1 << 20;
 
 /// Rows that are written and read together.
 const AT_ONCE: usize = 1_024;

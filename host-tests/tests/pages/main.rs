@@ -32,8 +32,9 @@ use tempfile::TempDir;
 const LARGEST_PAGE: usize = 6_000_000;
 
 /// How far a page may be from its picture: mean difference of the shades, and share of the squares that differ by a quarter of
-/// the range. Two sizes of letters apart it is 5 and 0.02; without one of its plots 11 and 0.06.
-const ALIKE: (f64, f64) = (8.0, 0.04);
+/// the range. Without one of its plots a page is 6.7 and 0.018 off on a desk and 9.6 and 0.058 on a phone, with letters a tenth
+/// larger 15 and 0.048 or 26 and 0.15.
+const ALIKE: (f64, f64) = (5.0, 0.015);
 
 /// Height of a page that is looked at, pixels.
 const HEIGHT: u32 = 3_200;
@@ -82,7 +83,7 @@ fn a_report_looks_as_in_its_pictures_at_both_widths_in_the_light_and_in_the_dark
     }
     // A picture that would pass for another tells nothing.
     for (k, picture) in seen.iter().enumerate() {
-        assert!(seen.iter().skip(k + 1).all(|other| picture.apart(other).mean > 3.0 * ALIKE.0));
+        assert!(seen.iter().skip(k + 1).all(|other| picture.apart(other).mean > 5.0 * ALIKE.0));
     }
 }
 

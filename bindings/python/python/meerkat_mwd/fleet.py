@@ -30,8 +30,8 @@ TABLES = ("recordings", "windows", "stations")
 
 #: Columns that are no numbers.
 _TEXT = {
-    "path", "hash", "error", "effects", "trace_path", "identification_motion", "identification_motion_from",
-    "identification_note", "diagnosis_verdict", "reason", "optimizer", "window_note", "kind", "toolface", "grade",
+    "path", "hash", "error", "effects", "trace_path", "trace_serial", "trace_date", "identification_motion",
+    "identification_motion_from", "identification_note", "diagnosis_verdict", "reason", "optimizer", "window_note", "kind", "toolface", "grade",
 }  # fmt: skip
 _FLAG = {"ok", "accepted", "rotating"}
 
