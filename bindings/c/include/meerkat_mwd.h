@@ -19,7 +19,7 @@
 /**
  * Bytes of storage for an `MwdSurveyor`.
  */
-#define MWD_SURVEYOR_SIZE 2560
+#define MWD_SURVEYOR_SIZE 2048
 
 /**
  * Alignment of that storage, bytes.
