@@ -331,7 +331,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.poll_budget_at(USUAL_CLOCK_HZ)
     }
 
-    /// The same on a chip of another clock, Hz. Under 64 MHz results may be late.
+    /// The same on a chip of another clock, Hz. At 64 MHz some increments of hard motion by hand may be late: they are counted.
     #[must_use]
     pub const fn poll_budget_at(&self, clock_hz: u32) -> u32 {
         match (clock_hz / CLOCK_CYCLES_PER_UNIT).checked_div(self.pipeline.checks.samples_per_second()) {
