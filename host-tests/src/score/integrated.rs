@@ -1,7 +1,5 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::Tracks;
-
 /// Rotation integrated from a rate track, between any two times that it covers without a gap.
 ///
 /// Between readings the rate is taken to change linearly. The rotation vector of a step is its mean rate
@@ -120,15 +118,6 @@ impl Integrated {
         let next = self.kept.get(after)?;
         let rate_there = rate + (next.rate - rate) * (elapsed_s / (next.t_s - at_s));
         (next.run == run).then(|| (rotation * step(&rate, &rate_there, elapsed_s), run))
-    }
-}
-
-impl Tracks<Integrated> {
-    /// Whether every non-empty track covers the interval without a gap: the four are compared over the same
-    /// intervals.
-    pub(super) fn cover(&self, from_s: f64, to_s: f64) -> bool {
-        self.uncompensated.rotation(from_s, to_s).is_some()
-            && self.all(|track| track.is_empty() || track.rotation(from_s, to_s).is_some())
     }
 }
 

@@ -70,6 +70,13 @@ impl<T> Tracks<T> {
 }
 
 impl Tracks<Integrated> {
+    /// Whether every non-empty track covers the interval without a gap: the four are compared over the same
+    /// intervals.
+    pub(super) fn cover(&self, from_s: f64, to_s: f64) -> bool {
+        self.uncompensated.rotation(from_s, to_s).is_some()
+            && self.all(|track| track.is_empty() || track.rotation(from_s, to_s).is_some())
+    }
+
     /// The four rate tracks of a flight at their times of validity, over the whole trace, integrated.
     ///
     /// Models change with the windows: each applies from its `t_effect_us` on, `factory` before the first;
