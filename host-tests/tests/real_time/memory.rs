@@ -20,6 +20,7 @@ use mwd::{
         real_time::{RealTime, Stage},
         toolchain::Toolchain,
     },
+    trace::Trace,
 };
 use std::{fs, path::Path};
 

@@ -37,7 +37,7 @@ fn a_recording_after_a_restart_replays_with_the_stored_model_that_flew() {
     assert!(said.contains("0 damaged, 0 oversize, 0 missing") && !said.contains("note:"), "{said}");
     let received = Received::of(&fs::read(&capture).unwrap());
     assert!(received.boots[0].flies.is_some() && received.outputs.len() > 69 * 200);
-    write_attitude_csv(&received.outputs, Path::new(&probe.at("probe.csv"))).unwrap();
+    write_attitude_csv(received.outputs.iter().copied(), Path::new(&probe.at("probe.csv"))).unwrap();
     let flown = fs::read_to_string(probe.at("probe.csv")).unwrap();
     let [config, model, out] = [probe.at("trace.toml"), probe.at("trace.model.toml"), probe.at("replay.csv")];
     // The line ends before the last of the samples' attitudes are sent.

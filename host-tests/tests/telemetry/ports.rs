@@ -43,7 +43,7 @@ fn a_recording_over_a_socket_replays_to_what_the_probe_computed() {
     assert!(said.out.contains("6000 samples"), "{}", said.out);
     let log = probe.join().unwrap();
     assert_eq!(log.carried_out.first(), Some(&Command::StartRecording { for_s: None }));
-    write_attitude_csv(&log.outputs, Path::new(&at("probe.csv"))).unwrap();
+    write_attitude_csv(log.outputs.iter().copied(), Path::new(&at("probe.csv"))).unwrap();
     let replayed =
         mwd(&["replay", &at("trace.csv.gz"), "--config", &at("trace.toml"), "--attitude", &at("replay.csv")]);
     assert_eq!(replayed.status, 0, "{}", replayed.error);

@@ -20,7 +20,7 @@ fn recorded_and_replayed(config: &Config, samples: &[Sample]) {
         .collect();
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    write_attitude_csv(&outputs, Path::new(&at("probe.csv"))).unwrap();
+    write_attitude_csv(outputs.iter().copied(), Path::new(&at("probe.csv"))).unwrap();
     fs::write(at("line.bin"), &bytes).unwrap();
 
     let recorded = mwd(&["record", &at("line.bin"), "-o", &at("trace.csv.gz")]);
