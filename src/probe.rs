@@ -47,7 +47,7 @@ pub const GAP_PERIODS: u32 = 3;
 const UNCONFIRMED_GAP_US: u64 = 10_000_000;
 
 /// Reports of windows, and of their effects, that wait to be taken unless a build has less room.
-pub const PENDING_REPORTS: usize = 2;
+pub const PENDING_REPORTS: usize = 3;
 
 /// The pipeline, with all its buffers. [`Probe::new`] is all zero bytes, so that a `static` of it takes no
 /// flash.

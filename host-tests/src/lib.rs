@@ -17,6 +17,7 @@ pub mod port;
 pub mod report;
 pub mod research;
 pub mod score;
+pub mod second_simulator;
 pub mod simulate;
 pub mod surveys;
 pub mod target;

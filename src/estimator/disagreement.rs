@@ -22,11 +22,6 @@ impl<T: Real> Disagreement<T> {
         Self { seconds: T::ZERO, agreed_s: T::ZERO }
     }
 
-    /// Returns true if no contradiction is in progress.
-    pub fn is_none(&self) -> bool {
-        self.seconds == T::ZERO
-    }
-
     /// The sensor contradicted for so long. Whether that is for good; then it is begun anew.
     pub fn contradicted(&mut self, seconds: T) -> bool {
         self.agreed_s = T::ZERO;

@@ -2,7 +2,7 @@
 
 use super::{
     Estimator, Kind, Task,
-    columns::{BIAS, Group, HARD_IRON, NUISANCES},
+    columns::{HARD_IRON, NUISANCES},
     disagreement::Disagreement,
     preintegration::GYRO,
     reading::{Agreement, Readings, Taken},
@@ -52,15 +52,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
         if agreement.is_turned {
             self.unread.add(T::ONE, seconds);
-            let is_first = self.of_gyro.is_none();
             if self.of_gyro.contradicted(seconds) {
                 // It is another gyro than the one that was learnt.
                 self.begin();
                 return;
-            }
-            if is_first {
-                // A shock changes the bias sooner than P. What is known of P stays.
-                self.forget(BIAS);
             }
             self.gap(T::ZERO);
             return;
@@ -95,20 +90,15 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         if by_field {
             self.node.has_field = false;
             self.node.referred = 0;
-            self.forget(HARD_IRON);
+            for column in HARD_IRON.columns() {
+                self.candidates.widen(&mut self.globals, column, T::ONE);
+            }
+            self.task = Task::Walking(0);
         }
         if by_field || by_force {
             self.gap(T::ZERO);
         }
         by_field || by_force
-    }
-
-    /// Adds to some globals as much as the prior allows them: they may have changed.
-    fn forget(&mut self, group: Group) {
-        for column in group.columns() {
-            self.candidates.widen(&mut self.globals, column, T::ONE);
-        }
-        self.task = Task::Walking(0);
     }
 
     /// Variance of the node's rotation by what is not known of bias and P, rad^2.

@@ -9,4 +9,3 @@ pub(crate) mod evaluations;
 pub(crate) mod inclination;
 pub(crate) mod paper;
 pub mod pure_integration;
-pub mod second_simulator;

@@ -4,7 +4,7 @@
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
-use super::entered::Posterior;
+use super::{entered::Posterior, matrix::at_most};
 use crate::{
     compensation::effect::MAX_PARAMETERS,
     estimator::{eigen::diagonalise, real::Real},
@@ -18,6 +18,8 @@ const WIDTHS: usize = 8;
 /// `dispersion`: variance that the data have over the one that they are said to have.
 #[inline(never)]
 pub(super) fn averaged<T: Real>(posterior: &Posterior<T>, n: usize, dispersion: T) -> Posterior<T> {
+    // A limit that the compiler knows: no index has to be checked.
+    let n = at_most(n, MAX_PARAMETERS);
     let mut diagonal = posterior.covariance;
     let vectors = diagonalise(&mut diagonal);
     // Along each eigenvector: information of the data without the prior, and information times mean.

@@ -1,7 +1,7 @@
 //! The cases: what is added to a run, and the names that are right for it.
 
 use crate::{
-    research::second_simulator::{Added, Plan},
+    second_simulator::{Added, Plan},
     simulate::Random,
 };
 

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     flight::{configuration::of_trace, fly_with},
-    research::second_simulator::{Added, Plan, simulate},
+    second_simulator::{Added, Plan, simulate},
     simulate::Random,
     trace::Trace,
 };
@@ -161,11 +161,5 @@ mod tests {
         let ratios: Vec<f64> = trials.iter().map(|trial| trial.attitude_deg[1] / trial.attitude_deg[0]).collect();
         assert!(trials.iter().all(|trial| !trial.is_harmed()), "{ratios:?}");
         assert!(median(&ratios) < 0.3, "{ratios:?}");
-    }
-
-    /// The shock is too short to be seen.
-    #[test]
-    fn a_jump_of_the_bias_does_no_harm_beside_the_loop() {
-        assert!(trials("gyro_bias_step").iter().all(|trial| !trial.is_harmed()));
     }
 }
