@@ -9,7 +9,7 @@
 /**
  * Bytes of storage for an `MwdProbe`.
  */
-#define MWD_PROBE_SIZE 92160
+#define MWD_PROBE_SIZE 96256
 
 /**
  * Alignment of that storage, bytes: an array of `uint64_t` has it.

@@ -3,7 +3,7 @@
 use crate::{MwdAttitudeFilter, MwdProbe, MwdSurveyor};
 
 /// Bytes of storage for an `MwdProbe`.
-pub const MWD_PROBE_SIZE: usize = 92160;
+pub const MWD_PROBE_SIZE: usize = 96256;
 /// Alignment of that storage, bytes: an array of `uint64_t` has it.
 pub const MWD_PROBE_ALIGN: usize = 8;
 /// Bytes of storage for an `MwdSurveyor`.
