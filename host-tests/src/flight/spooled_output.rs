@@ -35,8 +35,8 @@ impl Fixed for Output {
     }
 
     fn take(bytes: &mut Bytes) -> Self {
-        let (t_us, rate_rad_s) = (u64::from_le_bytes(bytes.next()), bytes.numbers());
-        let [is_there] = bytes.next();
+        let (t_us, rate_rad_s) = (u64::from_le_bytes(bytes.take_bytes()), bytes.numbers());
+        let [is_there] = bytes.take_bytes();
         let attitude = Attitude {
             q: bytes.numbers(),
             inclination_rad: bytes.number(),
@@ -46,7 +46,7 @@ impl Fixed for Output {
             sigma_inclination_rad: bytes.number(),
             sigma_azimuth_rad: bytes.number(),
             sigma_toolface_rad: bytes.number(),
-            flags: AttitudeFlags::from_bits_retain(u16::from_le_bytes(bytes.next())),
+            flags: AttitudeFlags::from_bits_retain(u16::from_le_bytes(bytes.take_bytes())),
         };
         Self { t_us, rate_rad_s, attitude: (is_there != 0).then_some(attitude) }
     }

@@ -42,14 +42,14 @@ impl Fixed for Row {
     }
 
     fn take(bytes: &mut Bytes) -> Self {
-        let t_us = u64::from_le_bytes(bytes.next());
+        let t_us = u64::from_le_bytes(bytes.take_bytes());
         let (gyro_rad_s, accel_m_s2, mag_ut) = (bytes.numbers(), bytes.numbers(), bytes.numbers());
         let temperature_c = bytes.number();
-        let mut flags = || SampleFlags::from_bits_retain(u16::from_le_bytes(bytes.next()));
+        let mut flags = || SampleFlags::from_bits_retain(u16::from_le_bytes(bytes.take_bytes()));
         let (flags, said) = (flags(), flags());
-        let [is_there] = bytes.next();
-        let reference = std::array::from_fn(|_| f64::from_le_bytes(bytes.next()));
-        let [moves, rests] = bytes.next();
+        let [is_there] = bytes.take_bytes();
+        let reference = std::array::from_fn(|_| f64::from_le_bytes(bytes.take_bytes()));
+        let [moves, rests] = bytes.take_bytes();
         Self {
             sample: Sample { t_us, gyro_rad_s, accel_m_s2, mag_ut, temperature_c, flags },
             reference: (is_there != 0).then_some(reference),

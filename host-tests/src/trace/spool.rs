@@ -33,7 +33,7 @@ pub struct Bytes<'a>(&'a [u8]);
 impl Bytes<'_> {
     /// The next `N` bytes; zeros behind the end.
     #[must_use]
-    pub fn next<const N: usize>(&mut self) -> [u8; N] {
+    pub fn take_bytes<const N: usize>(&mut self) -> [u8; N] {
         let (next, rest) = self.0.split_first_chunk().map_or(([0; N], &[][..]), |(next, rest)| (*next, rest));
         self.0 = rest;
         next
@@ -42,7 +42,7 @@ impl Bytes<'_> {
     /// The next value of 32 bits.
     #[must_use]
     pub fn number(&mut self) -> f32 {
-        f32::from_le_bytes(self.next())
+        f32::from_le_bytes(self.take_bytes())
     }
 
     /// The next values of 32 bits.
@@ -194,7 +194,7 @@ mod tests {
         }
 
         fn take(bytes: &mut Bytes) -> Self {
-            Self(u64::from_le_bytes(bytes.next()))
+            Self(u64::from_le_bytes(bytes.take_bytes()))
         }
     }
 
