@@ -19,8 +19,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         let used = self.used();
         // The states of the old node stand in their own rows; those of the new one are eliminated among the new rows.
         let (pivots, skipped) = if column < NODE { (column, NODE) } else { (NODE + column - NEW, 0) };
-        let (_, rows) = rows.split_at_mut(pivots);
-        let (_, further) = further.split_at_mut(pivots);
+        let rows = rows.get_mut(pivots..).unwrap_or_default();
+        let further = further.get_mut(pivots..).unwrap_or_default();
         let ([first, second, rest @ ..], [of_first, of_second, beside @ ..]) = (rows, further) else { return };
         let first = first.get_mut(column..).unwrap_or_default();
         let of_first = of_first.get_mut(..used).unwrap_or_default();
