@@ -13,6 +13,8 @@ use crate::{
 /// Widths that are weighed, each half of the one before, all as likely before the data; 1 is the data sheet's. The
 /// least is what quantisation leaves of an error within a data sheet.
 const WIDTHS: usize = 8;
+/// Variance of which rounding leaves nothing, or less: a millionth of the prior's width, squared.
+const LEAST_VARIANCE: f32 = 1e-12;
 
 /// The posterior of `n` parameters in units of their priors' widths, weighed over smaller widths by their evidence.
 /// `dispersion`: variance that the data have over the one that they are said to have.
@@ -27,7 +29,8 @@ pub(super) fn averaged<T: Real>(posterior: &Posterior<T>, n: usize, dispersion: 
     let mut weighted = [T::ZERO; MAX_PARAMETERS];
     for k in 0..n {
         let mean = (0..n).fold(T::ZERO, |sum, i| sum + vectors[i][k] * posterior.mean[i]);
-        let inverse = T::ONE / diagonal[k][k];
+        let variance = diagonal[k][k];
+        let inverse = T::ONE / if variance > T::of(LEAST_VARIANCE) { variance } else { T::of(LEAST_VARIANCE) };
         information[k] = if inverse > T::ONE { (inverse - T::ONE) / dispersion } else { T::ZERO };
         weighted[k] = mean * inverse / dispersion;
     }
@@ -142,5 +145,20 @@ mod tests {
         assert!(factor.is_some());
         let louder = averaged(&known, 3, 4.0);
         assert!((louder.covariance[0][0] / back.covariance[0][0] - 4.0).abs() < 0.05);
+    }
+    /// Two parameters of which the data show the difference alone, in `f32`: rounding may leave a variance below nothing.
+    #[test]
+    fn a_variance_that_rounding_made_negative_moves_no_mean() {
+        let mut known =
+            Posterior::<f32> { mean: [0.0; MAX_PARAMETERS], covariance: [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS] };
+        known.mean[..2].copy_from_slice(&[0.5, 0.501]);
+        let [one, more] = [0.05_f32, 0.050_000_004];
+        known.covariance[0][..2].copy_from_slice(&[one, more]);
+        known.covariance[1][..2].copy_from_slice(&[more, one]);
+        let back = averaged(&known, 2, 1.0);
+        for k in 0..2 {
+            assert!((0.0..0.55).contains(&back.mean[k]), "{:?}", back.mean);
+            assert!(back.covariance[k][k].is_finite() && back.covariance[k][k] >= 0.0);
+        }
     }
 }
