@@ -1,5 +1,6 @@
 """Dask distributed with a worker that is killed, and a run that goes on."""
 
+import gzip
 import os
 import signal
 import threading
@@ -23,6 +24,9 @@ def recordings(tmp_path_factory):
     scenario.write_text("\n".join("duration_s = 60.0" if line.startswith("duration_s") else line for line in lines))
     for seed in range(1, 11):
         mwd.simulate(scenario, seed)[0].write(folder / f"{seed:02}.csv.gz")
+    # One that knows its probe and its day.
+    named = folder / "01.csv.gz"
+    named.write_bytes(gzip.compress(b"# serial = S7\n# date = 2026-03-31\n" + gzip.decompress(named.read_bytes()), 1))
     (folder / "bad.csv").write_text("t_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,9.8\n0.01,0,oops,0,0,0,9.8\n")
     return [*map(str, sorted(folder.glob("*.csv*"))), str(folder / "gone.csv")]
 
@@ -55,6 +59,7 @@ def test_a_killed_worker_costs_nothing_but_its_recording(recordings, tmp_path):
     one = mwd.replay(recordings[0]).json
     row = table.set_index("path").loc[recordings[0]]
     assert row["identification_final_P_4"] == one["identification"]["final"]["P"][4]
+    assert (row["trace_serial"], row["trace_date"]) == ("S7", "2026-03-31")
     windows = fleet.read(results, "windows")
     assert len(windows[windows["path"] == recordings[0]]) == len(one["identification"]["windows"])
     assert set(fleet.read(results, "stations").columns) >= {"path", "hash", "inclination_deg", "grade"}
