@@ -1,8 +1,15 @@
 //! How fast a vector changes: what bounds it where nobody read it.
 
-use crate::rest::{UNREAD_RATE_TIME_S, UNSEEN_RATE_RAD_S};
 use nalgebra::Vector3;
 
+/// Least rate that counts as turning, rad/s: 20 deg/s, VQF's default (Laidig and Seel, Information Fusion 91,
+/// 2023).
+pub(crate) const TURNING_RAD_S: f32 = 0.35;
+/// Rate added to the last one where none was read, rad/s: a probe that turns more slowly than
+/// [`TURNING_RAD_S`] counts as still.
+pub(crate) const UNSEEN_RATE_RAD_S: f32 = 0.3;
+/// Correlation time of an unread rate, seconds: a radian of a swing at half a hertz.
+pub(crate) const UNREAD_RATE_TIME_S: f32 = 0.3;
 /// Means of so long are compared, seconds: an increment of the estimator. Noise and vibration are faster.
 const MEAN_S: f32 = 0.04;
 /// Memory of the mean square, seconds: ten nodes of the estimator.
@@ -45,7 +52,7 @@ impl Change {
         }
     }
 
-    /// Takes the vector through the `dt_s` seconds that end now.
+    /// Adds the vector, which held for the `dt_s` seconds that end now.
     pub(crate) fn update(&mut self, vector: &Vector3<f32>, dt_s: f32) {
         self.sum += vector * dt_s;
         self.seconds += dt_s;

@@ -72,7 +72,6 @@ pub mod identification;
 pub mod magnet;
 pub mod optimizer;
 pub mod probe;
-pub mod rest;
 pub mod sample;
 pub mod sensors;
 #[cfg(feature = "storage")]
@@ -90,6 +89,7 @@ pub mod config;
 pub mod equations; // documentation: the paper's equations, each with our reading
 mod rotation;
 mod statistics;
+mod time_step;
 mod units;
 
 pub use config::Config;

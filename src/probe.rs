@@ -19,6 +19,8 @@ pub use reading_checks::CLIPPED_SHARE;
 #[cfg(feature = "storage")]
 pub use stored_model::NotRestored;
 
+pub use crate::time_step::GAP_PERIODS;
+
 use crate::{
     compensation::{Effect, effect::REFERENCE_TEMPERATURE_C},
     config::{Config, ConfigError, micros},
@@ -26,6 +28,7 @@ use crate::{
     estimator::{EFFECTS, WINDOW_NODES},
     identification::{Identifier, WindowReport},
     sample::{Sample, SampleFlags},
+    time_step::{LONGEST_BELIEVED_US, is_gap},
 };
 use latency::mag_delay_sigma_s;
 use output::count;
@@ -37,14 +40,6 @@ const CLOCK_CYCLES_PER_UNIT: u32 = 1_050;
 
 /// Clock of the STM32F405, Hz.
 const USUAL_CLOCK_HZ: u32 = 168_000_000;
-
-/// Step of time that counts as a gap, in nominal sample periods; and refused samples in a row that do.
-pub const GAP_PERIODS: u32 = 3;
-
-/// Longest gap that one timestamp is believed, microseconds; a longer one needs two stamps in a row. It leaves nothing
-/// of the attitude (half a turn at the 0.3 rad/s that are assumed where no rate is read), so the sample that it
-/// costs is worth little, and a wrong stamp that is believed makes samples old for no longer than this.
-const UNCONFIRMED_GAP_US: u64 = 10_000_000;
 
 /// Reports of windows, and of their effects, that wait to be taken unless a build has less room.
 pub const PENDING_REPORTS: usize = 3;
@@ -168,9 +163,10 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.pipeline.checks.mark_clipped(&mut sample, &self.config.full_scale);
         self.session.began_afresh = false;
         let last_us = if self.session.has_begun { self.session.last_us } else { sample.t_us };
-        let is_far = sample.t_us.abs_diff(last_us) > UNCONFIRMED_GAP_US;
+        let is_far = sample.t_us.abs_diff(last_us) > LONGEST_BELIEVED_US;
         let doubted_us = core::mem::replace(&mut self.session.doubted_us, 0);
-        let is_confirmed = doubted_us > 0 && doubted_us < sample.t_us && sample.t_us - doubted_us <= UNCONFIRMED_GAP_US;
+        let is_confirmed =
+            doubted_us > 0 && doubted_us < sample.t_us && sample.t_us - doubted_us <= LONGEST_BELIEVED_US;
         let is_old = sample.t_us <= last_us && self.session.has_begun;
         if if is_far { !is_confirmed } else { is_old } {
             self.session.doubted_us = if is_far { sample.t_us } else { 0 };
@@ -186,7 +182,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         let step_us = if first { 0 } else { sample.t_us - last_us };
         // While samples were refused time went by, whatever they said of it.
         let refused = core::mem::replace(&mut self.session.refused, 0);
-        let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us)
+        let gap = is_gap(step_us, self.config.sample_period_us)
             || refused > GAP_PERIODS && !first
             || self.session.began_afresh;
         if first {

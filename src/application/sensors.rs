@@ -50,7 +50,7 @@ impl<'a, I: InertialSource, M: MagneticSource> Sensors<'a, I, M> {
     }
 }
 
-/// Figures of a sample's sensors, from the parts' data sheets.
+/// Returns sample period (microseconds), full scales and latencies of a pair of parts, from their data sheets.
 pub fn data_sheet<I: InertialSource, M: MagneticSource>(inertial: &I, magnetic: &M) -> (u32, FullScale, Latency) {
     let (inertial, magnetic) = (inertial.data(), magnetic.data());
     (inertial.period_us, FullScale::of_parts(&inertial, &magnetic), Latency::of_parts(&inertial, &magnetic))

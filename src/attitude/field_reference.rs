@@ -1,8 +1,8 @@
 //! Reference of the earth's field, norm and dip, as it is learnt; a passing disturbance does not enter it.
 
 use crate::{
+    change::TURNING_RAD_S,
     config::{AttitudeConfig, Earth},
-    rest::TURNING_RAD_S,
     rotation::sine_and_cosine,
 };
 

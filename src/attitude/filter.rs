@@ -16,11 +16,10 @@ use super::{
     turned_field::TurnedField,
 };
 use crate::{
-    change::{Change, FORCE_M_S3, RATE_RAD_S2},
+    change::{Change, FORCE_M_S3, RATE_RAD_S2, UNREAD_RATE_TIME_S, UNSEEN_RATE_RAD_S},
     compensation::GyroModel,
     config::{self, AttitudeConfig, Earth},
     estimator::KnownAttitude,
-    rest::{UNREAD_RATE_TIME_S, UNSEEN_RATE_RAD_S},
     rotation::{exp_quaternion, quaternion, rotate_back},
 };
 use core::f32::consts::PI;
@@ -390,9 +389,8 @@ impl AttitudeFilter {
         self.state.propagation.mark();
     }
 
-    /// Compares the filter's attitude at the mark with the estimator's. If that excludes it (chi-square, once in a
-    /// thousand by chance), the filter goes on from the estimator's, with its covariance. Nothing without a mark, which
-    /// a gap takes away.
+    /// Goes on from the estimator's attitude at the mark, with its covariance, if that knows the tilt better than the
+    /// filter does. Does nothing without a mark, which a gap takes away.
     pub(crate) fn compare(&mut self, known: &KnownAttitude) {
         let Self { state, heading, settings, .. } = self;
         let north = Vector3::new(0.0, 0.0, settings.earth.declination_rad.unwrap_or(0.0));

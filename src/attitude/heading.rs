@@ -8,7 +8,7 @@ use super::{
     state::State,
     sustained::SustainedRotation,
 };
-use crate::{config::Earth, rest::TURNING_RAD_S};
+use crate::{change::TURNING_RAD_S, config::Earth};
 use core::f32::consts::{PI, TAU};
 use nalgebra::Vector3;
 
@@ -55,7 +55,7 @@ pub(super) struct Conditions<'a> {
     pub sustained: &'a SustainedRotation,
     /// True once the tilt is good enough to read a dip against.
     pub tilt_is_settled: bool,
-    /// True while gravity bounds the bias.
+    /// True if a usable force was read lately, so that gravity bounds the gyro's bias.
     pub force_seen: bool,
     /// Variance of the magnetometer's delay, s^2.
     pub timing_variance_s2: f32,

@@ -67,7 +67,7 @@ impl SensorErrors {
         }
         state.bias_rad_s = Vector3::zeros();
         heading.reset(state);
-        // By so much it erred a radian.
+        // The model before turned the attitude wrongly by this share of every radian.
         state.inflate_attitude(libm::sqrtf(change));
         let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
         self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, config.gyro_scale_sigma);

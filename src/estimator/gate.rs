@@ -133,7 +133,7 @@ mod tests {
         for noise in [0.5, 1.0, 3.0] {
             let covariance = states + Matrix3::identity() * noise;
             let chi_square = value.dot(&(covariance.try_inverse().unwrap() * value));
-            // Just below and just above the limit.
+            // Innovations just below and just above the chi-square limit.
             for (factor, expected) in [(0.999, false), (1.001, true)] {
                 let scale = factor * (f64::from(CONTRADICTED) / chi_square).sqrt();
                 let scaled = Innovation { value: value * scale, ..innovation };

@@ -6,6 +6,7 @@ use crate::{
     change::{Change, FORCE_M_S3, RATE_RAD_S2},
     compensation::GyroModel,
     sample::Reading,
+    time_step::GAP_PERIODS,
 };
 use nalgebra::Matrix3;
 
@@ -51,7 +52,7 @@ pub struct Increment<T> {
     pub unread_velocity: T,
 }
 
-/// Sum of the samples of an increment.
+/// Piece of work that waits for its turn: an increment, a gap, or a question at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Item<T> {
     /// An increment.
@@ -196,7 +197,7 @@ impl<T: Real> Builder<T> {
         let good = |reading| if let Reading::Usable(v) = reading { Some(widened::<T>(&v)) } else { None };
         let (force, field) = (good(force), good(field));
         let step_s = T::of(step_s);
-        let longest = self.period_s * T::of(3.0);
+        let longest = self.period_s * T::of(GAP_PERIODS as f32);
         let interval_s = self.waiting_s + step_s;
         if step_s > longest {
             self.silent_s += step_s;

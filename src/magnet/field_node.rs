@@ -3,8 +3,8 @@
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
 use crate::{
+    change::UNSEEN_RATE_RAD_S,
     magnet::increment::Increment,
-    rest::UNSEEN_RATE_RAD_S,
     rotation::{IDENTITY, exp_quaternion, matrix, middle_to_middle, renormalised},
 };
 use nalgebra::{Matrix3, Quaternion, Vector3};

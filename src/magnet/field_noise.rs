@@ -1,7 +1,7 @@
 //! Noise of a node's field, from its scatter at rest and in motion.
 
 use super::field_node::FieldNode;
-use crate::{rest::TURNING_RAD_S, statistics::chi_square::IN_TWENTY};
+use crate::{change::TURNING_RAD_S, statistics::chi_square::IN_TWENTY};
 use nalgebra::Matrix3;
 
 /// Noise of a node's mean at rest, microtesla: that of single readings (LIS3MDL, ultra-high-performance mode:

@@ -12,11 +12,11 @@ use super::{
     grid::Grid,
     hard_iron_interval::{HardIronCounts, HardIronInterval},
     hypothesis::{JUMP_UT, follow},
+    rest::{RestDetector, RestLimits},
     rest_bias::RestBias,
 };
 use crate::{
     config::Config,
-    rest::{RestDetector, RestLimits},
     sample::Reading,
     statistics::chi_square::{IN_A_HUNDRED, IN_A_MILLION, IN_A_THOUSAND, IN_TWENTY},
 };

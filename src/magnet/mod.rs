@@ -10,6 +10,7 @@ mod hard_iron_interval;
 mod hard_iron_watch;
 mod hypothesis;
 mod increment;
+pub mod rest;
 mod rest_bias;
 
 pub use hard_iron_interval::{HardIronCounts, HardIronInterval};

@@ -1,6 +1,6 @@
 //! Bias of the raw gyro from rests, as the watch uses it.
 
-use crate::rest::Rest;
+use super::rest::Rest;
 use nalgebra::Vector3;
 
 /// Bias of the raw gyro from seconds of rest: a scalar-variance Kalman filter with a random walk between

@@ -2,7 +2,7 @@
 //! part with little memory; what it gives up stands in docs/new_board.md.
 
 use super::{
-    GAP_PERIODS, Output,
+    Output,
     pipeline::{Pipeline, With},
 };
 use crate::{
@@ -11,10 +11,8 @@ use crate::{
     magnet::HardIronCounts,
     sample::{Reading, Sample},
     survey::SurveyInput,
+    time_step::{is_another_clock, is_gap},
 };
-
-/// Step back in time that is the clock's and not a sample's, microseconds.
-const CLOCK_WENT_BACK_US: u64 = 10_000_000;
 
 /// Probe without identification. It flies the gyro model that it is given: the factory's, or one that something else has
 /// learnt ([`AttitudeProbe::fly`]). As [`Probe`](crate::Probe), [`AttitudeProbe::new`] is all zero bytes.
@@ -85,14 +83,14 @@ impl AttitudeProbe {
         }
         let mut sample = sample.sanitised();
         if let Some(last_us) = self.last_us.filter(|last_us| sample.t_us <= *last_us) {
-            if last_us - sample.t_us <= CLOCK_WENT_BACK_US {
+            if !is_another_clock(last_us, sample.t_us) {
                 return None;
             }
             self.begin();
         }
         self.pipeline.checks.mark_clipped(&mut sample, &self.config.full_scale);
         let step_us = self.last_us.map_or(0, |last_us| sample.t_us.saturating_sub(last_us));
-        let gap = step_us > u64::from(GAP_PERIODS * self.config.sample_period_us);
+        let gap = is_gap(step_us, self.config.sample_period_us);
         match self.last_us {
             None => self.pipeline.watch.start(sample.t_us),
             Some(_) if gap => self.pipeline.watch.gap(sample.t_us),

@@ -83,9 +83,9 @@ pub struct ModelledPair<'a, const WORDS: usize, I = InertialOnSpi<'a, WORDS>, M 
 /// Periods of the parts where they are not their own, microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Periods {
-    /// Period of gyro and accelerometer.
+    /// Period of gyro and accelerometer, microseconds; `None` for the part's own.
     pub inertial_us: Option<u32>,
-    /// Period of the magnetometer.
+    /// Period of the magnetometer, microseconds; `None` for the part's own.
     pub magnetic_us: Option<u32>,
 }
 

@@ -12,7 +12,7 @@ use super::{
 use crate::estimator::{Learnt, LearntHead, NUMBERS};
 use embedded_storage::nor_flash::NorFlash;
 
-/// Layout of a part.
+/// Version of the layout of these parts.
 pub(super) const VERSION: u8 = 1;
 /// Numbers in a part: 608 bytes, which with both heads is no more than the longest record.
 const IN_A_PART: usize = 152;

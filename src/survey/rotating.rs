@@ -38,7 +38,7 @@ pub(crate) struct RotatingSurvey {
     turn: Turn,
     /// Angle in the turn in progress, radians, signed.
     angle_rad: f32,
-    /// Last sample in use.
+    /// Last sample whose rate, force and field were usable.
     last: Option<Used>,
     force_angle: Vector3<f32>,
     field_angle: Vector3<f32>,

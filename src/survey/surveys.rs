@@ -4,7 +4,10 @@ use super::{
     StationaryState, Survey, SurveyInput, SurveyReport, continuous::Continuous, record::ToolfaceSwitch,
     rotating::RotatingSurvey, stationary::StationarySurvey,
 };
-use crate::config::{ConfigError, Earth, SurveyConfig};
+use crate::{
+    config::{ConfigError, Earth, SurveyConfig},
+    time_step::is_another_clock,
+};
 
 bitflags::bitflags! {
     /// Results that a sample completed; they stay with [`Surveys`] or the [`Surveyor`](super::Surveyor) until the next ones.
@@ -21,10 +24,6 @@ bitflags::bitflags! {
         const TOOLFACE = 1 << 3;
     }
 }
-
-/// Step back in time that is the clock's and not a sample's, microseconds: the probe believes none that is longer
-/// without another one.
-const CLOCK_WENT_BACK_US: u64 = 10_000_000;
 
 /// What the time of a sample means.
 pub(super) enum Step {
@@ -111,7 +110,7 @@ impl Surveys {
         if let Some(last) = self.last_us
             && t_us <= last
         {
-            if last - t_us > CLOCK_WENT_BACK_US {
+            if is_another_clock(last, t_us) {
                 self.restart();
                 return Step::Afresh;
             }

@@ -2,8 +2,8 @@
 
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
+    magnet::rest::{Reading, RestDetector, RestLimits},
     probe::GAP_PERIODS,
-    rest::{Reading, RestDetector, RestLimits},
 };
 use nalgebra::Vector3;
 

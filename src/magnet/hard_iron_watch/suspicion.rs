@@ -5,7 +5,7 @@ use super::{
     super::{field_node::FieldNode, field_noise::at_most, hypothesis::Outcome},
     STEADY_NODES,
 };
-use crate::rest::TURNING_RAD_S;
+use crate::change::TURNING_RAD_S;
 
 /// Log likelihood ratio that decides between the hypotheses: Wald's bound for one error in a million.
 const DECIDED: f32 = 13.8;
@@ -73,9 +73,9 @@ impl Suspicion {
     pub fn is_doubtful(&self) -> bool {
         self.log_ratio > -LIKELY && self.matters && self.sudden
     }
+
     /// Weighs a node by both hypotheses. `quiet`: the node is as predicted without a change; `matters`: the
     /// body-fixed offset is large enough to matter.
-    /// a size that does.
     pub fn weigh(
         &mut self,
         (t_us, node): (u64, &FieldNode),

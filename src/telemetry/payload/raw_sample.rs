@@ -14,7 +14,7 @@ pub struct RawSample {
 }
 
 impl RawSample {
-    /// Makes the sample as the pipeline takes it: [`Sample::sanitised`], which a text can hold.
+    /// Makes the sample as the pipeline takes it, [`Sample::sanitised`]: without NaN and infinity, which no text holds.
     #[must_use]
     pub fn of(number: u32, sample: &Sample) -> Self {
         Self { number, sample: sample.sanitised() }

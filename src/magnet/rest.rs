@@ -1,17 +1,10 @@
-//! Detection of rest, second by second: the mean of a raw gyro at rest is its bias.
+//! Detection of rest, second by second, for the watch for magnets and for calibrations: the mean of a raw gyro at rest
+//! is its bias. The attitude filter and the estimator have detectors of their own (`attitude/rest.rs`,
+//! `estimator/rest.rs`), which go on from sample to sample.
 
 pub use crate::sample::Reading;
 
 use nalgebra::Vector3;
-
-/// Least rate that counts as turning, rad/s: 20 deg/s, VQF's default (Laidig and Seel, Information Fusion 91,
-/// 2023).
-pub(crate) const TURNING_RAD_S: f32 = 0.35;
-/// Rate added to the last one where none was read, rad/s: a probe that turns more slowly than
-/// [`TURNING_RAD_S`] counts as still.
-pub(crate) const UNSEEN_RATE_RAD_S: f32 = 0.3;
-/// Correlation time of an unread rate, seconds: a radian of a swing at half a hertz.
-pub(crate) const UNREAD_RATE_TIME_S: f32 = 0.3;
 
 /// Detector of seconds of rest: gyro deviation under a limit on every axis, a mean rate that a bias can
 /// explain, and vector sensors that do not turn (a steady turntable is no rest).
