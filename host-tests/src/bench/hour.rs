@@ -102,7 +102,7 @@ fn trials(name: &str, grade: GyroGrade, seeds: u64) -> anyhow::Result<Vec<Trial>
             {
                 let close = trace.samples.partition_point(|sample| sample.t_us < report.t_end_us);
                 let prior = &config.identification;
-                let bound = Bound::of_window(&scenario, &trace, &truth, close, prior, Vibration::Coloured)
+                let bound = Bound::of_window(&scenario, &trace, &truth, close, prior, Vibration::Coloured.into())
                     .later(&scenario, &stretch.truth, stretch.from - close)
                     .rate_error_rad_s(&stretch.truth, stretch.rates);
                 trial.bound_deg_s = Some(bound.to_degrees());

@@ -11,6 +11,7 @@ pub mod cramer_rao;
 pub(crate) mod drilling;
 pub(crate) mod effects;
 mod effort;
+mod error_multiplied_in;
 pub mod faults;
 pub(crate) mod gyro_grade;
 pub(crate) mod honesty;

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 use meerkat_mwd::{Config, compensation::GyroModel, config::OptimizerKind, identification::WindowReport};
 
-use super::cramer_rao::{Bound, Vibration};
+use super::cramer_rao::{Bound, Known};
 use crate::{
     flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
@@ -113,13 +113,13 @@ impl Run {
 
     /// The Cramer-Rao bound of the window.
     #[must_use]
-    pub fn bound(&self, known: Vibration) -> Bound {
+    pub fn bound(&self, known: Known) -> Bound {
         Bound::of_window(&self.scenario, &self.trace, &self.truth, self.close, &self.config.identification, known)
     }
 
     /// Bound of [`Self::rate_error_deg_s`], rms.
     #[must_use]
-    pub fn bound_deg_s(&self, known: Vibration) -> f64 {
-        self.bound(known).rate_error_rad_s(&self.true_model(), self.rates_ahead()).to_degrees()
+    pub fn bound_deg_s(&self, known: impl Into<Known>) -> f64 {
+        self.bound(known.into()).rate_error_rad_s(&self.true_model(), self.rates_ahead()).to_degrees()
     }
 }

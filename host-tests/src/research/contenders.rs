@@ -49,7 +49,7 @@ impl Contenders {
         let [pso, moa, imoa, lm] = SEARCHES.map(|(optimizer, _)| run.identify(optimizer));
         let imoa = imoa?;
         let truth = run.true_model();
-        let at_bound = run.bound(Vibration::Coloured).draw(&truth, seed);
+        let at_bound = run.bound(Vibration::Coloured.into()).draw(&truth, seed);
         Ok(Self {
             accepted: imoa.decision == Decision::Accepted,
             models: [

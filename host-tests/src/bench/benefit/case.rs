@@ -9,12 +9,12 @@ use nalgebra::Vector3;
 
 use super::{
     HOLD_OUT,
-    error_multiplied_in::drawn,
     least_over_shifts::{Window, error_deg, windows},
     middle,
     troubled::Trouble,
 };
 use crate::{
+    bench::error_multiplied_in::drawn,
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},

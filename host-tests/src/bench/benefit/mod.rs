@@ -6,7 +6,6 @@
 
 mod case;
 mod drilled;
-mod error_multiplied_in;
 mod least_over_shifts;
 mod troubled;
 

@@ -3,13 +3,26 @@
 use nalgebra::{Matrix3, Matrix3x6, Rotation3, SMatrix, SVector, Vector3};
 
 /// States: attitude error 3, P 9 (row-major), c = P b 3, low-pass of the vibration 3, its white noise in this
-/// sample 3.
-const STATES: usize = 21;
+/// sample 3, errors of accelerometer and magnetometer 13 each.
+const STATES: usize = VECTORS + 2 * OF_A_VECTOR;
 const THETA: usize = 3;
 /// Index of c among the states.
 pub(crate) const C: usize = 12;
 const LOW: usize = 15;
 const WHITE: usize = 18;
+const VECTORS: usize = 21;
+/// Errors of a vector sensor: its matrix 9 (row-major), offset 3, delay 1.
+const OF_A_VECTOR: usize = 13;
+
+/// Deviations of a vector sensor's constant errors, in the order of its states: dimensionless, the reading's unit, seconds.
+pub(crate) type VectorSigmas = [f64; OF_A_VECTOR];
+
+/// A vector sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum VectorSensor {
+    Accelerometer = 0,
+    Magnetometer = 1,
+}
 
 /// Deviation of the attitude at the start, rad: it is unknown.
 const FREE_RAD: f64 = 10.0;
@@ -34,6 +47,13 @@ impl<const N: usize> ErrorState<N> {
             estimate: SMatrix::zeros(),
             innovations: SMatrix::zeros(),
             covariance: SMatrix::from_diagonal(&sigmas.map(|s| s * s)),
+        }
+    }
+
+    /// Takes away the knowledge that the vector sensors are perfect.
+    pub fn doubt_vectors(&mut self, sigmas: &[VectorSigmas; 2]) {
+        for (k, sigma) in sigmas.as_flattened().iter().enumerate() {
+            self.covariance[(VECTORS + k, VECTORS + k)] = sigma * sigma;
         }
     }
 
@@ -124,9 +144,10 @@ impl<const N: usize> ErrorState<N> {
     }
 
     /// Observes an earth-fixed vector whose true value in tool axes is `vector`, with vibration `shaken`
-    /// (white - low). `surprise` is the reading minus `vector`.
+    /// (white - low), at a rate that a delay of the sensor needs. `surprise` is the reading minus `vector`.
     pub fn observe_vector(
         &mut self,
+        (sensor, rate_rad_s): (VectorSensor, &Vector3<f64>),
         vector: &Vector3<f64>,
         surprise: &SMatrix<f64, 3, N>,
         shaken: &Vector3<f64>,
@@ -143,6 +164,11 @@ impl<const N: usize> ErrorState<N> {
             let mut row = SVector::<f64, STATES>::zeros();
             row.fixed_rows_mut::<3>(0).copy_from(&cross.row(axis).transpose());
             row.fixed_rows_mut::<6>(LOW).copy_from(&both.row(axis).transpose());
+            let first = VECTORS + OF_A_VECTOR * sensor as usize;
+            row.fixed_rows_mut::<3>(first + 3 * axis).copy_from(vector);
+            row[first + 9 + axis] = 1.0;
+            // A fixed vector turns against the tool: what is read was true a delay ago.
+            row[first + 12] = rate_rad_s.cross(vector)[axis];
             self.observe(&row, sigmas[axis], &surprise.row(axis).into_owned());
         }
     }
@@ -190,7 +216,13 @@ mod tests {
         let mut angle = 0.0_f64;
         let look = |filter: &mut ErrorState, angle: f64| {
             let body = Vector3::new(field * angle.cos(), -field * angle.sin(), 0.0);
-            filter.observe_vector(&body, &Vector3::zeros(), &Vector3::zeros(), &Vector3::repeat(sigma_ut));
+            filter.observe_vector(
+                (VectorSensor::Magnetometer, &rate),
+                &body,
+                &Vector3::zeros(),
+                &Vector3::zeros(),
+                &Vector3::repeat(sigma_ut),
+            );
         };
         look(&mut filter, angle);
         for _ in 0..steps {
@@ -224,7 +256,13 @@ mod tests {
             angle += 0.01 * rate.norm();
             for vector in [field, Vector3::new(0.3 * angle.sin(), 0.2, 9.8)] {
                 let turned: Vector3<f64> = carried.estimate.fixed_rows::<3>(0).into_owned();
-                filter.observe_vector(&vector, &vector.cross(&turned), &Vector3::zeros(), &Vector3::repeat(1e-3));
+                filter.observe_vector(
+                    (VectorSensor::Magnetometer, &rate),
+                    &vector,
+                    &vector.cross(&turned),
+                    &Vector3::zeros(),
+                    &Vector3::repeat(1e-3),
+                );
             }
         }
         let worst = (filter.theta_estimate() - sought).amax();
@@ -260,12 +298,40 @@ mod tests {
             let mut filter = ErrorState::new(&[1e-9; 12]);
             for _ in 0..samples {
                 let (down, shaken) = (Vector3::new(0.0, 0.0, 9.8), Vector3::repeat(3.0));
-                filter.observe_vector(&down, &Vector3::zeros(), &shaken, &Vector3::repeat(1e-3));
+                filter.observe_vector(
+                    (VectorSensor::Accelerometer, &Vector3::zeros()),
+                    &down,
+                    &Vector3::zeros(),
+                    &shaken,
+                    &Vector3::repeat(1e-3),
+                );
                 filter.next_vibration(0.12);
             }
             filter.covariance[(0, 0)].sqrt()
         };
         let ratio = sigma(200) / sigma(1_600);
         assert!(ratio > 7.0, "white noise would give the square root of 8: {ratio}");
+    }
+
+    /// A delay and an offset that nobody knows leave as much of two angles as the prior says.
+    #[test]
+    fn an_unknown_delay_makes_a_steady_rotation_worthless_and_a_known_one_does_not() {
+        let rate = Vector3::new(0.0, 0.0, 1.5);
+        let sigma = |delay_s: f64| {
+            let mut filter: ErrorState = ErrorState::new(&[1e-9; 12]);
+            let mut of_field = [0.0; 13];
+            of_field[12] = delay_s;
+            filter.doubt_vectors(&[[0.0; 13], of_field]);
+            for k in 0..500 {
+                let angle = 0.015 * f64::from(k);
+                let body = Vector3::new(50.0 * angle.cos(), -50.0 * angle.sin(), 0.0);
+                let sensor = (VectorSensor::Magnetometer, &rate);
+                filter.observe_vector(sensor, &body, &Vector3::zeros(), &Vector3::zeros(), &Vector3::repeat(1e-3));
+                filter.turn(&rate, &rate, &Vector3::zeros(), 0.01);
+            }
+            filter.covariance[(2, 2)].sqrt()
+        };
+        assert!((sigma(0.01) / 0.015 - 1.0).abs() < 1e-3, "{}", sigma(0.01));
+        assert!(sigma(0.0) < 1e-5);
     }
 }

@@ -13,8 +13,11 @@
 
 pub(crate) mod error_state;
 
-use error_state::{C, ErrorState};
-use meerkat_mwd::{compensation::GyroModel, config::IdentificationConfig};
+use error_state::{C, ErrorState, VectorSensor, VectorSigmas};
+use meerkat_mwd::{
+    compensation::GyroModel,
+    config::{IdentificationConfig, VectorErrors},
+};
 use nalgebra::{Matrix3, Quaternion, SMatrix, SVector, UnitQuaternion, Vector3};
 
 use crate::{
@@ -30,6 +33,23 @@ pub enum Vibration {
     Coloured,
     /// Knowledge of what remains in means over a fifth of a second, as if the vibration were white.
     White,
+}
+
+/// What is known beside the gyro.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Known {
+    /// Of the vibration.
+    pub vibration: Vibration,
+    /// True if accelerometer and magnetometer are known to be perfect, as the simulator's are; else their matrices,
+    /// offsets and delays are as uncertain as the configuration says.
+    pub vectors: bool,
+}
+
+impl From<Vibration> for Known {
+    /// With perfect vector sensors.
+    fn from(vibration: Vibration) -> Self {
+        Self { vibration, vectors: true }
+    }
 }
 
 /// Length of the mean that [`Vibration::White`] knows, seconds.
@@ -51,7 +71,7 @@ impl Bound {
         truth: &Truth,
         last: usize,
         prior: &IdentificationConfig,
-        known: Vibration,
+        known: Known,
     ) -> Self {
         let noise = SensorNoise::of(scenario);
         let vibration = HighPassed::of(scenario);
@@ -64,6 +84,9 @@ impl Bound {
         let force_m_s2 = Vector3::new(0.0, 0.0, -scenario.earth.gravity_m_s2);
 
         let mut filter = ErrorState::new(&prior_sigmas(prior));
+        if !known.vectors {
+            filter.doubt_vectors(&vector_sigmas(&prior.vector_errors, scenario.earth.magnetic_field_ut));
+        }
         let rates = trace.true_rate.as_deref().unwrap_or_default();
         let mut still_before = false;
         for (index, (rate, q)) in rates.iter().zip(&trace.reference).enumerate().take(last + 1) {
@@ -82,7 +105,7 @@ impl Bound {
                 filter.observe_rest(&inverse, &bias, &Vector3::zeros(), noise.gyro_rad_s);
             }
             let drilling = scenario.drilling_at(t_s).0;
-            let (shaken, accel_m_s2) = match known {
+            let (shaken, accel_m_s2) = match known.vibration {
                 Vibration::Coloured => {
                     (vibration.scale_m_s2 * (drilling * (1.0 - vibration.smoothing)), Vector3::repeat(noise.accel_m_s2))
                 }
@@ -91,8 +114,10 @@ impl Bound {
                 }
             };
             let none = Vector3::zeros();
-            filter.observe_vector(&(to_body * force_m_s2), &none, &shaken, &accel_m_s2);
-            filter.observe_vector(&(to_body * field_ut), &none, &none, &Vector3::repeat(noise.mag_ut));
+            let sensor = (VectorSensor::Accelerometer, &rate);
+            filter.observe_vector(sensor, &(to_body * force_m_s2), &none, &shaken, &accel_m_s2);
+            let sensor = (VectorSensor::Magnetometer, &rate);
+            filter.observe_vector(sensor, &(to_body * field_ut), &none, &none, &Vector3::repeat(noise.mag_ut));
             if index < last {
                 filter.add_noise(C, &(p * p.transpose() * noise.bias_step_rad_s.powi(2)));
                 filter.next_vibration(vibration.smoothing);
@@ -164,4 +189,19 @@ pub(super) fn prior_sigmas(prior: &IdentificationConfig) -> [f64; 12] {
             _ => prior.prior_sigma_bias_rad_s,
         })
     })
+}
+
+/// Deviations of the errors of accelerometer and magnetometer, as the configuration states them.
+fn vector_sigmas(errors: &VectorErrors, field_ut: f64) -> [VectorSigmas; 2] {
+    let of = |matrix: f32, offset: f64, delay_s: f32| {
+        std::array::from_fn(|k| match k {
+            0..9 => f64::from(matrix),
+            9..12 => offset,
+            _ => f64::from(delay_s),
+        })
+    };
+    [
+        of(errors.accel_matrix, f64::from(errors.accel_bias_m_s2), errors.accel_lag_s),
+        of(errors.mag_matrix, f64::from(errors.hard_iron) * field_ut, errors.mag_lag_s),
+    ]
 }

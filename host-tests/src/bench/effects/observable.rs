@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Matrix3x4, Quaternion, UnitQuaternion, Vector3};
 use super::trial::{DATA_S, held_out_too};
 use crate::{
     bench::cramer_rao::{
-        error_state::{C, ErrorState},
+        error_state::{C, ErrorState, VectorSensor},
         prior_sigmas,
     },
     simulate::{Effects, Scenario, sensors::SensorNoise, simulate, vibration::HighPassed},
@@ -101,9 +101,21 @@ impl Observability {
             let shaken = vibration.scale_m_s2 * (drilling * (1.0 - vibration.smoothing));
             let [force, field, dipped] = [force_m_s2, field_ut, dipped_ut].map(|v| attitude.inverse() * v);
             let read = four([more_force, force, none, none]);
-            filter.observe_vector(&force, &read, &shaken, &Vector3::repeat(noise.accel_m_s2));
+            filter.observe_vector(
+                (VectorSensor::Accelerometer, &rate),
+                &force,
+                &read,
+                &shaken,
+                &Vector3::repeat(noise.accel_m_s2),
+            );
             let read = four([more_field, none, field, dipped]);
-            filter.observe_vector(&field, &read, &none, &Vector3::repeat(noise.mag_ut));
+            filter.observe_vector(
+                (VectorSensor::Magnetometer, &rate),
+                &field,
+                &read,
+                &none,
+                &Vector3::repeat(noise.mag_ut),
+            );
             filter.add_noise(C, &(p * p.transpose() * noise.bias_step_rad_s.powi(2)));
             filter.next_vibration(vibration.smoothing);
             still_before = still;

@@ -14,7 +14,10 @@ use super::{
 use crate::{
     bench::{
         Table,
-        cramer_rao::{MEAN_S, error_state::ErrorState},
+        cramer_rao::{
+            MEAN_S,
+            error_state::{ErrorState, VectorSensor},
+        },
     },
     simulate::{Contamination, sensors::SensorNoise, vibration::HighPassed},
 };
@@ -81,11 +84,23 @@ fn estimate(run: &Drilled, readings: &Readings) -> Theta {
         let surprise = reading.vectors[0] - gravity;
         let is_shock = surprise.component_div(&accel_m_s2).amax() > SHOCK;
         if !accel_hit && !is_shock {
-            filter.observe_vector(&gravity, &surprise, &Vector3::zeros(), &accel_m_s2);
+            filter.observe_vector(
+                (VectorSensor::Accelerometer, &true_rate),
+                &gravity,
+                &surprise,
+                &Vector3::zeros(),
+                &accel_m_s2,
+            );
         }
         if !mag_hit {
             let surprise = reading.vectors[1] - field;
-            filter.observe_vector(&field, &surprise, &Vector3::zeros(), &Vector3::repeat(noise.mag_ut));
+            filter.observe_vector(
+                (VectorSensor::Magnetometer, &true_rate),
+                &field,
+                &surprise,
+                &Vector3::zeros(),
+                &Vector3::repeat(noise.mag_ut),
+            );
         }
     }
     truth + filter.theta_estimate()

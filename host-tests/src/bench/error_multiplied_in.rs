@@ -15,7 +15,7 @@ const BIAS_DEG_S: f64 = 2.0;
 
 /// Draws P and b, uniform within their bounds times `scale`. All scales share a draw: half the scale is half
 /// of the same error.
-pub(super) fn drawn(name: &str, draw: u64, scale: f64) -> GyroModel {
+pub(crate) fn drawn(name: &str, draw: u64, scale: f64) -> GyroModel {
     let mut random = Random::new(seed(name, draw));
     let mut within = |bound: f64| scale * random.between(-bound, bound);
     let p = std::array::from_fn(|row| {

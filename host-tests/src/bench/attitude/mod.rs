@@ -3,10 +3,14 @@
 //! Recordings come from the folder named by `MWD_RECORDINGS`, else from the repository. Every estimate is
 //! online: each attitude uses what was known when its sample came, from the recording's first sample on.
 
+mod coverage;
+mod from_cold;
+
 use std::{env, path::Path};
 
 use anyhow::Context;
 use meerkat_mwd::{Config, Sample, SampleFlags, config::Latency};
+use nalgebra::UnitQuaternion;
 use vqf_rs::VQF;
 
 use super::{
@@ -16,12 +20,13 @@ use super::{
 };
 use crate::{
     flight::{configuration::of_trace, fly},
-    score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg},
+    score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg, reference_attitudes},
     trace::{
         Trace,
         recordings::{FOLDER, folder, listed},
     },
 };
+use coverage::Coverage;
 
 /// An estimate of a trace's attitudes.
 type Estimator = fn(&Trace) -> anyhow::Result<Vec<TimedAttitude>>;
@@ -30,34 +35,48 @@ type Estimator = fn(&Trace) -> anyhow::Result<Vec<TimedAttitude>>;
 /// diagnose --against-reference`); a data sheet would state them.
 pub const AKTOS_T: Latency = Latency { gyro_s: Some(0.004), accel_s: Some(0.002_5), mag_s: Some(0.015) };
 
-/// The estimators compared, in the order of the rows.
-pub const ESTIMATORS: [(&str, Estimator); 4] = [
+/// The estimators compared, in the order of the rows. The perfect one shows what a delay that nobody declared costs.
+pub const ESTIMATORS: [(&str, Estimator); 5] = [
+    ("perfect, told as late as the gyro is", |trace| Ok(late(trace))),
     ("VQF (vqf-rs 0.3)", |trace| Ok(vqf(trace))),
     ("ours, no effects", |trace| ours(trace, &Config { effects: false, ..of_trace(trace) })),
     ("ours", |trace| ours(trace, &of_trace(trace))),
     ("ours, delays declared", |trace| ours(trace, &Config { latency: AKTOS_T, ..of_trace(trace) })),
 ];
 
-/// The recordings are played once, whatever the effort.
-pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
+/// The recordings as they are are played once, whatever the effort.
+pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let recordings = recordings()?;
     let names: Vec<String> = recordings.iter().map(|(name, _)| name.clone()).collect();
     let scores = each_seed(0..recordings.len() as u64, |index| score(&recordings[index as usize].1))?;
     let mut tables = Vec::new();
     for (index, title) in ["as it is", "without one constant heading offset for each recording"].iter().enumerate() {
         for (part, of) in PARTS {
-            let columns: Vec<&str> = [""].into_iter().chain(names.iter().map(String::as_str)).chain(["mean"]).collect();
-            let mut table = Table::new(format!("Attitude error {title}, {part}, deg rms"), &columns);
+            let mut table = by_recording(format!("Attitude error {title}, {part}, deg rms"), &names);
             for (row, (name, _)) in ESTIMATORS.iter().enumerate() {
-                let values: Vec<f64> = scores.iter().map(|s| of(&s[row][index]).unwrap_or(f64::NAN)).collect();
-                let mean = values.iter().sum::<f64>() / values.len() as f64;
-                let cells = values.iter().chain([&mean]).map(|x| Cell::number(*x, 2));
-                table.row([Cell::from(*name)].into_iter().chain(cells));
+                row_of_means(&mut table, name, scores.iter().map(|s| of(&s[row][index])));
             }
             tables.push(table);
         }
     }
+    let flown = from_cold::flown(&recordings, effort)?;
+    tables.push(from_cold::table(&names, &flown));
+    tables.push(Coverage::table(&flown));
     Ok(tables)
+}
+
+/// A table with a column for each recording, and their mean.
+fn by_recording(title: String, names: &[String]) -> Table {
+    let columns: Vec<&str> = [""].into_iter().chain(names.iter().map(String::as_str)).chain(["mean"]).collect();
+    Table::new(title, &columns)
+}
+
+/// Adds a row of figures, one a recording, with their mean.
+fn row_of_means(table: &mut Table, name: &str, values: impl Iterator<Item = Option<f64>>) {
+    let values: Vec<f64> = values.map(|value| value.unwrap_or(f64::NAN)).collect();
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let cells = values.iter().chain([&mean]).map(|x| Cell::number(*x, 2));
+    table.row([Cell::from(name)].into_iter().chain(cells));
 }
 
 /// Picks one figure of a score.
@@ -105,6 +124,13 @@ pub fn ours(trace: &Trace, config: &Config) -> anyhow::Result<Vec<TimedAttitude>
     let flight = fly(config, &trace.samples, |_| {})?;
     let attitudes = flight.outputs.iter();
     Ok(attitudes.filter_map(|output| Some((output.t_us, output.attitude.as_ref()?.q.map(f64::from)))).collect())
+}
+
+/// The reference itself, told as late as the gyro of the recordings is.
+fn late(trace: &Trace) -> Vec<TimedAttitude> {
+    let late_us = (AKTOS_T.gyro_s.unwrap_or(0.0) * 1e6) as u64;
+    let told = |(t_us, q): (u64, UnitQuaternion<f64>)| (t_us + late_us, [q.w, q.i, q.j, q.k]);
+    reference_attitudes(trace, &Settings::default()).into_iter().map(told).collect()
 }
 
 /// Attitudes of VQF with its defaults, each sensor at its own mean rate.
