@@ -327,10 +327,15 @@ impl<T: Real> Builder<T> {
         // order.
         let coning = self.turn_before.cross(&turn) * T::of(1.0 / 12.0);
         self.turn_before = turn;
-        let half = rotation(&((turn + coning) * T::of(0.5)));
-        let middle = self.rotation * half;
-        let end = middle * half;
-        let at = if self.is_instant { middle } else { end };
+        let whole = turn + coning;
+        let (at, end) = if self.is_instant {
+            let half = rotation(&(whole * T::of(0.5)));
+            let middle = self.rotation * half;
+            (middle, middle * half)
+        } else {
+            let end = self.rotation * rotation(&whole);
+            (end, end)
+        };
         // A sensor's reading is a mean as the gyro's is, over a sample period: what turns through it is shorter by
         // angle^2 / 24 across the axis.
         let turned = |read: &V3<T>| at * (read - turn.cross(&turn.cross(read)) * T::of(1.0 / 24.0));
