@@ -53,13 +53,19 @@ impl Change {
     }
 
     /// Adds the vector, which held for the `dt_s` seconds that end now.
+    #[inline]
     pub(crate) fn update(&mut self, vector: &Vector3<f32>, dt_s: f32) {
         self.sum += vector * dt_s;
         self.seconds += dt_s;
         // Lengths are rounded: half a step early is as close as half a step late.
-        if self.seconds + 0.5 * dt_s < MEAN_S {
-            return;
+        if self.seconds + 0.5 * dt_s >= MEAN_S {
+            self.learn();
         }
+    }
+
+    /// Learns from a mean and the one before it.
+    #[inline(never)]
+    fn learn(&mut self) {
         let mean = self.sum / self.seconds;
         if self.has_before {
             let square = (mean - self.before).norm_squared() / (3.0 * self.seconds * self.seconds);

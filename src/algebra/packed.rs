@@ -91,27 +91,39 @@ impl<const D: usize, const T: usize> Packed<D, T> {
 
     #[cfg(test)]
     pub(crate) fn times(&self, x: &[f32; D]) -> [f32; D] {
-        self.times_within(x, 0..D)
+        let [y, ..] = self.times_within(&[*x, [0.0; D], [0.0; D]], 0..D);
+        y
     }
 
-    /// The product with a vector that is zero outside of a range.
+    /// The products with three vectors that are zero outside of a range. Each element is loaded once for all three.
     #[inline(never)]
-    pub(crate) fn times_within(&self, x: &[f32; D], range: Range<usize>) -> [f32; D] {
-        let mut y = [0.0; D];
+    pub(crate) fn times_within(&self, x: &[[f32; D]; 3], range: Range<usize>) -> [[f32; D]; 3] {
+        // By element, then by vector.
+        let mut of = [[0.0; 3]; D];
+        for (k, vector) in x.iter().enumerate() {
+            of.iter_mut().zip(vector).for_each(|(of, x)| of[k] = *x);
+        }
+        let mut y = [[0.0; 3]; D];
         let mut rest = self.0.as_slice();
-        for (i, own) in x.iter().enumerate() {
-            let Some((row, next)) = rest.split_at_checked(i + 1) else { return y };
-            let Some((diagonal, below)) = row.split_last() else { return y };
+        for (i, own) in of.iter().enumerate() {
+            let Some((row, next)) = rest.split_at_checked(i + 1) else { break };
+            let Some((diagonal, below)) = row.split_last() else { break };
             let end = if i < range.end { i } else { range.end };
-            let (a, x) = (below.get(range.start..end).unwrap_or_default(), x.get(range.start..end).unwrap_or_default());
-            let sum = a.iter().zip(x).fold(diagonal * own, |sum, (a, x)| sum + a * x);
-            if range.contains(&i) {
-                below.iter().zip(&mut y).for_each(|(a, y)| *y += a * own);
+            let a = below.get(range.start..end).unwrap_or_default();
+            let x = of.get(range.start..end).unwrap_or_default();
+            let mut sum = own.map(|own| diagonal * own);
+            for (a, x) in a.iter().zip(x) {
+                sum = [sum[0] + a * x[0], sum[1] + a * x[1], sum[2] + a * x[2]];
             }
-            y[i] += sum;
+            if range.contains(&i) {
+                for (a, y) in below.iter().zip(&mut y) {
+                    *y = [y[0] + a * own[0], y[1] + a * own[1], y[2] + a * own[2]];
+                }
+            }
+            y[i] = [y[i][0] + sum[0], y[i][1] + sum[1], y[i][2] + sum[2]];
             rest = next;
         }
-        y
+        core::array::from_fn(|k| core::array::from_fn(|i| y[i][k]))
     }
 
     /// Returns the Cholesky factor; `None` if the matrix is not finite or not positive definite to f32's

@@ -69,6 +69,12 @@ pub trait Effect: Sync {
     fn parameters(&self) -> &'static [Parameter];
     /// Term of parameter `k`: what one unit of it adds to the sensor's reading, in the reading's unit.
     fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32>;
+    /// Sets the terms of its first parameters: one call for all of them.
+    fn set_terms(&self, snapshot: &Snapshot, terms: &mut [Vector3<f32>]) {
+        for (k, term) in terms.iter_mut().enumerate() {
+            *term = self.term(k, snapshot);
+        }
+    }
     /// Delay of the whole gyro, seconds; 0 for any other effect. It is not taken out of the rate, whose noise
     /// its derivative would raise; the vectors are turned back to the time at which the rate is valid.
     fn gyro_delay_s(&self, _parameters: &[f32; MAX_PARAMETERS]) -> f32 {

@@ -15,12 +15,12 @@ mod mixture;
 
 use super::{
     columns::GLOBALS,
-    gaussian::{narrow_last, triangle},
+    gaussian::{narrow_last, narrow_two, triangle},
     globals::Globals,
     real::Real,
     rows::WIDTH,
-    unrolled::add_times,
-    widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, VARIABLES, Widths, column},
+    unrolled::{add_times, add_two_times},
+    widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, TAKEN, VARIABLES, Widths, column},
 };
 use core::ops::Range;
 use levels::{Levels, Slices, copy};
@@ -93,10 +93,13 @@ impl<T: Real> Averaging<T> {
         let Some(place) = scratch.len().checked_sub(triangle(GLOBALS)) else { return false };
         let (mut rest, inverse) = scratch.split_at_mut(place);
         let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return false };
-        for c in columns.clone().filter(|c| *c < GLOBALS) {
-            let own = inverse_root::column(inverse, c);
-            let by: [T; VARIABLES] = core::array::from_fn(|i| own.get(column(i)).copied().unwrap_or(T::ZERO));
-            add_outer(base.covariance, &by);
+        for c in columns.clone().step_by(2).filter(|c| *c < GLOBALS) {
+            let by = |c: usize| -> [T; VARIABLES] {
+                let own = inverse_root::column(inverse, c);
+                core::array::from_fn(|i| own.get(column(i)).copied().unwrap_or(T::ZERO))
+            };
+            let second = if c + 1 < GLOBALS { by(c + 1) } else { [T::ZERO; VARIABLES] };
+            add_outers(base.covariance, &[by(c), second]);
         }
         columns.end < GLOBALS
     }
@@ -109,14 +112,19 @@ impl<T: Real> Averaging<T> {
         add_outer(base.covariance, &core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
     }
 
+    /// Numbers of widths, in the order in which the groups are taken out.
+    fn counts(&self) -> [usize; GROUPS] {
+        TAKEN.map(|group| self.grid.count.get(group).copied().unwrap_or(0))
+    }
+
     /// Work units of the next width: more where a group before the last changes its own.
     pub fn units(&self) -> u32 {
-        let [_, irons, accels] = self.grid.count;
+        let [_, second, third] = self.counts();
         let is_first = |of: usize| self.stage.checked_rem(of) == Some(0);
         let [all, two, last] = WIDTHS_UNITS;
-        if is_first(irons * accels) {
+        if is_first(second * third) {
             all
-        } else if is_first(accels) {
+        } else if is_first(third) {
             two
         } else {
             last
@@ -125,19 +133,19 @@ impl<T: Real> Averaging<T> {
 
     /// One width of each group; `false` when all are done. `scratch` must be left alone from one to the next.
     pub fn step(&mut self, scratch: &mut [[T; WIDTH]]) -> bool {
-        let [mags, irons, accels] = self.grid.count;
+        let [first, second, third] = self.counts();
         let quotient = |stage: usize, by: usize| stage.checked_div(by).unwrap_or(0);
         let remainder = |stage: usize, by: usize| stage.checked_rem(by).unwrap_or(0);
-        if self.stage >= mags * irons * accels {
+        if self.stage >= first * second * third {
             return false;
         }
         let Some(mut levels) = Levels::cut(scratch.as_flattened_mut()) else { return false };
         let chosen = [
-            quotient(self.stage, irons * accels),
-            remainder(quotient(self.stage, accels), irons),
-            remainder(self.stage, accels),
+            quotient(self.stage, second * third),
+            remainder(quotient(self.stage, third), second),
+            remainder(self.stage, third),
         ];
-        // The first group whose width is another one than before, and all after it.
+        // The first level whose width is another one than before, and all after it.
         let from = if chosen[2] > 0 {
             2
         } else if chosen[1] > 0 {
@@ -145,35 +153,46 @@ impl<T: Real> Averaging<T> {
         } else {
             0
         };
-        let part = |group: usize| {
-            let widths = self.grid.parts.get(group).zip(chosen.get(group));
-            widths.and_then(|(widths, index)| widths.get(*index)).copied().unwrap_or(1.0)
-        };
-        let [after_mag, after_iron, after_accel] = &mut levels.after;
-        let work = &mut levels.work;
+        // By group.
+        let mut parts = [1.0; GROUPS];
+        for (group, index) in TAKEN.into_iter().zip(chosen) {
+            let width = self.grid.parts.get(group).and_then(|widths| widths.get(index));
+            if let (Some(part), Some(width)) = (parts.get_mut(group), width) {
+                *part = *width;
+            }
+        }
         let with_lags = self.grid.with_lags;
-        let [of_mag, of_iron, of_accel] = &mut self.evidence;
+        let mut take_out = |level: usize, work: &mut Slices<T>, variables: usize| {
+            let group = TAKEN.get(level).copied().unwrap_or(0);
+            let width = parts.get(group).map_or(T::ONE, |part| T::of(*part));
+            let evidence = narrowed(work, variables, group, width, with_lags);
+            if let Some(slot) = self.evidence.get_mut(level) {
+                *slot = evidence;
+            }
+        };
+        let [after_first, after_second, after_third] = &mut levels.after;
+        let work = &mut levels.work;
         if from == 0 {
             work.take(levels.base.mean, levels.base.covariance);
-            *of_mag = narrowed(work, VARIABLES, 0, T::of(part(0)), with_lags);
-            after_mag.take(work.mean, work.covariance);
+            take_out(0, work, VARIABLES);
+            after_first.take(work.mean, work.covariance);
         }
         if from <= 1 {
-            work.take(after_mag.mean, after_mag.covariance);
-            *of_iron = narrowed(work, LEFT_AFTER[0], 1, T::of(part(1)), with_lags);
-            after_iron.take(work.mean, work.covariance);
+            work.take(after_first.mean, after_first.covariance);
+            take_out(1, work, LEFT_AFTER[0]);
+            after_second.take(work.mean, work.covariance);
         }
-        work.take(after_iron.mean, after_iron.covariance);
-        *of_accel = narrowed(work, LEFT_AFTER[1], 2, T::of(part(2)), with_lags);
-        after_accel.take(work.mean, work.covariance);
+        work.take(after_second.mean, after_second.covariance);
+        take_out(2, work, LEFT_AFTER[1]);
+        after_third.take(work.mean, work.covariance);
         let mut widths = [T::ZERO; GROUPS];
-        for (group, (width, sheet)) in widths.iter_mut().zip(self.grid.sheet).enumerate() {
-            *width = T::of(part(group) / sheet).logarithm();
+        for ((width, part), sheet) in widths.iter_mut().zip(parts).zip(self.grid.sheet) {
+            *width = T::of(part / sheet).logarithm();
         }
         let evidence = self.evidence.iter().fold(T::ZERO, |sum, x| sum + *x);
         let mut of = Gaussian { mean: [T::ZERO; GYRO], covariance: [T::ZERO; triangle(GYRO)] };
-        copy(&mut of.mean, after_accel.mean);
-        copy(&mut of.covariance, after_accel.covariance);
+        copy(&mut of.mean, after_third.mean);
+        copy(&mut of.covariance, after_third.covariance);
         let inflations = self.grid.inflations.get(..self.grid.inflation_count).unwrap_or_default();
         self.sum.add(&of, inflations, evidence, widths);
         self.stage += 1;
@@ -198,6 +217,18 @@ impl<T: Real> Averaging<T> {
     }
 }
 
+/// Adds the outer products of two vectors to a packed triangle.
+fn add_outers<T: Real>(covariance: &mut [T], [a, b]: &[[T; VARIABLES]; 2]) {
+    let mut rest = covariance;
+    for (i, (x, y)) in a.iter().zip(b).enumerate() {
+        let Some((row, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
+        if *x != T::ZERO || *y != T::ZERO {
+            add_two_times(row, [*x, *y], [a, b]);
+        }
+        rest = next;
+    }
+}
+
 /// Adds the outer product of a vector to a packed triangle.
 fn add_outer<T: Real>(covariance: &mut [T], by: &[T; VARIABLES]) {
     let mut rest = covariance;
@@ -215,11 +246,20 @@ fn add_outer<T: Real>(covariance: &mut [T], by: &[T; VARIABLES]) {
 fn narrowed<T: Real>(all: &mut Slices<T>, variables: usize, group: usize, width: T, with_lags: bool) -> T {
     let mut evidence = T::ZERO;
     let (Some(count), Some(has_lag)) = (COUNTS.get(group), HAS_LAG.get(group)) else { return evidence };
-    for n in (variables - count + 1..=variables).rev() {
-        let width = if n == variables && *has_lag && !with_lags { T::ONE } else { width };
-        if let (Some(mean), Some(covariance)) = (all.mean.get_mut(..n), all.covariance.get_mut(..triangle(n))) {
-            evidence += narrow_last(mean, covariance, width);
+    let mut left = *count;
+    while left > 0 {
+        let n = variables - count + left;
+        let last = if left == *count && *has_lag && !with_lags { T::ONE } else { width };
+        let (Some(mean), Some(covariance)) = (all.mean.get_mut(..n), all.covariance.get_mut(..triangle(n))) else {
+            break;
+        };
+        if left == 1 {
+            evidence += narrow_last(mean, covariance, last);
+            break;
         }
+        let [first, second] = narrow_two(mean, covariance, [last, width]);
+        evidence = evidence + first + second;
+        left -= 2;
     }
     evidence
 }

@@ -34,18 +34,12 @@ impl<T: Real> Innovation<T> {
             solved.iter_mut().zip(coefficients).for_each(|(y, x)| y[axis] = *x);
             *value = row[CONSTANT];
         }
-        for j in 0..NODE + GLOBALS {
-            let (above, own) = solved.split_at_mut(j);
-            let states = if j < NODE { j } else { NODE };
-            let (of_states, of_globals) = above.split_at(states);
-            let y = less(own[0], of_states, node.root.iter().map(|row| &row[j]));
-            let (y, diagonal) = match j.checked_sub(NODE) {
-                None => (y, node.root[j][j]),
-                Some(global) => {
-                    (less(y, of_globals, globals.root.iter().map(|row| &row[global])), globals.root[global][global])
-                }
-            };
-            own[0] = y.map(|y| y / diagonal);
+        for j in (0..NODE + GLOBALS).step_by(COLUMNS) {
+            if j + COLUMNS <= NODE + GLOBALS {
+                solve::<T, COLUMNS>(&mut solved, node, globals, j);
+            } else {
+                (j..NODE + GLOBALS).for_each(|j| solve::<T, 1>(&mut solved, node, globals, j));
+            }
         }
         let mut covariance = zero33();
         for i in 0..3 {
@@ -91,13 +85,56 @@ pub(super) fn attitude_variance<T: Real>(node: &Node<T>, globals: &Globals<T>) -
     Innovation::new(&rows, node, globals).covariance.trace()
 }
 
-/// What is left of an element of three right-hand sides, less the solved ones above it times a column of the root.
-#[inline(always)]
-fn less<'a, T: Real>(mut y: [T; 3], above: &[[T; 3]], column: impl Iterator<Item = &'a T>) -> [T; 3] {
-    for ([a, b, c], factor) in above.iter().zip(column) {
-        y = [y[0] - *a * *factor, y[1] - *b * *factor, y[2] - *c * *factor];
+/// Columns of the root that are solved together: what is read of the rows above then serves all. A divisor of the number
+/// of states.
+const COLUMNS: usize = 4;
+
+/// Solves the elements from `j` on of three right-hand sides, those above being solved: `B` columns, all of states or all
+/// of globals.
+fn solve<T: Real, const B: usize>(
+    solved: &mut [[T; 3]; NODE + GLOBALS],
+    node: &Node<T>,
+    globals: &Globals<T>,
+    j: usize,
+) {
+    let Some((above, own)) = solved.split_at_mut_checked(j) else { return };
+    let Some(own) = own.first_chunk_mut::<B>() else { return };
+    let mut y = *own;
+    for (known, row) in above.iter().zip(&node.root) {
+        less(&mut y, known, row, j);
     }
-    y
+    let is_global = j >= NODE;
+    let at = if is_global { j - NODE } else { j };
+    for (known, row) in above.iter().skip(NODE).zip(&globals.root) {
+        less(&mut y, known, row, at);
+    }
+    for k in 0..B {
+        let row = if is_global {
+            globals.root.get(at + k).map(|row| &row[..])
+        } else {
+            node.root.get(at + k).map(|row| &row[..])
+        };
+        let Some(row) = row.and_then(|row| row.get(at..)).and_then(|row| row.first_chunk::<B>()) else { return };
+        let known = y[k].map(|y| y / row[k]);
+        y[k] = known;
+        for (y, factor) in y.iter_mut().zip(row).skip(k + 1) {
+            for (y, known) in y.iter_mut().zip(&known) {
+                *y -= *known * *factor;
+            }
+        }
+    }
+    *own = y;
+}
+
+/// Subtracts a solved element of each right-hand side times a row of the root, from a column on.
+#[inline(always)]
+fn less<T: Real, const B: usize>(y: &mut [[T; 3]; B], known: &[T; 3], row: &[T], from: usize) {
+    let Some(factors) = row.get(from..).and_then(|row| row.first_chunk::<B>()) else { return };
+    for (y, factor) in y.iter_mut().zip(factors) {
+        for (y, known) in y.iter_mut().zip(known) {
+            *y -= *known * *factor;
+        }
+    }
 }
 
 #[cfg(test)]

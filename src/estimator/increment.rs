@@ -203,7 +203,8 @@ impl<T: Real> Builder<T> {
             self.silent_s += step_s;
         }
         // A turn by more from one reading to the next is no rotation that they show.
-        let shown = |rate: &V3<T>| norm(rate) * self.period_s < T::of(MOST_RAD);
+        let most = T::of(MOST_RAD) / self.period_s;
+        let shown = |rate: &V3<T>| square(rate) < most * most;
         let is_missing = matches!(rate, Reading::Missing);
         let Some(rate) = good(rate).filter(shown) else {
             self.waiting_s = interval_s;
@@ -325,15 +326,20 @@ impl<T: Real> Builder<T> {
         let turn = self.with.p * centred * seconds;
         // The mean rate of an interval through which the axis itself turns is not yet its rotation: Bortz, to second
         // order.
-        let coning = self.turn_before.cross(&turn) / T::of(12.0);
+        let coning = self.turn_before.cross(&turn) * T::of(1.0 / 12.0);
         self.turn_before = turn;
-        let half = rotation(&((turn + coning) * T::of(0.5)));
-        let middle = self.rotation * half;
-        let end = middle * half;
-        let at = if self.is_instant { middle } else { end };
+        let whole = turn + coning;
+        let (at, end) = if self.is_instant {
+            let half = rotation(&(whole * T::of(0.5)));
+            let middle = self.rotation * half;
+            (middle, middle * half)
+        } else {
+            let end = self.rotation * rotation(&whole);
+            (end, end)
+        };
         // A sensor's reading is a mean as the gyro's is, over a sample period: what turns through it is shorter by
         // angle^2 / 24 across the axis.
-        let turned = |read: &V3<T>| at * (read - turn.cross(&turn.cross(read)) / T::of(24.0));
+        let turned = |read: &V3<T>| at * (read - turn.cross(&turn.cross(read)) * T::of(1.0 / 24.0));
         if let Some(force) = force {
             self.force += turned(&force);
             self.forces += 1;

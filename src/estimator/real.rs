@@ -113,7 +113,8 @@ pub(super) fn rotation<T: Real>(v: &V3<T>) -> M3<T> {
         return half * half;
     }
     let series = |first: T, divisors: [f32; 4]| {
-        let [a, b, c, d] = divisors.map(|divisor| t2 / T::of(divisor));
+        // Products: a division takes fourteen times as long.
+        let [a, b, c, d] = divisors.map(|divisor| t2 * T::of(1.0 / divisor));
         first * (T::ONE - a * (T::ONE - b * (T::ONE - c * (T::ONE - d))))
     };
     let sine = series(T::ONE, [6.0, 20.0, 42.0, 72.0]);

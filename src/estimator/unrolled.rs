@@ -31,6 +31,26 @@ pub(super) fn add_times<T: Real>(to: &mut [T], factor: T, by: &[T]) {
     }
 }
 
+/// Elements that take two multiples in one pass of a loop.
+const FEW: usize = 4;
+
+/// Adds multiples of two slices to another, the first and then the second, which are as long or longer. Each sum is loaded and
+/// stored once for both.
+#[inline(always)]
+pub(super) fn add_two_times<T: Real>(to: &mut [T], [f, g]: [T; 2], [a, b]: [&[T]; 2]) {
+    let length = to.len();
+    let (Some(a), Some(b)) = (a.get(..length), b.get(..length)) else { return };
+    let ((fours, to), (of_a, a), (of_b, b)) = (to.as_chunks_mut::<FEW>(), a.as_chunks::<FEW>(), b.as_chunks::<FEW>());
+    for ((four, a), b) in fours.iter_mut().zip(of_a).zip(of_b) {
+        for ((to, a), b) in four.iter_mut().zip(a).zip(b) {
+            *to = *to + f * *a + g * *b;
+        }
+    }
+    for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
+        *to = *to + f * *a + g * *b;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;

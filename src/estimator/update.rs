@@ -54,7 +54,7 @@ impl<T: Real> Update<T> {
 
     /// Writes the rows of a node.
     pub fn assemble(&mut self, node: &mut Node<T>, taken: &Taken<T>) -> Agreement<T> {
-        self.rows = [[T::ZERO; WIDTH]; SCRATCH];
+        self.rows.iter_mut().take(NODE + ROWS).for_each(|row| *row = [T::ZERO; WIDTH]);
         self.next = 0;
         for (row, root) in self.rows.iter_mut().zip(&node.root) {
             row[..NODE].copy_from_slice(&root[..NODE]);

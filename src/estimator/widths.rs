@@ -82,19 +82,21 @@ impl Widths {
     }
 }
 
-/// The order of the variables whose covariance is looked at: P and bias first, then group by group, each group's lag
-/// behind it, to be taken out from the end.
+/// Groups in the order in which they are taken out, the largest first: the last is taken out for every set of widths.
+pub(super) const TAKEN: [usize; GROUPS] = [2, 0, 1];
+/// Variables whose covariance is looked at: P and bias first, then group by group, each group's lag behind it, to be
+/// taken out from the end.
 pub(super) const VARIABLES: usize = 12 + COUNTS[2] + COUNTS[1] + COUNTS[0];
 /// Variables of a group.
 pub(super) const COUNTS: [usize; GROUPS] =
     [MAG_MATRIX.count + MAG_LAG.count, HARD_IRON.count, ACCEL_MATRIX.count + ACCEL_BIAS.count + ACCEL_LAG.count];
-/// Variables that are left after each group.
-pub(super) const LEFT_AFTER: [usize; GROUPS] = [12 + COUNTS[2] + COUNTS[1], 12 + COUNTS[2], 12];
+/// Variables that are left after each group that is taken out, in that order.
+pub(super) const LEFT_AFTER: [usize; GROUPS] = [12 + COUNTS[TAKEN[2]] + COUNTS[TAKEN[1]], 12 + COUNTS[TAKEN[2]], 12];
 /// Groups with a lag, which is their last variable.
 pub(super) const HAS_LAG: [bool; GROUPS] = [true, false, true];
 
 /// The groups of columns in that order.
-const ORDER: [Group; 8] = [P, BIAS, ACCEL_MATRIX, ACCEL_BIAS, ACCEL_LAG, HARD_IRON, MAG_MATRIX, MAG_LAG];
+const ORDER: [Group; 8] = [P, BIAS, HARD_IRON, MAG_MATRIX, MAG_LAG, ACCEL_MATRIX, ACCEL_BIAS, ACCEL_LAG];
 
 /// The column of a variable.
 pub(super) const fn column(variable: usize) -> usize {
@@ -123,6 +125,6 @@ mod tests {
         columns.sort_unstable();
         columns.dedup();
         assert_eq!(columns.len(), VARIABLES);
-        assert_eq!([column(0), column(11), column(VARIABLES - 1)], [28, 27, 11]);
+        assert_eq!([column(0), column(11), column(VARIABLES - 1)], [28, 27, 12]);
     }
 }

@@ -168,7 +168,7 @@ impl FieldFilter {
             }
         }
         let turned = rotate_back(&exp_quaternion(&wrong_turn), &field);
-        let carried = gain.each_ref().map(|row| self.covariance.times_within(row, 0..GYRO));
+        let carried = self.covariance.times_within(&gain, 0..GYRO);
         for i in 0..3 {
             self.x[IN_EARTH + i] = turned[i];
             for state in 0..IN_EARTH {
@@ -209,7 +209,7 @@ impl FieldFilter {
             row[IN_EARTH + i] = 1.0;
         }
         let predicted_ut = self.in_earth() + node.rotation * self.in_body() + lag_ut_s * self.x[LAG];
-        let projected = rows.each_ref().map(|row| self.covariance.times_within(row, LAG..STATES));
+        let projected = self.covariance.times_within(&rows, LAG..STATES);
         let mut predicted = Matrix3::zeros();
         for (i, carried) in projected.iter().enumerate() {
             for (j, row) in rows.iter().enumerate() {

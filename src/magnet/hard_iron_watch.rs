@@ -11,7 +11,7 @@ use super::{
     field_noise::{CORRELATED, FieldNoise, at_most},
     grid::Grid,
     hard_iron_interval::{HardIronCounts, HardIronInterval},
-    hypothesis::{JUMP_UT, follow},
+    hypothesis::{JUMP_UT, follow, follow_from},
     rest::{RestDetector, RestLimits},
     rest_bias::RestBias,
 };
@@ -307,7 +307,7 @@ impl HardIronWatch {
         };
         self.noise.learn(squared, noise, &innovation.predicted, node.time_s);
         let noise = self.noise.variance_ut2(error_ut, CORRELATED);
-        follow(&mut self.tracked, node, noise, None);
+        follow_from(&mut self.tracked, innovation, node, noise, None);
         if squared < IN_TWENTY {
             self.offsets.refine(&self.tracked, t_us, 0.5 * LEAST_SIZE * self.error_ut());
         }

@@ -1,6 +1,9 @@
 //! Hypotheses about a jump of the field.
 
-use super::{field_filter::FieldFilter, field_node::FieldNode};
+use super::{
+    field_filter::{FieldFilter, Innovation},
+    field_node::FieldNode,
+};
 use crate::statistics::chi_square::{IN_A_MILLION, IN_A_THOUSAND, IN_TWENTY};
 use nalgebra::Matrix3;
 
@@ -22,7 +25,18 @@ pub(super) struct Outcome {
 /// thousand, they are inflated again. That costs likelihood, about the logarithm of the inflation over the
 /// former deviation, so that the hypothesis with fewer jumps wins.
 pub(super) fn follow(filter: &mut FieldFilter, node: &FieldNode, noise: f32, jumping: Option<usize>) -> Outcome {
-    let mut innovation = filter.innovation(node);
+    let innovation = filter.innovation(node);
+    follow_from(filter, innovation, node, noise, jumping)
+}
+
+/// The same with the innovation that the filter has of the node.
+pub(super) fn follow_from(
+    filter: &mut FieldFilter,
+    mut innovation: Innovation,
+    node: &FieldNode,
+    noise: f32,
+    jumping: Option<usize>,
+) -> Outcome {
     let mut squared = innovation.squared(noise);
     let mut jumped = false;
     if let Some(first) = jumping

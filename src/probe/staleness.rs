@@ -25,6 +25,19 @@ impl Staleness {
     /// Takes a reading; `turning` says that the probe turns.
     pub fn update(&mut self, reading: [f32; 3], turning: bool) {
         let reading = reading.map(f32::to_bits);
+        let [[x, y, z], [last_x, last_y, last_z]] = [reading, self.last];
+        let has_zero = x << 1 == 0 || y << 1 == 0 || z << 1 == 0;
+        if !has_zero && x != last_x && y != last_y && z != last_z {
+            // As nearly always: all axes are alive.
+            *self = Self { last: reading, before: self.last, same: 0, repeated: [0; 3] };
+            return;
+        }
+        self.judge(reading, turning);
+    }
+
+    /// Takes a reading in which an axis is zero or repeats itself.
+    #[inline(never)]
+    fn judge(&mut self, reading: [u32; 3], turning: bool) {
         let is_new = reading != self.last;
         for ((repeated, x), last) in self.repeated.iter_mut().zip(reading).zip(self.last) {
             // A zero of either sign.

@@ -35,9 +35,11 @@ const AGAINST_UNNAMED: f32 = 3.0;
 /// Columns that are loaded, or eliminated, in one piece of work.
 const LOADED: usize = 24;
 const ELIMINATED: usize = 3;
+/// Claims that are weighed in one piece.
+const WEIGHED: usize = 6;
 /// Work units of the pieces, as those of `crate::estimator::work`.
 const LOADING_UNITS: u32 = 450;
-const CHOOSING_UNITS: u32 = 560;
+const CHOOSING_UNITS: u32 = 300;
 const ENTERING_UNITS: u32 = 300;
 const TELLING_UNITS: u32 = 280;
 const WATCHING_UNITS: u32 = 230;
@@ -47,7 +49,8 @@ const JOINING_UNITS: u32 = 300;
 enum Stage {
     Idle,
     Loading(usize),
-    Choosing,
+    /// Weighs the claims that are not in, from this one on.
+    Choosing(usize),
     /// The first of these columns that is not in yet.
     Entering(usize),
     /// Reports the chosen effects, one after the other.
@@ -86,6 +89,8 @@ pub(in crate::estimator) struct Evidence<T> {
     /// Log Bayes factors as they stood when the last was chosen.
     pub tried: [f32; MAX_CLAIMS],
     pub claims: Vec<Claim, MAX_CLAIMED>,
+    /// The likeliest of the claims that were weighed last, and its log Bayes factor.
+    best: Option<(u8, f32)>,
     /// The least of the claims, and its evidence with what it is ahead.
     weakest: Option<(u8, f32)>,
     /// Columns that are taken out, their mean and its packed covariance.
@@ -118,6 +123,7 @@ impl<T: Real> Evidence<T> {
             dropped: 0,
             tried: [0.0; MAX_CLAIMS],
             claims: Vec::new(),
+            best: None,
             weakest: None,
             taken: Vec::new(),
             mean: [T::ZERO; MAX_TAKEN],
@@ -156,7 +162,7 @@ impl<T: Real> Evidence<T> {
     pub const fn units(&self) -> u32 {
         match self.stage {
             Stage::Loading(_) => LOADING_UNITS,
-            Stage::Choosing => CHOOSING_UNITS,
+            Stage::Choosing(_) => CHOOSING_UNITS,
             Stage::Entering(_) => ENTERING_UNITS,
             Stage::Telling(_) => TELLING_UNITS,
             Stage::Watching(_) => WATCHING_UNITS,
@@ -180,12 +186,12 @@ impl<T: Real> Evidence<T> {
             Stage::Loading(from) => {
                 let to = if from + LOADED < size + 1 { from + LOADED } else { size + 1 };
                 load(&mut matrix, from..to, globals, candidates);
-                self.stage = if to > size { Stage::Choosing } else { Stage::Loading(to) };
+                self.stage = if to > size { Stage::Choosing(0) } else { Stage::Loading(to) };
                 if to > size {
                     self.residual[0] = matrix.dot(size, size, 0);
                 }
             }
-            Stage::Choosing => self.choose(&matrix, candidates),
+            Stage::Choosing(claim) => self.choose(&matrix, claim, candidates),
             Stage::Telling(chosen) => self.tell(&matrix, chosen, candidates, units),
             Stage::Watching(claim) => self.watch(&matrix, claim, candidates),
             Stage::Joining(row) => self.join(&matrix, row),
@@ -197,16 +203,17 @@ impl<T: Real> Evidence<T> {
                         next += 1;
                     }
                 }
-                self.stage = if next < self.entering.end { Stage::Entering(next) } else { Stage::Choosing };
+                self.stage = if next < self.entering.end { Stage::Entering(next) } else { Stage::Choosing(0) };
             }
         }
         self.stage != Stage::Idle
     }
 
     #[inline(never)]
-    fn choose<const E: usize>(&mut self, matrix: &Matrix<T>, candidates: &Candidates<T, E>) {
+    fn choose<const E: usize>(&mut self, matrix: &Matrix<T>, from: usize, candidates: &Candidates<T, E>) {
         // Errors without a name in the library are always in.
-        for claim in candidates.named_claims()..candidates.claims() {
+        let unnamed = candidates.named_claims()..candidates.claims();
+        for claim in unnamed.filter(|_| from == 0) {
             let columns = candidates.columns_of(claim);
             let fresh = self.entered.others(columns.clone());
             if !fresh.is_empty() {
@@ -218,8 +225,11 @@ impl<T: Real> Evidence<T> {
             }
         }
         let done = self.entered.count();
-        let mut best: Option<(usize, f32)> = None;
-        for claim in 0..candidates.named_claims() {
+        if from == 0 {
+            self.best = None;
+        }
+        let to = at_most(from + WEIGHED, candidates.named_claims());
+        for claim in from..to {
             let columns = candidates.columns_of(claim);
             let is_nuisance = columns.start < NUISANCES;
             let competes = match self.field {
@@ -243,9 +253,13 @@ impl<T: Real> Evidence<T> {
             let Some(tried) = self.tried.get_mut(claim) else { break };
             *tried = factor.unwrap_or(0.0);
             let Some(factor) = factor else { continue };
-            if factor >= self.rules.least && best.is_none_or(|(_, most)| factor > most) {
-                best = Some((claim, factor));
+            if factor >= self.rules.least && self.best.is_none_or(|(_, most)| factor > most) {
+                self.best = Some((claim as u8, factor));
             }
+        }
+        if to < candidates.named_claims() {
+            self.stage = Stage::Choosing(to);
+            return;
         }
         // A claim that was as likely as the one chosen before, and says nothing more beside it, is its alias.
         if let Some(last) = self.chosen.last_mut() {
@@ -255,8 +269,9 @@ impl<T: Real> Evidence<T> {
                 }
             }
         }
-        match best {
+        match self.best {
             Some((claim, most)) if !self.chosen.is_full() => {
+                let claim = usize::from(claim);
                 let mut rivals = 0;
                 for (other, tried) in self.tried.iter().enumerate().take(candidates.named_claims()) {
                     if other != claim && *tried >= self.rules.least && *tried > most - RIVALS {

@@ -56,18 +56,17 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.increments = self.increments.saturating_add(1);
         let mut out = TakenOut::nothing();
         let mut before = 0;
-        let mut terms = [Vector3::zeros(); MAX_PARAMETERS];
-        for (index, effect) in self.library().iter().enumerate() {
+        let mut all = [Vector3::zeros(); MAX_PARAMETERS];
+        for (index, effect) in self.library.unwrap_or(&[]).iter().enumerate() {
             let count = effect.parameters().len();
+            let terms = all.get_mut(..count).unwrap_or_default();
+            effect.set_terms(&moment, terms);
             let mut is_there = false;
             let squares = self.squares.get_mut(before..).unwrap_or_default();
-            for (k, term) in terms.iter_mut().enumerate().take(count) {
-                *term = effect.term(k, &moment);
+            for (sum, term) in squares.iter_mut().zip(terms.iter()) {
                 let square = square(term);
                 is_there |= square > 0.0;
-                if let Some(sum) = squares.get_mut(k) {
-                    *sum += T::of(square);
-                }
+                *sum += T::of(square);
             }
             before += count;
             if effect.nuisance().is_some() {
@@ -83,13 +82,17 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
             else {
                 continue;
             };
-            self.set_terms(first, terms.get(..count).unwrap_or_default(), field_ut, &mut out);
+            self.set_terms(first, terms, field_ut, &mut out);
         }
         (out, moment)
     }
 
     /// Steps of the bias, each from its shock on.
     fn look_at_steps(&mut self, index: usize, effect: &dyn Effect, end_us: u64, out: &mut TakenOut<T>) {
+        // Without a shock there is no step.
+        if self.shocks.seen == 0 && self.first_column(index, 0).is_none() {
+            return;
+        }
         for step in 0..STEPS as u8 {
             let known = self.first_column(index, step);
             let Some(at_us) = self.shocks.at_us(step) else {
@@ -106,14 +109,17 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
 
     /// Sets what the columns of an effect add.
     fn set_terms(&mut self, first: usize, terms: &[Vector3<f32>], field_ut: T, out: &mut TakenOut<T>) {
-        let columns = self.terms.iter_mut().zip(&self.x).zip(&self.places).skip(first);
-        for (((term, x), place), one) in columns.zip(terms) {
+        let per_unit = if field_ut > T::ZERO { T::ONE / field_ut } else { T::ONE };
+        let own = first..first + terms.len();
+        let columns = (self.terms.get_mut(own.clone()), self.x.get(own.clone()), self.places.get(own));
+        let (Some(own), Some(x), Some(places)) = columns else { return };
+        for (((term, x), place), one) in own.iter_mut().zip(x).zip(places).zip(terms) {
             let one = one * place.usual;
             let one = V3::new(T::of(one.x), T::of(one.y), T::of(one.z));
             let (sum, one) = match place.sensor {
                 Sensor::Gyro => (&mut out.rate, one),
                 Sensor::Accelerometer => (&mut out.force, one),
-                Sensor::Magnetometer => (&mut out.field, if field_ut > T::ZERO { one / field_ut } else { one }),
+                Sensor::Magnetometer => (&mut out.field, one * per_unit),
             };
             *term = one;
             if *x != T::ZERO {
