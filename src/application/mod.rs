@@ -3,6 +3,7 @@
 
 mod acquisition;
 mod board;
+mod burst;
 mod commands;
 mod delay;
 mod factory;
@@ -16,6 +17,7 @@ mod stage;
 
 pub use acquisition::{Acquired, Acquisition, AcquisitionCounts, QUEUE, SampleConsumer, SampleQueue};
 pub use board::Board;
+pub use burst::{BURST_SAMPLES, Burst};
 pub use commands::Commands;
 pub use delay::{Delays, LATE_US};
 pub use factory::{factory_config, factory_records, factory_survey, provision};
@@ -66,6 +68,8 @@ pub struct Pipeline<'a, F> {
     pub probe: &'a mut Probe,
     /// Attitudes to surveys.
     pub surveyor: &'a mut Surveyor,
+    /// The worst second.
+    pub burst: &'a mut Burst,
     /// The way out.
     pub line: &'a mut Line,
     /// The way in.
@@ -198,7 +202,7 @@ impl<'a, B: Board> Application<'a, B> {
         if !self.begun {
             self.begin(acquired);
         }
-        let Pipeline { probe, surveyor, line, memory, .. } = &mut self.pipeline;
+        let Pipeline { probe, surveyor, burst, line, memory, .. } = &mut self.pipeline;
         if let Some(memory) = memory {
             memory.sample(sample);
         }
@@ -210,7 +214,9 @@ impl<'a, B: Board> Application<'a, B> {
         }
         if let Some(output) = &output {
             self.counts.delays.add(now_us.saturating_sub(sample.t_us));
-            line.surveys(surveyor.push(&probe.survey_input(sample, output)));
+            let input = probe.survey_input(sample, output);
+            burst.push(&input);
+            line.surveys(surveyor.push(&input));
         }
         line.sample(now_us, acquired.sequence, sample, output.as_ref());
         self.counts.processed = self.counts.processed.wrapping_add(1);
@@ -275,8 +281,8 @@ impl<'a, B: Board> Application<'a, B> {
         }
         self.take_diagnosis(now_us);
         self.receive(now_us);
-        let Pipeline { surveyor, line, .. } = &mut self.pipeline;
-        line.queue_results(now_us, surveyor);
+        let Pipeline { surveyor, burst, line, .. } = &mut self.pipeline;
+        line.queue_results(now_us, surveyor, burst);
         if line.takes_boot() {
             self.report_boot(now_us);
         }

@@ -121,6 +121,12 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         self.results.room()
     }
 
+    /// Returns true if a result waits.
+    #[must_use]
+    pub fn has_results(&self) -> bool {
+        !self.results.is_empty()
+    }
+
     /// Returns true if nothing waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
