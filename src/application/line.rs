@@ -215,8 +215,8 @@ impl Line {
             self.surveys.remove(SurveyNews::DOSE);
             let _ = queue.push_result(now_us, surveyor.dose());
         }
-        // A part at a time, and only when nothing else waits: a result has to wait for one part at most.
-        if !queue.has_results()
+        // A part at a time, and only when nothing else waits: a result or an answer waits for one part at most.
+        if !queue.has_results_or_answers()
             && let Some(part) = burst.take_part()
         {
             let _ = queue.push_result(now_us, &part);

@@ -30,7 +30,7 @@ pub use stage::Stage;
 use crate::{
     Config, Probe,
     config::{ConfigError, SurveyConfig},
-    survey::Surveyor,
+    survey::{SurveyNews, Surveyor},
     telemetry::{Key, StreamConfig},
 };
 use log::info;
@@ -41,6 +41,10 @@ const SLICE_UNITS: u32 = 100;
 
 /// Work that is put off for later when the loop is short of time, in samples' shares: a second at 200 Hz.
 const OWED_SAMPLES: u32 = 200;
+
+/// Reports of the dose from one that is stored to the next: half an hour. At 128 bytes each that fills a sector of 16 KiB
+/// in 64 hours.
+const STORED_DOSES: u8 = 6;
 
 /// Microseconds from one report of health to the next.
 const HEALTH_US: u64 = 5_000_000;
@@ -108,6 +112,8 @@ pub struct Application<'a, B: Board> {
     /// True while the filter's state is being written; its work is put off until that is done, for a tenth of a
     /// second.
     filter_stays: bool,
+    /// Reports of the dose since it was stored.
+    doses: u8,
     progress: Progress,
     served: u32,
     /// When the next report of health is due.
@@ -122,11 +128,14 @@ impl<'a, B: Board> Application<'a, B> {
     ///
     /// # Errors
     /// The field that cannot be used.
-    pub fn start(board: B, pipeline: Pipeline<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
+    pub fn start(board: B, mut pipeline: Pipeline<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
         let Settings { config, survey, stream, recording, key } = settings;
         pipeline.probe.configure(config)?;
         pipeline.surveyor.configure(&config.earth, survey)?;
         pipeline.line.configure(stream)?;
+        if let Some(dose) = pipeline.memory.as_mut().and_then(|memory| memory.dose()) {
+            pipeline.surveyor.resume_dose(dose);
+        }
         if *recording {
             pipeline.commands.recording.start(0, None, true);
         }
@@ -141,6 +150,7 @@ impl<'a, B: Board> Application<'a, B> {
             first_sequence: 0,
             owed_units: 0,
             filter_stays: false,
+            doses: 0,
             progress: Progress::default(),
             // The first words are the boot's, unless the sensors are dead.
             health_us: SILENT_US,
@@ -216,7 +226,17 @@ impl<'a, B: Board> Application<'a, B> {
             self.counts.delays.add(now_us.saturating_sub(sample.t_us));
             let input = probe.survey_input(sample, output);
             burst.push(&input);
-            line.surveys(surveyor.push(&input));
+            let news = surveyor.push(&input);
+            line.surveys(news);
+            if news.contains(SurveyNews::DOSE) {
+                self.doses += 1;
+                if self.doses >= STORED_DOSES
+                    && let Some(memory) = memory
+                {
+                    self.doses = 0;
+                    memory.keep_dose(surveyor.dose());
+                }
+            }
         }
         line.sample(now_us, acquired.sequence, sample, output.as_ref());
         self.counts.processed = self.counts.processed.wrapping_add(1);

@@ -121,10 +121,10 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         self.results.room()
     }
 
-    /// Returns true if a result waits.
+    /// Returns true if a result or an answer waits.
     #[must_use]
-    pub fn has_results(&self) -> bool {
-        !self.results.is_empty()
+    pub fn has_results_or_answers(&self) -> bool {
+        !(self.results.is_empty() && self.answers.is_empty())
     }
 
     /// Returns true if nothing waits.
