@@ -7,9 +7,10 @@ use meerkat_mwd::{
     Config, Sample,
     compensation::{GyroModel, effects::LIBRARY},
     storage::{Limits, ModelHistory, ModelStore, NotDrilling, Preparation, StoredModel},
+    survey::{BurstSample, SlidingToolface, ToolfaceKind, Uncertain, VibrationDose},
     telemetry::{
-        Acknowledgement, Boot, Command, EarlierModel, Erasure, Health, Key, Kind, MAX_FRAME, MAX_PAYLOAD, Outcome,
-        Payload, RawSample, StreamConfig, authenticate, encode_frame, encode_payload,
+        Acknowledgement, Boot, BurstPart, Command, EarlierModel, Erasure, Health, Key, Kind, MAX_FRAME, MAX_PAYLOAD,
+        Outcome, Payload, RawSample, StreamConfig, authenticate, encode_frame, encode_payload,
     },
 };
 use mwd::{
@@ -43,12 +44,28 @@ fn said() -> Vec<(Kind, Vec<u8>)> {
         encoded(&Health { probe: PROBE, t_us: 5_000_000, ..Health::default() }),
         encoded(&RawSample::of(7, &Sample { t_us: 35_000, accel_m_s2: [0.1, -0.2, -9.8], ..Sample::default() })),
         encoded(&Acknowledgement { sequence: 3, outcome: Outcome::Accepted }),
+        encoded(&SlidingToolface {
+            t_start_us: 1,
+            t_end_us: 5_000_001,
+            kind: ToolfaceKind::Gravity,
+            toolface_rad: Uncertain { value: 1.0, sigma: 0.01 },
+            swing_rad: 0.02,
+            latency_s: 2.5,
+        }),
+        encoded(&VibrationDose { shocks: 7, ..VibrationDose::NONE }),
+        encoded(&BurstPart {
+            first: 0,
+            of: 200,
+            rms_m_s2: 9.0,
+            samples: (0..8).map(|_| BurstSample::default()).collect(),
+        }),
         encoded(&Command::SelfTest),
         encoded(&Command::StartRecording { for_s: Some(60) }),
         encoded(&Command::ConfigureStream(StreamConfig::default())),
         signed(1, Command::Configure(Config::default())),
         signed(2, Command::RollBackModel { to: EarlierModel::Previous }),
         signed(3, Command::Erase { what: Erasure::Models }),
+        signed(4, Command::SendVibration),
     ]
 }
 

@@ -5,10 +5,10 @@ use meerkat_mwd::{
     diagnosis::DiagnosisReport,
     magnet::HardIronInterval,
     probe::Output,
-    survey::{DrillingDynamics, SurveyReport},
+    survey::{DrillingDynamics, SlidingToolface, SurveyReport, VibrationDose},
     telemetry::{
-        Acknowledgement, AttitudeFrame, Boot, Command, Health, Identification, Key, Kind, MAX_FRAME, MAX_PAYLOAD,
-        Payload, ProbeId, RawSample, authenticate, encode_frame, encode_payload,
+        Acknowledgement, AttitudeFrame, Boot, BurstPart, Command, Health, Identification, Key, Kind, MAX_FRAME,
+        MAX_PAYLOAD, Payload, ProbeId, RawSample, authenticate, encode_frame, encode_payload,
     },
 };
 use mwd::target::{deadline, toolchain::workspace};
@@ -115,6 +115,9 @@ fn messages() -> Line {
     line.send::<HardIronInterval>("HardIronInterval");
     line.send::<Health>("Health");
     line.send::<Acknowledgement>("Acknowledgement");
+    line.send::<SlidingToolface>("SlidingToolface");
+    line.send::<VibrationDose>("VibrationDose");
+    line.send::<BurstPart>("BurstPart");
     line.send::<Command>("Command");
     let key = Key::new(&std::array::from_fn(|i| (i * 37 + 11) as u8), ProbeId([7; 12])).unwrap();
     let mut room = [0; MAX_PAYLOAD];
@@ -182,7 +185,7 @@ fn both_decoders_read_every_message() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
         let mut spoilt = vec![];
         for _ in 0..3_000 {
-            let kind = Kind::of_number([1, 5, 7, 8, 10, 11, 64, 65][random.next_u32() as usize % 8]).unwrap();
+            let kind = Kind::of_number([1, 5, 7, 8, 10, 11, 13, 14, 64, 65][random.next_u32() as usize % 10]).unwrap();
             let length = random.next_u32() as usize % 400;
             let mut payload = bytes(&mut random);
             payload[..20].iter_mut().for_each(|byte| *byte = random.next_u32() as u8);

@@ -121,7 +121,7 @@ impl<B: Board> Application<'_, B> {
     }
 
     fn carry_out(&mut self, now_us: u64, command: &Command, authentic: bool) -> Result<(), CommandRefusal> {
-        let Pipeline { probe, surveyor, line, commands, memory, .. } = &mut self.pipeline;
+        let Pipeline { probe, surveyor, burst, line, commands, memory } = &mut self.pipeline;
         let board = &mut self.board;
         // The gate has checked every field.
         let bounds = |_| CommandRefusal::Malformed;
@@ -166,6 +166,10 @@ impl<B: Board> Application<'_, B> {
                 if memory.as_mut().ok_or(CommandRefusal::NothingThere)?.accept(probe, *window_end_us)? {
                     self.restarted();
                 }
+            }
+            Command::SendVibration => {
+                line.dose();
+                burst.send();
             }
             Command::StationarySurvey { .. } => {
                 // Every stop gives a survey by itself; one that is over is sent again.

@@ -1,6 +1,6 @@
 //! Line to the host: messages that go over it, and those that wait.
 
-use super::Board;
+use super::{Board, Burst};
 use crate::{
     Sample,
     attitude::AttitudeFlags,
@@ -123,9 +123,8 @@ impl Line {
         self.flags & SelfTest::FAULTS
     }
 
-    /// Which surveys are new; the surveyor keeps them. A mean toolface is not sent: attitudes are.
+    /// Which surveys are new; the surveyor keeps them.
     pub(super) fn surveys(&mut self, news: SurveyNews) {
-        let news = news.difference(SurveyNews::TOOLFACE);
         self.lost_unless(!self.surveys.intersects(news));
         self.surveys |= news;
     }
@@ -133,6 +132,11 @@ impl Line {
     /// The last stationary survey is to be said again.
     pub(super) fn survey_again(&mut self) {
         self.surveys |= SurveyNews::STATIONARY;
+    }
+
+    /// The dose is to be said now.
+    pub(super) fn dose(&mut self) {
+        self.surveys |= SurveyNews::DOSE;
     }
 
     /// Sends the result of a window.
@@ -182,7 +186,7 @@ impl Line {
 
     /// Hands the queue what waits for room in it.
     #[inline(never)]
-    pub(super) fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor) {
+    pub(super) fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor, burst: &mut Burst) {
         let queue = &mut self.queue;
         // Once there is room for any of them, none is refused.
         if queue.results_room() >= RESULT
@@ -202,6 +206,20 @@ impl Line {
         if self.surveys.contains(SurveyNews::DYNAMICS) && queue.results_room() >= RESULT {
             self.surveys.remove(SurveyNews::DYNAMICS);
             let _ = surveyor.dynamics().map(|window| queue.push_result(now_us, window));
+        }
+        if self.surveys.contains(SurveyNews::TOOLFACE) && queue.results_room() >= RESULT {
+            self.surveys.remove(SurveyNews::TOOLFACE);
+            let _ = surveyor.sliding_toolface().map(|toolface| queue.push_result(now_us, toolface));
+        }
+        if self.surveys.contains(SurveyNews::DOSE) && queue.results_room() >= RESULT {
+            self.surveys.remove(SurveyNews::DOSE);
+            let _ = queue.push_result(now_us, surveyor.dose());
+        }
+        // A part at a time, and only when nothing else waits: a result or an answer waits for one part at most.
+        if !queue.has_results_or_answers()
+            && let Some(part) = burst.take_part()
+        {
+            let _ = queue.push_result(now_us, &part);
         }
     }
 

@@ -9,6 +9,7 @@ use crate::{
         LearntProgress, Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate,
         StorageError, StoreReason, StoredModel,
     },
+    survey::VibrationDose,
     telemetry::{CommandRefusal, CounterStore},
 };
 use core::mem::MaybeUninit;
@@ -173,6 +174,17 @@ impl<F: NorFlash> Memory<F> {
         (!is_factory).then(|| self.history.flying(gyro, effects))
     }
 
+    /// What the tool had taken when the power went, or the last half hour before; `None` if nothing was stored.
+    pub(super) fn dose(&mut self) -> Option<VibrationDose> {
+        self.store.read_dose()
+    }
+
+    /// Begins to store what the tool has taken. Where models need the room, or one is being written, the next half
+    /// hour tells the same and more.
+    pub(super) fn keep_dose(&mut self, dose: &VibrationDose) {
+        let _ = self.store.begin_dose(dose);
+    }
+
     /// The number of the model that flew from the start.
     #[must_use]
     pub const fn restored(&self) -> Option<u32> {
@@ -222,13 +234,14 @@ impl<F: NorFlash> Memory<F> {
             return self.store.holds_filter();
         }
         match self.store.step() {
+            Ok(Progress::DoseStored) => info!("the dose is stored"),
             Ok(Progress::Stored { number }) => {
                 info!("model {=u32} is stored", number);
                 // It was written within a second, and there is no window in that.
                 self.gate.stored(self.history.latest());
             }
             Ok(_) => {}
-            Err(_) => error!("a model could not be stored"),
+            Err(_) => error!("a model or the dose could not be stored"),
         }
         false
     }

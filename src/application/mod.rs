@@ -3,6 +3,7 @@
 
 mod acquisition;
 mod board;
+mod burst;
 mod commands;
 mod delay;
 mod factory;
@@ -16,6 +17,7 @@ mod stage;
 
 pub use acquisition::{Acquired, Acquisition, AcquisitionCounts, QUEUE, SampleConsumer, SampleQueue};
 pub use board::Board;
+pub use burst::{BURST_SAMPLES, Burst};
 pub use commands::Commands;
 pub use delay::{Delays, LATE_US};
 pub use factory::{factory_config, factory_records, factory_survey, provision};
@@ -28,7 +30,7 @@ pub use stage::Stage;
 use crate::{
     Config, Probe,
     config::{ConfigError, SurveyConfig},
-    survey::Surveyor,
+    survey::{SurveyNews, Surveyor},
     telemetry::{Key, StreamConfig},
 };
 use log::info;
@@ -39,6 +41,10 @@ const SLICE_UNITS: u32 = 100;
 
 /// Work that is put off for later when the loop is short of time, in samples' shares: a second at 200 Hz.
 const OWED_SAMPLES: u32 = 200;
+
+/// Reports of the dose from one that is stored to the next: half an hour. At 128 bytes each that fills a sector of 16 KiB
+/// in 64 hours.
+const STORED_DOSES: u8 = 6;
 
 /// Microseconds from one report of health to the next.
 const HEALTH_US: u64 = 5_000_000;
@@ -66,6 +72,8 @@ pub struct Pipeline<'a, F> {
     pub probe: &'a mut Probe,
     /// Attitudes to surveys.
     pub surveyor: &'a mut Surveyor,
+    /// The worst second.
+    pub burst: &'a mut Burst,
     /// The way out.
     pub line: &'a mut Line,
     /// The way in.
@@ -104,6 +112,8 @@ pub struct Application<'a, B: Board> {
     /// True while the filter's state is being written; its work is put off until that is done, for a tenth of a
     /// second.
     filter_stays: bool,
+    /// Reports of the dose since it was stored.
+    doses: u8,
     progress: Progress,
     served: u32,
     /// When the next report of health is due.
@@ -118,11 +128,14 @@ impl<'a, B: Board> Application<'a, B> {
     ///
     /// # Errors
     /// The field that cannot be used.
-    pub fn start(board: B, pipeline: Pipeline<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
+    pub fn start(board: B, mut pipeline: Pipeline<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
         let Settings { config, survey, stream, recording, key } = settings;
         pipeline.probe.configure(config)?;
         pipeline.surveyor.configure(&config.earth, survey)?;
         pipeline.line.configure(stream)?;
+        if let Some(dose) = pipeline.memory.as_mut().and_then(|memory| memory.dose()) {
+            pipeline.surveyor.resume_dose(dose);
+        }
         if *recording {
             pipeline.commands.recording.start(0, None, true);
         }
@@ -137,6 +150,7 @@ impl<'a, B: Board> Application<'a, B> {
             first_sequence: 0,
             owed_units: 0,
             filter_stays: false,
+            doses: 0,
             progress: Progress::default(),
             // The first words are the boot's, unless the sensors are dead.
             health_us: SILENT_US,
@@ -198,7 +212,7 @@ impl<'a, B: Board> Application<'a, B> {
         if !self.begun {
             self.begin(acquired);
         }
-        let Pipeline { probe, surveyor, line, memory, .. } = &mut self.pipeline;
+        let Pipeline { probe, surveyor, burst, line, memory, .. } = &mut self.pipeline;
         if let Some(memory) = memory {
             memory.sample(sample);
         }
@@ -210,7 +224,19 @@ impl<'a, B: Board> Application<'a, B> {
         }
         if let Some(output) = &output {
             self.counts.delays.add(now_us.saturating_sub(sample.t_us));
-            line.surveys(surveyor.push(&probe.survey_input(sample, output)));
+            let input = probe.survey_input(sample, output);
+            burst.push(&input);
+            let news = surveyor.push(&input);
+            line.surveys(news);
+            if news.contains(SurveyNews::DOSE) {
+                self.doses += 1;
+                if self.doses >= STORED_DOSES
+                    && let Some(memory) = memory
+                {
+                    self.doses = 0;
+                    memory.keep_dose(surveyor.dose());
+                }
+            }
         }
         line.sample(now_us, acquired.sequence, sample, output.as_ref());
         self.counts.processed = self.counts.processed.wrapping_add(1);
@@ -275,8 +301,8 @@ impl<'a, B: Board> Application<'a, B> {
         }
         self.take_diagnosis(now_us);
         self.receive(now_us);
-        let Pipeline { surveyor, line, .. } = &mut self.pipeline;
-        line.queue_results(now_us, surveyor);
+        let Pipeline { surveyor, burst, line, .. } = &mut self.pipeline;
+        line.queue_results(now_us, surveyor, burst);
         if line.takes_boot() {
             self.report_boot(now_us);
         }

@@ -32,4 +32,9 @@ pub enum StorageError<E> {
     AlreadyProvisioned,
     /// It is not there.
     NotProvisioned,
+    /// These are not the image's next bytes.
+    NotTheNext {
+        /// Offset of the next ones.
+        expected: u32,
+    },
 }

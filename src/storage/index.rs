@@ -1,4 +1,4 @@
-//! Index of the records that count: the newest model of each temperature, the counter, and the retirements. It is
+//! Index of the records that count: the newest model of each temperature, the counter, the retirements, and the dose. It is
 //! built by reading every record once; the order does not matter.
 
 use super::{
@@ -105,13 +105,15 @@ pub struct ScanCounts {
     pub retired: u32,
 }
 
-/// Records that count: the newest model of each temperature, the counter, and the retirements.
+/// Records that count: the newest model of each temperature, the counter, the retirements, and the newest dose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Index {
     pub kept: [Option<Slot>; KEPT],
     pub counter: Rising,
     /// Models up to this number are retired.
     pub retired: Rising,
+    /// Number and place of the newest dose.
+    pub dose: Option<(u32, Place)>,
     pub last_number: u32,
     pub counts: ScanCounts,
 }
@@ -145,7 +147,8 @@ impl Index {
             first_implausible: None,
             retired: 0,
         };
-        Self { kept: [None; KEPT], counter: Rising::NONE, retired: Rising::NONE, last_number: 0, counts }
+        let (counter, retired) = (Rising::NONE, Rising::NONE);
+        Self { kept: [None; KEPT], counter, retired, dose: None, last_number: 0, counts }
     }
 
     /// Notes a whole record. The order of the records does not matter.
@@ -176,6 +179,12 @@ impl Index {
                 Some(value) => self.retired.note(value, place.sector),
                 None => counts.malformed = counts.malformed.saturating_add(1),
             },
+            // Of equal numbers the last is a later copy.
+            Kind::DOSE => {
+                if self.dose.is_none_or(|(number, _)| number <= header.number) {
+                    self.dose = Some((header.number, place));
+                }
+            }
             // Parts are looked up when their model is chosen.
             Kind::LEARNT => {}
             _ => counts.malformed = counts.malformed.saturating_add(1),
@@ -212,6 +221,7 @@ impl Index {
         other.kept.iter().flatten().all(held)
             && self.counter.says_the_same_as(&other.counter)
             && self.retired.says_the_same_as(&other.retired)
+            && self.dose.map(|(number, _)| number) == other.dose.map(|(number, _)| number)
     }
 
     /// Returns the model for a temperature: the nearest, and of equally near ones the newest.

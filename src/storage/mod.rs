@@ -51,7 +51,9 @@
 //! apart, what is left of the problem is small: records that are only appended, each in whole 32-byte granules with a
 //! CRC-32C; copies that are the original to the bit; an erasure is believed by the mark that was written after it.
 //! The flash is driven through `embedded-storage`'s blocking trait: on the chip the processor is what blocks, so
-//! there is nothing that a future could wait for.
+//! there is nothing that a future could wait for. An external flash whose driver is asynchronous alone
+//! (`embedded-storage-async`) is not taken: a wrapper would have to spin until each future is ready, which is to
+//! block by another name. Take the driver's blocking side, or wrap it where blocking is yours to decide.
 //!
 //! # What a power cut leaves
 //! A record counts when its check holds, so one that was cut off is skipped and counted, and the one before
@@ -63,9 +65,12 @@
 //! and a copy is the same record. One ready sector is left alone while drilling, so that there is always room
 //! to copy to; when the room ends before that, a model is refused and counted.
 
+mod dose_record;
 mod error;
 mod factory;
 mod granules;
+#[cfg(feature = "image-slots")]
+mod image_slots;
 mod index;
 mod learnt_parts;
 mod little_endian;
@@ -85,6 +90,8 @@ mod stored_model;
 
 pub use error::StorageError;
 pub use factory::{FactoryCalibration, FactoryKey, FactoryRecord, FactoryRecords, KEY_BYTES, Mounting, can_be_key};
+#[cfg(feature = "image-slots")]
+pub use image_slots::{DIGEST_BYTES, Image, ImageSlots, Receiving, Slot, Start};
 pub use index::ScanCounts;
 pub use learnt_parts::LearntProgress;
 pub use model_history::ModelHistory;

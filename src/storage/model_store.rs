@@ -39,9 +39,10 @@ pub struct ModelStore<F, const SECTORS: usize = 3> {
     pub(super) counts: StoreCounts,
 }
 
-/// Model on its way into the flash.
+/// Model or dose on its way into the flash.
 #[derive(Clone, Copy)]
 struct Writing {
+    kind: Kind,
     temperature_c: Option<[f32; 2]>,
     number: u32,
     place: Place,
@@ -80,6 +81,8 @@ pub enum Progress {
         /// Number of the model.
         number: u32,
     },
+    /// The dose is stored, and was read back.
+    DoseStored,
 }
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
@@ -218,20 +221,32 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if number > self.index.last_number {
             self.index.last_number = number;
         }
-        self.writing = Some(Writing { temperature_c: model.temperature_c, number, place, granules, done: 0 });
+        self.begin_writing(Kind::MODEL, number, place, granules);
+        if let Some(writing) = &mut self.writing {
+            writing.temperature_c = model.temperature_c;
+        }
         Ok(())
     }
 
-    /// Programs the next 32 bytes of the model that is being written; after the last of them reads it back.
+    /// Has [`ModelStore::step`] program the record in the buffer.
+    pub(super) const fn begin_writing(&mut self, kind: Kind, number: u32, place: Place, granules: u16) {
+        self.writing = Some(Writing { kind, temperature_c: None, number, place, granules, done: 0 });
+    }
+
+    /// Programs the next 32 bytes of the model or dose that is being written; after the last of them reads it back.
     ///
     /// # Errors
-    /// The flash failed or does not hold what was written (counted): the model is not stored and can be begun again.
+    /// The flash failed or does not hold what was written (counted): it is not stored and can be begun again.
     #[inline(never)]
     pub fn step(&mut self) -> Result<Progress, StorageError<F::Error>> {
         let Some(mut writing) = self.writing.take() else { return Ok(Progress::Idle) };
         if !self.program_next(writing.place, &mut writing.done, writing.granules)? {
             self.writing = Some(writing);
             return Ok(Progress::More);
+        }
+        if writing.kind == Kind::DOSE {
+            self.index.dose = Some((writing.number, writing.place));
+            return Ok(Progress::DoseStored);
         }
         self.index.keep(writing.number, writing.place, writing.temperature_c);
         self.counts.stored = self.counts.stored.saturating_add(1);
@@ -291,7 +306,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Err(error)
     }
 
-    /// Returns true if a model or the filter's state is being written.
+    /// Returns true if a model, a dose or the filter's state is being written.
     #[must_use]
     pub const fn is_writing(&self) -> bool {
         self.writing.is_some() || self.writing_learnt.is_some()

@@ -109,7 +109,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
         // Each one that turns out to have rotted brings back the one before it, once.
         for _ in 0..2 * KEPT {
-            if self.copy_models(from)? {
+            if self.copy_models(from)? && self.copy_dose(from)? {
                 break;
             }
         }
@@ -133,6 +133,20 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
                 *kept = Some(Slot { place, ..slot });
             }
         }
+        Ok(true)
+    }
+
+    /// Copies the dose in the same way. Returns true if it was whole.
+    fn copy_dose(&mut self, from: u8) -> Result<bool, StorageError<F::Error>> {
+        let last_found = self.last_found;
+        let goes = |place: &Place| place.sector == from || Some(*place) == last_found;
+        let Some((number, place)) = self.index.dose.filter(|(_, place)| goes(place)) else { return Ok(true) };
+        let Some(copy) = self.copy(place)? else {
+            self.forget_rotten(place);
+            return Ok(false);
+        };
+        self.last_found = self.last_found.filter(|last| *last != place);
+        self.index.dose = Some((number, copy));
         Ok(true)
     }
 
@@ -212,6 +226,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
                 self.counts.abandoned = self.counts.abandoned.saturating_add(1);
             }
         }
+        self.index.dose.take_if(|(_, place)| place.sector == number);
         self.rewrite_singles(Some(number))
     }
 }

@@ -37,6 +37,17 @@ impl Kind {
     pub const LEARNT: Self = Self(7);
     /// How the probe sits in its housing.
     pub const MOUNTING: Self = Self(8);
+    /// What the tool has taken.
+    pub const DOSE: Self = Self(9);
+    /// Image of the program.
+    #[cfg(feature = "image-slots")]
+    pub const IMAGE: Self = Self(10);
+    /// An image was started on trial.
+    #[cfg(feature = "image-slots")]
+    pub const TRIAL: Self = Self(11);
+    /// An image runs well.
+    #[cfg(feature = "image-slots")]
+    pub const CONFIRMED: Self = Self(12);
 }
 
 /// Header of a record.

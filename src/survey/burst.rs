@@ -39,10 +39,12 @@ pub struct BurstRecorder<const N: usize> {
     taken: usize,
     since_compared: usize,
     worst_variance: f32,
+    /// True once there is a worst burst.
+    is_there: bool,
 }
 
 impl<const N: usize> BurstRecorder<N> {
-    /// Returns an empty recorder.
+    /// Returns an empty recorder, all zero bytes.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -52,7 +54,8 @@ impl<const N: usize> BurstRecorder<N> {
             oldest: 0,
             taken: 0,
             since_compared: 0,
-            worst_variance: -1.0,
+            worst_variance: 0.0,
+            is_there: false,
         }
     }
 
@@ -73,22 +76,24 @@ impl<const N: usize> BurstRecorder<N> {
         }
         self.since_compared = 0;
         let variance = variance(&self.latest);
-        if variance > self.worst_variance {
-            (self.worst, self.oldest, self.worst_variance) = (self.latest, self.next, variance);
+        if !self.is_there || variance > self.worst_variance {
+            // Not as one tuple: that would put the samples on the stack.
+            self.worst = self.latest;
+            (self.oldest, self.worst_variance, self.is_there) = (self.next, variance, true);
         }
     }
 
     /// Samples of the worst burst, oldest first; none before `N` samples were taken.
     pub fn worst(&self) -> impl Iterator<Item = &BurstSample> {
         let (later, earlier) = self.worst.split_at_checked(self.oldest).unwrap_or_default();
-        let there = if self.worst_variance < 0.0 { 0 } else { N };
+        let there = if self.is_there { N } else { 0 };
         earlier.iter().chain(later).take(there)
     }
 
     /// Root mean square by which the raw acceleration of the worst burst varied about its mean, m/s^2.
     #[must_use]
     pub fn worst_rms_m_s2(&self) -> Option<f32> {
-        (self.worst_variance >= 0.0).then(|| libm::sqrtf(self.worst_variance))
+        self.is_there.then(|| libm::sqrtf(self.worst_variance))
     }
 }
 

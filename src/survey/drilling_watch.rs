@@ -5,11 +5,16 @@ use super::{
     sliding_toolface::SlidingMean,
 };
 
+/// Windows from one report of the dose to the next: five minutes by default.
+const DOSE_WINDOWS: u8 = 10;
+
 /// The watch, with its latest results.
 pub(super) struct DrillingWatch {
     dynamics: DynamicsWindow,
     sliding: SlidingMean,
     pub dose: VibrationDose,
+    /// Windows since the dose was reported.
+    windows: u8,
     pub last_dynamics: Option<DrillingDynamics>,
     pub last_toolface: Option<SlidingToolface>,
 }
@@ -20,6 +25,7 @@ impl DrillingWatch {
             dynamics: DynamicsWindow::new(),
             sliding: SlidingMean::new(),
             dose: VibrationDose::NONE,
+            windows: 0,
             last_dynamics: None,
             last_toolface: None,
         }
@@ -38,6 +44,11 @@ impl DrillingWatch {
             self.dose.add(&window);
             self.last_dynamics = Some(window);
             news.insert(SurveyNews::DYNAMICS);
+            self.windows += 1;
+            if self.windows >= DOSE_WINDOWS {
+                self.windows = 0;
+                news.insert(SurveyNews::DOSE);
+            }
         }
         // Nothing slides that rotates, so that this survey is the one of a tool that does not.
         if self.sliding.push(input, surveys.is_rotating(), surveys.toolface())

@@ -1,9 +1,8 @@
 //! Severity of vibration and of stick-slip in eight levels, whether the tool whirls, and the dose of a run.
 //!
-//! Levels count from 0 to 7, with the bounds that crews of Baker Hughes tools go by, attributed to Reckmann, Jogi, Kpetehoto,
-//! Chandrasekaran and Macpherson, MWD Failure Rates Due to Drilling Dynamics, IADC/SPE 127413 (2010). They were not
-//! checked against the paper. Its tools sample faster than a probe that measures attitude: what is above half of this
-//! probe's rate, or above its accelerometer's range, is in no figure here.
+//! Levels count from 0 to 7, as those of many makers do. The bounds are this library's own choice: makers' tables differ,
+//! and none that is published was at hand to be checked against. [`level`] takes the bounds of your tool's manual. What
+//! is above half of the probe's sample rate, or above its accelerometer's range, is in no figure here.
 
 use super::{DrillingDynamics, Rotation, WhirlKind};
 use crate::units::STANDARD_GRAVITY_M_S2;
@@ -19,7 +18,9 @@ const CIRCULAR: f32 = 0.5;
 /// Number of levels.
 pub const LEVELS: usize = 8;
 
-fn level(value: f32, bounds: &[f32]) -> u8 {
+/// Level of a value by any table: how many of the bounds it reaches.
+#[must_use]
+pub fn level(value: f32, bounds: &[f32]) -> u8 {
     bounds.iter().filter(|bound| value >= **bound).count() as u8
 }
 

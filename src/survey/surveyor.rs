@@ -34,13 +34,13 @@ impl Surveyor {
     }
 
     /// Checks a configuration and starts anew from it. `earth` is the probe's: its declination says whether
-    /// the attitudes count from true or from magnetic north.
+    /// the attitudes count from true or from magnetic north. The dose stays.
     ///
     /// # Errors
     /// Names the field that cannot be used; the surveyor then stays as it was.
     pub fn configure(&mut self, earth: &Earth, config: &SurveyConfig) -> Result<(), ConfigError> {
         self.surveys.configure(earth, config)?;
-        self.drilling = DrillingWatch::new();
+        self.drilling.restart();
         Ok(())
     }
 
@@ -106,7 +106,8 @@ impl Surveyor {
         self.drilling.last_toolface.as_ref()
     }
 
-    /// Vibration and shocks since the configuration, window by window.
+    /// Vibration and shocks since the start, or since the dose that was resumed, window by window. A new configuration
+    /// leaves it.
     #[must_use]
     pub const fn dose(&self) -> &VibrationDose {
         &self.drilling.dose

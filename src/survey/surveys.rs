@@ -22,6 +22,8 @@ bitflags::bitflags! {
         const DYNAMICS = 1 << 2;
         /// A toolface while sliding: [`Surveyor::sliding_toolface`](super::Surveyor::sliding_toolface).
         const TOOLFACE = 1 << 3;
+        /// The dose, after every tenth window: [`Surveyor::dose`](super::Surveyor::dose).
+        const DOSE = 1 << 4;
     }
 }
 

@@ -100,6 +100,8 @@ pub enum Request {
         /// Which model
         to: Earlier,
     },
+    /// Send vibration dose and the raw samples of the worst second: monitor shows them. Needs --key
+    SendVibration,
     /// Erase stored models. Needs --key
     Erase {
         /// What to erase
@@ -145,6 +147,7 @@ impl Request {
             Self::AcceptModel { window_end_us } => Command::AcceptModel { window_end_us: *window_end_us },
             Self::RollBack { to: Earlier::Previous } => Command::RollBackModel { to: EarlierModel::Previous },
             Self::RollBack { to: Earlier::Factory } => Command::RollBackModel { to: EarlierModel::Factory },
+            Self::SendVibration => Command::SendVibration,
             Self::Erase { what: What::Models } => Command::Erase { what: Erasure::Models },
         })
     }

@@ -8,6 +8,7 @@ use world_magnetic_model::time::Date;
 use super::settings::{ReferenceSettings, RunSettings};
 use crate::{
     earth::{
+        coefficient_file::CoefficientFile,
         field_at_depth::{field_at, within_half_a_turn},
         gravity_at_depth::gravity_m_s2,
         reference_field::day,
@@ -58,6 +59,7 @@ pub struct Reference {
 #[derive(Debug)]
 enum Source {
     Wmm(Date),
+    Coefficients(CoefficientFile, Date),
     Fixed {
         field: [f64; 3],
         gravity_m_s2: Option<f64>,
@@ -76,13 +78,16 @@ impl Reference {
         let place = place(settings);
         let (source, model, date) = match &settings.reference {
             ReferenceSettings::Wmm => {
-                let date = survey_day.ok_or_else(|| missing("date = \"YYYY-MM-DD\""))?;
-                if place.is_none() {
-                    return Err(missing("latitude_deg and longitude_deg"));
-                }
+                let date = evaluated_on(survey_day, place.as_ref())?;
                 let [first, last] = [parsed(WMM2025[0], "")?, parsed(WMM2025[1], "")?];
                 let model = if date >= first && date <= last { "WMM2025" } else { "WMM2020" };
                 (Source::Wmm(date), model.to_owned(), date.to_string())
+            }
+            ReferenceSettings::Coefficients { path } => {
+                let date = evaluated_on(survey_day, place.as_ref())?;
+                let model = CoefficientFile::read(path)?;
+                let name = model.name.clone();
+                (Source::Coefficients(model, date), name, date.to_string())
             }
             ReferenceSettings::Fixed { name, date, field_nt, dip_deg, declination_deg, gravity_m_s2 } => {
                 parsed(date, "reference.date")?;
@@ -150,6 +155,11 @@ impl Reference {
                 let degrees = |rad: f32| f64::from(rad).to_degrees();
                 ([f64::from(field.total_ut), degrees(field.dip_rad), degrees(field.declination_rad)], normal)
             }
+            Source::Coefficients(model, date) => {
+                let [latitude, longitude] = [run.latitude_deg, run.longitude_deg].map(Option::unwrap_or_default);
+                let field = model.field_at(latitude, longitude, height, *date)?;
+                ([field.total_nt() * 1e-3, field.dip_deg(), field.declination_deg()], normal)
+            }
             Source::Fixed { field, gravity_m_s2 } => (*field, gravity_m_s2.or(normal)),
             Source::Table(rows) => (interpolated(rows, tvd_m)?, normal),
         };
@@ -160,6 +170,15 @@ impl Reference {
 
 fn missing(what: &str) -> Failure {
     Failure::BadInput(format!("the run's settings lack {what}"))
+}
+
+/// Day for which a global model is evaluated: it takes a place and a date.
+fn evaluated_on(survey_day: Option<Date>, place: Option<&String>) -> Result<Date, Failure> {
+    let date = survey_day.ok_or_else(|| missing("date = \"YYYY-MM-DD\""))?;
+    if place.is_none() {
+        return Err(missing("latitude_deg and longitude_deg"));
+    }
+    Ok(date)
 }
 
 fn parsed(text: &str, field: &str) -> Result<Date, Failure> {
@@ -242,6 +261,19 @@ mod tests {
         assert!(reference.warnings.is_empty());
         let old = Reference::of(&run(&PLACE.replace("2026", "2023"))).unwrap();
         assert_eq!(old.provenance().model, "WMM2020");
+    }
+
+    #[test]
+    fn coefficients_are_taken_at_depth_and_told() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/earth/coefficient_file/WMM2025.COF");
+        let from_file = format!("{PLACE}[reference]\nmodel = \"coefficients\"\npath = '{path}'\n");
+        let (file, wmm) = (Reference::of(&run(&from_file)).unwrap(), Reference::of(&run(PLACE)).unwrap());
+        assert_eq!(file.provenance().model, "WMM-2025");
+        let (a, b) = (file.at(6_000.0).unwrap(), wmm.at(6_000.0).unwrap());
+        assert!((a.field_ut - b.field_ut).abs() < 3e-4 && (a.dip_deg - b.dip_deg).abs() < 5e-4, "{a:?} {b:?}");
+        assert!((a.declination_deg - b.declination_deg).abs() < 1e-3);
+        assert!(Reference::of(&run(&from_file.replace("2026", "2035"))).unwrap().at(0.0).is_err());
+        assert!(Reference::of(&run(&from_file.replace("latitude_deg = 60.0\n", ""))).is_err());
     }
 
     #[test]

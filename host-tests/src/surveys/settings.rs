@@ -80,6 +80,12 @@ pub enum ReferenceSettings {
     /// The World Magnetic Model at each station's depth, on the run's date.
     #[default]
     Wmm,
+    /// A model of spherical harmonics at each station's depth, on the run's date, from a file of coefficients such as
+    /// `WMMHR.COF`.
+    Coefficients {
+        /// The file.
+        path: PathBuf,
+    },
     /// Stated values, the same at every station.
     Fixed {
         /// Name of their source.

@@ -27,7 +27,8 @@ use machine::{Machine, PERIOD_US, WORDS};
 use meerkat_mwd::{
     Config, Probe,
     application::{
-        Acquisition, AcquisitionCounts, Application, Board, Commands, Line, Memory, Pipeline, SampleQueue, Settings,
+        Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, Pipeline, SampleQueue,
+        Settings,
     },
     compensation::effects::LIBRARY,
     config::{Latency, SurveyConfig},
@@ -162,10 +163,16 @@ fn power_up(chip: &Chip, day: &mut Day, settings: &Settings, reason: ResetReason
     let before = Round { stored: 0, erased: chip.erased_us.borrow().len() };
     let acquisition = (Acquisition::new(producer, &counts), waiting, &counts);
     let machine = Machine::new(chip, day, (&parts, player), acquisition, reason, checks::heard);
-    let (mut probe, mut surveyor, mut line, mut commands) =
-        (Box::new(Probe::new()), Surveyor::new(), Line::new(), Commands::new());
-    let pipeline =
-        Pipeline { probe: &mut probe, surveyor: &mut surveyor, line: &mut line, commands: &mut commands, memory };
+    let (mut probe, mut surveyor, mut burst) = (Box::new(Probe::new()), Surveyor::new(), Box::new(Burst::new()));
+    let (mut line, mut commands) = (Line::new(), Commands::new());
+    let pipeline = Pipeline {
+        probe: &mut probe,
+        surveyor: &mut surveyor,
+        burst: &mut burst,
+        line: &mut line,
+        commands: &mut commands,
+        memory,
+    };
     let mut application = Application::start(machine, pipeline, settings)?;
     let death = live(&mut application, before);
     let machine = application.board();

@@ -3,10 +3,13 @@
 use super::live::{Host, KEY, LiveProbe, drilled};
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
+    application::BURST_SAMPLES,
     config::SurveyConfig,
     identification::Decision,
     storage::StoredModel,
-    telemetry::{Boot, Command, CommandRefusal, EarlierModel, Erasure, Message, Outcome, ResetReason, StreamConfig},
+    telemetry::{
+        Boot, BurstPart, Command, CommandRefusal, EarlierModel, Erasure, Message, Outcome, ResetReason, StreamConfig,
+    },
 };
 use mwd::{flight, target::real_time::RealTime};
 use nalgebra::Vector3;
@@ -191,6 +194,7 @@ fn what_needs_no_key_is_done_and_bounds_are_kept() {
         &["start-recording", "--for", "600"],
         &["stop-recording"],
         &["survey", "--within", "60"],
+        &["send-vibration"],
     ] {
         owner.types(arguments, "accepted");
     }
@@ -217,6 +221,28 @@ fn what_needs_no_key_is_done_and_bounds_are_kept() {
     let surveys = host.surveys;
     assert_eq!(host.plain(&Command::StationarySurvey { within_s: 60 }), Outcome::Accepted);
     assert!(host.surveys > surveys, "what was asked for comes before the answer");
+
+    // Dose and worst second: all of it, in order.
+    assert_eq!(host.plain(&Command::SendVibration), Outcome::Refused(CommandRefusal::NotAuthenticated));
+    assert_eq!(owner.sends(&mut host, &Command::SendVibration), Outcome::Accepted);
+    // What was typed before may still be on its way: the last that began counts.
+    let whole = |burst: &[BurstPart]| {
+        let parts = burst.get(burst.iter().rposition(|part| part.first == 0)?..)?;
+        let samples: Vec<_> = parts.iter().flat_map(|part| part.samples.clone()).collect();
+        (samples.len() >= usize::from(parts[0].of)).then_some(samples)
+    };
+    let samples = loop {
+        match whole(&host.burst) {
+            Some(samples) => break samples,
+            None => host.until("the worst second", |message| matches!(message, Message::Burst(_)).then_some(())),
+        }
+    };
+    assert!(host.dose.is_some());
+    assert_eq!(samples.len(), BURST_SAMPLES);
+    assert!(samples.windows(2).all(|pair| pair[1].t_us - pair[0].t_us == 5_000), "{samples:?}");
+    assert!(
+        samples.iter().all(|sample| sample.accel_m_s2.iter().all(|x| x.abs() < 20.0)) && host.burst[0].rms_m_s2 < 1.0
+    );
 
     // The program checks bounds itself: the probe must, too.
     for (command, name) in [

@@ -5,9 +5,10 @@ use crate::rig::{emulator::toolchain, files::scenario};
 use meerkat_mwd::{
     Config, Sample,
     identification::WindowReport,
+    survey::VibrationDose,
     telemetry::{
-        Acknowledgement, Boot, Command, FrameDecoder, Key, Kind, MAX_DECODED, MAX_FRAME, MAX_PAYLOAD, Message, Outcome,
-        authenticate, encode_frame, encode_payload,
+        Acknowledgement, Boot, BurstPart, Command, FrameDecoder, Key, Kind, MAX_DECODED, MAX_FRAME, MAX_PAYLOAD,
+        Message, Outcome, authenticate, encode_frame, encode_payload,
     },
 };
 use mwd::{
@@ -120,6 +121,8 @@ impl LiveProbe {
             sequence: 0,
             boot: None,
             surveys: 0,
+            dose: None,
+            burst: vec![],
         }
     }
 
@@ -151,6 +154,10 @@ pub struct Host {
     pub boot: Option<Boot>,
     /// How many came.
     pub surveys: u32,
+    /// The latest that came.
+    pub dose: Option<VibrationDose>,
+    /// Parts of the worst second.
+    pub burst: Vec<BurstPart>,
 }
 
 impl Host {
@@ -164,6 +171,11 @@ impl Host {
                 let message = self.decoder.push(byte).and_then(|frame| Message::decode(&frame).ok());
                 if let Some(Message::Boot(boot)) = &message {
                     self.boot = Some(*boot);
+                }
+                match &message {
+                    Some(Message::Dose(dose)) => self.dose = Some(*dose),
+                    Some(Message::Burst(part)) => self.burst.push(part.clone()),
+                    _ => {}
                 }
                 self.surveys += u32::from(matches!(message, Some(Message::Survey(_))));
                 if let Some(last) = message.as_ref().and_then(&mut is_last) {

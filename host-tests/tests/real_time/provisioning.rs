@@ -3,7 +3,8 @@
 use super::live::{KEY, LiveProbe};
 use meerkat_mwd::{
     Config, Sample,
-    telemetry::{Command, EarlierModel, Message, Outcome},
+    storage::{FactoryKey, FactoryRecord},
+    telemetry::{Command, CommandRefusal, EarlierModel, Message, Outcome},
 };
 use mwd::target::real_time::RealTime;
 use std::fs;
@@ -43,16 +44,33 @@ fn provision(probe: &LiveProbe, calibration: &str, more: &[&str]) -> (i32, Strin
     (status, said)
 }
 
-/// What is provisioned flies, and no other record is taken.
+/// Another key than the factory's.
+const OTHER_KEY: [u8; 32] = *b"another key, nobody's, 32 bytes!";
+
+/// What is provisioned flies, its key is the one that opens, and no other record is taken, whoever sends it.
 fn is_provisioned(probe: &LiveProbe) {
     assert_eq!(provision(probe, "calibration.toml", &["--check"]).0, 0);
     let (status, said) = provision(probe, "other.toml", &[]);
     assert!(status == 2 && said.contains("calibration: the probe refused"), "{said}");
     let mut host = probe.host();
+    let refused = |outcome: Outcome| match outcome {
+        Outcome::Refused(refusal) => Some(refusal),
+        _ => None,
+    };
     let factory = Command::RollBackModel { to: EarlierModel::Factory };
-    assert_ne!(host.plain(&factory), Outcome::Accepted);
-    // Whether it stands still it cannot know before it has its calibration; the key it knows.
-    assert_ne!(host.signed(&KEY, 1, &Command::ConfigureStream(RealTime::default().stream)), host.plain(&factory));
+    assert_eq!(refused(host.plain(&factory)), Some(CommandRefusal::NotAuthenticated), "it has a key");
+    // One that needs no pause: whether it stands still the probe cannot know before it has its calibration.
+    let stream = Command::ConfigureStream(RealTime::default().stream);
+    assert_eq!(refused(host.signed(&OTHER_KEY, 1, &stream)), Some(CommandRefusal::Forged));
+    // The counter is judged after the code, so that a used one shows the right key, too.
+    let with_the_key = host.signed(&KEY, 1, &stream);
+    let is_open = matches!(with_the_key, Outcome::Accepted | Outcome::Refused(CommandRefusal::Replayed { latest: 1 }));
+    assert!(is_open, "{with_the_key:?}");
+    // Nobody gives it another key, with the present one or without.
+    let other_key = Command::Provision { record: FactoryRecord::Key(FactoryKey(OTHER_KEY)), only_check: false };
+    assert_eq!(refused(host.plain(&other_key)), Some(CommandRefusal::AlreadyProvisioned));
+    let same_key = Command::Provision { record: FactoryRecord::Key(FactoryKey(KEY)), only_check: true };
+    assert_eq!(host.plain(&same_key), Outcome::Accepted);
     assert_eq!(host.plain(&Command::StartRecording { for_s: Some(1) }), Outcome::Accepted);
     let boot = match host.boot {
         Some(boot) => boot,
@@ -68,6 +86,11 @@ fn a_probe_is_provisioned_over_the_line_once_and_flies_with_it() {
     let Some(mut probe) = new_probe() else { return };
     let (run, samples) = run(None);
     probe.power_up(&run, &samples);
+    // Before the first provisioning there is no key to ask for, and nothing that needs one is carried out.
+    let mut host = probe.host();
+    let stream = Command::ConfigureStream(RealTime::default().stream);
+    assert_eq!(host.signed(&KEY, 1, &stream), Outcome::Refused(CommandRefusal::NoKey));
+    drop(host);
     let (status, said) = provision(&probe, "calibration.toml", &["--check"]);
     assert!(status == 2 && said.contains("calibration: the probe holds none"), "{said}");
     let (status, said) = provision(&probe, "calibration.toml", &[]);

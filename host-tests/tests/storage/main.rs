@@ -5,9 +5,11 @@
 #[path = "../rig/mod.rs"]
 mod rig;
 mod continued;
+mod dose;
 mod factory;
 mod flight;
 mod history;
+mod images;
 mod learnt;
 mod marginal;
 mod models;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use meerkat_mwd::{
     Config, Probe, Sample,
-    config::SurveyConfig,
+    config::{DynamicsConfig, SurveyConfig},
     survey::{Grade, SurveyNews, Surveyor},
 };
 
@@ -29,7 +29,9 @@ fn a_probe_that_rotates_and_then_rests_gives_surveys_of_every_kind_that_agree() 
     config.earth.dip_rad = Some(dip as f32);
     config.earth.declination_rad = Some(0.05);
     probe.configure(&config).unwrap();
-    surveyor.configure(&config.earth, &SurveyConfig::default()).unwrap();
+    // Ten windows, after which the dose is told, in the time of this run.
+    let dynamics = DynamicsConfig { window_s: 6.0, ..DynamicsConfig::default() };
+    surveyor.configure(&config.earth, &SurveyConfig { dynamics, ..SurveyConfig::default() }).unwrap();
 
     let mut draw = Draw::new(5);
     let mut seen = SurveyNews::empty();

@@ -94,6 +94,88 @@ fn every_file_has_every_station_and_text_cannot_break_it() {
     assert_eq!(json["stations"].as_array().unwrap().len(), 40);
 }
 
+/// Elements of a station in WITSML 1.4.1.1, in the order that its schema demands (`grp_trajectoryStation`, as open
+/// programs for that version list it), down to what is written here.
+const STATION_1_4_1_1: [&str; 57] = [
+    "target",
+    "dTimStn",
+    "typeTrajStation",
+    "typeSurveyTool",
+    "calcAlgorithm",
+    "md",
+    "tvd",
+    "incl",
+    "azi",
+    "mtf",
+    "gtf",
+    "dispNs",
+    "dispEw",
+    "vertSect",
+    "dls",
+    "rateTurn",
+    "rateBuild",
+    "mdDelta",
+    "tvdDelta",
+    "modelToolError",
+    "iscwsaToolErrorModel",
+    "gravTotalUncert",
+    "dipAngleUncert",
+    "magTotalUncert",
+    "gravAccelCorUsed",
+    "magXAxialCorUsed",
+    "sagCorUsed",
+    "magDrlstrCorUsed",
+    "infieldRefCorUsed",
+    "interpolatedInfieldRefCorUsed",
+    "inHoleRefCorUsed",
+    "axialMagInterferenceCorUsed",
+    "cosagCorUsed",
+    "MSACorUsed",
+    "gravTotalFieldReference",
+    "magTotalFieldReference",
+    "magDipAngleReference",
+    "magModelUsed",
+    "magModelValid",
+    "geoModelUsed",
+    "statusTrajStation",
+    "rawData",
+    "gravAxialRaw",
+    "gravTran1Raw",
+    "gravTran2Raw",
+    "magAxialRaw",
+    "magTran1Raw",
+    "magTran2Raw",
+    "corUsed",
+    "valid",
+    "magTotalFieldCalc",
+    "magDipAngleCalc",
+    "gravTotalFieldCalc",
+    "matrixCov",
+    "varianceNN",
+    "varianceNE",
+    "varianceNVert",
+];
+
+#[test]
+fn elements_of_a_witsml_1_station_are_the_schemas_in_its_order() {
+    let order: Vec<&str> =
+        STATION_1_4_1_1.into_iter().chain(["varianceEE", "varianceEVert", "varianceVertVert"]).collect();
+    let (_, run) = worked_out(5);
+    let text = files::witsml1::witsml(&run);
+    for station in text.split("<trajectoryStation ").skip(1) {
+        let station = station.split("</trajectoryStation>").next().unwrap();
+        let names: Vec<&str> = station
+            .split('<')
+            .skip(1)
+            .filter(|tag| !tag.starts_with('/'))
+            .map(|tag| tag.split([' ', '>']).next().unwrap())
+            .collect();
+        let places: Vec<Option<usize>> =
+            names.iter().map(|name| order.iter().position(|known| known == name)).collect();
+        assert!(names.len() > 20 && places.iter().all(Option::is_some) && places.is_sorted(), "{names:?}");
+    }
+}
+
 #[test]
 fn a_receiver_gets_a_record_of_each_station() {
     let (_, run) = worked_out(6);

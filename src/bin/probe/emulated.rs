@@ -31,8 +31,8 @@ use flash::{FACTORY, FileFlash, MODELS};
 use meerkat_mwd::{
     Probe,
     application::{
-        Acquired, Acquisition, AcquisitionCounts, Application, Board, Commands, Line, Memory, Pipeline, SampleConsumer,
-        SampleQueue, Stage, factory_records, provision,
+        Acquired, Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, Pipeline,
+        SampleConsumer, SampleQueue, Stage, factory_records, provision,
     },
     sensor_models::Recording,
     storage::FactoryRecord,
@@ -55,6 +55,7 @@ static mut MEMORY: MaybeUninit<Memory<FileFlash>> = MaybeUninit::uninit();
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
+    static mut BURST: Burst = Burst::new();
     static mut LINE: Line = Line::new();
     static mut COMMANDS: Commands = Commands::new();
     static mut QUEUE: SampleQueue = SampleQueue::new();
@@ -66,6 +67,7 @@ fn main() -> ! {
     let pipeline = Pipeline {
         probe: PROBE,
         surveyor: surveyor.write(Surveyor::new()),
+        burst: BURST,
         line: LINE,
         commands: COMMANDS,
         memory: None,

@@ -20,7 +20,7 @@ use flash::ModelFlash;
 use meerkat_mwd::{
     Config, Probe,
     application::{
-        Acquisition, Application, Board, Commands, Line, Memory, Pipeline, SampleQueue, Settings, data_sheet,
+        Acquisition, Application, Board, Burst, Commands, Line, Memory, Pipeline, SampleQueue, Settings, data_sheet,
         factory_config, factory_records, factory_survey,
     },
     survey::Surveyor,
@@ -44,6 +44,7 @@ fn main() -> ! {
     static mut PROBE: Probe = Probe::new();
     // Not all zero at first: a value here would stand in flash, too.
     static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
+    static mut BURST: Burst = Burst::new();
     static mut LINE: Line = Line::new();
     static mut COMMANDS: Commands = Commands::new();
     static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
@@ -93,8 +94,14 @@ fn main() -> ! {
     let serial = SerialQueues { outgoing, incoming };
     let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity, factory: region };
     let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
-    let pipeline =
-        Pipeline { probe: PROBE, surveyor: SURVEYOR.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
+    let pipeline = Pipeline {
+        probe: PROBE,
+        surveyor: SURVEYOR.write(Surveyor::new()),
+        burst: BURST,
+        line: LINE,
+        commands: COMMANDS,
+        memory,
+    };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };

@@ -19,7 +19,7 @@ use flash::{FactoryFlash, ModelFlash};
 use meerkat_mwd::{
     Config, Probe,
     application::{
-        Acquisition, Application, Board, Commands, Line, Memory, Pipeline, SampleQueue, Settings, data_sheet,
+        Acquisition, Application, Board, Burst, Commands, Line, Memory, Pipeline, SampleQueue, Settings, data_sheet,
         factory_config, factory_records, factory_survey,
     },
     survey::Surveyor,
@@ -59,6 +59,7 @@ static mut SENSORS: MaybeUninit<BoardSensors> = MaybeUninit::uninit();
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
+    static mut BURST: Burst = Burst::new();
     static mut LINE: Line = Line::new();
     static mut COMMANDS: Commands = Commands::new();
     static mut SAMPLES: SampleQueue = SampleQueue::new();
@@ -101,8 +102,14 @@ fn main() -> ! {
     let serial = SerialQueues { outgoing, incoming };
     let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity: identity(), factory: region };
     let memory = Memory::start(memory, models, &settings.config, || board.feed_watchdog());
-    let pipeline =
-        Pipeline { probe: PROBE, surveyor: surveyor.write(Surveyor::new()), line: LINE, commands: COMMANDS, memory };
+    let pipeline = Pipeline {
+        probe: PROBE,
+        surveyor: surveyor.write(Surveyor::new()),
+        burst: BURST,
+        line: LINE,
+        commands: COMMANDS,
+        memory,
+    };
     let Ok(mut application) = Application::start(board, pipeline, &settings) else {
         fault::stop("the configuration cannot be used")
     };

@@ -94,6 +94,9 @@ pub enum Command {
         /// Write nothing, only compare with what the probe holds.
         only_check: bool,
     },
+    /// Send what the tool has taken and the raw samples of the worst second. It needs the key, because the samples, 5,500
+    /// bytes, go before attitudes; and it is refused while drilling, because a worse second could come between them.
+    SendVibration,
 }
 
 /// Earlier model to fly.
@@ -133,14 +136,15 @@ impl Command {
             | Self::StartRecording { .. }
             | Self::StopRecording
             | Self::StationarySurvey { .. }
-            | Self::Provision { .. } => false,
+            | Self::Provision { .. }
+            | Self::SendVibration => false,
         }
     }
 
-    /// Returns true if the command needs authentication: it changes calibration, or can silence the probe.
+    /// Returns true if the command needs authentication: it changes calibration, or can keep attitudes from the line.
     #[must_use]
     pub const fn needs_the_key(&self) -> bool {
-        self.changes_calibration() || matches!(self, Self::ConfigureStream(_))
+        self.changes_calibration() || matches!(self, Self::ConfigureStream(_) | Self::SendVibration)
     }
 
     /// Returns true if the probe sends more for it than an answer, once: a boot, a survey or its health.
@@ -152,7 +156,7 @@ impl Command {
     /// Returns true if the command has to wait until the tool is not drilling.
     #[must_use]
     pub const fn needs_a_pause(&self) -> bool {
-        self.changes_calibration() || matches!(self, Self::SelfTest)
+        self.changes_calibration() || matches!(self, Self::SelfTest | Self::SendVibration)
     }
 
     /// Checks every number of the command; `now_us` is the probe's time.
@@ -174,7 +178,8 @@ impl Command {
             | Self::StopRecording
             | Self::RollBackModel { .. }
             | Self::Erase { .. }
-            | Self::Provision { .. } => Ok(()),
+            | Self::Provision { .. }
+            | Self::SendVibration => Ok(()),
         }
     }
 }

@@ -29,6 +29,12 @@ pub enum Kind {
     Health = 10,
     /// Answer to a command.
     Acknowledgement = 11,
+    /// A toolface while sliding: [`SlidingToolface`](crate::survey::SlidingToolface).
+    Toolface = 12,
+    /// What the tool has taken: [`VibrationDose`](crate::survey::VibrationDose).
+    Dose = 13,
+    /// Part of the worst second: [`BurstPart`](crate::telemetry::BurstPart).
+    Burst = 14,
     /// To the probe: a command that anybody may give.
     Command = 64,
     /// To the probe: a command with counter and authentication.
@@ -51,6 +57,9 @@ impl Kind {
             9 => Self::HardIron,
             10 => Self::Health,
             11 => Self::Acknowledgement,
+            12 => Self::Toolface,
+            13 => Self::Dose,
+            14 => Self::Burst,
             64 => Self::Command,
             65 => Self::AuthenticatedCommand,
             _ => return None,
@@ -72,7 +81,7 @@ mod tests {
     #[test]
     fn a_number_means_one_kind() {
         let known: std::vec::Vec<u8> = (0..=255).filter(|&number| Kind::of_number(number).is_some()).collect();
-        assert_eq!(known.len(), 13);
+        assert_eq!(known.len(), 16);
         assert!(known.iter().all(|&number| Kind::of_number(number).map(Kind::number) == Some(number)));
     }
 }

@@ -35,7 +35,7 @@ pub struct Boot {
 impl Boot {
     /// Version of the protocol that this library speaks. A field that is added, removed or reordered makes another
     /// one.
-    pub const PROTOCOL: u16 = 7;
+    pub const PROTOCOL: u16 = 8;
 
     /// Version of this library.
     pub const VERSION: [u8; 3] = [

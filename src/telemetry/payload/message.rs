@@ -1,11 +1,11 @@
 //! Messages of a probe, as a host decodes them from frames.
 
-use super::{AttitudeFrame, Boot, Health, Identification, RawSample};
+use super::{AttitudeFrame, Boot, BurstPart, Health, Identification, RawSample};
 use crate::{
     diagnosis::DiagnosisReport,
     magnet::HardIronInterval,
     probe::Output,
-    survey::{DrillingDynamics, SurveyReport},
+    survey::{DrillingDynamics, SlidingToolface, SurveyReport, VibrationDose},
     telemetry::{Acknowledgement, Frame, Kind},
 };
 use serde::de::DeserializeOwned;
@@ -36,6 +36,12 @@ pub enum Message {
     Health(Health),
     /// Answer to a command.
     Acknowledgement(Acknowledgement),
+    /// Toolface while sliding.
+    Toolface(SlidingToolface),
+    /// What the tool has taken.
+    Dose(VibrationDose),
+    /// Part of the worst second.
+    Burst(BurstPart),
 }
 
 /// Reason for which a frame with a right check is no message.
@@ -82,6 +88,9 @@ impl Message {
             Self::HardIron(_) => Kind::HardIron,
             Self::Health(_) => Kind::Health,
             Self::Acknowledgement(_) => Kind::Acknowledgement,
+            Self::Toolface(_) => Kind::Toolface,
+            Self::Dose(_) => Kind::Dose,
+            Self::Burst(_) => Kind::Burst,
         }
     }
 
@@ -105,6 +114,9 @@ impl Message {
             Kind::HardIron => whole(kind, bytes).map(Self::HardIron),
             Kind::Health => whole(kind, bytes).map(Self::Health),
             Kind::Acknowledgement => whole(kind, bytes).map(Self::Acknowledgement),
+            Kind::Toolface => whole(kind, bytes).map(Self::Toolface),
+            Kind::Dose => whole(kind, bytes).map(Self::Dose),
+            Kind::Burst => whole(kind, bytes).map(Self::Burst),
             Kind::Command | Kind::AuthenticatedCommand => Err(unknown),
         }
     }

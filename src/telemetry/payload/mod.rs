@@ -3,6 +3,7 @@
 
 mod attitude_frame;
 mod boot;
+mod burst_part;
 mod health;
 mod identification;
 mod message;
@@ -11,6 +12,7 @@ mod raw_sample;
 
 pub use attitude_frame::{AttitudeFrame, CompactAngles};
 pub use boot::{Boot, ResetReason};
+pub use burst_part::BurstPart;
 pub use health::{Health, SelfTest};
 pub use identification::Identification;
 pub use message::{Message, PayloadError};
@@ -21,7 +23,7 @@ use crate::{
     diagnosis::DiagnosisReport,
     magnet::HardIronInterval,
     probe::Output,
-    survey::{DrillingDynamics, SurveyReport},
+    survey::{DrillingDynamics, SlidingToolface, SurveyReport, VibrationDose},
     telemetry::Kind,
 };
 
@@ -39,6 +41,12 @@ impl Payload for SurveyReport {
 }
 impl Payload for DrillingDynamics {
     const KIND: Kind = Kind::Dynamics;
+}
+impl Payload for SlidingToolface {
+    const KIND: Kind = Kind::Toolface;
+}
+impl Payload for VibrationDose {
+    const KIND: Kind = Kind::Dose;
 }
 impl Payload for DiagnosisReport {
     const KIND: Kind = Kind::Diagnosis;

@@ -121,6 +121,12 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         self.results.room()
     }
 
+    /// Returns true if a result or an answer waits.
+    #[must_use]
+    pub fn has_results_or_answers(&self) -> bool {
+        !(self.results.is_empty() && self.answers.is_empty())
+    }
+
     /// Returns true if nothing waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -14,7 +14,10 @@ use meerkat_mwd::survey::Grade;
 
 use super::{
     state::State,
-    summary::{angles_text, diagnosis_text, grade_text, health_text, model_text, survey_text, toolface},
+    summary::{
+        angles_text, burst_text, diagnosis_text, dose_text, dynamics_text, grade_text, health_text, model_text,
+        sliding_text, survey_text, toolface,
+    },
 };
 
 /// Draws the toolface dial on the left and the reports in words beside it.
@@ -63,6 +66,18 @@ pub fn draw(frame: &mut Frame<'_>, state: &State) {
         };
         section("survey", survey_text(report), Style::new());
         section("quality", grade_text(report.quality.grade).to_owned(), Style::new().fg(colour));
+    }
+    if let Some(toolface) = &state.toolface {
+        section("sliding", sliding_text(toolface), Style::new());
+    }
+    if let Some(dynamics) = &state.dynamics {
+        section("drilling", dynamics_text(dynamics), Style::new());
+    }
+    if let Some(dose) = &state.dose {
+        section("dose", dose_text(dose), Style::new());
+    }
+    if let Some(burst) = burst_text(state) {
+        section("burst", burst, Style::new());
     }
     section("model", model_text(state), Style::new());
     if let Some(report) = &state.diagnosis {

@@ -3,8 +3,8 @@ use meerkat_mwd::{
     diagnosis::DiagnosisReport,
     identification::Decision,
     magnet::HardIronInterval,
-    survey::{DrillingDynamics, SurveyReport},
-    telemetry::{AttitudeFrame, Boot, Health, Identification, LinkCounters, Message},
+    survey::{BurstSample, DrillingDynamics, SlidingToolface, SurveyReport, VibrationDose},
+    telemetry::{AttitudeFrame, Boot, BurstPart, Health, Identification, LinkCounters, Message},
 };
 
 /// The latest report of each kind that a probe has sent.
@@ -18,6 +18,14 @@ pub struct State {
     pub survey: Option<SurveyReport>,
     /// Latest drilling dynamics: vibration and shocks.
     pub dynamics: Option<DrillingDynamics>,
+    /// Latest mean toolface while sliding.
+    pub toolface: Option<SlidingToolface>,
+    /// What the tool has taken.
+    pub dose: Option<VibrationDose>,
+    /// Raw samples around the worst second, as far as they have come in order.
+    pub burst: Vec<BurstSample>,
+    /// Number of samples of that burst, and its root mean square about its mean, m/s^2.
+    pub burst_of: Option<(usize, f32)>,
     /// Result of the latest window.
     pub identification: Option<Identification>,
     /// Time at which the flown model was accepted, microseconds; `None` if not since listening began.
@@ -61,6 +69,18 @@ impl State {
                 self.dynamics = Some(dynamics);
                 dynamics.t_end_us
             }
+            Message::Toolface(toolface) => {
+                self.toolface = Some(toolface);
+                toolface.t_end_us
+            }
+            Message::Dose(dose) => {
+                self.dose = Some(dose);
+                0
+            }
+            Message::Burst(part) => {
+                self.take_part(&part);
+                0
+            }
             Message::Identification(identification) => {
                 let report = &identification.report;
                 if report.decision == Decision::Accepted {
@@ -86,6 +106,18 @@ impl State {
             _ => 0,
         };
         self.t_us = self.t_us.max(t_us);
+    }
+
+    /// Takes a part of the worst second. One that does not follow the parts before it came after a loss, and is not
+    /// taken.
+    fn take_part(&mut self, part: &BurstPart) {
+        if part.first == 0 {
+            self.burst.clear();
+        }
+        if self.burst.len() == usize::from(part.first) {
+            self.burst.extend_from_slice(&part.samples);
+            self.burst_of = Some((part.of.into(), part.rms_m_s2));
+        }
     }
 
     fn take_attitude(&mut self, attitude: AttitudeFrame) -> u64 {

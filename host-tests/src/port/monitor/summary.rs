@@ -2,12 +2,18 @@ use meerkat_mwd::{
     compensation::effects::LIBRARY,
     diagnosis::{DiagnosisReport, Verdict},
     identification::Decision,
-    survey::{Grade, SurveyReport},
+    survey::{
+        DrillingDynamics, Grade, Rotation, SlidingToolface, SurveyReport, ToolfaceKind, VibrationDose, WhirlKind,
+        severity::LEVELS,
+    },
     telemetry::{AttitudeFrame, CompactAngles, Health, LinkCounters, SelfTest},
 };
 
 use super::state::{State, flags_text};
 use crate::report::refusal_text::refusal_text;
+
+/// Standard gravity, m/s^2.
+const STANDARD_GRAVITY_M_S2: f32 = 9.806_65;
 
 /// Summary of what was received, one line a subject; no lines if no frame came.
 #[must_use]
@@ -29,6 +35,10 @@ pub fn summary_lines(state: &State) -> Vec<String> {
         lines.push(format!("attitude  {}", attitude_text(attitude)));
     }
     lines.extend(state.survey.as_ref().map(|survey| format!("survey    {}", survey_text(survey))));
+    lines.extend(state.toolface.as_ref().map(|toolface| format!("sliding   {}", sliding_text(toolface))));
+    lines.extend(state.dynamics.as_ref().map(|dynamics| format!("drilling  {}", dynamics_text(dynamics))));
+    lines.extend(state.dose.as_ref().map(|dose| format!("dose      {}", dose_text(dose))));
+    lines.extend(burst_text(state).map(|text| format!("burst     {text}")));
     lines.push(format!("model     {}", model_text(state)));
     lines.extend(state.diagnosis.as_ref().map(|diagnosis| format!("diagnosis {}", diagnosis_text(diagnosis))));
     lines.extend(state.health.as_ref().map(|health| format!("health    {}", health_text(health))));
@@ -110,6 +120,75 @@ pub(super) fn model_text(state: &State) -> String {
             }
         },
     )
+}
+
+/// The mean toolface by which one steers a motor, and how old it was when the probe gave it.
+pub(super) fn sliding_text(toolface: &SlidingToolface) -> String {
+    let degrees = |rad: f32| rad.to_degrees();
+    let kind = if toolface.kind == ToolfaceKind::Magnetic { "magnetic" } else { "gravity" };
+    format!(
+        "to t {:.1} s: {kind} toolface {:.1} +- {:.1} deg, swung {:.1} deg, {:.1} s old when given",
+        toolface.t_end_us as f64 * 1e-6,
+        degrees(toolface.toolface_rad.value),
+        degrees(toolface.toolface_rad.sigma),
+        degrees(toolface.swing_rad),
+        toolface.latency_s
+    )
+}
+
+/// Vibration with its levels, shocks, stick-slip and whirl of one window.
+pub(super) fn dynamics_text(dynamics: &DrillingDynamics) -> String {
+    let with_level = |rms: Option<f32>, level: Option<u8>| match (rms, level) {
+        (Some(rms), Some(level)) => format!("{:.2} g (level {level})", rms / STANDARD_GRAVITY_M_S2),
+        _ => "unknown".to_owned(),
+    };
+    let mut text = format!(
+        "to t {:.1} s: axial {}, lateral {}, {} shocks",
+        dynamics.t_end_us as f64 * 1e-6,
+        with_level(dynamics.axial_rms_m_s2, dynamics.axial_severity()),
+        with_level(dynamics.lateral_rms_m_s2, dynamics.lateral_severity()),
+        dynamics.shocks
+    );
+    if let Some(rotation) = &dynamics.rotation {
+        text += &format!(", {:.0} rpm", rotation.mean_rpm);
+    }
+    if let Some(level) = dynamics.rotation.as_ref().and_then(Rotation::stick_slip_severity) {
+        text += &format!(", stick-slip level {level}");
+    }
+    match dynamics.whirl_kind() {
+        Some(WhirlKind::Forward) => text += ", forward whirl",
+        Some(WhirlKind::Backward) => text += ", backward whirl",
+        None => {}
+    }
+    text
+}
+
+/// Time from each level on, and shocks.
+pub(super) fn dose_text(dose: &VibrationDose) -> String {
+    let from_level = |times: &[f32; LEVELS], level: usize| {
+        let seconds: f32 = times.iter().skip(level).sum();
+        f64::from(seconds) / 60.0
+    };
+    let VibrationDose { axial_s, lateral_s, stick_slip_s, shocks, shocks_over: [over, far_over, farthest_over] } = dose;
+    format!(
+        "level 3 and above: axial {:.1} min, lateral {:.1} min, stick-slip {:.1} min; of {:.1} min in all; {shocks} shocks, \
+         {over} over 2.5, {far_over} over 5 and {farthest_over} over 10 times the level of a shock",
+        from_level(axial_s, 3),
+        from_level(lateral_s, 3),
+        from_level(stick_slip_s, 3),
+        from_level(lateral_s, 0)
+    )
+}
+
+/// How much of the worst second has come; `None` if nothing has.
+pub(super) fn burst_text(state: &State) -> Option<String> {
+    let (of, rms_m_s2) = state.burst_of?;
+    let begin_s = state.burst.first()?.t_us as f64 * 1e-6;
+    Some(format!(
+        "worst second from t {begin_s:.3} s: {:.2} g rms about its mean, {} of {of} raw samples",
+        rms_m_s2 / STANDARD_GRAVITY_M_S2,
+        state.burst.len()
+    ))
 }
 
 pub(super) fn diagnosis_text(report: &DiagnosisReport) -> String {

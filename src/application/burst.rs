@@ -1,0 +1,60 @@
+//! The worst second, and its way onto the line.
+
+use crate::{
+    survey::{BurstRecorder, SurveyInput},
+    telemetry::BurstPart,
+};
+use heapless::Vec;
+
+/// Samples of a burst: a second at 200 Hz.
+pub const BURST_SAMPLES: usize = 200;
+
+/// The worst second since the start. All zero at first, so that a `static` of it costs no flash.
+pub struct Burst {
+    recorder: BurstRecorder<BURST_SAMPLES>,
+    /// Next sample to be sent; `None` if nobody has asked.
+    next: Option<usize>,
+}
+
+impl Burst {
+    /// Nothing was recorded.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { recorder: BurstRecorder::new(), next: None }
+    }
+
+    /// Takes a sample. While a burst is being sent it stays as it is: the tool stands still then.
+    pub(super) fn push(&mut self, input: &SurveyInput) {
+        if self.next.is_none() {
+            self.recorder.push(input);
+        }
+    }
+
+    /// Sends the burst from its beginning.
+    pub(super) const fn send(&mut self) {
+        self.next = Some(0);
+    }
+
+    /// Takes the next part of a burst that is being sent.
+    #[inline(never)]
+    pub(super) fn take_part(&mut self) -> Option<BurstPart> {
+        let first = self.next?;
+        let Some(rms_m_s2) = self.recorder.worst_rms_m_s2().filter(|_| first < BURST_SAMPLES) else {
+            self.next = None;
+            return None;
+        };
+        let mut samples = Vec::new();
+        for sample in self.recorder.worst().skip(first).take(BurstPart::SAMPLES) {
+            // No more are taken than there is room for.
+            let _ = samples.push(*sample);
+        }
+        self.next = Some(first + BurstPart::SAMPLES);
+        Some(BurstPart { first: first as u16, of: BURST_SAMPLES as u16, rms_m_s2, samples })
+    }
+}
+
+impl Default for Burst {
+    fn default() -> Self {
+        Self::new()
+    }
+}
