@@ -1,6 +1,10 @@
 //! Everything that parses what comes from outside, each with what has to hold of any bytes at all: for a
 //! fuzzer, and for a test that mutates a small corpus.
 
+mod sensors;
+
+pub use sensors::{ism330dhcx, rm3100};
+
 use crate::{target::mock_flash::MockFlash, trace::Trace};
 use meerkat_mwd::{
     Config, Probe, Sample, SampleFlags,
@@ -16,11 +20,13 @@ use meerkat_mwd::{
 pub type Target = fn(&[u8]);
 
 /// All, by name.
-pub const TARGETS: [(&str, Target); 7] = [
+pub const TARGETS: [(&str, Target); 9] = [
     ("frame", frame),
     ("message", message),
     ("command_gate", command_gate),
     ("stored_records", stored_records),
+    ("ism330dhcx", ism330dhcx),
+    ("rm3100", rm3100),
     ("samples", samples),
     ("configuration", configuration),
     ("trace", trace),
@@ -193,10 +199,7 @@ pub fn configuration(bytes: &[u8]) {
 /// # Panics
 /// It does not.
 pub fn trace(bytes: &[u8]) {
-    let Ok(file) = tempfile::Builder::new().suffix(".csv").tempfile() else { return };
-    if std::fs::write(file.path(), bytes).is_ok()
-        && let Ok(trace) = Trace::read(file.path())
-    {
+    if let Ok(trace) = Trace::of_bytes(bytes) {
         assert!(trace.samples.is_sorted_by(|before, after| before.t_us < after.t_us));
     }
 }

@@ -1,7 +1,7 @@
 //! The targets of the fuzzer, on its corpus, mutated a bounded number of times.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use std::{fs, path::PathBuf};
+use std::{fs, panic::catch_unwind, path::PathBuf, thread, time::Instant};
 
 use meerkat_mwd::{
     Config, Sample,
@@ -14,14 +14,15 @@ use meerkat_mwd::{
     },
 };
 use mwd::{
-    fuzzed::{KEY, PROBE, TARGETS},
+    fuzzed::{KEY, PROBE, TARGETS, Target},
     target::mock_flash::MockFlash,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Mutations of each file of the corpus.
-const MUTATIONS: u32 = 400;
+/// Mutations of each target, in the order of `TARGETS`: a million where that takes seconds. `MWD_MUTATIONS` sets another number for all, and
+/// `MWD_TARGET` names the only one that runs.
+const MUTATIONS: [u64; TARGETS.len()] = [1_000; TARGETS.len()];
 
 fn corpus() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus")
@@ -104,6 +105,34 @@ fn recorded() -> Vec<u8> {
     [head].into_iter().chain(rows).collect::<String>().into_bytes()
 }
 
+/// What an ISM330DHCX that turns says in forty bursts of two frames, with the time to the next after each.
+fn inertial_bursts() -> Vec<u8> {
+    let word = |sensor: u8, slot: u16, k: u16| {
+        let tag = sensor << 3 | (slot as u8 & 3) << 1;
+        let tag = tag | (tag.count_ones() % 2) as u8;
+        let codes = [k * 37 % 101, 1_000 + k * 53 % 97, 2_000 + k * 71 % 89];
+        [vec![tag], codes.iter().flat_map(|code| code.to_le_bytes()).collect()].concat()
+    };
+    let burst = |k: u16| {
+        let over_run = u8::from(k == 20) << 3;
+        let temperature = if k % 16 == 0 { vec![0x00, 0x01] } else { Vec::new() };
+        let words = [2 * k, 2 * k + 1].map(|slot| [word(1, slot, slot), word(2, slot, slot + 7)].concat());
+        // 38 steps of 250 us: two frames at 208 Hz.
+        [vec![4, over_run], temperature, words.concat(), vec![38]].concat()
+    };
+    (0..40).flat_map(burst).collect()
+}
+
+/// What an RM3100 says, a result at a time.
+fn magnetic_results() -> Vec<u8> {
+    let result = |k: u32| {
+        let axes = [3_000 + k * 37 % 101, 500 + k * 53 % 97, 0xFF_F000 + k * 71 % 89];
+        let bytes = axes.iter().flat_map(|axis| axis.to_be_bytes().into_iter().skip(1)).collect();
+        [vec![0x80], bytes, vec![0x00], vec![27]].concat()
+    };
+    (0..60).flat_map(result).collect()
+}
+
 /// The corpus as it was made, for whom it has to be made anew.
 fn made() -> Vec<(&'static str, Vec<Vec<u8>>)> {
     let framed = |(kind, payload): &(Kind, Vec<u8>)| {
@@ -117,6 +146,8 @@ fn made() -> Vec<(&'static str, Vec<Vec<u8>>)> {
         ("message", said.iter().take(4).map(|said| with(&[], said)).collect()),
         ("command_gate", said.iter().skip(4).map(|said| with(&[0], said)).collect()),
         ("stored_records", vec![stored()]),
+        ("ism330dhcx", vec![inertial_bursts()]),
+        ("rm3100", vec![magnetic_results()]),
         ("samples", vec![flown()]),
         ("configuration", vec![toml::to_string(&Config::default()).unwrap().into_bytes()]),
         ("trace", vec![recorded()]),
@@ -161,20 +192,35 @@ fn mutated(bytes: &[u8], rng: &mut Xoshiro128PlusPlus) -> Vec<u8> {
     bytes
 }
 
+/// Mutates the corpus of a target so many times; returns the seconds that it took.
+fn fuzz(number: u64, name: &str, target: Target, mutations: u64) -> f64 {
+    let mut rng = Xoshiro128PlusPlus::seed_from_u64(number);
+    let mut paths: Vec<PathBuf> = fs::read_dir(corpus().join(name)).unwrap().map(|file| file.unwrap().path()).collect();
+    paths.sort();
+    assert!(!paths.is_empty(), "{name}");
+    let mut files: Vec<Vec<u8>> = paths.iter().map(|path| fs::read(path).unwrap()).collect();
+    let begun = Instant::now();
+    files.iter().for_each(|bytes| target(bytes));
+    files.push(Vec::new());
+    for (k, file) in (0..mutations).zip(files.iter().cycle()) {
+        let bytes = mutated(file, &mut rng);
+        if catch_unwind(|| target(&bytes)).is_err() {
+            panic!("{name}, mutation {k}: {}", bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>());
+        }
+    }
+    begun.elapsed().as_secs_f64()
+}
+
 #[test]
 fn nothing_that_comes_from_outside_breaks_what_holds() {
-    for (number, (name, target)) in (1..).zip(TARGETS) {
-        let mut rng = Xoshiro128PlusPlus::seed_from_u64(number);
-        let files = fs::read_dir(corpus().join(name)).unwrap().map(|file| file.unwrap().path());
-        let mut files: Vec<PathBuf> = files.collect();
-        files.sort();
-        assert!(!files.is_empty(), "{name}");
-        for path in &files {
-            let bytes = fs::read(path).unwrap();
-            target(&bytes);
-            (0..MUTATIONS).for_each(|_| target(&mutated(&bytes, &mut rng)));
+    let asked: Option<u64> = std::env::var("MWD_MUTATIONS").ok().map(|text| text.parse().unwrap());
+    let only = std::env::var("MWD_TARGET").ok();
+    let chosen = |name: &str| only.as_ref().is_none_or(|only| only == name);
+    thread::scope(|scope| {
+        for ((number, (name, target)), slow) in (1..).zip(TARGETS).zip(MUTATIONS) {
+            let mutations = asked.unwrap_or(slow);
+            let run = move || println!("{name}: {mutations} mutations in {:.1} s", fuzz(number, name, target, mutations));
+            let _ = chosen(name).then(|| scope.spawn(run));
         }
-        (0..MUTATIONS).for_each(|_| target(&mutated(&[], &mut rng)));
-        println!("{name}: {} files, {MUTATIONS} mutations of each", files.len());
-    }
+    });
 }

@@ -135,3 +135,6 @@ pub(super) fn program<F: NorFlash>(flash: &mut F, address: u32, bytes: &[u8]) ->
     flash.write(address, bytes).map_err(StorageError::Flash)?;
     if holds(flash, address, bytes) { Ok(()) } else { Err(StorageError::NotVerified) }
 }
+
+#[cfg(test)]
+mod tests;

@@ -278,6 +278,30 @@ mod tests {
         assert_eq!((counter.value(), counter.unsettled(None)), (Some(8), None));
     }
 
+    /// Every order in which up to six copies of three values can be found in two sectors.
+    #[test]
+    fn a_rising_value_is_the_highest_noted_and_settled_by_two_copies_in_a_row() {
+        const CHOICES: u32 = 6;
+        let length = if cfg!(miri) { 3 } else { 6 };
+        for mut order in 0..CHOICES.pow(length) {
+            let (mut rising, mut highest, mut before) = (Rising::NONE, None, None);
+            // Whether two copies of the highest value were noted one after another in one sector.
+            let mut is_settled = false;
+            for _ in 0..length {
+                let (value, sector) = (u64::from(order % 3), (order / 3 % 2) as u8);
+                order /= CHOICES;
+                rising.note(value, sector);
+                if highest < Some(value) {
+                    (highest, is_settled) = (Some(value), false);
+                }
+                is_settled |= highest == Some(value) && before == Some((value, sector));
+                before = Some((value, sector));
+                assert_eq!(rising.value(), highest);
+                assert_eq!(rising.unsettled(None), highest.filter(|_| !is_settled), "{rising:?}");
+            }
+        }
+    }
+
     #[test]
     fn what_is_kept_does_not_depend_on_the_order() {
         let models: [(u32, f32); 14] = core::array::from_fn(|i| (i as u32 + 1, ((i * 7) % 11) as f32 * 11.0));

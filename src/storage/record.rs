@@ -139,6 +139,44 @@ mod tests {
         }
     }
 
+    /// Every magic number, every kind and version, and every length with every number of bytes there.
+    #[test]
+    fn a_header_is_one_for_its_magic_number_and_a_length_that_fits_whatever_the_rest_is() {
+        let with = |magic: u16, kind: u8, version: u8, length: u16| {
+            let mut bytes = [0xA5; GRANULE];
+            let mut writer = Writer::new(&mut bytes[CHECK..HEADER]);
+            writer.u16(magic);
+            writer.u8(kind);
+            writer.u8(version);
+            writer.u32(u32::MAX);
+            writer.u16(length);
+            bytes
+        };
+        for magic in 0..=u16::MAX {
+            assert_eq!(Header::parse(&with(magic, 1, 1, 0)).is_some(), magic == MAGIC);
+        }
+        for (kind, version) in (0..=u8::MAX).flat_map(|kind| (0..=u8::MAX).map(move |version| (kind, version))) {
+            let header = Header::parse(&with(MAGIC, kind, version, 0)).unwrap();
+            assert_eq!((header.kind, header.version, header.number), (Kind(kind), version, u32::MAX));
+        }
+        let record = [0xA5; MAX_RECORD + GRANULE];
+        for length in 0..=u16::MAX {
+            let header = Header::parse(&with(MAGIC, 1, 1, length));
+            assert_eq!(header.is_some(), HEADER + usize::from(length) <= MAX_RECORD, "{length}");
+            let Some(header) = header else { continue };
+            assert!(header.bytes() <= MAX_RECORD && header.bytes() - GRANULE < HEADER + usize::from(length));
+            assert_eq!(usize::from(header.granules()) * GRANULE, header.bytes());
+            let there = if cfg!(miri) { header.bytes()..=header.bytes() } else { 0..=record.len() };
+            for there in there {
+                assert_eq!(header.payload(&record[..there]), None, "its check is wrong");
+            }
+        }
+        for there in 0..=GRANULE {
+            let whole = with(MAGIC, 1, 1, 0);
+            assert_eq!(Header::parse(&whole[..there]).is_some(), there >= HEADER - 2, "{there}");
+        }
+    }
+
     #[test]
     fn what_does_not_fit_is_refused() {
         let mut record = [0; GRANULE];

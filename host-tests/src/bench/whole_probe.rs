@@ -5,15 +5,18 @@ use super::{
     seeds::each_seed,
     table::{Cell, Table, median_and_worst},
 };
-use crate::whole_probe::{KINDS, Tally, VIOLATIONS, fly};
+use crate::whole_probe::{KINDS, Tally, VIOLATIONS, fly, static_bytes};
 use anyhow::bail;
+use std::time::Instant;
 
 /// Runs that a failure lists.
 const LISTED: usize = 10;
 
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.repetitions(1_000);
+    let begun = Instant::now();
     let runs = each_seed(0..seeds, |seed| Ok((seed, fly(seed)?)))?;
+    let seconds = begun.elapsed().as_secs_f64();
     let mut all = Tally::default();
     runs.iter().for_each(|(_, run)| all.add(&run.tally));
     let failed: Vec<String> = (runs.iter().filter(|(_, run)| run.tally.all_violations() > 0))
@@ -23,7 +26,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
         let listed = failed.iter().take(LISTED).cloned().collect::<Vec<_>>().join("\n");
         bail!("{} of {seeds} seeds violate what has to hold:\n{listed}\n{}", failed.len(), checks(&all, seeds));
     }
-    Ok(vec![checks(&all, seeds), troubles(&all), flown(&all)])
+    Ok(vec![checks(&all, seeds), troubles(&all), flown(&all, seeds as f64 / seconds)])
 }
 
 fn count(number: u64) -> Cell {
@@ -48,7 +51,7 @@ fn troubles(all: &Tally) -> Table {
     table
 }
 
-fn flown(all: &Tally) -> Table {
+fn flown(all: &Tally, seeds_per_s: f64) -> Table {
     let mut table =
         Table::new("The same runs: what was flown; times are median [worst] of starts with sound sensors", &["", ""]);
     let rows = [
@@ -56,6 +59,9 @@ fn flown(all: &Tally) -> Table {
         ("samples", all.samples),
         ("of these lost and counted", all.lost),
         ("most that waited, of 31", all.queue),
+        ("results that newer ones pushed out, counted", all.results_lost),
+        ("bytes of static memory, as this machine lays them out", static_bytes() as u64),
+        ("most bytes of this machine's stack at a call of the board, of 24,576", all.stack),
         ("commands of the owner", all.commands),
         ("attitudes without a flag in the 30 s after a start or a fault", all.soon[0]),
         ("of these beyond 5 sigma", all.soon[1]),
@@ -73,5 +79,6 @@ fn flown(all: &Tally) -> Table {
     ] {
         table.row([Cell::from(name), median_and_worst(times, 2)]);
     }
+    table.row([Cell::from("seeds a second of this machine, which did other work beside"), Cell::number(seeds_per_s, 1)]);
     table
 }

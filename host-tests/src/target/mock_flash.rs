@@ -122,6 +122,23 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
         self.corrects_errors = true;
     }
 
+    /// Whether it is a flash that corrects errors.
+    #[must_use]
+    pub const fn corrects(&self) -> bool {
+        self.corrects_errors
+    }
+
+    /// The word at this byte cannot be read from now on, until its sector is erased.
+    pub fn make_unreadable(&mut self, at: usize) {
+        self.unreadable.insert(at / WORD);
+    }
+
+    /// Whether the word at this byte can be read.
+    #[must_use]
+    pub fn is_readable(&self, at: usize) -> bool {
+        !self.unreadable.contains(&(at / WORD))
+    }
+
     /// Where the last word or sector begins that was touched.
     #[must_use]
     pub const fn last_touched(&self) -> usize {

@@ -28,13 +28,18 @@ pub(super) struct Lines<R> {
 /// Opens a file; gzip is told by its first bytes or its name.
 pub(super) fn open(path: &Path) -> Result<Lines<Box<dyn BufRead>>, Located> {
     let file = console::open(path).map_err(|e| Fault::NotOpened(e.to_string()).of_file())?;
-    let mut reader = BufReader::with_capacity(1 << 16, file);
+    let reader = BufReader::with_capacity(1 << 16, file);
+    of(reader, path.extension() == Some(OsStr::new("gz")))
+}
+
+/// Lines of what is read; gzip is told by its first bytes.
+pub(super) fn of<'r>(mut reader: impl BufRead + 'r, is_gzip: bool) -> Result<Lines<Box<dyn BufRead + 'r>>, Located> {
     let start = reader.fill_buf().map_err(|e| Fault::NotRead(e.to_string()).of_file())?;
     if start.is_empty() {
         return Err(Fault::Empty.of_file());
     }
-    let gzip = start.starts_with(&GZIP_MAGIC) || path.extension() == Some(OsStr::new("gz"));
-    let reader: Box<dyn BufRead> =
+    let gzip = is_gzip || start.starts_with(&GZIP_MAGIC);
+    let reader: Box<dyn BufRead + 'r> =
         if gzip { Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(reader))) } else { Box::new(reader) };
     Ok(Lines::new(reader, gzip))
 }

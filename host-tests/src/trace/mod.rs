@@ -79,6 +79,14 @@ impl Trace {
         read::read(path)
     }
 
+    /// Reads what a file would hold. The rest is as by [`Trace::read`]; the path is empty.
+    ///
+    /// # Errors
+    /// What is wrong, with the line and the column.
+    pub fn of_bytes(bytes: &[u8]) -> Result<Self, TraceError> {
+        read::of_bytes(bytes)
+    }
+
     /// Reads a trace into a temporary file: memory does not grow with its length. The rest is as by [`Trace::read`].
     ///
     /// # Errors

@@ -25,6 +25,11 @@ pub(super) fn read(path: &Path) -> Result<Trace, TraceError> {
     read_into(path, None)
 }
 
+pub(super) fn of_bytes(bytes: &[u8]) -> Result<Trace, TraceError> {
+    let lines = lines::of(bytes, false);
+    lines.and_then(|lines| read_lines(lines, None)).map_err(|located| located.of(Path::new("")))
+}
+
 pub(super) fn spooled(path: &Path) -> Result<Trace, TraceError> {
     read_into(path, Some(Spooled::default()))
 }

@@ -100,19 +100,28 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
         return;
     }
     let start_us = machine.chip.started_us.get();
-    if machine.day.surveys.contains(&(start_us, survey.t_end_us)) {
+    let is_of = |(of_us, heard): &&(u64, SurveyReport)| *of_us == start_us && heard.survey.t_end_us == survey.t_end_us;
+    if let Some((_, heard)) = machine.day.surveys.iter().find(is_of) {
+        let holds = heard == report;
+        note(machine, Violation::SurveyAgain, holds, || format!("another of {} us", survey.t_end_us));
         return;
     }
-    machine.day.surveys.push((start_us, survey.t_end_us));
+    machine.day.surveys.push((start_us, *report));
     let age_us = machine.now_us().saturating_sub(survey.t_end_us);
-    if !machine.line_stood_still() && !machine.overloaded() && !machine.clock_stepped() {
+    // A survey that the line spoilt is heard when it is asked for again.
+    let was_spoilt = machine.spoilt_us.is_some_and(|at_us| at_us + age_us >= machine.chip.now_us.get());
+    if !was_spoilt && !machine.line_stood_still() && !machine.overloaded() && !machine.clock_stepped() {
         note(machine, Violation::LateSurvey, age_us < SURVEY_US, || format!("{age_us} us old"));
     }
     let at = machine.truths.iter().find(|(t_us, _)| *t_us == survey.t_end_us);
     let Some((_, truth)) = at else { return };
-    let truth = truth.radians[0];
-    let error = (f64::from(survey.inclination_rad.value) - truth).abs() / f64::from(survey.inclination_rad.sigma);
-    note(machine, Violation::Survey, error <= SIGMAS, || format!("inclination {error:.1} sigma off"));
+    let truth = truth.radians;
+    let said = [Some(survey.inclination_rad), survey.magnetic_azimuth_rad, survey.gravity_toolface_rad];
+    for ((name, said), truth) in ["inclination", "azimuth", "toolface"].into_iter().zip(said).zip(truth) {
+        let Some(said) = said else { continue };
+        let error = libm::remainder(f64::from(said.value) - truth, TAU).abs() / f64::from(said.sigma);
+        note(machine, Violation::Survey, error <= SIGMAS, || format!("{name} {error:.1} sigma off"));
+    }
 }
 
 /// After every round of the program.

@@ -34,6 +34,15 @@ pub struct Chip {
     pub flash: RefCell<Flash>,
     /// Times of erasures since the last power-up.
     pub erased_us: RefCell<Vec<u64>>,
+    /// Address of the stack where the program was called, and the lowest at which it called its board.
+    stack: Cell<[usize; 2]>,
+}
+
+/// Address of the stack here.
+#[inline(never)]
+fn stack_address() -> usize {
+    let here = 0_u8;
+    std::ptr::from_ref(std::hint::black_box(&here)).addr()
 }
 
 impl Chip {
@@ -45,7 +54,25 @@ impl Chip {
             death: Cell::new(None),
             flash: RefCell::new(flash),
             erased_us: RefCell::default(),
+            stack: Cell::new([0; 2]),
         }
+    }
+
+    /// The program is called from here.
+    pub fn call_from_here(&self) {
+        self.stack.set([stack_address(); 2]);
+    }
+
+    /// The program has called its board.
+    pub fn note_stack(&self) {
+        let [from, lowest] = self.stack.get();
+        self.stack.set([from, lowest.min(stack_address())]);
+    }
+
+    /// Bytes of stack that the program had taken at the deepest call of its board.
+    pub fn stack_bytes(&self) -> u64 {
+        let [from, lowest] = self.stack.get();
+        (from - lowest) as u64
     }
 
     pub fn is_dead(&self) -> bool {
@@ -90,6 +117,7 @@ impl Chip {
     }
 
     fn alive(&self) -> Result<(), MockError> {
+        self.note_stack();
         if self.is_dead() { Err(MockError::PowerCut) } else { Ok(()) }
     }
 }

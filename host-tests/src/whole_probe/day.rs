@@ -2,6 +2,7 @@
 
 use super::{host::Host, plan::Trouble, tally::Tally, truth::Truth};
 use crate::simulate::Random;
+use meerkat_mwd::survey::SurveyReport;
 use std::collections::VecDeque;
 
 /// What goes on around the probe, whether or not it has power.
@@ -18,8 +19,8 @@ pub struct Day {
     pub watchdog_resets: u32,
     /// Every P that has flown: what is stored is one of them.
     pub flown: Vec<[[f32; 3]; 3]>,
-    /// Ends of the surveys that were heard.
-    pub surveys: Vec<(u64, u64)>,
+    /// Surveys that were heard, each with the start of the program that it is of.
+    pub surveys: Vec<(u64, SurveyReport)>,
     /// FNV-1a of every byte that the probe has sent.
     pub digest: u64,
     /// Chip's time of the first attitude on the line since the start, and of the first without a flag.

@@ -51,6 +51,8 @@ pub struct Machine<'c, 'd> {
     step_us: i64,
     hang: Option<Stage>,
     until: Until,
+    /// When the line last changed a byte, microseconds of the chip.
+    pub spoilt_us: Option<u64>,
     /// Bytes given to the line, those that it could have sent included.
     given: u64,
     received: VecDeque<u8>,
@@ -87,6 +89,7 @@ impl<'c, 'd> Machine<'c, 'd> {
             step_us: 0,
             hang: None,
             until: Until::default(),
+            spoilt_us: None,
             given: 0,
             received: VecDeque::new(),
             truths: VecDeque::new(),
@@ -257,6 +260,7 @@ impl<'c, 'd> Machine<'c, 'd> {
         let (every, until_us) = self.until.noise;
         let random = &mut self.day.random;
         if self.chip.now_us.get() < until_us && random.uniform() * f64::from(every) < 1.0 {
+            self.spoilt_us = Some(self.chip.now_us.get());
             return byte ^ 1 << random.between(0.0, 8.0) as u8;
         }
         byte
@@ -285,6 +289,7 @@ impl<'c> Board for Machine<'c, '_> {
     }
 
     fn send(&mut self, bytes: &[u8]) -> usize {
+        self.chip.note_stack();
         let now_us = self.chip.now_us.get();
         if self.chip.is_dead() || now_us < self.until.stalled_us {
             return 0;
@@ -305,6 +310,7 @@ impl<'c> Board for Machine<'c, '_> {
     }
 
     fn receive(&mut self) -> Option<u8> {
+        self.chip.note_stack();
         self.catch_up();
         if self.chip.is_dead() { None } else { self.received.pop_front() }
     }
@@ -339,6 +345,7 @@ impl<'c> Board for Machine<'c, '_> {
     }
 
     fn enter(&mut self, stage: Stage) {
+        self.chip.note_stack();
         self.pass(match stage {
             Stage::Work => WORK_US,
             Stage::Telemetry => TELEMETRY_US,

@@ -50,8 +50,23 @@ const DAY_US: u64 = 180_000_000;
 const EVIDENCE_S: f64 = 2.0;
 /// Time in which attitude has to be back after a start with sound sensors, microseconds.
 const BACK_US: u64 = 3_000_000;
+/// Bytes of this machine's stack that the program may take. Its frames are wider here than on the chip, whose limit is 12 KiB
+/// (`tests/real_time` holds it there).
+const STACK_BYTES: u64 = 24 * 1024;
 /// Command counters that a sector takes.
 const COUNTERS: u64 = 127;
+
+/// Bytes of static memory that the program works on, as this machine lays them out: pipeline, line, commands, storage and the queue of
+/// samples. It allocates nothing beside them.
+#[must_use]
+pub const fn static_bytes() -> usize {
+    size_of::<Probe>()
+        + size_of::<Surveyor>()
+        + size_of::<Line>()
+        + size_of::<Commands>()
+        + size_of::<Memory<ChipFlash<'_>>>()
+        + size_of::<SampleQueue>()
+}
 
 /// A run of one seed.
 #[derive(Clone, Debug, PartialEq)]
@@ -160,7 +175,7 @@ fn power_up(chip: &Chip, day: &mut Day, settings: &Settings, reason: ResetReason
             day.tally.violated(Violation::StorageRefused, String::new);
         }
     }
-    let before = Round { stored: 0, erased: chip.erased_us.borrow().len() };
+    let before = Round { erased: chip.erased_us.borrow().len(), ..Round::default() };
     let acquisition = (Acquisition::new(producer, &counts), waiting, &counts);
     let machine = Machine::new(chip, day, (&parts, player), acquisition, reason, checks::heard);
     let (mut probe, mut surveyor, mut burst) = (Box::new(Probe::new()), Surveyor::new(), Box::new(Burst::new()));
@@ -174,7 +189,9 @@ fn power_up(chip: &Chip, day: &mut Day, settings: &Settings, reason: ResetReason
         memory,
     };
     let mut application = Application::start(machine, pipeline, settings)?;
+    chip.call_from_here();
     let death = live(&mut application, before);
+    let results_lost = application.pipeline().line.results_lost();
     let machine = application.board();
     let acquisition = machine.acquisition();
     let (samples, lost) = (acquisition.acquired(), acquisition.queue_full());
@@ -185,6 +202,12 @@ fn power_up(chip: &Chip, day: &mut Day, settings: &Settings, reason: ResetReason
     tally.now_us = chip.now_us.get();
     tally.samples += u64::from(samples);
     tally.lost += u64::from(lost);
+    tally.results_lost += u64::from(results_lost);
+    tally.stack = tally.stack.max(chip.stack_bytes());
+    tally.checked(Violation::Ram);
+    if chip.stack_bytes() > STACK_BYTES {
+        tally.violated(Violation::Ram, || format!("{} bytes of stack", chip.stack_bytes()));
+    }
     tally.checked(Violation::WatchdogReset);
     if death == Death::Watchdog && !hangs {
         tally.violated(Violation::WatchdogReset, || "no stage hung".to_owned());
@@ -230,7 +253,9 @@ fn without_power(chip: &Chip, day: &mut Day) {
     let mut flash = chip.flash.borrow_mut();
     let was_in_flash = !flash.is_on();
     let draw = day.random.uniform();
-    let trouble = if was_in_flash && draw < 0.5 {
+    let trouble = if was_in_flash && !flash.is_readable(flash.last_touched()) {
+        Some(Trouble::UnreadableTorn)
+    } else if was_in_flash && draw < 0.5 {
         let (at, bit) = (flash.last_touched() + day.random.between(0.0, 4.0) as usize, day.random.between(0.0, 8.0));
         flash.make_marginal(at, bit as u8);
         Some(Trouble::MarginalBit)
@@ -238,8 +263,13 @@ fn without_power(chip: &Chip, day: &mut Day) {
         // Near what was written last, for most of the rest is erased.
         let back = day.random.between(0.0, 300.0) as usize;
         let at = flash.last_touched().saturating_sub(back);
-        flash.bytes_mut()[at] ^= 1 << day.random.between(0.0, 8.0) as u8;
-        Some(Trouble::BitRot)
+        if flash.corrects() {
+            flash.make_unreadable(at);
+            Some(Trouble::UnreadableRotten)
+        } else {
+            flash.bytes_mut()[at] ^= 1 << day.random.between(0.0, 8.0) as u8;
+            Some(Trouble::BitRot)
+        }
     } else {
         None
     };

@@ -18,6 +18,10 @@ pub enum Trouble {
     CutInFlash(u64, Cut),
     /// After a cut in the flash, a bit of the word that was being programmed reads as it likes.
     MarginalBit,
+    /// After a cut in the flash, the word that was being programmed cannot be read: error correction gives up on it.
+    UnreadableTorn,
+    /// A word of what the flash holds cannot be read any more after a time without power.
+    UnreadableRotten,
     /// One bit of what the flash holds changes while the power is off.
     BitRot,
     /// The wire to gyro and accelerometer, or that to the magnetometer, fails for so many microseconds.
@@ -51,11 +55,13 @@ pub enum Trouble {
 }
 
 /// Names of the kinds of trouble, in the order of the table.
-pub const KINDS: [&str; 19] = [
+pub const KINDS: [&str; 21] = [
     "power cut",
     "power cut planned within the next 80 words or sectors, tearing one",
     "the same, before or after one",
     "marginal bit in the word of the cut",
+    "torn word that cannot be read",
+    "whole word that cannot be read any more",
     "bit of the flash that changes",
     "fault of a sensor's bus",
     "fault of a sensor",
@@ -81,21 +87,23 @@ impl Trouble {
             Self::CutInFlash(_, Cut::Torn) => 1,
             Self::CutInFlash(..) => 2,
             Self::MarginalBit => 3,
-            Self::BitRot => 4,
-            Self::Wire(..) => 5,
-            Self::Part(..) => 6,
-            Self::SilentStart => 7,
-            Self::LineNoise(..) => 8,
-            Self::LineStall(..) => 9,
-            Self::Flood(_) => 10,
-            Self::Garbage(_) => 11,
-            Self::Replay => 12,
-            Self::WrongKey => 13,
-            Self::OtherProbe => 14,
-            Self::ClockStep(0..) => 15,
-            Self::ClockStep(_) => 16,
-            Self::Overload(..) => 17,
-            Self::Hang(_) => 18,
+            Self::UnreadableTorn => 4,
+            Self::UnreadableRotten => 5,
+            Self::BitRot => 6,
+            Self::Wire(..) => 7,
+            Self::Part(..) => 8,
+            Self::SilentStart => 9,
+            Self::LineNoise(..) => 10,
+            Self::LineStall(..) => 11,
+            Self::Flood(_) => 12,
+            Self::Garbage(_) => 13,
+            Self::Replay => 14,
+            Self::WrongKey => 15,
+            Self::OtherProbe => 16,
+            Self::ClockStep(0..) => 17,
+            Self::ClockStep(_) => 18,
+            Self::Overload(..) => 19,
+            Self::Hang(_) => 20,
             Self::Owner => KINDS.len(),
         }
     }
@@ -157,7 +165,7 @@ pub fn draw(random: &mut Random, length_us: u64, drilling_from_s: &[f64]) -> Vec
     let mut at_s = random.between(0.5, 3.0);
     let length_s = length_us as f64 * 1e-6;
     // A calm run now and then, in which models are learnt and attitudes settle.
-    let pause_s = [1.5, 4.0, 12.0][random.between(0.0, 3.0) as usize];
+    let pause_s = [1.5, 4.0, 12.0, 45.0][random.between(0.0, 4.0) as usize];
     while at_s < length_s {
         plan.push(((at_s * 1e6) as u64, Trouble::draw(random)));
         at_s += pause_s * random.exponential();

@@ -11,6 +11,8 @@ pub enum Violation {
     Survey,
     /// A stationary survey leaves within a second of its end.
     LateSurvey,
+    /// A survey that is said again is the one that was said, with its times.
+    SurveyAgain,
     /// The counter of commands never falls.
     CounterFell,
     /// A command of the owner is carried out once.
@@ -31,15 +33,18 @@ pub enum Violation {
     WatchdogReset,
     /// A probe with power and sound sensors says its attitude.
     Silent,
+    /// The program takes no more memory than is set aside for it.
+    Ram,
     /// Nothing panics.
     Panic,
 }
 
 /// All, with their names.
-pub const VIOLATIONS: [(Violation, &str); 14] = [
+pub const VIOLATIONS: [(Violation, &str); 16] = [
     (Violation::SampleLost, "every sample is flown once, or counted as lost"),
     (Violation::Survey, "a survey is of a rest and within 5 sigma"),
     (Violation::LateSurvey, "a survey is on the line a second after its end"),
+    (Violation::SurveyAgain, "a survey that is said again is the one that was said, with its time"),
     (Violation::CounterFell, "the counter of commands never falls"),
     (Violation::Replayed, "a command of the owner is carried out once"),
     (Violation::Forged, "nobody else's command is, that needs the key"),
@@ -50,6 +55,7 @@ pub const VIOLATIONS: [(Violation, &str); 14] = [
     (Violation::Attitude, "an attitude without a flag is within 5 sigma, 30 s after start and faults"),
     (Violation::WatchdogReset, "the watchdog resets a stage that hangs, and nothing else"),
     (Violation::Silent, "attitude is back 3 s after the start"),
+    (Violation::Ram, "the stack stays within its limit"),
     (Violation::Panic, "nothing panics"),
 ];
 
@@ -72,6 +78,10 @@ pub struct Tally {
     pub samples: u64,
     /// Of these lost and counted.
     pub lost: u64,
+    /// Results that newer ones pushed out before they found room.
+    pub results_lost: u64,
+    /// Most bytes of stack at a call of the board.
+    pub stack: u64,
     /// Models stored.
     pub models: u64,
     /// Models restored.
@@ -113,6 +123,8 @@ impl Tally {
         self.starts += other.starts;
         self.samples += other.samples;
         self.lost += other.lost;
+        self.results_lost += other.results_lost;
+        self.stack = self.stack.max(other.stack);
         self.models += other.models;
         self.restored += other.restored;
         self.queue = self.queue.max(other.queue);

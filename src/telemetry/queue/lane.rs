@@ -172,3 +172,6 @@ impl Flavor for Tail<'_> {
         Ok(!self.over)
     }
 }
+
+#[cfg(test)]
+mod tests;
