@@ -56,8 +56,8 @@ impl core::error::Error for PushError {}
 /// than `bytes_per_s (T + 10 ms) + MAX_FRAME` bytes leave. Times are those of one clock that does not go back; a probe
 /// that begins again at zero calls [`TelemetryQueue::clock_went_back`].
 ///
-/// Each lane has at least one byte: 0 does not compile, so a lane that is not used is 1. A diagnosis takes 1,000 bytes of
-/// `RESULTS`, an attitude some 30 of `ATTITUDE`.
+/// Each lane has at least one byte: 0 does not compile, so a lane that is not used is 1. A diagnosis takes up to 1,000
+/// bytes of `RESULTS`, an attitude some 30 of `ATTITUDE`.
 pub struct TelemetryQueue<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> {
     config: StreamConfig,
     line: Line,
