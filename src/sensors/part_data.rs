@@ -8,10 +8,12 @@ pub struct SensorData {
     pub full_scale: f32,
     /// Value of one code, SI.
     pub per_code: f32,
-    /// Code, either sign, from which an axis is at the end of its range.
+    /// Code, either sign, from which an axis is at the end of its range. Where the range is beyond the word, it is the
+    /// word's end: 32,767 of a word of 16 bits.
     pub clip_code: i32,
     /// Latency: time by which the truth precedes the output, per axis of the part, seconds. It is the
-    /// low-pass filter and the conversion, which some parts do one axis after the other.
+    /// low-pass filter and the conversion, which some parts do one axis after the other. Where the data sheet has the
+    /// bandwidth f alone: a second-order low-pass delays by 0.225 / f.
     pub latency_s: [f32; 3],
     /// White noise, SI per square root of a hertz; `None` if unknown.
     pub noise_density: Option<f32>,

@@ -77,7 +77,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// Nothing is written: something is being written, or there is no room (counted), as always in sectors under 16
-    /// KiB.
+    /// KiB. The model can then be begun at once, without it.
     pub fn begin_learnt(&mut self) -> Result<(), StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
@@ -132,7 +132,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(LearntProgress::More)
     }
 
-    /// Returns true if the filter's numbers are being written, so that it has to stay as it is.
+    /// Returns true if the filter's numbers are being written, so that it has to stay as it is: do not call
+    /// [`Probe::poll`](crate::Probe::poll) meanwhile. Samples are pushed as ever.
     #[must_use]
     pub fn holds_filter(&self) -> bool {
         self.writing_learnt.is_some_and(|writing| writing.update.is_some())

@@ -9,7 +9,8 @@
 //!            restore(temperature) -> Probe::restore  the nearest temperature's model, or why there is none
 //!            learnt_with(number), read_learnt -> Probe::go_on    the filter goes on, or starts from the factory's prior
 //! each sample   StabilityGate::sample; step()        32 bytes of a model that is being written
-//! each window   ModelHistory::window
+//!               no Probe::poll while holds_filter(); StabilityGate::stored when a model is whole
+//! each window   ModelHistory::window                 for the commands alone
 //!               Probe::model_worth_storing -> begin_learnt, step_learnt until it is whole, begin_model
 //! commands      store_counter before the action; ModelHistory -> store_model; retire_models
 //!               prepare(NotDrilling::Command)

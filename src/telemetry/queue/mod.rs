@@ -53,7 +53,11 @@ impl core::error::Error for PushError {}
 ///
 /// A result so waits for at most the bytes of results before it and one frame that is on the line: `(RESULTS +
 /// MAX_FRAME) / bytes_per_s`. An attitude is never older than `max_age_us` when it leaves. Over any time T no more
-/// than `bytes_per_s (T + 10 ms) + MAX_FRAME` bytes leave. Times are those of one clock that does not go back.
+/// than `bytes_per_s (T + 10 ms) + MAX_FRAME` bytes leave. Times are those of one clock that does not go back; a probe
+/// that begins again at zero calls [`TelemetryQueue::clock_went_back`].
+///
+/// Each lane has at least one byte: 0 does not compile, so a lane that is not used is 1. A diagnosis takes up to 1,000
+/// bytes of `RESULTS`, an attitude some 30 of `ATTITUDE`.
 pub struct TelemetryQueue<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> {
     config: StreamConfig,
     line: Line,
