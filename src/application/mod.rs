@@ -226,7 +226,11 @@ impl<'a, B: Board> Application<'a, B> {
             self.counts.delays.add(now_us.saturating_sub(sample.t_us));
             let input = probe.survey_input(sample, output);
             burst.push(&input);
-            let news = surveyor.push(&input);
+            let mut news = surveyor.push(&input);
+            // At rest attitudes and the survey tell it, and the survey is to wait for nothing.
+            if surveyor.stands_still(sample.t_us) {
+                news.remove(SurveyNews::TOOLFACE);
+            }
             line.surveys(news);
             if news.contains(SurveyNews::DOSE) {
                 self.doses += 1;

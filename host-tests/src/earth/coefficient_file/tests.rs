@@ -10,9 +10,11 @@ use crate::earth::reference_field::{day, reference_field};
 /// in the public domain.
 const WMM2025: &str = include_str!("WMM2025.COF");
 
-/// At 2026.5, by pygeomag 1.1.0, which shares nothing with this: height in km, latitude, longitude, then north, east
-/// and down in nT, of WMM2025 and of WMMHR-2025.
-const INDEPENDENT: [(f64, f64, f64, [f64; 3], [f64; 3]); 7] = [
+/// Height in km, latitude, longitude, then north, east and down in nT, of WMM2025 and of WMMHR-2025.
+type Row = (f64, f64, f64, [f64; 3], [f64; 3]);
+
+/// At 2026.5, by pygeomag 1.1.0, which shares nothing with this.
+const INDEPENDENT: [Row; 7] = [
     (-5.0, 60.0, -2.0, [15329.694, -95.993, 48996.789], [15305.666, -68.626, 49033.326]),
     (-12.0, 60.0, 2.0, [15309.268, 375.688, 49236.765], [15300.082, 320.388, 49211.708]),
     (-3.0, 28.5, -90.0, [24455.000, -646.761, 38134.408], [24496.886, -634.859, 38090.677]),
@@ -22,7 +24,7 @@ const INDEPENDENT: [(f64, f64, f64, [f64; 3], [f64; 3]); 7] = [
     (0.0, -80.0, 240.0, [6167.457, 15738.936, -51879.199], [6185.600, 15727.881, -51955.134]),
 ];
 
-fn worst_nt(model: &CoefficientFile, pick: impl Fn(&(f64, f64, f64, [f64; 3], [f64; 3])) -> [f64; 3]) -> f64 {
+fn worst_nt(model: &CoefficientFile, pick: impl Fn(&Row) -> [f64; 3]) -> f64 {
     let off = INDEPENDENT.iter().flat_map(|row| {
         let (height_km, latitude, longitude, ..) = *row;
         let field = model.components(latitude.to_radians(), longitude.to_radians(), 1e3 * height_km, 1.5);
