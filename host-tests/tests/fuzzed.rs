@@ -202,7 +202,8 @@ fn nothing_that_comes_from_outside_breaks_what_holds() {
     thread::scope(|scope| {
         for ((number, (name, target)), slow) in (1..).zip(TARGETS).zip(MUTATIONS) {
             let mutations = asked.unwrap_or(slow);
-            let run = move || println!("{name}: {mutations} mutations in {:.1} s", fuzz(number, name, target, mutations));
+            let run =
+                move || println!("{name}: {mutations} mutations in {:.1} s", fuzz(number, name, target, mutations));
             let _ = chosen(name).then(|| scope.spawn(run));
         }
     });

@@ -79,6 +79,7 @@ fn flown(all: &Tally, seeds_per_s: f64) -> Table {
     ] {
         table.row([Cell::from(name), median_and_worst(times, 2)]);
     }
-    table.row([Cell::from("seeds a second of this machine, which did other work beside"), Cell::number(seeds_per_s, 1)]);
+    table
+        .row([Cell::from("seeds a second of this machine, which did other work beside"), Cell::number(seeds_per_s, 1)]);
     table
 }

@@ -144,13 +144,20 @@ pub fn ism330dhcx(bytes: &[u8]) {
     let said = Said::new(bytes, WHO_AM_I, &SPOKEN, FIFO_TAG);
     let mut source = Supervised::new(Ism330dhcx::new_spi(Wire(&said), 4), Mounting::ALIGNED, Trigger::Polled);
     let [gyro, accel] = InertialSource::data(&source).sensors;
-    supervised(&said, |now_us, out: &mut VecView<InertialReading>| InertialSource::read(&mut source, now_us, out), |it| {
-        let most = |of: f32| of * 32_768.0;
-        let within = |values: [f32; 3], most: f32| values.iter().all(|x| x.abs() <= most * 1.000_01);
-        assert!(within(it.gyro_rad_s, most(gyro.per_code)) && within(it.accel_m_s2, most(accel.per_code)), "{it:?}");
-        assert!(it.temperature_c.is_finite(), "{it:?}");
-        it.t_us
-    });
+    supervised(
+        &said,
+        |now_us, out: &mut VecView<InertialReading>| InertialSource::read(&mut source, now_us, out),
+        |it| {
+            let most = |of: f32| of * 32_768.0;
+            let within = |values: [f32; 3], most: f32| values.iter().all(|x| x.abs() <= most * 1.000_01);
+            assert!(
+                within(it.gyro_rad_s, most(gyro.per_code)) && within(it.accel_m_s2, most(accel.per_code)),
+                "{it:?}"
+            );
+            assert!(it.temperature_c.is_finite(), "{it:?}");
+            it.t_us
+        },
+    );
 }
 
 fn codes_of_word(word: &[u8; WORD]) -> (u8, [i32; 3]) {
@@ -186,11 +193,15 @@ pub fn rm3100(bytes: &[u8]) {
     let mut source =
         Supervised::new(Rm3100::new_spi(Wire(&said), Rm3100Settings::default()), Mounting::ALIGNED, Trigger::Polled);
     let [mag] = MagneticSource::data(&source).sensors;
-    supervised(&said, |now_us, out: &mut VecView<MagneticReading>| MagneticSource::read(&mut source, now_us, out), |it| {
-        let most = mag.per_code * 8_388_608.0 * 1.000_01;
-        assert!(it.mag_ut.iter().all(|x| x.abs() <= most) && it.temperature_c.is_finite(), "{it:?}");
-        it.t_us
-    });
+    supervised(
+        &said,
+        |now_us, out: &mut VecView<MagneticReading>| MagneticSource::read(&mut source, now_us, out),
+        |it| {
+            let most = mag.per_code * 8_388_608.0 * 1.000_01;
+            assert!(it.mag_ut.iter().all(|x| x.abs() <= most) && it.temperature_c.is_finite(), "{it:?}");
+            it.t_us
+        },
+    );
 }
 
 /// Reads until nothing more is said. `judge` looks at a reading and gives its time.
@@ -202,10 +213,9 @@ fn supervised<T: Clone>(
     let (mut now_us, mut last_us) = (1_000_000, None);
     let mut out = heapless::Vec::<T, 32>::new();
     let mut is_started = false;
-    // A part that never starts takes nothing.
+    // Before the start nothing is taken, and a byte at least with each reading after it.
     for _ in 0..STARTING + said.bytes.get().len() {
         if said.is_over() {
-            assert!(is_started, "it never started");
             return;
         }
         out.clear();
@@ -218,4 +228,5 @@ fn supervised<T: Clone>(
         is_started |= result != Ok(Condition::Starting);
         now_us += if is_started { said.pause_us() } else { 1_000 };
     }
+    assert!(is_started, "it never started");
 }

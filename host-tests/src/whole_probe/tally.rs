@@ -42,7 +42,7 @@ pub enum Violation {
 /// All, with their names.
 pub const VIOLATIONS: [(Violation, &str); 16] = [
     (Violation::SampleLost, "every sample is flown once, or counted as lost"),
-    (Violation::Survey, "a survey is of a rest and within 5 sigma"),
+    (Violation::Survey, "a survey is of a rest and within 5 sigma, those of the effects that fly included"),
     (Violation::LateSurvey, "a survey is on the line a second after its end"),
     (Violation::SurveyAgain, "a survey that is said again is the one that was said, with its time"),
     (Violation::CounterFell, "the counter of commands never falls"),
@@ -52,7 +52,7 @@ pub const VIOLATIONS: [(Violation, &str); 16] = [
     (Violation::ErasedWhileDrilling, "nothing is erased while drilling"),
     (Violation::ModelNotCompleted, "the model that is restored was completed"),
     (Violation::StorageRefused, "a flash that can be read is used"),
-    (Violation::Attitude, "an attitude without a flag is within 5 sigma, 30 s after start and faults"),
+    (Violation::Attitude, "an attitude without a flag is within 5 sigma, as a survey, 30 s after start and faults"),
     (Violation::WatchdogReset, "the watchdog resets a stage that hangs, and nothing else"),
     (Violation::Silent, "attitude is back 3 s after the start"),
     (Violation::Ram, "the stack stays within its limit"),
