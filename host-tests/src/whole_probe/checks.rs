@@ -1,10 +1,9 @@
 //! What has to hold, looked at with every message that is heard and after every round of the program.
 
-use super::{EVIDENCE_S, machine::Machine, plan::Trouble, tally::Violation, truth};
+use super::{EVIDENCE_S, machine::Machine, plan::Trouble, tally::Violation};
 use meerkat_mwd::{
     application::{Application, Board},
     attitude::AttitudeFlags,
-    compensation::{ActiveEffects, Sensor, Snapshot, effects::LIBRARY},
     survey::{SurveyKind, SurveyReport},
     telemetry::{AttitudeFrame, Boot, CompactAngles, Message},
 };
@@ -48,6 +47,12 @@ fn note(machine: &mut Machine<'_, '_>, what: Violation, holds: bool, words: impl
     }
 }
 
+/// Counts something, and whether it is outside its deviations.
+fn count([all, outside]: &mut [u64; 2], holds: bool) {
+    *all += 1;
+    *outside += u64::from(!holds);
+}
+
 /// The model that was restored is one that was completed.
 fn started(machine: &mut Machine<'_, '_>, boot: &Boot) {
     // A command may have started the pipeline afresh.
@@ -71,13 +76,15 @@ fn attitude(machine: &mut Machine<'_, '_>, frame: &AttitudeFrame) {
     let at = machine.truths.iter().min_by_key(|(t_us, _)| t_us.abs_diff(frame.t_us));
     let Some((_, truth)) = at.filter(|(t_us, _)| t_us.abs_diff(frame.t_us) < 1_000) else { return };
     let truth = truth.radians;
-    let errors = errors_in_sigmas(&angles, &truth, &sigmas_of_effects(&machine.effects, &truth));
+    let errors = errors_in_sigmas(&angles, &truth);
     let holds = errors.iter().all(|error| error.abs() <= SIGMAS);
     let sound_since_us = machine.sound_since_us();
     if now_us < sound_since_us + SETTLED_US {
-        let [checked, outside] = &mut machine.day.tally.soon;
-        *checked += 1;
-        *outside += u64::from(!holds);
+        count(&mut machine.day.tally.soon, holds);
+        return;
+    }
+    if machine.takes_an_effect_out {
+        count(&mut machine.day.tally.misled, holds);
         return;
     }
     note(machine, Violation::Attitude, holds, || {
@@ -86,12 +93,12 @@ fn attitude(machine: &mut Machine<'_, '_>, frame: &AttitudeFrame) {
 }
 
 /// Errors of inclination, azimuth and toolface over their deviations, the encoding's error taken off.
-fn errors_in_sigmas(angles: &CompactAngles, truth: &[f64; 3], effects: &[f64; 3]) -> [f64; 3] {
+fn errors_in_sigmas(angles: &CompactAngles, truth: &[f64; 3]) -> [f64; 3] {
     let said = [angles.inclination_rad(), angles.azimuth_rad(), angles.gravity_toolface_rad()].map(f64::from);
     let sigmas = angles.sigmas_rad().map(f64::from);
     std::array::from_fn(|k| {
         let error = libm::remainder(said[k] - truth[k], TAU).abs();
-        (error - STEP_RAD).max(0.0) / sigmas[k].max(1e-6).hypot(effects[k])
+        (error - STEP_RAD).max(0.0) / sigmas[k].max(1e-6)
     })
 }
 
@@ -118,59 +125,28 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
     let Some((_, truth)) = at else { return };
     let truth = truth.radians;
     let said = [Some(survey.inclination_rad), survey.magnetic_azimuth_rad, survey.gravity_toolface_rad];
-    let effects = sigmas_of_effects(&machine.effects, &truth);
-    for (((name, said), truth), effects) in
-        ["inclination", "azimuth", "toolface"].into_iter().zip(said).zip(truth).zip(effects)
-    {
+    for ((name, said), truth) in ["inclination", "azimuth", "toolface"].into_iter().zip(said).zip(truth) {
         let Some(said) = said else { continue };
-        let sigma = f64::from(said.sigma).hypot(effects);
-        let error = libm::remainder(f64::from(said.value) - truth, TAU).abs() / sigma;
+        let error = libm::remainder(f64::from(said.value) - truth, TAU).abs() / f64::from(said.sigma);
+        if machine.takes_an_effect_out {
+            count(&mut machine.day.tally.misled, error <= SIGMAS);
+            continue;
+        }
         note(machine, Violation::Survey, error <= SIGMAS, || format!("{name} {error:.1} sigma off"));
     }
-}
-
-/// Deviations of inclination, azimuth and toolface by those of the effects that are taken out, radians. The probe says them with its diagnoses;
-/// the deviations of an attitude and of a survey are without them.
-fn sigmas_of_effects(effects: &ActiveEffects, &[inclination, azimuth, toolface]: &[f64; 3]) -> [f64; 3] {
-    let (force, field) = truth::at_rest(inclination, azimuth, toolface);
-    let still = Default::default();
-    let snapshot = Snapshot {
-        rate_rad_s: still,
-        acceleration_rad_s2: still,
-        force_m_s2: force,
-        square_force_m2_s4: force.norm_squared(),
-        field_ut: field,
-        warming_k: 15.0,
-    };
-    let (mut of_force, mut of_field) = (0.0, 0.0);
-    for found in effects.iter() {
-        let Some(effect) = LIBRARY.get(usize::from(found.index)) else { continue };
-        let square: f64 = (0..effect.parameters().len())
-            .map(|k| f64::from((effect.term(k, &snapshot) * found.sigma[k]).norm_squared()))
-            .sum();
-        match effect.sensor() {
-            Sensor::Accelerometer => of_force += square,
-            Sensor::Magnetometer => of_field += square,
-            _ => {}
-        }
-    }
-    let tilt = of_force.sqrt() / truth::GRAVITY_M_S2;
-    let turn = tilt / inclination.sin().max(0.01);
-    let (down, north) = libm::sincos(truth::DIP_RAD);
-    [tilt, (of_field.sqrt() / (truth::FIELD_UT * north)).hypot(turn).hypot(tilt * down / north), turn]
 }
 
 /// After every round of the program.
 pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, before: &mut Round) {
     let processed = application.counts().processed;
     let flown = application.pipeline().probe.gyro_model().p;
-    let effects = *application.pipeline().probe.effects();
+    let takes_an_effect_out = !application.pipeline().probe.effects().is_empty();
     let stored = application.pipeline().memory.as_ref().map_or(0, |memory| memory.stored_and_failed()[0]);
     let machine = application.board();
     if machine.chip.is_dead() {
         return;
     }
-    machine.effects = effects;
+    machine.takes_an_effect_out = takes_an_effect_out;
     let counts = machine.acquisition();
     let (acquired, full, waiting) = (counts.acquired(), counts.queue_full(), machine.waiting() as u32);
     note(machine, Violation::SampleLost, acquired == processed + full + waiting, || {

@@ -9,7 +9,6 @@ use super::{
 use meerkat_mwd::{
     Sample,
     application::{Acquired, Acquisition, AcquisitionCounts, Board, SampleConsumer, Stage},
-    compensation::ActiveEffects,
     sensor_models::{BusFault, Injection, ModelledParts, RecordingPlayer, Schedule},
     telemetry::{Message, ProbeId, ResetReason},
 };
@@ -52,8 +51,8 @@ pub struct Machine<'c, 'd> {
     step_us: i64,
     hang: Option<Stage>,
     until: Until,
-    /// Effects that are taken out.
-    pub effects: ActiveEffects,
+    /// Whether an effect is taken out. The sensors here have none.
+    pub takes_an_effect_out: bool,
     /// When the line last changed a byte, microseconds of the chip.
     pub spoilt_us: Option<u64>,
     /// Bytes given to the line, those that it could have sent included.
@@ -92,7 +91,7 @@ impl<'c, 'd> Machine<'c, 'd> {
             step_us: 0,
             hang: None,
             until: Until::default(),
-            effects: ActiveEffects::none(),
+            takes_an_effect_out: false,
             spoilt_us: None,
             given: 0,
             received: VecDeque::new(),

@@ -42,7 +42,7 @@ pub enum Violation {
 /// All, with their names.
 pub const VIOLATIONS: [(Violation, &str); 16] = [
     (Violation::SampleLost, "every sample is flown once, or counted as lost"),
-    (Violation::Survey, "a survey is of a rest and within 5 sigma, those of the effects that fly included"),
+    (Violation::Survey, "a survey is of a rest and within 5 sigma"),
     (Violation::LateSurvey, "a survey is on the line a second after its end"),
     (Violation::SurveyAgain, "a survey that is said again is the one that was said, with its time"),
     (Violation::CounterFell, "the counter of commands never falls"),
@@ -52,7 +52,7 @@ pub const VIOLATIONS: [(Violation, &str); 16] = [
     (Violation::ErasedWhileDrilling, "nothing is erased while drilling"),
     (Violation::ModelNotCompleted, "the model that is restored was completed"),
     (Violation::StorageRefused, "a flash that can be read is used"),
-    (Violation::Attitude, "an attitude without a flag is within 5 sigma, as a survey, 30 s after start and faults"),
+    (Violation::Attitude, "an attitude without a flag is within 5 sigma, 30 s after start and faults"),
     (Violation::WatchdogReset, "the watchdog resets a stage that hangs, and nothing else"),
     (Violation::Silent, "attitude is back 3 s after the start"),
     (Violation::Ram, "the stack stays within its limit"),
@@ -70,6 +70,9 @@ pub struct Tally {
     pub violations: [u64; VIOLATIONS.len()],
     /// Attitudes without a flag that came before they had to be within their deviations, and those that were not.
     pub soon: [u64; 2],
+    /// Angles of surveys, and attitudes without a flag, while an effect is taken out, which these sensors do not have; and those beyond their
+    /// deviations.
+    pub misled: [u64; 2],
     /// Commands of the owner.
     pub commands: u64,
     /// Starts of the program.
@@ -115,6 +118,7 @@ impl Tally {
             (&mut self.checks[..], &other.checks[..]),
             (&mut self.violations[..], &other.violations[..]),
             (&mut self.soon[..], &other.soon[..]),
+            (&mut self.misled[..], &other.misled[..]),
         ];
         for (sums, others) in sums {
             sums.iter_mut().zip(others).for_each(|(sum, other)| *sum += other);

@@ -6,9 +6,9 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::f64::consts::TAU;
 
 /// Gravity, m/s^2; total field, microtesla; dip, radians.
-pub const GRAVITY_M_S2: f64 = 9.80665;
-pub const FIELD_UT: f64 = 50.0;
-pub const DIP_RAD: f64 = 1.134;
+const GRAVITY_M_S2: f64 = 9.80665;
+const FIELD_UT: f64 = 50.0;
+const DIP_RAD: f64 = 1.134;
 /// Time in which the rotation starts or stops, seconds.
 const RAMP_S: f64 = 0.4;
 /// Noise of a reading: rad/s, m/s^2, microtesla.
@@ -19,18 +19,6 @@ const NOISE: [f64; 3] = [1.2e-3, 0.03, 0.2];
 pub struct Angles {
     /// Inclination, azimuth and gravity toolface, radians.
     pub radians: [f64; 3],
-}
-
-/// Specific force and field in the tool at these angles.
-pub fn at_rest(inclination: f64, azimuth: f64, toolface: f64) -> (Vector3<f32>, Vector3<f32>) {
-    let to_tool = (Rotation3::from_axis_angle(&Vector3::z_axis(), azimuth)
-        * Rotation3::from_axis_angle(&Vector3::y_axis(), inclination)
-        * Rotation3::from_axis_angle(&Vector3::z_axis(), toolface))
-    .inverse();
-    let (down, north) = libm::sincos(DIP_RAD);
-    let force = to_tool * Vector3::new(0.0, 0.0, -GRAVITY_M_S2);
-    let field = to_tool * Vector3::new(north, 0.0, down) * FIELD_UT;
-    (force.cast(), field.cast())
 }
 
 /// A stretch of drilling.
