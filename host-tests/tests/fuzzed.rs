@@ -22,7 +22,8 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 
 /// Mutations of each target, in the order of `TARGETS`: a million where that takes seconds. `MWD_MUTATIONS` sets another number for all, and
 /// `MWD_TARGET` names the only one that runs.
-const MUTATIONS: [u64; TARGETS.len()] = [1_000; TARGETS.len()];
+const MUTATIONS: [u64; TARGETS.len()] =
+    [1_000_000, 1_000_000, 1_000_000, 10_000, 100_000, 100_000, 10_000, 20_000, 1_000_000];
 
 fn corpus() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus")

@@ -139,6 +139,9 @@ mod tests {
         }
     }
 
+    /// Step of the numbers that the next test goes through: all but under an interpreter.
+    const STEP: usize = if cfg!(miri) { 1_021 } else { 1 };
+
     /// Every magic number, every kind and version, and every length with every number of bytes there.
     #[test]
     fn a_header_is_one_for_its_magic_number_and_a_length_that_fits_whatever_the_rest_is() {
@@ -152,21 +155,22 @@ mod tests {
             writer.u16(length);
             bytes
         };
-        for magic in 0..=u16::MAX {
+        for magic in (0..=u16::MAX).step_by(STEP).chain([MAGIC]) {
             assert_eq!(Header::parse(&with(magic, 1, 1, 0)).is_some(), magic == MAGIC);
         }
-        for (kind, version) in (0..=u8::MAX).flat_map(|kind| (0..=u8::MAX).map(move |version| (kind, version))) {
+        let bytes = || (0..=u8::MAX).step_by(STEP.min(51));
+        for (kind, version) in bytes().flat_map(|kind| bytes().map(move |version| (kind, version))) {
             let header = Header::parse(&with(MAGIC, kind, version, 0)).unwrap();
             assert_eq!((header.kind, header.version, header.number), (Kind(kind), version, u32::MAX));
         }
         let record = [0xA5; MAX_RECORD + GRANULE];
-        for length in 0..=u16::MAX {
+        for length in (0..=u16::MAX).step_by(STEP) {
             let header = Header::parse(&with(MAGIC, 1, 1, length));
             assert_eq!(header.is_some(), HEADER + usize::from(length) <= MAX_RECORD, "{length}");
             let Some(header) = header else { continue };
             assert!(header.bytes() <= MAX_RECORD && header.bytes() - GRANULE < HEADER + usize::from(length));
             assert_eq!(usize::from(header.granules()) * GRANULE, header.bytes());
-            let there = if cfg!(miri) { header.bytes()..=header.bytes() } else { 0..=record.len() };
+            let there = if cfg!(miri) { HEADER..=HEADER } else { 0..=record.len() };
             for there in there {
                 assert_eq!(header.payload(&record[..there]), None, "its check is wrong");
             }

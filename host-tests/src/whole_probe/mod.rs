@@ -3,6 +3,7 @@
 //!
 //! Time is compressed: a day of drilling is three minutes of stretches of 5 to 16 s with stops of 4 to 8 s, surveys settle and
 //! average in 2 s, windows are 10 s long, sectors of the flash have 8 KiB and are nearly full at the start, and troubles come every few seconds.
+//! A quarter of the runs is calm: ten minutes, windows of the length that flies, and a trouble in 45 s.
 //!
 //! [`Board`]: meerkat_mwd::application::Board
 
@@ -43,8 +44,10 @@ use std::{
 };
 use truth::Truth;
 
-/// Length of a run, microseconds.
-const DAY_US: u64 = 180_000_000;
+/// Length of a run, and of a calm one, microseconds.
+const DAY_US: [u64; 2] = [180_000_000, 600_000_000];
+/// Share of calm runs: fewer troubles and windows of the length that flies, so that what is learnt is what would be.
+const CALM: f64 = 0.25;
 /// Time after which evidence of rest is none any more, and what is decided on it has been answered, seconds: a second of the interlock, and a
 /// second for the answer.
 const EVIDENCE_S: f64 = 2.0;
@@ -92,9 +95,10 @@ pub fn fly(seed: u64) -> anyhow::Result<Run> {
 
 fn fly_to_the_end(seed: u64) -> anyhow::Result<Run> {
     let mut random = Random::new(seed);
-    let settings = settings();
-    let truth = Truth::new(random.split(), PERIOD_US as u32, DAY_US as f64 * 1e-6);
-    let plan = plan::draw(&mut random, DAY_US, &truth.begins_s());
+    let calm = random.uniform() < CALM;
+    let (settings, length_us) = (settings(calm), DAY_US[usize::from(calm)]);
+    let truth = Truth::new(random.split(), PERIOD_US as u32, length_us as f64 * 1e-6);
+    let plan = plan::draw(&mut random, calm, length_us, &truth.begins_s());
     let counter = random.between(1.0, 2.0 * COUNTERS as f64) as u64;
     let mut flash = used_flash(seed, counter, &settings.config)?;
     if random.uniform() < 0.5 {
@@ -117,8 +121,8 @@ fn fly_to_the_end(seed: u64) -> anyhow::Result<Run> {
         back_us: [None; 2],
     };
     let mut reason = ResetReason::PowerOn;
-    while chip.now_us.get() < DAY_US {
-        let death = power_up(&chip, &mut day, &settings, reason)?;
+    while chip.now_us.get() < length_us {
+        let death = power_up(&chip, &mut day, (&settings, length_us), reason)?;
         day.tally.checked(Violation::Panic);
         reason = match death {
             Death::PowerCut => {
@@ -134,10 +138,12 @@ fn fly_to_the_end(seed: u64) -> anyhow::Result<Run> {
     Ok(Run { tally: day.tally, digest: day.digest })
 }
 
-fn settings() -> Settings {
+fn settings(calm: bool) -> Settings {
     let mut config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
     config.latency = Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) };
-    (config.identification.window_s, config.identification.step_s) = (10.0, 5.0);
+    if !calm {
+        (config.identification.window_s, config.identification.step_s) = (10.0, 5.0);
+    }
     let survey = SurveyConfig { settle_s: 1.0, average_s: 1.0, ..SurveyConfig::default() };
     let stream = StreamConfig { attitude_every: 10, ..StreamConfig::default() };
     Settings { config, survey, stream, recording: false, key: Some(KEY) }
@@ -156,7 +162,12 @@ fn used_flash(seed: u64, counter: u64, config: &Config) -> anyhow::Result<Flash>
 }
 
 /// The probe from a start to its end.
-fn power_up(chip: &Chip, day: &mut Day, settings: &Settings, reason: ResetReason) -> anyhow::Result<Death> {
+fn power_up(
+    chip: &Chip,
+    day: &mut Day,
+    (settings, length_us): (&Settings, u64),
+    reason: ResetReason,
+) -> anyhow::Result<Death> {
     chip.start();
     day.tally.starts += 1;
     day.back_us = [None; 2];
@@ -190,7 +201,7 @@ fn power_up(chip: &Chip, day: &mut Day, settings: &Settings, reason: ResetReason
     };
     let mut application = Application::start(machine, pipeline, settings)?;
     chip.call_from_here();
-    let death = live(&mut application, before);
+    let death = live(&mut application, before, length_us);
     let results_lost = application.pipeline().line.results_lost();
     let machine = application.board();
     let acquisition = machine.acquisition();
@@ -228,7 +239,7 @@ fn power_up(chip: &Chip, day: &mut Day, settings: &Settings, reason: ResetReason
 }
 
 /// The program's loop, until its end or that of the day.
-fn live<'c>(application: &mut Application<'_, Machine<'c, '_>>, mut round: Round) -> Death {
+fn live<'c>(application: &mut Application<'_, Machine<'c, '_>>, mut round: Round, length_us: u64) -> Death {
     loop {
         application.turn();
         checks::after_round(application, &mut round);
@@ -236,7 +247,7 @@ fn live<'c>(application: &mut Application<'_, Machine<'c, '_>>, mut round: Round
         if let Some(death) = chip.death.get() {
             return death;
         }
-        if chip.now_us.get() >= DAY_US {
+        if chip.now_us.get() >= length_us {
             return Death::PowerCut;
         }
     }

@@ -160,23 +160,24 @@ impl Trouble {
 }
 
 /// Troubles of one run in order of time, microseconds.
-pub fn draw(random: &mut Random, length_us: u64, drilling_from_s: &[f64]) -> Vec<(u64, Trouble)> {
+pub fn draw(random: &mut Random, calm: bool, length_us: u64, drilling_from_s: &[f64]) -> Vec<(u64, Trouble)> {
     let mut plan = Vec::new();
     let mut at_s = random.between(0.5, 3.0);
     let length_s = length_us as f64 * 1e-6;
-    // A calm run now and then, in which models are learnt and attitudes settle.
-    let pause_s = [1.5, 4.0, 12.0, 45.0][random.between(0.0, 4.0) as usize];
+    let pause_s = if calm { 45.0 } else { [1.5, 4.0, 12.0][random.between(0.0, 3.0) as usize] };
     while at_s < length_s {
         plan.push(((at_s * 1e6) as u64, Trouble::draw(random)));
         at_s += pause_s * random.exponential();
     }
+    // What an owner changes starts the pipeline afresh.
+    let owner_s = if calm { 60.0 } else { 2.5 };
     let mut at_s = random.between(0.5, 3.0);
     while at_s < length_s {
         plan.push(((at_s * 1e6) as u64, Trouble::Owner));
-        at_s += 2.5 * random.exponential();
+        at_s += owner_s * random.exponential();
     }
     for begin_s in drilling_from_s {
-        if random.uniform() < 0.15 {
+        if random.uniform() < if calm { 0.01 } else { 0.15 } {
             plan.push((((begin_s - random.between(0.1, 0.6)) * 1e6) as u64, Trouble::SilentStart));
         }
     }
