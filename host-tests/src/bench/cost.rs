@@ -111,7 +111,10 @@ fn mean(sum: Cost, count: u64) -> Cost {
 /// sum one each.
 fn bounds(runs: &[Run]) -> Table {
     let mut table = Table::new(
-        "What bounds them, all calls of a run together: products of floats, each with its sum two cycles at best; shares of the cycles",
+        "What bounds them, all calls of a run together: products of floats, each with its sum two cycles at best; shares of the cycles. \
+         A node is bound by its reflections: a column of nine rows and two pivots takes 38 products in 76 cycles, eleven loads and \
+         eleven stores in 44, and 13 of its loop, 3.5 cycles a product; the rest of a node's are short of so many rows. Other work \
+         has few products for each load. A sample has no kernel: none of its parts takes a twelfth of it",
         &["", "", "M products", "M cycles", "cycles a product", "arithmetic, %", "loads and stores, %", "the rest, %"],
     );
     for run in runs {
