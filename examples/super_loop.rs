@@ -1,5 +1,5 @@
-//! A firmware's main loop in 40 lines: an interrupt puts samples into a queue; the loop drains it, sends what there is to say,
-//! and spends the rest of its time on identification. No executor, no operating system.
+//! A firmware's main loop in 40 lines: an interrupt puts samples into a queue; the loop drains it, sends what there is
+//! to say, and spends the rest of its time on identification. No executor, no operating system.
 //!
 //! `cargo run --example super_loop --features telemetry`
 

@@ -1,5 +1,5 @@
-//! A run's stations corrected together, as a probe can do it between two stops: what the `Surveyor` averages at each stop
-//! goes into a `MultiStation`, which finds the field of the drill string.
+//! A run's stations corrected together, as a probe can do it between two stops: what the `Surveyor` averages at each
+//! stop goes into a `MultiStation`, which finds the field of the drill string.
 //!
 //! `cargo run --example survey_run`
 

@@ -15,8 +15,8 @@ const MEAN_S: f32 = 0.04;
 /// Memory of the mean square, seconds: ten nodes of the estimator.
 const MEMORY_S: f32 = 5.0;
 
-/// Least derivative of a rate where nobody read it, rad/s^2: what counts as still, reached in the time in which an unread
-/// rate is another one, a radian of a swing at half a hertz.
+/// Least derivative of a rate where nobody read it, rad/s^2: what counts as still, reached in the time in which an
+/// unread rate is another one, a radian of a swing at half a hertz.
 pub(crate) const RATE_RAD_S2: f32 = UNSEEN_RATE_RAD_S / UNREAD_RATE_TIME_S;
 /// The same of specific force, m/s^3: gravity in a body that turns at what counts as still.
 pub(crate) const FORCE_M_S3: f32 = 9.81 * UNSEEN_RATE_RAD_S;

@@ -11,7 +11,8 @@
 //! 9. [`identification`]: the instants at which learnt models fly, and the search of each window
 //! 10. [`diagnosis`]: the effects that the evidence supports, and the remainder
 //! 11. [`probe`]: the whole pipeline behind `push` and `poll`
-//! 12. `telemetry` (feature of that name; with `serde` alone its messages): frames; `storage` (same name): records in flash
+//! 12. `telemetry` (feature of that name; with `serde` alone its messages): frames; `storage` (same name): records in
+//!     flash
 //! 13. `application` (same name): the program around all of it, on any board
 //!
 //! # Features
@@ -39,8 +40,8 @@
 //!
 //! # In a firmware of one's own
 //!
-//! A dependant's profile counts, not this crate's. On a Cortex-M4F a program that pushes and polls takes 320 KB of flash with
-//! this one, and 193 KB with `opt-level = "s"`, for more cycles:
+//! A dependant's profile counts, not this crate's. On a Cortex-M4F a program that pushes and polls takes 320 KB of
+//! flash with this one, and 193 KB with `opt-level = "s"`, for more cycles:
 //!
 //! ```toml
 //! [profile.release]
@@ -57,8 +58,8 @@
 //! rustflags = ["-Ctarget-cpu=cortex-m4", "-Clink-arg=--icf=all"]
 //! ```
 //!
-//! The crate compiles with Rust 1.89 and later; another minimum is a new minor version. Public types of [`nalgebra`] and
-//! [`heapless`] are theirs: take the crates from here, and the versions agree.
+//! The crate compiles with Rust 1.89 and later; another minimum is a new minor version. Public types of [`nalgebra`]
+//! and [`heapless`] are theirs: take the crates from here, and the versions agree.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing)]

@@ -50,10 +50,10 @@ pub const PENDING_REPORTS: usize = 3;
 /// A part with less memory chooses smaller buffers, and starts from [`Probe::zero`] (docs/new_board.md has the sizes):
 /// - `NODES`: nodes kept for the population search of a window, 166 bytes each. It reads the latest of them; 0 leaves
 ///   the search out, and the posterior's mean flies.
-/// - `COLUMNS`: parameters of effects, and of the bias's steps, that are looked for at a time, 636 bytes each. An effect
-///   for which there is no column left is not looked for.
-/// - `REPORTS`: reports that wait for [`Probe::poll`] and [`Probe::take_diagnosis`], 1.7 KB each. One that finds no room
-///   is lost, and counted.
+/// - `COLUMNS`: parameters of effects, and of the bias's steps, that are looked for at a time, 636 bytes each. An
+///   effect for which there is no column left is not looked for.
+/// - `REPORTS`: reports that wait for [`Probe::poll`] and [`Probe::take_diagnosis`], 1.7 KB each. One that finds no
+///   room is lost, and counted.
 pub struct Probe<
     const NODES: usize = WINDOW_NODES,
     const COLUMNS: usize = EFFECTS,
@@ -294,8 +294,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
 
     /// Does about `budget` units of identification work: a unit takes up to 500 cycles of a Cortex-M4F. The last piece
     /// may overshoot by 650; the next calls do so much less. Returns the report of a window when its result has taken
-    /// effect, or when it has none. Results depend on whether the work is done when they are due, and on nothing else of
-    /// its slicing. An update that is late is counted as an overrun, and the flown model stays.
+    /// effect, or when it has none. Results depend on whether the work is done when they are due, and on nothing else
+    /// of its slicing. An update that is late is counted as an overrun, and the flown model stays.
     pub fn poll(&mut self, budget: u32) -> Option<WindowReport> {
         let mut spent = self.session.overspent;
         while spent < budget {
@@ -327,7 +327,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.poll_budget_at(USUAL_CLOCK_HZ)
     }
 
-    /// The same on a chip of another clock, Hz. At 64 MHz some increments of hard motion by hand may be late: they are counted.
+    /// The same on a chip of another clock, Hz. At 64 MHz some increments of hard motion by hand may be late: they are
+    /// counted.
     #[must_use]
     pub const fn poll_budget_at(&self, clock_hz: u32) -> u32 {
         match (clock_hz / CLOCK_CYCLES_PER_UNIT).checked_div(self.pipeline.checks.samples_per_second()) {

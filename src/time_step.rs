@@ -4,8 +4,8 @@
 pub const GAP_PERIODS: u32 = 3;
 
 /// Longest step, either way, that one time stamp is believed, microseconds. It leaves nothing of the attitude (half a
-/// turn at the 0.3 rad/s that are assumed where no rate is read), so the sample that a longer one costs is worth little,
-/// and a wrong stamp that is believed makes samples old for no longer than this.
+/// turn at the 0.3 rad/s that are assumed where no rate is read), so the sample that a longer one costs is worth
+/// little, and a wrong stamp that is believed makes samples old for no longer than this.
 pub(crate) const LONGEST_BELIEVED_US: u64 = 10_000_000;
 
 /// Returns true if time went back so far that it is another clock's; a smaller step back is a late sample.

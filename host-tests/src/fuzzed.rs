@@ -147,7 +147,8 @@ pub fn stored_records(bytes: &[u8]) {
     }
 }
 
-/// Samples, each after a step of time forwards or back, microseconds. Each is taken or counted, and what is said of it is finite.
+/// Samples, each after a step of time forwards or back, microseconds. Each is taken or counted, and what is said of it
+/// is finite.
 ///
 /// # Panics
 /// One is not.

@@ -7,8 +7,8 @@ mod emulator;
 use mwd::target::{deadline, machine::build_program, toolchain::workspace};
 use std::{process::Command, time::Duration};
 
-/// Runs an example, which takes 800 samples of a tool at rest at 30 deg and loses none: else it says so and fails. Returns
-/// inclination and azimuth, thousandths of a degree.
+/// Runs an example, which takes 800 samples of a tool at rest at 30 deg and loses none: else it says so and fails.
+/// Returns inclination and azimuth, thousandths of a degree.
 fn flown(command: &mut Command, limit: Duration) -> [i32; 2] {
     let printed = deadline::run(command, limit).unwrap_or_else(|error| panic!("{error}"));
     println!("{}", printed.trim());

@@ -20,8 +20,8 @@ use mwd::{
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Mutations of each target, in the order of `TARGETS`: a million where that takes seconds. `MWD_MUTATIONS` sets another number for all, and
-/// `MWD_TARGET` names the only one that runs.
+/// Mutations of each target, in the order of `TARGETS`: a million where that takes seconds. `MWD_MUTATIONS` sets
+/// another number for all, and `MWD_TARGET` names the only one that runs.
 const MUTATIONS: [u64; TARGETS.len()] =
     [1_000_000, 1_000_000, 1_000_000, 10_000, 100_000, 100_000, 10_000, 20_000, 1_000_000];
 

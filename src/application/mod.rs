@@ -36,14 +36,15 @@ use crate::{
 use log::info;
 use stage::Progress;
 
-/// Units of work in one piece, 50,000 cycles; a piece that is not cut up overshoots it, and the next ones are the shorter.
+/// Units of work in one piece, 50,000 cycles; a piece that is not cut up overshoots it, and the next ones are the
+/// shorter.
 const SLICE_UNITS: u32 = 100;
 
 /// Work that is put off for later when the loop is short of time, in samples' shares: a second at 200 Hz.
 const OWED_SAMPLES: u32 = 200;
 
-/// Reports of the dose from one that is stored to the next: half an hour. At 128 bytes each that fills a sector of 16 KiB
-/// in 64 hours.
+/// Reports of the dose from one that is stored to the next: half an hour. At 128 bytes each that fills a sector of 16
+/// KiB in 64 hours.
 const STORED_DOSES: u8 = 6;
 
 /// Microseconds from one report of health to the next.
@@ -67,7 +68,7 @@ pub struct Settings {
 }
 
 /// What stands in static RAM, and the application works on.
-pub struct Pipeline<'a, F> {
+pub struct Parts<'a, F> {
     /// Samples to attitudes and models.
     pub probe: &'a mut Probe,
     /// Attitudes to surveys.
@@ -102,7 +103,7 @@ pub struct Counts {
 /// The program on one board.
 pub struct Application<'a, B: Board> {
     board: B,
-    pipeline: Pipeline<'a, B::Flash>,
+    parts: Parts<'a, B::Flash>,
     /// True once a stored model had its chance to fly.
     begun: bool,
     next_sequence: u32,
@@ -128,23 +129,23 @@ impl<'a, B: Board> Application<'a, B> {
     ///
     /// # Errors
     /// The field that cannot be used.
-    pub fn start(board: B, mut pipeline: Pipeline<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
+    pub fn start(board: B, mut parts: Parts<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
         let Settings { config, survey, stream, recording, key } = settings;
-        pipeline.probe.configure(config)?;
-        pipeline.surveyor.configure(&config.earth, survey)?;
-        pipeline.line.configure(stream)?;
-        if let Some(dose) = pipeline.memory.as_mut().and_then(|memory| memory.dose()) {
-            pipeline.surveyor.resume_dose(dose);
+        parts.probe.configure(config)?;
+        parts.surveyor.configure(&config.earth, survey)?;
+        parts.line.configure(stream)?;
+        if let Some(dose) = parts.memory.as_mut().and_then(|memory| memory.dose()) {
+            parts.surveyor.resume_dose(dose);
         }
         if *recording {
-            pipeline.commands.recording.start(0, None, true);
+            parts.commands.recording.start(0, None, true);
         }
-        pipeline.line.record(*recording);
-        pipeline.commands.provision(key.as_ref().and_then(|key| Key::new(key, board.identity())));
+        parts.line.record(*recording);
+        parts.commands.provision(key.as_ref().and_then(|key| Key::new(key, board.identity())));
         Ok(Self {
             served: board.acquisition().served(),
             board,
-            pipeline,
+            parts,
             begun: false,
             next_sequence: 0,
             first_sequence: 0,
@@ -186,11 +187,11 @@ impl<'a, B: Board> Application<'a, B> {
         }
     }
 
-    /// What waits for a time that has been would wait for long, and evidence of rest would look fresh when that time comes again. The pipeline
-    /// looks after itself.
+    /// What waits for a time that has been would wait for long, and evidence of rest would look fresh when that time
+    /// comes again. The pipeline looks after itself.
     #[inline(never)]
     fn clock_went_back(&mut self, now_us: u64) {
-        let Pipeline { surveyor, line, commands, .. } = &mut self.pipeline;
+        let Parts { surveyor, line, commands, .. } = &mut self.parts;
         surveyor.restart();
         line.clock_went_back();
         commands.recording.stop(true);
@@ -212,7 +213,7 @@ impl<'a, B: Board> Application<'a, B> {
         if !self.begun {
             self.begin(acquired);
         }
-        let Pipeline { probe, surveyor, burst, line, memory, .. } = &mut self.pipeline;
+        let Parts { probe, surveyor, burst, line, memory, .. } = &mut self.parts;
         if let Some(memory) = memory {
             memory.sample(sample);
         }
@@ -247,7 +248,7 @@ impl<'a, B: Board> Application<'a, B> {
         if began_afresh {
             self.restarted();
         }
-        let budget = self.pipeline.probe.poll_budget_at(self.board.clock_hz());
+        let budget = self.parts.probe.poll_budget_at(self.board.clock_hz());
         let most = budget.saturating_mul(OWED_SAMPLES);
         self.owed_units = self.owed_units.saturating_add(budget);
         if self.owed_units > most {
@@ -260,25 +261,25 @@ impl<'a, B: Board> Application<'a, B> {
     fn begin(&mut self, first: &Acquired) {
         self.begun = true;
         self.first_sequence = first.sequence;
-        let Pipeline { probe, memory, .. } = &mut self.pipeline;
+        let Parts { probe, memory, .. } = &mut self.parts;
         if let Some(memory) = memory {
             memory.restore(probe, &first.sample);
         }
-        self.pipeline.line.want_boot();
+        self.parts.line.want_boot();
     }
 
     /// One bounded piece of identification or diagnosis; whether more is owed.
     #[inline(never)]
     fn work(&mut self) -> bool {
         if self.filter_stays {
-            let Pipeline { probe, memory, .. } = &mut self.pipeline;
+            let Parts { probe, memory, .. } = &mut self.parts;
             self.filter_stays = memory.as_mut().is_some_and(|memory| memory.step(probe));
             return true;
         }
         let slice = if self.owed_units < SLICE_UNITS { self.owed_units } else { SLICE_UNITS };
         self.owed_units -= slice;
         if slice > 0 {
-            let Pipeline { probe, line, memory, .. } = &mut self.pipeline;
+            let Parts { probe, line, memory, .. } = &mut self.parts;
             if let Some(report) = probe.poll(slice) {
                 if let Some(memory) = memory {
                     memory.window(probe, &report);
@@ -288,7 +289,7 @@ impl<'a, B: Board> Application<'a, B> {
                 line.window(report);
             }
         }
-        let Pipeline { probe, memory, .. } = &mut self.pipeline;
+        let Parts { probe, memory, .. } = &mut self.parts;
         if let Some(memory) = memory {
             self.filter_stays = memory.step(probe);
         }
@@ -299,23 +300,23 @@ impl<'a, B: Board> Application<'a, B> {
     #[inline(never)]
     fn telemetry(&mut self) {
         let now_us = self.board.now_us();
-        if now_us >= self.health_us || !self.pipeline.commands.self_test.is_empty() {
+        if now_us >= self.health_us || !self.parts.commands.self_test.is_empty() {
             self.health_us = now_us + HEALTH_US;
             self.report_health(now_us);
         }
         self.take_diagnosis(now_us);
         self.receive(now_us);
-        let Pipeline { surveyor, burst, line, .. } = &mut self.pipeline;
+        let Parts { surveyor, burst, line, .. } = &mut self.parts;
         line.queue_results(now_us, surveyor, burst);
         if line.takes_boot() {
             self.report_boot(now_us);
         }
-        self.pipeline.line.transmit(&mut self.board);
+        self.parts.line.transmit(&mut self.board);
     }
 
     #[inline(never)]
     fn take_diagnosis(&mut self, now_us: u64) {
-        let Pipeline { probe, line, .. } = &mut self.pipeline;
+        let Parts { probe, line, .. } = &mut self.parts;
         if !line.takes_diagnosis() {
             return;
         }
@@ -353,7 +354,7 @@ impl<'a, B: Board> Application<'a, B> {
     }
 
     /// What it works on.
-    pub const fn pipeline(&self) -> &Pipeline<'a, B::Flash> {
-        &self.pipeline
+    pub const fn parts(&self) -> &Parts<'a, B::Flash> {
+        &self.parts
     }
 }

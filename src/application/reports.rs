@@ -1,19 +1,19 @@
 //! Reports of the probe about itself.
 
-use super::{Application, Board, Pipeline, log::info};
+use super::{Application, Board, Parts, log::info};
 use crate::telemetry::{Boot, Health};
 
 impl<B: Board> Application<'_, B> {
     /// After the pipeline has started afresh.
     pub(super) fn restarted(&mut self) {
         self.first_sequence = self.next_sequence;
-        self.pipeline.line.want_boot();
+        self.parts.line.want_boot();
     }
 
     /// Makes the boot, for the start and for a recording.
     #[inline(never)]
     pub(super) fn report_boot(&mut self, now_us: u64) {
-        let Pipeline { probe, line, memory, .. } = &mut self.pipeline;
+        let Parts { probe, line, memory, .. } = &mut self.parts;
         let boot = Boot {
             probe: self.board.identity(),
             reset: self.board.reset_reason(),
@@ -32,13 +32,13 @@ impl<B: Board> Application<'_, B> {
     pub(super) fn report_health(&mut self, now_us: u64) {
         let [stack_used_bytes, stack_size_bytes] = self.board.stack_bytes();
         let acquisition = self.board.acquisition();
-        let commands = self.pipeline.commands.counters();
+        let commands = self.parts.commands.counters();
         let [models_stored, storage_failures] =
-            self.pipeline.memory.as_ref().map_or([0; 2], |memory| memory.stored_and_failed());
+            self.parts.memory.as_ref().map_or([0; 2], |memory| memory.stored_and_failed());
         let health = Health {
             probe: self.board.identity(),
             t_us: now_us,
-            counters: self.pipeline.probe.counters(),
+            counters: self.parts.probe.counters(),
             samples_acquired: acquisition.acquired(),
             sample_overruns: acquisition.queue_full(),
             missed_ticks: acquisition.missed_ticks(),
@@ -48,16 +48,16 @@ impl<B: Board> Application<'_, B> {
             stack_used_bytes,
             stack_size_bytes,
             watchdog_resets: self.board.watchdog_resets(),
-            results_lost: self.pipeline.line.results_lost(),
-            sent: self.pipeline.line.counters(),
-            received: self.pipeline.commands.link(),
+            results_lost: self.parts.line.results_lost(),
+            sent: self.parts.line.counters(),
+            received: self.parts.commands.link(),
             commands_accepted: commands.accepted,
             commands_refused: commands.refused,
             models_stored,
             storage_failures,
-            self_test: self.pipeline.commands.self_test.pop(),
+            self_test: self.parts.commands.self_test.pop(),
             ..Health::default()
         };
-        self.pipeline.line.health(now_us, &health);
+        self.parts.line.health(now_us, &health);
     }
 }

@@ -179,8 +179,8 @@ impl AttitudeFilter {
         self.inflate(libm::sqrtf(now * now - before * before));
     }
 
-    /// Passes over `dt_s` seconds that no reading stands for, from one body rate (compensated, relative to the earth) to
-    /// the next: the rate is taken to have changed steadily, and the uncertainty grows by what it may have done
+    /// Passes over `dt_s` seconds that no reading stands for, from one body rate (compensated, relative to the earth)
+    /// to the next: the rate is taken to have changed steadily, and the uncertainty grows by what it may have done
     /// instead. Returns false, and does nothing, where that says no more than [`AttitudeFilter::gap`]. Call
     /// [`AttitudeFilter::propagate`] next.
     pub fn bridge(&mut self, dt_s: f32, before_rad_s: &Vector3<f32>, after_rad_s: &Vector3<f32>) -> bool {

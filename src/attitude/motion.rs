@@ -39,8 +39,8 @@ impl Motion {
         }
     }
 
-    /// Takes a filter step; returns its process noise. `step_s` is the interval of the samples, `scale_sigma` the deviation of
-    /// the gyro's scale factors and couplings.
+    /// Takes a filter step; returns its process noise. `step_s` is the interval of the samples, `scale_sigma` the
+    /// deviation of the gyro's scale factors and couplings.
     pub fn process_noise(
         &mut self,
         step: &FilterStep,

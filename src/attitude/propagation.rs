@@ -50,8 +50,8 @@ impl Propagation {
         (self.marked, self.corrected, self.has_mark) = (self.q, IDENTITY, true);
     }
 
-    /// Takes the mark. Returns the rotation, earth frame, that brings the attitude now to where it would be if it had been
-    /// `rotation` (body to earth) at the mark, with the same increments since; `None` without a mark.
+    /// Takes the mark. Returns the rotation, earth frame, that brings the attitude now to where it would be if it had
+    /// been `rotation` (body to earth) at the mark, with the same increments since; `None` without a mark.
     pub(crate) fn since_mark(&mut self, rotation: &Quaternion<f32>) -> Option<Quaternion<f32>> {
         // The attitude now is corrected * marked * increments.
         core::mem::replace(&mut self.has_mark, false)

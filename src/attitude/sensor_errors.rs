@@ -41,8 +41,8 @@ impl SensorErrors {
         };
     }
 
-    /// Swaps the gyro model, see [`AttitudeFilter::model_changed`](super::AttitudeFilter::model_changed). Returns true if
-    /// the former one was wrong.
+    /// Swaps the gyro model, see [`AttitudeFilter::model_changed`](super::AttitudeFilter::model_changed). Returns true
+    /// if the former one was wrong.
     pub fn change_model(
         &mut self,
         state: &mut State,

@@ -247,8 +247,8 @@ fn add_outer<T: Real>(covariance: &mut [T], by: &[T; VARIABLES]) {
     }
 }
 
-/// Narrows the priors of a group, the last of the variables, and takes these out of the mean and covariance that stay; the logarithm of the
-/// evidence.
+/// Narrows the priors of a group, the last of the variables, and takes these out of the mean and covariance that stay;
+/// the logarithm of the evidence.
 fn narrowed<T: Real>(all: &mut Slices<T>, variables: usize, group: usize, width: T, with_lags: bool) -> T {
     let mut evidence = T::ZERO;
     let (Some(count), Some(has_lag)) = (COUNTS.get(group), HAS_LAG.get(group)) else { return evidence };

@@ -8,8 +8,8 @@ use super::real::Real;
 /// Sweeps; each squares what is left off the diagonal, and nine variables are done after five.
 const SWEEPS: usize = 8;
 
-/// Diagonalises a symmetric matrix, of which it reads the upper triangle alone: the diagonal then holds the eigenvalues.
-/// Returns the matrix whose columns are the eigenvectors.
+/// Diagonalises a symmetric matrix, of which it reads the upper triangle alone: the diagonal then holds the
+/// eigenvalues. Returns the matrix whose columns are the eigenvectors.
 pub(super) fn diagonalise<T: Real, const D: usize>(a: &mut [[T; D]; D]) -> [[T; D]; D] {
     // A row for each vector: a rotation then turns elements that lie side by side.
     let mut vectors = [[T::ZERO; D]; D];

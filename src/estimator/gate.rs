@@ -85,12 +85,12 @@ pub(super) fn attitude_variance<T: Real>(node: &Node<T>, globals: &Globals<T>) -
     Innovation::new(&rows, node, globals).covariance.trace()
 }
 
-/// Columns of the root that are solved together: what is read of the rows above then serves all. A divisor of the number
-/// of states.
+/// Columns of the root that are solved together: what is read of the rows above then serves all. A divisor of the
+/// number of states.
 const COLUMNS: usize = 4;
 
-/// Solves the elements from `j` on of three right-hand sides, those above being solved: `B` columns, all of states or all
-/// of globals.
+/// Solves the elements from `j` on of three right-hand sides, those above being solved: `B` columns, all of states or
+/// all of globals.
 fn solve<T: Real, const B: usize>(
     solved: &mut [[T; 3]; NODE + GLOBALS],
     node: &Node<T>,

@@ -87,7 +87,8 @@ impl<T: Real> Globals<T> {
         (square > T::ZERO).then(|| (u, (T::ONE - (T::ONE / (T::ONE + variance * square)).root()) / square))
     }
 
-    /// Multiplies the root by I - beta u u^T. Leaves it full: it has to be made triangular afterwards, column by column.
+    /// Multiplies the root by I - beta u u^T. Leaves it full: it has to be made triangular afterwards, column by
+    /// column.
     pub fn widen(&mut self, u: &[T; GLOBALS], beta: T) {
         let mut dots = [T::ZERO; GLOBALS];
         for (u, row) in u.iter().zip(&self.root) {

@@ -109,8 +109,8 @@ impl<const NODES: usize> LeftOver<NODES> {
     }
 }
 
-/// Innovation of the next row, which has `N` coefficients and a constant, the last of `x`. Of a length that the compiler
-/// knows: its loop is no loop.
+/// Innovation of the next row, which has `N` coefficients and a constant, the last of `x`. Of a length that the
+/// compiler knows: its loop is no loop.
 #[inline(always)]
 fn innovation<const N: usize>(rest: &mut &[i16], x: &[f32; COLUMNS - 1]) -> f32 {
     let Some((row, next)) = rest.split_first_chunk::<N>() else { return 0.0 };

@@ -93,8 +93,8 @@ impl<T: Real> Node<T> {
         }
     }
 
-    /// Becomes what [`Node::zero`] returns, but for what was read of the declared field: the globals keep it. In place: as a
-    /// value that would stand on the stack twice, under the deepest calls of a piece of work.
+    /// Becomes what [`Node::zero`] returns, but for what was read of the declared field: the globals keep it. In place:
+    /// as a value that would stand on the stack twice, under the deepest calls of a piece of work.
     fn clear(&mut self) {
         let Self { attitude, linear_at, velocity, position, field, norms, root, .. } = self;
         (*attitude, *linear_at) = (zero33(), zero33());

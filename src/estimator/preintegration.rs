@@ -36,8 +36,8 @@ impl<T: Real> Path<T> {
         Self { value: zero3(), by_lag: zero3(), by_matrix: [zero3(); 9], by_bias: zero33(), by_gyro: [zero3(); GYRO] }
     }
 
-    /// Goes on by a step of force through `dt` seconds: `position` by `velocity` and half of the step, `velocity` by the
-    /// step. One pass, in which each sum is loaded and stored once.
+    /// Goes on by a step of force through `dt` seconds: `position` by `velocity` and half of the step, `velocity` by
+    /// the step. One pass, in which each sum is loaded and stored once.
     fn go_on(position: &mut Self, velocity: &mut Self, step: &Self, dt: T) {
         let half = dt * dt * T::of(0.5);
         let add = |p: &mut V3<T>, v: &mut V3<T>, step: &V3<T>| {

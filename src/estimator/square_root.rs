@@ -1,9 +1,9 @@
-//! Triangular roots of information by Householder reflections. Normal equations are never formed: in f32 they lose their positive definiteness
-//! in three of four recordings.
+//! Triangular roots of information by Householder reflections. Normal equations are never formed: in f32 they lose
+//! their positive definiteness in three of four recordings.
 //!
-//! Rows go into a pivot by blocks of a fixed number, column by column: the factors of the reflection, and the block's part of the column, then stay
-//! in registers. Two reflections at a time halve the loads and stores. What a Cortex-M4F can do at best is two instructions a multiply-add, its
-//! product and its sum.
+//! Rows go into a pivot by blocks of a fixed number, column by column: the factors of the reflection, and the block's
+//! part of the column, then stay in registers. Two reflections at a time halve the loads and stores. What a Cortex-M4F
+//! can do at best is two instructions a multiply-add, its product and its sum.
 
 #![allow(clippy::indexing_slicing)] // Columns: each is compared with the row's length before.
 
@@ -186,7 +186,8 @@ fn take_all<T, const L: usize, const E: usize>(
     }
 }
 
-/// Takes a column of the rows into a pivot. Further columns take part and are not eliminated: there are as many rows of them.
+/// Takes a column of the rows into a pivot. Further columns take part and are not eliminated: there are as many rows of
+/// them.
 pub(super) fn reflect<T: Real, const L: usize, const E: usize>(
     mut pivot: Pivot<T>,
     rows: &mut [[T; L]],

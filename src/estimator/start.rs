@@ -74,8 +74,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     /// A model that was stored, with its deviations (P row-major, then b): P's prior is about it, as wide as it was
     /// known and may have drifted. How far it drifted may turn out to be nothing; how well it was known stays, or an
-    /// element that no motion shows would seem to be known as well as those that the samples confirm. The bias is another one at every start, and is as unknown as without. The effects
-    /// that were taken out still are. Forgotten where the samples contradict it.
+    /// element that no motion shows would seem to be known as well as those that the samples confirm. The bias is
+    /// another one at every start, and is as unknown as without. The effects that were taken out still are. Forgotten
+    /// where the samples contradict it.
     pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12], effects: &ActiveEffects) {
         self.prior_p = widened_matrix(model);
         for (column, deviation) in P.columns().zip(deviations) {

@@ -34,8 +34,8 @@ pub(super) fn add_times<T: Real>(to: &mut [T], factor: T, by: &[T]) {
 /// Elements that take two multiples in one pass of a loop.
 const FEW: usize = 4;
 
-/// Adds multiples of two slices to another, the first and then the second, which are as long or longer. Each sum is loaded and
-/// stored once for both.
+/// Adds multiples of two slices to another, the first and then the second, which are as long or longer. Each sum is
+/// loaded and stored once for both.
 #[inline(always)]
 pub(super) fn add_two_times<T: Real>(to: &mut [T], [f, g]: [T; 2], [a, b]: [&[T]; 2]) {
     let length = to.len();

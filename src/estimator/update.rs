@@ -113,8 +113,8 @@ impl<T: Real> Update<T> {
         Agreement { field, force, is_turned, innovation }
     }
 
-    /// Eliminates the next two columns; `false` when all states are done. The rows from [`Update::left_over`] then say what the node says of
-    /// the globals.
+    /// Eliminates the next two columns; `false` when all states are done. The rows from [`Update::left_over`] then say
+    /// what the node says of the globals.
     pub fn eliminate<const E: usize>(
         &mut self,
         candidates: &Candidates<T, E>,

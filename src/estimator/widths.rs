@@ -42,8 +42,8 @@ impl Widths {
         parts: [[0.09, 0.3, 0.9], [0.1, 1.0 / 3.0, 1.0], [0.075, 0.25, 1.0]],
         count: [3, 3, 3],
         // Where motion is slow the formal covariance is 2 to 6 times too small. Multiplied by 1.4, 0.7 and 0.36, these
-        // fly 0.74, 0.80 and 0.87 of the gain that is to be had on thirteen recordings with a gyro error of 2 %; the last
-        // one harms one of them as it is. So these stay 2.8 times above it.
+        // fly 0.74, 0.80 and 0.87 of the gain that is to be had on thirteen recordings with a gyro error of 2 %; the
+        // last one harms one of them as it is. So these stay 2.8 times above it.
         inflations: [0.7, 1.4, 2.8],
         inflation_count: 3,
         sheet: [0.3, 1.0 / 3.0, 0.25],

@@ -1,5 +1,5 @@
-//! The smallest probe: attitude with the factory's calibration, and the watch for magnets, without identification. For a
-//! part with little memory; what it gives up stands in docs/new_board.md.
+//! The smallest probe: attitude with the factory's calibration, and the watch for magnets, without identification. For
+//! a part with little memory; what it gives up stands in docs/new_board.md.
 
 use super::{
     Output,
@@ -14,8 +14,8 @@ use crate::{
     time_step::{is_another_clock, is_gap},
 };
 
-/// Probe without identification. It flies the gyro model that it is given: the factory's, or one that something else has
-/// learnt ([`AttitudeProbe::fly`]). As [`Probe`](crate::Probe), [`AttitudeProbe::new`] is all zero bytes.
+/// Probe without identification. It flies the gyro model that it is given: the factory's, or one that something else
+/// has learnt ([`AttitudeProbe::fly`]). As [`Probe`](crate::Probe), [`AttitudeProbe::new`] is all zero bytes.
 ///
 /// A sample that is later than the one before is taken, however far; one that goes back by more than ten seconds begins
 /// afresh. `Probe` asks for a second sample before it believes either.
@@ -65,8 +65,8 @@ impl AttitudeProbe {
         self.configured = true;
     }
 
-    /// Flies a gyro model from the next sample on, known with these deviations of P (row-major) and b, rad/s. Returns false
-    /// for a model that is none, and before a configuration.
+    /// Flies a gyro model from the next sample on, known with these deviations of P (row-major) and b, rad/s. Returns
+    /// false for a model that is none, and before a configuration.
     pub fn fly(&mut self, model: &GyroModel, sigma: &[f32; 12]) -> bool {
         let can = self.configured && model.is_valid();
         if can {
@@ -115,8 +115,8 @@ impl AttitudeProbe {
         Some(Output { t_us, rate_rad_s: stepped.rate_rad_s.into(), attitude })
     }
 
-    /// Readings of the last sample for an [`Estimator`](crate::estimator::Estimator): raw rate less the earth's, calibrated
-    /// force and field.
+    /// Readings of the last sample for an [`Estimator`](crate::estimator::Estimator): raw rate less the earth's,
+    /// calibrated force and field.
     #[must_use]
     pub const fn readings(&self) -> [Reading; 3] {
         self.readings

@@ -65,8 +65,8 @@ impl Pipeline {
         }
     }
 
-    /// Starts anew; a gyro that reads nothing is taken to rest at its factory bias. The delay of the magnetometer is the
-    /// caller's to tell.
+    /// Starts anew; a gyro that reads nothing is taken to rest at its factory bias. The delay of the magnetometer is
+    /// the caller's to tell.
     pub fn start(&mut self, config: &Config) {
         self.last_raw_rad_s = config.gyro.b_rad_s;
         self.unread_s = 0.0;

@@ -35,7 +35,8 @@ fn decode(payload: &[u8]) -> Option<VibrationDose> {
 }
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
-    /// Begins to store a dose; [`ModelStore::step`] programs it piece by piece. The one before counts until it is whole.
+    /// Begins to store a dose; [`ModelStore::step`] programs it piece by piece. The one before counts until it is
+    /// whole.
     ///
     /// # Errors
     /// Nothing is written: something is being written, or what room there is is kept for models.

@@ -1,5 +1,5 @@
-//! Factory's records: calibrations, identity and mounting, and the key of authenticated commands. The factory writes them
-//! once, in a region apart from the probe's own records (`provisioning`).
+//! Factory's records: calibrations, identity and mounting, and the key of authenticated commands. The factory writes
+//! them once, in a region apart from the probe's own records (`provisioning`).
 
 use super::{
     StorageError,

@@ -3,8 +3,8 @@
 //!
 //! A slot is half of the region. Its last 512 bytes hold marks, each a record of its own that is written once: what the
 //! image is (number, length, digest), that it was started on trial, that it is well. An image counts when its mark is
-//! whole and its bytes have the digest, BLAKE2s-256 (RFC 7693); the mark is written last and erased first, so that no cut
-//! leaves one on other bytes.
+//! whole and its bytes have the digest, BLAKE2s-256 (RFC 7693); the mark is written last and erased first, so that no
+//! cut leaves one on other bytes.
 //!
 //! | who | calls |
 //! |---|---|

@@ -1,5 +1,5 @@
-//! Index of the records that count: the newest model of each temperature, the counter, the retirements, and the dose. It is
-//! built by reading every record once; the order does not matter.
+//! Index of the records that count: the newest model of each temperature, the counter, the retirements, and the dose.
+//! It is built by reading every record once; the order does not matter.
 
 use super::{
     Implausible, Limits, StoredModel,

@@ -11,8 +11,8 @@ use super::{
 };
 use embedded_storage::nor_flash::NorFlash;
 
-/// Writer of the factory's region, the only one. It never overwrites and never erases. Afterwards the chip itself has to
-/// protect the sector (STM32F4: option bytes, nWRP).
+/// Writer of the factory's region, the only one. It never overwrites and never erases. Afterwards the chip itself has
+/// to protect the sector (STM32F4: option bytes, nWRP).
 pub struct Provisioning<F> {
     region: F,
 }

@@ -1,9 +1,9 @@
 //! Surveys: the tool's direction at a station, while rotating and at every sample; their quality; drilling
 //! dynamics.
 //!
-//! A [`Surveyor`] takes one [`SurveyInput`] a sample; [`Surveys`] does without drilling dynamics. Gravity and field come calibrated and in tool axes. The
-//! sigmas are those of the ISCWSA MWD error model ([`crate::config::SurveyErrors`]), plus the noise that the
-//! averages themselves show.
+//! A [`Surveyor`] takes one [`SurveyInput`] a sample; [`Surveys`] does without drilling dynamics. Gravity and field
+//! come calibrated and in tool axes. The sigmas are those of the ISCWSA MWD error model
+//! ([`crate::config::SurveyErrors`]), plus the noise that the averages themselves show.
 
 mod axial;
 mod burst;

@@ -1,8 +1,8 @@
 //! Severity of vibration and of stick-slip in eight levels, whether the tool whirls, and the dose of a run.
 //!
-//! Levels count from 0 to 7, as those of many makers do. The bounds are this library's own choice: makers' tables differ,
-//! and none that is published was at hand to be checked against. [`level`] takes the bounds of your tool's manual. What
-//! is above half of the probe's sample rate, or above its accelerometer's range, is in no figure here.
+//! Levels count from 0 to 7, as those of many makers do. The bounds are this library's own choice: makers' tables
+//! differ, and none that is published was at hand to be checked against. [`level`] takes the bounds of your tool's
+//! manual. What is above half of the probe's sample rate, or above its accelerometer's range, is in no figure here.
 
 use super::{DrillingDynamics, Rotation, WhirlKind};
 use crate::units::STANDARD_GRAVITY_M_S2;

@@ -23,8 +23,8 @@ pub struct SlidingToolface {
     pub toolface_rad: Uncertain,
     /// Standard deviation of the single samples' toolfaces: how much the tool swung.
     pub swing_rad: f32,
-    /// Time from the samples' mean time to the last one, seconds: how old the mean is when it is given. The attitude follows a turn
-    /// through the gyro, at once; what the line takes comes on top.
+    /// Time from the samples' mean time to the last one, seconds: how old the mean is when it is given. The attitude
+    /// follows a turn through the gyro, at once; what the line takes comes on top.
     pub latency_s: f32,
 }
 

@@ -10,7 +10,8 @@ use crate::{
 };
 
 bitflags::bitflags! {
-    /// Results that a sample completed; they stay with [`Surveys`] or the [`Surveyor`](super::Surveyor) until the next ones.
+    /// Results that a sample completed; they stay with [`Surveys`] or the [`Surveyor`](super::Surveyor) until the next
+    /// ones.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
     #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
     pub struct SurveyNews: u8 {
@@ -37,8 +38,8 @@ pub(super) enum Step {
     Forward(f32),
 }
 
-/// Taker of surveys alone, in 1.8 KB, for a part with little memory; a [`Surveyor`](super::Surveyor) watches the drilling
-/// beside them. It owns its buffers; nothing allocates and nothing can panic.
+/// Taker of surveys alone, in 1.8 KB, for a part with little memory; a [`Surveyor`](super::Surveyor) watches the
+/// drilling beside them. It owns its buffers; nothing allocates and nothing can panic.
 pub struct Surveys {
     settings: Option<(Earth, SurveyConfig)>,
     last_us: Option<u64>,

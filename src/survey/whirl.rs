@@ -1,14 +1,14 @@
 //! Whirl: the tool's axis that goes around the hole's.
 //!
-//! A tool whose axis goes around the hole's has a lateral acceleration of constant size that turns with it. In tool axes, which
-//! turn with the string, it turns at the difference of both speeds. Vibration to and fro turns nowhere. A collar that
-//! rolls on the wall without sliding goes around against the string, d / (D - d) times as fast (collar d in a hole D;
-//! Vandiver, Nicholson and Shyu, SPE Drilling Engineering 5, 282, 1990).
+//! A tool whose axis goes around the hole's has a lateral acceleration of constant size that turns with it. In tool
+//! axes, which turn with the string, it turns at the difference of both speeds. Vibration to and fro turns nowhere. A
+//! collar that rolls on the wall without sliding goes around against the string, d / (D - d) times as fast (collar d in
+//! a hole D; Vandiver, Nicholson and Shyu, SPE Drilling Engineering 5, 282, 1990).
 
 use core::f32::consts::TAU;
 
-/// Time constant of the mean that is taken off, seconds: it takes out what stands still in tool axes, as the centrifugal
-/// force of an accelerometer off the axis. A whirl that goes with the string at its speed is taken out too.
+/// Time constant of the mean that is taken off, seconds: it takes out what stands still in tool axes, as the
+/// centrifugal force of an accelerometer off the axis. A whirl that goes with the string at its speed is taken out too.
 const MEAN_S: f32 = 1.0;
 /// Longest step between two readings in use, seconds.
 const LONGEST_STEP_S: f32 = 0.05;

@@ -64,8 +64,8 @@ pub unsafe extern "C" fn mwd_attitude_filter_start(
 /// aligned the filter yet.
 ///
 /// # Safety
-/// `filter` is NULL or from `mwd_attitude_filter_init`; `rate_rad_s`, `accel_m_s2` and `mag_ut` are NULL or lead to three
-/// numbers; `attitude` is NULL or leads to such a struct.
+/// `filter` is NULL or from `mwd_attitude_filter_init`; `rate_rad_s`, `accel_m_s2` and `mag_ut` are NULL or lead to
+/// three numbers; `attitude` is NULL or leads to such a struct.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mwd_attitude_filter_push(
     filter: *mut MwdAttitudeFilter,

@@ -32,8 +32,8 @@ pub struct MwdEffect {
 /// `MWD_MAX_EFFECTS` is enough room for all. `MWD_STATUS_ERROR_TOO_SMALL`: there are more than `room`.
 ///
 /// # Safety
-/// `probe` is NULL or from `mwd_probe_init`; `effects` is NULL or leads to `room` such structs; `count` is NULL or leads
-/// to a number.
+/// `probe` is NULL or from `mwd_probe_init`; `effects` is NULL or leads to `room` such structs; `count` is NULL or
+/// leads to a number.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mwd_probe_effects(
     probe: *const MwdProbe,

@@ -47,8 +47,8 @@ const fn kind_of<P: Payload>(_: &P) -> meerkat_mwd::telemetry::Kind {
 /// Frame of all bits of an output (kind 3), with the zero that ends it. `written` becomes its length.
 ///
 /// # Safety
-/// `frame` is NULL or leads to `bytes` bytes that hold some value; the other pointers are NULL or lead to what their type
-/// says.
+/// `frame` is NULL or leads to `bytes` bytes that hold some value; the other pointers are NULL or lead to what their
+/// type says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mwd_frame_output(
     output: *const MwdOutput,

@@ -40,8 +40,8 @@ pub struct MwdCounters {
 /// `MWD_PROBE_ALIGN`, and points `probe` to it.
 ///
 /// # Safety
-/// `storage` is NULL or leads to `bytes` bytes that nothing else uses while the probe lives; `probe` is NULL or leads to
-/// a pointer.
+/// `storage` is NULL or leads to `bytes` bytes that nothing else uses while the probe lives; `probe` is NULL or leads
+/// to a pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mwd_probe_init(storage: *mut c_void, bytes: usize, probe: *mut *mut MwdProbe) -> MwdStatus {
     // SAFETY: the caller's promise. `Probe::new()` is all zero bytes, so that a static of it stands in .bss; a copy of
@@ -124,8 +124,8 @@ pub unsafe extern "C" fn mwd_probe_poll(probe: *mut MwdProbe, budget: u32, windo
     }
 }
 
-/// Returns the budget for `mwd_probe_poll` after each sample with which every result is ready when it is due; 0 before a
-/// configuration.
+/// Returns the budget for `mwd_probe_poll` after each sample with which every result is ready when it is due; 0 before
+/// a configuration.
 ///
 /// # Safety
 /// `probe` is NULL or from `mwd_probe_init`.

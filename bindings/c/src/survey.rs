@@ -120,8 +120,8 @@ impl MwdSurveyor {
     }
 }
 
-/// Makes a surveyor without a configuration in `storage`, which has at least `MWD_SURVEYOR_SIZE` bytes and the alignment
-/// `MWD_SURVEYOR_ALIGN`, and points `surveyor` to it.
+/// Makes a surveyor without a configuration in `storage`, which has at least `MWD_SURVEYOR_SIZE` bytes and the
+/// alignment `MWD_SURVEYOR_ALIGN`, and points `surveyor` to it.
 ///
 /// # Safety
 /// `storage` is NULL or leads to `bytes` bytes that nothing else uses while the surveyor lives; `surveyor` is NULL or

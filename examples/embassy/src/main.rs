@@ -1,5 +1,6 @@
-//! The attitude tier under embassy, over register models of the sensors: on the emulated MPS2 with SysTick as the clock, and
-//! on this machine with one that does not wait. It prints inclination and azimuth after 800 samples, and ends.
+//! The attitude tier under embassy, over register models of the sensors: on the emulated MPS2 with SysTick as the
+//! clock, and on this machine with one that does not wait. It prints inclination and azimuth after 800 samples, and
+//! ends.
 //!
 //! `cargo run -p embassy-probe`
 //! `cargo build --release -p embassy-probe --target thumbv7em-none-eabihf`

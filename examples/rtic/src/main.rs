@@ -1,6 +1,6 @@
-//! The attitude tier under RTIC 2, on the emulated MPS2: SysTick takes a sample two hundred times a second, and a software task
-//! of a lower priority flies it. It prints inclination and azimuth after four seconds, and ends. On a desk this is an empty
-//! program.
+//! The attitude tier under RTIC 2, on the emulated MPS2: SysTick takes a sample two hundred times a second, and a
+//! software task of a lower priority flies it. It prints inclination and azimuth after four seconds, and ends. On a
+//! desk this is an empty program.
 //!
 //! `cargo build --release -p rtic-probe --target thumbv7em-none-eabihf`
 #![cfg_attr(target_os = "none", no_std, no_main)]

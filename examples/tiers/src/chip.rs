@@ -74,8 +74,8 @@ unsafe extern "C" fn reset() -> ! {
             (to, from) = (to.add(1), from.add(1));
         }
     }
-    // SAFETY: from the end of the statics to below this frame nobody has a word. The emulator's RAM is zero at the start,
-    // so that .bss needs no clearing.
+    // SAFETY: from the end of the statics to below this frame nobody has a word. The emulator's RAM is zero at the
+    // start, so that .bss needs no clearing.
     unsafe {
         let mut word = &raw mut _stack_end;
         let end = stack_pointer().wrapping_sub(IN_USE);

@@ -1,5 +1,5 @@
-//! Everything but the population search, for a part with 64 KiB of RAM: identification with the effects, surveys and the
-//! watch of the drilling.
+//! Everything but the population search, for a part with 64 KiB of RAM: identification with the effects, surveys and
+//! the watch of the drilling.
 
 use crate::Tier;
 use meerkat_mwd::{Config, Probe, Sample, identification::Decision, probe::Output, survey::Surveyor};

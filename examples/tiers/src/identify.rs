@@ -1,5 +1,5 @@
-//! Identification of P and b: the attitude tier and an estimator without effects and without the rows that a search would
-//! need.
+//! Identification of P and b: the attitude tier and an estimator without effects and without the rows that a search
+//! would need.
 
 use crate::Tier;
 use meerkat_mwd::{

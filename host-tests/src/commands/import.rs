@@ -21,7 +21,8 @@ pub struct ImportArgs {
     /// Files or folders of one recording; - reads the standard input
     #[arg(required = true, value_name = "SOURCE")]
     pub sources: Vec<PathBuf>,
-    /// Where to write the trace, .csv or .csv.gz, or - for the standard output; the map goes beside a file. Without it the source is only looked at
+    /// Where to write the trace, .csv or .csv.gz, or - for the standard output; the map goes beside a file. Without it
+    /// the source is only looked at
     #[arg(short, value_name = "TRACE.csv.gz")]
     pub output: Option<PathBuf>,
     /// Columns, units and clocks that win over the guess

@@ -78,9 +78,9 @@ pub fn recording() -> PathBuf {
     folder().join(RECORDING)
 }
 
-/// Flies the bundled recording as recorded and with a known error of two sizes, prints what was wrong, what was done and
-/// what it gained, and writes the report of flight 2. Flies on the emulated chip; where no emulator can be had, on this
-/// machine, and says so.
+/// Flies the bundled recording as recorded and with a known error of two sizes, prints what was wrong, what was done
+/// and what it gained, and writes the report of flight 2. Flies on the emulated chip; where no emulator can be had, on
+/// this machine, and says so.
 ///
 /// # Errors
 /// The recording or the emulator fails, or a file cannot be written.
@@ -194,8 +194,8 @@ fn sentences(config: &Config, trace: &Trace, flight: &Flight) -> String {
     )
 }
 
-/// Writes the report of a flight as a page, and tells where it is. Where nobody named a file, one that cannot be written
-/// does not end the job.
+/// Writes the report of a flight as a page, and tells where it is. Where nobody named a file, one that cannot be
+/// written does not end the job.
 fn write_report(args: &MainJobArgs, config: &Config, trace: &Trace, flight: &Flight) -> anyhow::Result<String> {
     let diagnosed = diagnosed(trace, config, flight);
     let reference = score::score(trace, flight, &score::Settings::of(trace, config));

@@ -29,8 +29,8 @@ use crate::{
 /// Options of `survey`.
 #[derive(Debug, Clone, Args)]
 pub struct SurveyArgs {
-    /// Stations as CSV (columns such as md_m,gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt), or a trace, of which the surveys at rest are
-    /// taken
+    /// Stations as CSV (columns such as md_m,gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt), or a trace, of which the surveys at
+    /// rest are taken
     #[arg(value_name = "STATIONS.csv|TRACE")]
     pub input: PathBuf,
     /// Place, date, reference, grid and corrections of the run

@@ -1,5 +1,5 @@
-//! Drivers on a bus on which a part says any bytes as its status, its FIFO and its results; the settings that were written
-//! to it are there, so that it starts.
+//! Drivers on a bus on which a part says any bytes as its status, its FIFO and its results; the settings that were
+//! written to it are there, so that it starts.
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use heapless::VecView;
@@ -112,8 +112,8 @@ impl SpiDevice for Wire<'_, '_> {
     }
 }
 
-/// The FIFO of an ISM330DHCX: what its driver takes for a reading was in it, once, and in this order; supervised, times rise, and what is
-/// read is within its range.
+/// The FIFO of an ISM330DHCX: what its driver takes for a reading was in it, once, and in this order; supervised, times
+/// rise, and what is read is within its range.
 ///
 /// # Panics
 /// It is not.
@@ -165,8 +165,8 @@ fn codes_of_word(word: &[u8; WORD]) -> (u8, [i32; 3]) {
     (tag >> 3, [[x0, x1], [y0, y1], [z0, z1]].map(|bytes| i16::from_le_bytes(bytes).into()))
 }
 
-/// The results of an RM3100: what its driver takes for a reading was read, once, and in this order; supervised, times rise, and what is read
-/// is within 24 bits.
+/// The results of an RM3100: what its driver takes for a reading was read, once, and in this order; supervised, times
+/// rise, and what is read is within 24 bits.
 ///
 /// # Panics
 /// It is not.

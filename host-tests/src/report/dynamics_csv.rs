@@ -16,8 +16,8 @@ const HEADER: &str = "t_start_s,t_end_s,axial_rms_g,axial_peak_g,axial_severity,
                       shocks_over_2.5,shocks_over_5,shocks_over_10,clipped,min_rpm,mean_rpm,max_rpm,stick_slip_index,\
                       stick_slip_severity,whirl,whirl_rpm,whirl_circularity";
 
-/// Writes one row a window; empty cells where there is no number. Shocks over 2.5, 5 and 10 are those over so many times
-/// the configured level.
+/// Writes one row a window; empty cells where there is no number. Shocks over 2.5, 5 and 10 are those over so many
+/// times the configured level.
 ///
 /// # Errors
 /// When the file cannot be written.

@@ -22,8 +22,8 @@ struct Reading {
     run: u32,
 }
 
-/// Intervals of time at which rotations will be asked for, in their order and apart from each other: only readings about
-/// these are kept.
+/// Intervals of time at which rotations will be asked for, in their order and apart from each other: only readings
+/// about these are kept.
 pub(super) struct Asked(Vec<[f64; 2]>);
 
 impl Asked {

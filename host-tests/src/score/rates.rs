@@ -116,9 +116,9 @@ impl Tracks<Integrated> {
         }
     }
 
-    /// Puts what was flown at the times at which the gyro was read: a lag that the flight removed is put back, so that one
-    /// delay can be taken out of all four tracks alike. Nothing changes if outputs and samples do not pair up: then only the
-    /// times of validity are known.
+    /// Puts what was flown at the times at which the gyro was read: a lag that the flight removed is put back, so that
+    /// one delay can be taken out of all four tracks alike. Nothing changes if outputs and samples do not pair up: then
+    /// only the times of validity are known.
     pub(super) fn fly_at_acquisition(&mut self, trace: &Trace, flight: &Flight, gap_s: f64, asked: &Asked) {
         if flight.output_count() != trace.len() {
             return;

@@ -1,9 +1,9 @@
 //! A second simulator of drilling, which shares no motion, no vibration and no sensor with the first: what is found in
 //! its traces is found in physics that the estimator was not written with.
 //!
-//! Speed follows a driller's plan and a torsional mode of the string, the tool shakes in lightly damped modes, and all is
-//! stepped at 4 kHz. Readings are means of these steps over the sample interval. Every sensor has errors within its data
-//! sheet, beside the effect that a case adds.
+//! Speed follows a driller's plan and a torsional mode of the string, the tool shakes in lightly damped modes, and all
+//! is stepped at 4 kHz. Readings are means of these steps over the sample interval. Every sensor has errors within its
+//! data sheet, beside the effect that a case adds.
 
 mod motion;
 mod resonator;

@@ -1,5 +1,5 @@
-//! Covariance of positions by the ISCWSA's MWD error model, revision 4: terms, weights and propagation of H. Williamson,
-//! SPE 67616 (2000), with the toolface-independent forms of the revision.
+//! Covariance of positions by the ISCWSA's MWD error model, revision 4: terms, weights and propagation of H.
+//! Williamson, SPE 67616 (2000), with the toolface-independent forms of the revision.
 //!
 //! A term's error turns a station by dI and dA and moves it by dD along the hole. Azimuth enters as sin(I) dA, which is
 //! finite at the vertical, so that no term is singular there. Positions follow by the balanced tangential method, as
@@ -38,7 +38,8 @@ enum Propagation {
     Systematic,
 }
 
-/// Errors of the depth and of the tool in the hole, beside those of [`SurveyErrors`]; defaults of revision 4, fixed rig.
+/// Errors of the depth and of the tool in the hole, beside those of [`SurveyErrors`]; defaults of revision 4, fixed
+/// rig.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PositionErrors {
@@ -206,8 +207,8 @@ impl At {
     }
 }
 
-/// Half axes of the horizontal ellipse of one standard deviation, metres, the larger first, and the azimuth of that one,
-/// radians, 0 to pi.
+/// Half axes of the horizontal ellipse of one standard deviation, metres, the larger first, and the azimuth of that
+/// one, radians, 0 to pi.
 #[must_use]
 pub fn horizontal_ellipse(covariance: &Matrix3<f64>) -> ([f64; 2], f64) {
     let (nn, ee, ne) = (covariance.m11, covariance.m22, covariance.m12);

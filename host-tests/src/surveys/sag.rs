@@ -50,8 +50,8 @@ impl Sag {
     /// Correction to add to a measured inclination, radians.
     ///
     /// The beam's slope at x from the lower support under the load w = weight a metre times sin(I) is w / (24 E J)
-    /// (L^3 - 6 L x^2 + 4 x^3) (Euler and Bernoulli). Towards the lower support the tool points above the hole's axis and
-    /// reads too large an inclination; towards the upper one, too small.
+    /// (L^3 - 6 L x^2 + 4 x^3) (Euler and Bernoulli). Towards the lower support the tool points above the hole's axis
+    /// and reads too large an inclination; towards the upper one, too small.
     #[must_use]
     pub fn correction_rad(&self, inclination_rad: f64) -> f64 {
         let sine = libm::sin(inclination_rad);

@@ -198,8 +198,8 @@ impl<'elf> Image<'elf> {
         !self.functions(&[part]).is_empty()
     }
 
-    /// Names of functions, mangled, and of statics, with their sizes in bytes; statics in flash are constants. Of several
-    /// names of one thing the first counts.
+    /// Names of functions, mangled, and of statics, with their sizes in bytes; statics in flash are constants. Of
+    /// several names of one thing the first counts.
     pub fn symbols(&self) -> impl Iterator<Item = Symbol<'_>> {
         let mut seen = BTreeSet::new();
         self.file.symbols().filter_map(move |symbol| {

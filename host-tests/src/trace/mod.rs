@@ -30,8 +30,8 @@ pub(crate) use seconds::seconds;
 
 /// A trace. Reference columns are for scoring only: the pipeline sees nothing but the samples.
 ///
-/// [`Trace::read`] holds it in memory, in the columns below. Of a trace by [`Trace::spooled`] the columns are empty: its rows
-/// are in a temporary file, and come by [`Trace::rows`], as those in memory do.
+/// [`Trace::read`] holds it in memory, in the columns below. Of a trace by [`Trace::spooled`] the columns are empty:
+/// its rows are in a temporary file, and come by [`Trace::rows`], as those in memory do.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     /// The file it was read from.
@@ -214,8 +214,8 @@ impl Trace {
         }
     }
 
-    /// Sets each sample's clipped flags from these full scales (see [`meerkat_mwd::probe::CLIPPED_SHARE`]); the driver's own
-    /// flags stay, all others are cleared.
+    /// Sets each sample's clipped flags from these full scales (see [`meerkat_mwd::probe::CLIPPED_SHARE`]); the
+    /// driver's own flags stay, all others are cleared.
     pub fn mark_clipped(&mut self, full_scale: &FullScale) {
         if let Some(spooled) = &mut self.spooled {
             spooled.mark_clipped(full_scale);

@@ -60,8 +60,8 @@ impl Fixed for Row {
     }
 }
 
-/// Sets a sample's clipped flags from these full scales (see [`CLIPPED_SHARE`]); the driver's own flags stay, all others
-/// are cleared.
+/// Sets a sample's clipped flags from these full scales (see [`CLIPPED_SHARE`]); the driver's own flags stay, all
+/// others are cleared.
 pub(super) fn mark_clipped(sample: &mut Sample, full_scale: &FullScale, said: SampleFlags) {
     let flags = sample.flags;
     let mut mark = |v: &[f32; 3], limit: Option<f32>, clipped, absent| {

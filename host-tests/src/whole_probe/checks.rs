@@ -13,8 +13,8 @@ use std::f64::consts::TAU;
 const SIGMAS: f64 = 5.0;
 /// Error of the angles' encoding, radians: half a step of angle, and half a step of sigma five times.
 const STEP_RAD: f64 = 0.5 * TAU / 65_536.0 + 2.5e-4;
-/// Time after the start and the last fault of sensors, clock or computing time from which it has to be, microseconds: no P is learnt from
-/// less than 14 s of motion, which with stops, a window of 10 s and its latency take this long.
+/// Time after the start and the last fault of sensors, clock or computing time from which it has to be, microseconds:
+/// no P is learnt from less than 14 s of motion, which with stops, a window of 10 s and its latency take this long.
 const SETTLED_US: u64 = 30_000_000;
 /// Age of a stationary survey at which it has to be on the line, microseconds.
 const SURVEY_US: u64 = 1_000_000;
@@ -139,9 +139,9 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
 /// After every round of the program.
 pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, before: &mut Round) {
     let processed = application.counts().processed;
-    let flown = application.pipeline().probe.gyro_model().p;
-    let takes_an_effect_out = !application.pipeline().probe.effects().is_empty();
-    let stored = application.pipeline().memory.as_ref().map_or(0, |memory| memory.stored_and_failed()[0]);
+    let flown = application.parts().probe.gyro_model().p;
+    let takes_an_effect_out = !application.parts().probe.effects().is_empty();
+    let stored = application.parts().memory.as_ref().map_or(0, |memory| memory.stored_and_failed()[0]);
     let machine = application.board();
     if machine.chip.is_dead() {
         return;

@@ -174,7 +174,8 @@ impl Host {
         Message::decode(&frame).ok()
     }
 
-    /// Judges an answer. `drilling_for_s`: for how long the tool has been moving; `None` where the line stood still meanwhile.
+    /// Judges an answer. `drilling_for_s`: for how long the tool has been moving; `None` where the line stood still
+    /// meanwhile.
     pub fn answered(&mut self, answer: &Acknowledgement, drilling_for_s: Option<f64>, tally: &mut Tally) {
         let Some(sent) = self.sent.get_mut(usize::from(answer.sequence)) else { return };
         let accepted = answer.outcome == Outcome::Accepted;

@@ -18,7 +18,8 @@ use std::collections::VecDeque;
 pub const WORDS: usize = 16;
 /// Time between samples, microseconds.
 pub const PERIOD_US: u64 = 10_000;
-/// Computing time of a sample, of a piece of work and of a round of telemetry, microseconds: those of the chip, rounded up.
+/// Computing time of a sample, of a piece of work and of a round of telemetry, microseconds: those of the chip, rounded
+/// up.
 const SAMPLE_US: u64 = 900;
 const WORK_US: u64 = 250;
 const TELEMETRY_US: u64 = 60;

@@ -1,9 +1,11 @@
-//! The whole probe under attack, deterministically: one seed gives a day of drilling and stops with everything that goes wrong in it, and
-//! what has to hold is looked at after every round of the program. What runs is the firmware's own program over a [`Board`] of this machine.
+//! The whole probe under attack, deterministically: one seed gives a day of drilling and stops with everything that
+//! goes wrong in it, and what has to hold is looked at after every round of the program. What runs is the firmware's
+//! own program over a [`Board`] of this machine.
 //!
-//! Time is compressed: a day of drilling is three minutes of stretches of 5 to 16 s with stops of 4 to 8 s, surveys settle and
-//! average in 2 s, windows are 10 s long, sectors of the flash have 8 KiB and are nearly full at the start, and troubles come every few seconds.
-//! A quarter of the runs is calm: ten minutes, windows of the length that flies, and a trouble in 45 s.
+//! Time is compressed: a day of drilling is three minutes of stretches of 5 to 16 s with stops of 4 to 8 s, surveys
+//! settle and average in 2 s, windows are 10 s long, sectors of the flash have 8 KiB and are nearly full at the start,
+//! and troubles come every few seconds. A quarter of the runs is calm: ten minutes, windows of the length that flies,
+//! and a trouble in 45 s.
 //!
 //! [`Board`]: meerkat_mwd::application::Board
 
@@ -28,7 +30,7 @@ use machine::{Machine, PERIOD_US, WORDS};
 use meerkat_mwd::{
     Config, Probe,
     application::{
-        Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, Pipeline, SampleQueue,
+        Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, Parts, SampleQueue,
         Settings,
     },
     compensation::effects::LIBRARY,
@@ -48,19 +50,19 @@ use truth::Truth;
 const DAY_US: [u64; 2] = [180_000_000, 600_000_000];
 /// Share of calm runs: fewer troubles and windows of the length that flies, so that what is learnt is what would be.
 const CALM: f64 = 0.25;
-/// Time after which evidence of rest is none any more, and what is decided on it has been answered, seconds: a second of the interlock, and a
-/// second for the answer.
+/// Time after which evidence of rest is none any more, and what is decided on it has been answered, seconds: a second
+/// of the interlock, and a second for the answer.
 const EVIDENCE_S: f64 = 2.0;
 /// Time in which attitude has to be back after a start with sound sensors, microseconds.
 const BACK_US: u64 = 3_000_000;
-/// Bytes of this machine's stack that the program may take. Its frames are wider here than on the chip, whose limit is 12 KiB
-/// (`tests/real_time` holds it there).
+/// Bytes of this machine's stack that the program may take. Its frames are wider here than on the chip, whose limit is
+/// 12 KiB (`tests/real_time` holds it there).
 const STACK_BYTES: u64 = 24 * 1024;
 /// Command counters that a sector takes.
 const COUNTERS: u64 = 127;
 
-/// Bytes of static memory that the program works on, as this machine lays them out: pipeline, line, commands, storage and the queue of
-/// samples. It allocates nothing beside them.
+/// Bytes of static memory that the program works on, as this machine lays them out: pipeline, line, commands, storage
+/// and the queue of samples. It allocates nothing beside them.
 #[must_use]
 pub const fn static_bytes() -> usize {
     size_of::<Probe>()
@@ -191,7 +193,7 @@ fn power_up(
     let machine = Machine::new(chip, day, (&parts, player), acquisition, reason, checks::heard);
     let (mut probe, mut surveyor, mut burst) = (Box::new(Probe::new()), Surveyor::new(), Box::new(Burst::new()));
     let (mut line, mut commands) = (Line::new(), Commands::new());
-    let pipeline = Pipeline {
+    let parts = Parts {
         probe: &mut probe,
         surveyor: &mut surveyor,
         burst: &mut burst,
@@ -199,10 +201,10 @@ fn power_up(
         commands: &mut commands,
         memory,
     };
-    let mut application = Application::start(machine, pipeline, settings)?;
+    let mut application = Application::start(machine, parts, settings)?;
     chip.call_from_here();
     let death = live(&mut application, before, length_us);
-    let results_lost = application.pipeline().line.results_lost();
+    let results_lost = application.parts().line.results_lost();
     let machine = application.board();
     let acquisition = machine.acquisition();
     let (samples, lost) = (acquisition.acquired(), acquisition.queue_full());

@@ -70,8 +70,8 @@ pub struct Tally {
     pub violations: [u64; VIOLATIONS.len()],
     /// Attitudes without a flag that came before they had to be within their deviations, and those that were not.
     pub soon: [u64; 2],
-    /// Angles of surveys, and attitudes without a flag, while an effect is taken out, which these sensors do not have; and those beyond their
-    /// deviations.
+    /// Angles of surveys, and attitudes without a flag, while an effect is taken out, which these sensors do not have;
+    /// and those beyond their deviations.
     pub misled: [u64; 2],
     /// Commands of the owner.
     pub commands: u64,
@@ -93,7 +93,8 @@ pub struct Tally {
     pub now_us: u64,
     /// Most samples that waited.
     pub queue: u64,
-    /// Seconds from a start to the first attitude on the line, while drilling and at rest; and to the first one without a flag.
+    /// Seconds from a start to the first attitude on the line, while drilling and at rest; and to the first one without
+    /// a flag.
     pub back_s: [Vec<f64>; 3],
     /// What was violated first, in words, and when.
     pub first: Option<String>,

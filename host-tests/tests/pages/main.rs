@@ -1,6 +1,6 @@
-//! Pages in a browser: no error, nothing wider than the screen, every plot drawn, keys work, an hour's page is small, and
-//! what is where looks as in the pictures beside this file. Chromium draws them; without one the tests print SKIPPED, and
-//! with `MWD_REQUIRE_BROWSER=1` they fail.
+//! Pages in a browser: no error, nothing wider than the screen, every plot drawn, keys work, an hour's page is small,
+//! and what is where looks as in the pictures beside this file. Chromium draws them; without one the tests print
+//! SKIPPED, and with `MWD_REQUIRE_BROWSER=1` they fail.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 mod picture;
@@ -31,9 +31,9 @@ use tempfile::TempDir;
 /// Largest page of an hour's flight, bytes.
 const LARGEST_PAGE: usize = 6_000_000;
 
-/// How far a page may be from its picture: mean difference of the shades, and share of the squares that differ by a quarter of
-/// the range. Without one of its plots a page is 6.7 and 0.018 off on a desk and 9.6 and 0.058 on a phone, with letters a tenth
-/// larger 15 and 0.048 or 26 and 0.15.
+/// How far a page may be from its picture: mean difference of the shades, and share of the squares that differ by a
+/// quarter of the range. Without one of its plots a page is 6.7 and 0.018 off on a desk and 9.6 and 0.058 on a phone,
+/// with letters a tenth larger 15 and 0.048 or 26 and 0.15.
 const ALIKE: (f64, f64) = (5.0, 0.015);
 
 /// Height of a page that is looked at, pixels.

@@ -1,5 +1,5 @@
-//! Pictures of pages, small and grey, so that they stay alike from one version of a browser to the next: how light is what,
-//! and where, not which letters.
+//! Pictures of pages, small and grey, so that they stay alike from one version of a browser to the next: how light is
+//! what, and where, not which letters.
 
 use std::{
     fs::{self, File},

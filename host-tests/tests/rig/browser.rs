@@ -1,5 +1,5 @@
-//! Pages in a browser, and what they tell of themselves. Chromium draws them; without one a test prints SKIPPED, and with
-//! `MWD_REQUIRE_BROWSER=1` it fails.
+//! Pages in a browser, and what they tell of themselves. Chromium draws them; without one a test prints SKIPPED, and
+//! with `MWD_REQUIRE_BROWSER=1` it fails.
 
 use std::{
     env, fs,

@@ -204,8 +204,8 @@ fn a_gyro_that_has_changed_by_a_percent_in_between_is_found_again() {
     ] {
         let tables = drilled(0.01, errs, moves_otherwise);
         print(&format!("{what}, deg/s"), &tables);
-        // Ten seconds after the start of motion the stored P, which is off by 1.9 deg/s, has been left: the data exclude
-        // it. Where vector sensors err, what was learnt of these says so sooner than the model alone.
+        // Ten seconds after the start of motion the stored P, which is off by 1.9 deg/s, has been left: the data
+        // exclude it. Where vector sensors err, what was learnt of these says so sooner than the model alone.
         let [model, filter] = [1, 2].map(|with| summary(&tables[with], 0)[0]);
         assert!(filter < 0.3 || filter < 0.7 * model, "{what}: {model} {filter}");
         for k in 0..AT_S.len() {

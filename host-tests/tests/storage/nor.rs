@@ -1,5 +1,6 @@
 //! The store on an external NOR flash: the driver `w25q32jv` over SPI, and the part as its data sheet describes it
-//! (Winbond W25Q32JV, sections 8.1 and 8.2): pages of 256 bytes that wrap, sectors of 4 KiB, a write enable before each change.
+//! (Winbond W25Q32JV, sections 8.1 and 8.2): pages of 256 bytes that wrap, sectors of 4 KiB, a write enable before each
+//! change.
 
 use super::models::{Dice, KIB, limits};
 use embedded_hal::{

@@ -109,7 +109,8 @@ fn errors_azimuths_and_their_sigmas_are_those_of_the_whole_problem_in_double_pre
         if report.azimuth == meerkat_mwd::survey::multi_station::Decision::Corrected {
             for (k, station) in stations.iter().enumerate().filter(|(k, _)| drawn.stations[*k].inclination_rad > 0.1) {
                 let ours = f64::from(report.corrected(station).unwrap().magnetic_azimuth_rad.value);
-                // The whole problem's azimuth is smoothed by the reference, too; it is within the noise's sigma of ours.
+                // The whole problem's azimuth is smoothed by the reference, too; it is within the noise's sigma of
+                // ours.
                 let off = libm::remainder(ours - x[PARAMETERS + 5 * k + 1], std::f64::consts::TAU).abs();
                 worst[2] = worst[2].max(off.to_degrees());
             }

@@ -1,4 +1,5 @@
-//! The sample clock's rounds, counted by its interrupt, time read from them, and what the acquisition that it paces has counted.
+//! The sample clock's rounds, counted by its interrupt, time read from them, and what the acquisition that it paces has
+//! counted.
 //!
 //! A board's timer goes round once a sample period; its interrupt calls [`round`] and has the highest priority of all.
 

@@ -63,7 +63,7 @@ enum Stage {
 
 /// Who competes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Field {
+enum Competitors {
     All,
     Nuisances,
     Effects,
@@ -72,7 +72,7 @@ enum Field {
 /// The weighing of all effects, in pieces.
 pub(in crate::estimator) struct Evidence<T> {
     stage: Stage,
-    field: Field,
+    competitors: Competitors,
     rules: Rules,
     steadiness: Steadiness,
     dispersion: f32,
@@ -111,7 +111,7 @@ impl<T: Real> Evidence<T> {
     pub const fn zero() -> Self {
         Self {
             stage: Stage::Idle,
-            field: Field::All,
+            competitors: Competitors::All,
             rules: Rules { least: 0.0, with_nuisances: false },
             steadiness: Steadiness::zero(),
             dispersion: 0.0,
@@ -153,7 +153,7 @@ impl<T: Real> Evidence<T> {
     }
 
     fn begin(&mut self) {
-        self.field = if self.rules.with_nuisances { Field::Nuisances } else { Field::All };
+        self.competitors = if self.rules.with_nuisances { Competitors::Nuisances } else { Competitors::All };
         self.entered.clear();
         self.chosen.clear();
     }
@@ -232,10 +232,10 @@ impl<T: Real> Evidence<T> {
         for claim in from..to {
             let columns = candidates.columns_of(claim);
             let is_nuisance = columns.start < NUISANCES;
-            let competes = match self.field {
-                Field::All => true,
-                Field::Nuisances => is_nuisance,
-                Field::Effects => !is_nuisance,
+            let competes = match self.competitors {
+                Competitors::All => true,
+                Competitors::Nuisances => is_nuisance,
+                Competitors::Effects => !is_nuisance,
             };
             let fresh = self.entered.others(columns);
             let is_out =
@@ -288,8 +288,8 @@ impl<T: Real> Evidence<T> {
                 let _ = self.chosen.push(Chosen { claim: claim as u8, rivals });
                 self.enter(columns);
             }
-            _ if self.field == Field::Nuisances => {
-                self.field = Field::Effects;
+            _ if self.competitors == Competitors::Nuisances => {
+                self.competitors = Competitors::Effects;
                 self.enter(0..NUISANCES);
             }
             _ => {

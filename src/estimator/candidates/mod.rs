@@ -1,6 +1,6 @@
 //! Physical effects that the model may lack, as further columns of the estimator's square root of information, behind
-//! all others. The columns before them are the filter as it flies, with every effect at the value that is taken out; the
-//! rows of the effects hold all that the data say of them.
+//! all others. The columns before them are the filter as it flies, with every effect at the value that is taken out;
+//! the rows of the effects hold all that the data say of them.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 

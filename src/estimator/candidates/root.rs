@@ -41,8 +41,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         reflect_two(pivots, rest, beside);
     }
 
-    /// Takes two columns of the rows that a node left over into the globals, or one where the next is the gyro's: the nuisances are done then.
-    /// Returns the next column.
+    /// Takes two columns of the rows that a node left over into the globals, or one where the next is the gyro's: the
+    /// nuisances are done then. Returns the next column.
     pub fn absorb(
         &mut self,
         further: &mut [[T; EFFECTS]; SCRATCH],

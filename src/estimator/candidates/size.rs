@@ -1,6 +1,6 @@
 //! An effect's posterior averaged over the width of its prior: what the data show of an effect says how large the part
-//! of it is that they do not show. With the data sheet's width alone a hard iron of 0.2 uT across the tool would leave one
-//! of 5 uT along it to chance, and the attitude would follow.
+//! of it is that they do not show. With the data sheet's width alone a hard iron of 0.2 uT across the tool would leave
+//! one of 5 uT along it to chance, and the attitude would follow.
 
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -146,7 +146,8 @@ mod tests {
         let louder = averaged(&known, 3, 4.0);
         assert!((louder.covariance[0][0] / back.covariance[0][0] - 4.0).abs() < 0.05);
     }
-    /// Two parameters of which the data show the difference alone, in `f32`: rounding may leave a variance below nothing.
+    /// Two parameters of which the data show the difference alone, in `f32`: rounding may leave a variance below
+    /// nothing.
     #[test]
     fn a_variance_that_rounding_made_negative_moves_no_mean() {
         let mut known =

@@ -94,8 +94,8 @@ fn a_stored_model_is_where_the_next_run_begins_unless_the_samples_contradict_it(
     assert!(fitness != Ok(()) && !is_restored, "{fitness:?}");
 }
 
-/// A tool that turns about one axis shows one column of P. The others stay as well known as they were stored, however well
-/// the samples confirm that one.
+/// A tool that turns about one axis shows one column of P. The others stay as well known as they were stored, however
+/// well the samples confirm that one.
 #[test]
 fn what_no_motion_shows_of_a_stored_model_is_known_no_better_than_it_was() {
     for seed in 0..6 {

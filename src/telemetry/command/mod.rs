@@ -94,8 +94,9 @@ pub enum Command {
         /// Write nothing, only compare with what the probe holds.
         only_check: bool,
     },
-    /// Send what the tool has taken and the raw samples of the worst second. It needs the key, because the samples, 5,500
-    /// bytes, go before attitudes; and it is refused while drilling, because a worse second could come between them.
+    /// Send what the tool has taken and the raw samples of the worst second. It needs the key, because the samples,
+    /// 5,500 bytes, go before attitudes; and it is refused while drilling, because a worse second could come between
+    /// them.
     SendVibration,
 }
 

@@ -35,8 +35,8 @@ static CHECK: Crc<u8, NoTable> = Crc::<u8, NoTable>::new(&CRC_7_MMC);
 const CHECK_BITS: u32 = 7;
 /// Bits before the check.
 const DATA_BITS: u32 = 73;
-/// Distance in the content of bits that follow each other on the line: a burst then hits all quantities, and a receiver that knows
-/// some of them sees it. A number coprime to [`DATA_BITS`], near 3/8 of it.
+/// Distance in the content of bits that follow each other on the line: a burst then hits all quantities, and a receiver
+/// that knows some of them sees it. A number coprime to [`DATA_BITS`], near 3/8 of it.
 const STRIDE: u32 = 28;
 
 /// Content of a packed survey.
@@ -44,8 +44,8 @@ const STRIDE: u32 = 28;
 /// Content from its most significant bit on: kind of survey (2 bits: 1 continuous, 2 stationary, 3 rotating),
 /// grade (2: 0 not judged, 1 good, 2 doubtful, 3 bad), [`INCLINATION`], [`AZIMUTH`], toolface's kind (1: 0 gravity, 1
 /// magnetic), [`TOOLFACE`], [`GRAVITY_M_S2`], [`FIELD_UT`], [`DIP`], [`TEMPERATURE_C`]. On the line its bits
-/// come with a stride: first the least significant one, then those 28, 56, 84 mod 73, .. places above it. The check of these 73 bits in
-/// that order follows. A line that is stuck
+/// come with a stride: first the least significant one, then those 28, 56, 84 mod 73, .. places above it. The check of
+/// these 73 bits in that order follows. A line that is stuck
 /// at 0 or at 1 says no survey.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurveyWord {

@@ -1,8 +1,9 @@
 //! Receiver of survey words: what a check of seven bits cannot tell, the earth, the last station and a repetition do.
 //!
-//! Of random words 0.6 % pass the check. Few of those have the place's gravity, field and dip, and a direction that a hole can have after
-//! the last station's. A word that has not may still be true: a magnet is near, or a station was left out. It is then
-//! told as doubted, until the same word comes again. Repetitions of a word that was damaged are added up, bit by bit.
+//! Of random words 0.6 % pass the check. Few of those have the place's gravity, field and dip, and a direction that a
+//! hole can have after the last station's. A word that has not may still be true: a magnet is near, or a station was
+//! left out. It is then told as doubted, until the same word comes again. Repetitions of a word that was damaged are
+//! added up, bit by bit.
 
 use super::{Reading, SURVEY_WORD_BYTES, SurveyWord, SurveyWordError};
 use crate::config::{Earth, SurveyLimits};

@@ -14,7 +14,8 @@ const VECTORS: usize = 21;
 /// Errors of a vector sensor: its matrix 9 (row-major), offset 3, delay 1.
 const OF_A_VECTOR: usize = 13;
 
-/// Deviations of a vector sensor's constant errors, in the order of its states: dimensionless, the reading's unit, seconds.
+/// Deviations of a vector sensor's constant errors, in the order of its states: dimensionless, the reading's unit,
+/// seconds.
 pub(crate) type VectorSigmas = [f64; OF_A_VECTOR];
 
 /// A vector sensor.

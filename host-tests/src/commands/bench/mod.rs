@@ -1,4 +1,5 @@
-//! `mwd bench`: every measurement of `docs/measurements`, from seeds, as tables on the terminal, as JSON and as Markdown.
+//! `mwd bench`: every measurement of `docs/measurements`, from seeds, as tables on the terminal, as JSON and as
+//! Markdown.
 
 mod page;
 mod sections;

@@ -1,5 +1,5 @@
-//! HTML pages, each one file that needs nothing else: its plots are drawn without scripts, and drawn anew by a script to
-//! be zoomed.
+//! HTML pages, each one file that needs nothing else: its plots are drawn without scripts, and drawn anew by a script
+//! to be zoomed.
 
 mod attitude;
 pub mod calibration;

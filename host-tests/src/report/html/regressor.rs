@@ -1,5 +1,5 @@
-//! What a residual goes with most: rate, vibration, temperature or time, before and after what flew. Nothing is shown where
-//! that may be chance.
+//! What a residual goes with most: rate, vibration, temperature or time, before and after what flew. Nothing is shown
+//! where that may be chance.
 
 use super::{Plot, Series, Told, chart::in_digits, escape::escape, in_s};
 

@@ -1,5 +1,5 @@
-//! Flash played by files, for the emulated chip's own is read-only: sectors 1 to 3, and the factory's region. Programming
-//! clears bits, erasing sets them.
+//! Flash played by files, for the emulated chip's own is read-only: sectors 1 to 3, and the factory's region.
+//! Programming clears bits, erasing sets them.
 
 use crate::console::{Word::Text, complain};
 use core::ffi::CStr;

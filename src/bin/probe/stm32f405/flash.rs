@@ -85,8 +85,8 @@ impl NorFlash for FactoryFlash {
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         let offset = check(offset, bytes.len(), (FACTORY_BYTES, WORD))?;
-        // SAFETY: the models' flash has the registers, too; both are called by the main loop alone, and each call leaves
-        // them locked.
+        // SAFETY: the models' flash has the registers, too; both are called by the main loop alone, and each call
+        // leaves them locked.
         #[allow(unsafe_code)]
         let registers = unsafe { FLASH::steal() };
         ModelFlash(registers).program_words(START + FACTORY + offset, bytes)
@@ -174,8 +174,8 @@ impl ModelFlash {
     /// 32 bits at a time, which 2.7 to 3.6 V allow (section 3.6.2): a quarter of the time that bytes take.
     fn program(&mut self, address: usize, word: u32) -> Result<(), FlashError> {
         self.0.cr().modify(|_, w| w.psize().variant(PSIZE::Psize32).ser().clear_bit().pg().set_bit());
-        // SAFETY: the address is an aligned word of the models' or the factory's sectors, in which there is no code; the flash is
-        // unlocked for programming.
+        // SAFETY: the address is an aligned word of the models' or the factory's sectors, in which there is no code;
+        // the flash is unlocked for programming.
         #[allow(unsafe_code)]
         unsafe {
             (address as *mut u32).write_volatile(word);
