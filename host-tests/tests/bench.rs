@@ -61,7 +61,7 @@ fn no_estimate_beats_the_cramer_rao_bound() {
 #[test]
 fn the_bound_in_deg_s_is_what_the_scorer_finds_of_estimates_at_the_bound() {
     let run = Run::simulate(&drilling("drilling_45deg"), 3).unwrap();
-    let (bound, truth) = (run.bound(Vibration::Coloured), run.true_model());
+    let (bound, truth) = (run.bound(Vibration::Coloured.into()), run.true_model());
     let errors: Vec<f64> = (0..300).map(|seed| run.rate_error_deg_s(&bound.draw(&truth, seed)).unwrap()).collect();
     let ratio = rms(&errors) / run.bound_deg_s(Vibration::Coloured);
     assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
@@ -75,7 +75,7 @@ fn the_bound_falls_with_the_length_of_the_window_at_least_as_its_root() {
     let rates = trace.true_rate.as_deref().unwrap();
     let bound = |seconds: usize| {
         let last = seconds * 100;
-        let bound = Bound::of_window(&scenario, &trace, &truth, last, &prior, Vibration::Coloured);
+        let bound = Bound::of_window(&scenario, &trace, &truth, last, &prior, Vibration::Coloured.into());
         bound.rate_error_rad_s(&truth.gyro_at(last), rates)
     };
     // These have 15, 30 and 90 s of drilling; the bias walk keeps the last bound from falling further.

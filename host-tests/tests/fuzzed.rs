@@ -116,7 +116,7 @@ fn inertial_bursts() -> Vec<u8> {
     };
     let burst = |k: u16| {
         let over_run = u8::from(k == 20) << 3;
-        let temperature = if k % 16 == 0 { vec![0x00, 0x01] } else { Vec::new() };
+        let temperature = if k.is_multiple_of(16) { vec![0x00, 0x01] } else { Vec::new() };
         let words = [2 * k, 2 * k + 1].map(|slot| [word(1, slot, slot), word(2, slot, slot + 7)].concat());
         // 38 steps of 250 us: two frames at 208 Hz.
         [vec![4, over_run], temperature, words.concat(), vec![38]].concat()

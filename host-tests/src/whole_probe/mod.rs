@@ -30,8 +30,7 @@ use machine::{Machine, PERIOD_US, WORDS};
 use meerkat_mwd::{
     Config, Probe,
     application::{
-        Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, Parts, SampleQueue,
-        Settings,
+        Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, Parts, SampleQueue, Settings,
     },
     compensation::effects::LIBRARY,
     config::{Latency, SurveyConfig},
