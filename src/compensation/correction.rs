@@ -60,7 +60,7 @@ impl ActiveEffects {
         rest
     }
 
-    /// Effects in the set.
+    /// Iterates over the effects that are in the set.
     pub fn iter(&self) -> impl Iterator<Item = &FoundEffect> {
         self.found.iter().take(usize::from(self.count))
     }

@@ -113,7 +113,7 @@ mod those_found {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Verdict {
-    /// The tool moved too little, or too little could be read, to tell. It stands first so that its tag is zero in a
+    /// Too little motion, or too little of it read, for a verdict. It stands first so that its tag is zero in a
     /// static.
     NotEnoughExcitation,
     /// No effect shows, and only noise is left.

@@ -14,8 +14,8 @@ use super::{
     rows::{self, Block, CONSTANT, GLOBAL, NEW, ROWS, WIDTH},
 };
 
-/// Zero rate of a rest beyond the gyro's own noise: 0.05 deg/s, the least that a second's reading of the vectors can
-/// rule out.
+/// Deviation of a rest's rate from zero, beyond the gyro's own noise: 0.05 deg/s, the slowest turn that a second of
+/// vector readings can rule out.
 const REST_RATE_RAD_S: f32 = 8.7e-4;
 /// Speed at rest, m/s.
 const REST_SPEED_M_S: f32 = 0.01;

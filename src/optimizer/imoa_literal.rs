@@ -15,7 +15,8 @@ pub struct ImoaLiteralSettings {
     /// Largest number of cost evaluations, the first population included.
     pub max_evaluations: u32,
     /// Relative error a_h of the norm of `(1 - [w]x dt) a` in eq 15 and 16. Default 0.0055: sqrt(1 + (w
-    /// dt)^2) - 1 at 180 deg/s and 30 Hz, a perpendicular to w. The sign of eq 15 does not matter to it.
+    /// dt)^2) - 1 at 180 deg/s and 30 Hz, where `a` is perpendicular to `w`. The norm is the same whichever sign eq 15
+    /// has.
     pub modulus_error: f32,
     /// Guide beta of eq 19, |g| / |g_hat| in [0, 1]. Default 1.
     pub guide: f32,
@@ -112,7 +113,8 @@ impl<const D: usize, const N: usize> ImoaLiteral<D, N> {
         x
     }
 
-    /// Exchange of eq 20: X_i + step (T_j / D_m X_j - T_i / D_m X_i).
+    /// Exchange of eq 20: X_i + step (T_j / D_m X_j - T_i / D_m X_i), D_m = T_i + T_j of the member i and its partner
+    /// j.
     fn exchange(&self) -> [f32; D] {
         let step = self.step_length();
         let [own, other] = self.rewards.map(|reward| reward as f32);

@@ -161,7 +161,8 @@ impl Flip {
     }
 }
 
-/// Changes what was read, which begins at byte `offset` of the transaction and after `already_read` bytes.
+/// Spoils the bytes of one read. `offset`: bytes of the transaction before them, written and read; `already_read`:
+/// those of them that were read.
 fn spoil(bytes: &mut [u8], offset: usize, already_read: usize, fault: Option<BusFault>, flip: Option<Flip>) {
     if let Some(flip) = flip
         && let Some(byte) = flip.within(offset, bytes.len()).and_then(|place| bytes.get_mut(place))

@@ -158,7 +158,7 @@ impl<const WORDS: usize> Ism330dhcx<WORDS> {
         }
     }
 
-    /// Words that the part says it has.
+    /// Words in the FIFO by its status registers, which a stuck data-ready makes false.
     fn level(&self) -> u16 {
         match self.acting() {
             Some(PartFault::DataReadyStuckLow) => 0,

@@ -70,8 +70,8 @@ impl Offsets {
         self.kept.begin(interval);
     }
 
-    /// Refines the offset of the lasting interval, if there is one. Ends an interval whose offset is below
-    /// `least_ut`: it faded too slowly for any node to show.
+    /// Refines the offset of the interval that is still open, if any. Ends it when its offset is below `least_ut`: the
+    /// magnet went so slowly that no single node showed it.
     pub fn refine(&mut self, tracked: &FieldFilter, t_us: u64, least_ut: f32) {
         if !self.kept.on {
             return;

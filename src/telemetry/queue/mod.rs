@@ -65,7 +65,7 @@ pub struct TelemetryQueue<const RESULTS: usize, const SAMPLES: usize, const ATTI
     answers: Lane<ANSWERS>,
     samples: Lane<SAMPLES>,
     attitude: Lane<ATTITUDE>,
-    /// True if the latest of samples and attitudes was a sample.
+    /// True if the frame that was last taken from the lanes of samples and attitudes was a sample: they take turns.
     sample_was_last: bool,
     /// Outputs since the last one that was taken.
     skipped: u16,
