@@ -1065,8 +1065,8 @@ MwdStatus mwd_config_validate(const MwdConfig *config,
  * `MWD_PROBE_ALIGN`, and points `probe` to it.
  *
  * Pointers:
- * `storage` is NULL or leads to `bytes` bytes that nothing else uses while the probe lives; `probe` is NULL or leads to
- * a pointer.
+ * `storage` is NULL or leads to `bytes` bytes that nothing else uses while the probe lives; `probe` is NULL or leads
+ * to a pointer.
  */
 MwdStatus mwd_probe_init(void *storage,
                          size_t bytes,
@@ -1105,8 +1105,8 @@ MwdStatus mwd_probe_poll(MwdProbe *probe,
                          MwdWindow *window);
 
 /**
- * Returns the budget for `mwd_probe_poll` after each sample with which every result is ready when it is due; 0 before a
- * configuration.
+ * Returns the budget for `mwd_probe_poll` after each sample with which every result is ready when it is due; 0 before
+ * a configuration.
  *
  * Pointers:
  * `probe` is NULL or from `mwd_probe_init`.
@@ -1134,8 +1134,8 @@ MwdStatus mwd_probe_counters(const MwdProbe *probe, MwdCounters *counters);
  * `MWD_MAX_EFFECTS` is enough room for all. `MWD_STATUS_ERROR_TOO_SMALL`: there are more than `room`.
  *
  * Pointers:
- * `probe` is NULL or from `mwd_probe_init`; `effects` is NULL or leads to `room` such structs; `count` is NULL or leads
- * to a number.
+ * `probe` is NULL or from `mwd_probe_init`; `effects` is NULL or leads to `room` such structs; `count` is NULL or
+ * leads to a number.
  */
 MwdStatus mwd_probe_effects(const MwdProbe *probe,
                             MwdEffect *effects,
@@ -1143,8 +1143,8 @@ MwdStatus mwd_probe_effects(const MwdProbe *probe,
                             size_t *count);
 
 /**
- * Makes a surveyor without a configuration in `storage`, which has at least `MWD_SURVEYOR_SIZE` bytes and the alignment
- * `MWD_SURVEYOR_ALIGN`, and points `surveyor` to it.
+ * Makes a surveyor without a configuration in `storage`, which has at least `MWD_SURVEYOR_SIZE` bytes and the
+ * alignment `MWD_SURVEYOR_ALIGN`, and points `surveyor` to it.
  *
  * Pointers:
  * `storage` is NULL or leads to `bytes` bytes that nothing else uses while the surveyor lives; `surveyor` is NULL or
@@ -1209,8 +1209,8 @@ MwdStatus mwd_attitude_filter_start(MwdAttitudeFilter *filter, const MwdConfig *
  * aligned the filter yet.
  *
  * Pointers:
- * `filter` is NULL or from `mwd_attitude_filter_init`; `rate_rad_s`, `accel_m_s2` and `mag_ut` are NULL or lead to three
- * numbers; `attitude` is NULL or leads to such a struct.
+ * `filter` is NULL or from `mwd_attitude_filter_init`; `rate_rad_s`, `accel_m_s2` and `mag_ut` are NULL or lead to
+ * three numbers; `attitude` is NULL or leads to such a struct.
  */
 MwdStatus mwd_attitude_filter_push(MwdAttitudeFilter *filter,
                                    float dt_s,
@@ -1223,8 +1223,8 @@ MwdStatus mwd_attitude_filter_push(MwdAttitudeFilter *filter,
  * Frame of all bits of an output (kind 3), with the zero that ends it. `written` becomes its length.
  *
  * Pointers:
- * `frame` is NULL or leads to `bytes` bytes that hold some value; the other pointers are NULL or lead to what their type
- * says.
+ * `frame` is NULL or leads to `bytes` bytes that hold some value; the other pointers are NULL or lead to what their
+ * type says.
  */
 MwdStatus mwd_frame_output(const MwdOutput *output,
                            uint16_t sequence,
