@@ -23,7 +23,6 @@ use super::{
     widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, TAKEN, VARIABLES, Widths, column},
 };
 use core::ops::Range;
-use directions::SCALES;
 use levels::{Levels, Slices, copy};
 use mixture::Sum;
 
@@ -54,8 +53,6 @@ pub(super) struct Averaged<T> {
 pub(super) struct Averaging<T> {
     stage: usize,
     grid: Widths,
-    /// Number of scales of P's prior, the widest first.
-    scales: usize,
     evidence: [T; GROUPS],
     sum: Sum<T>,
 }
@@ -69,15 +66,13 @@ struct Gaussian<T> {
 
 impl<T: Real> Averaging<T> {
     pub const fn zero() -> Self {
-        Self { stage: 0, grid: Widths::UNSET, scales: 0, evidence: [T::ZERO; GROUPS], sum: Sum::zero() }
+        Self { stage: 0, grid: Widths::UNSET, evidence: [T::ZERO; GROUPS], sum: Sum::zero() }
     }
 
     /// Begins: `scratch` takes mean and covariance, and until that is gathered the inverse of the root.
-    /// P's prior is at least `least_scale` of as wide as the root has it.
-    pub fn start(&mut self, globals: &Globals<T>, (widths, least_scale): (&Widths, f32), scratch: &mut [[T; WIDTH]]) {
+    pub fn start(&mut self, globals: &Globals<T>, widths: &Widths, scratch: &mut [[T; WIDTH]]) {
         self.stage = 0;
         self.grid = *widths;
-        self.scales = SCALES.iter().take_while(|scale| **scale >= least_scale).count();
         self.sum = Sum::zero();
         let scratch = scratch.as_flattened_mut();
         // At the end, where it is in nobody's way; column c has c + 1 elements.
@@ -199,8 +194,7 @@ impl<T: Real> Averaging<T> {
         copy(&mut of.mean, after_third.mean);
         copy(&mut of.covariance, after_third.covariance);
         let inflations = self.grid.inflations.get(..self.grid.inflation_count).unwrap_or_default();
-        let scales = SCALES.get(..self.scales).unwrap_or_default();
-        self.sum.add(&of, [inflations, scales], evidence, widths);
+        self.sum.add(&of, inflations, evidence, widths);
         self.stage += 1;
         true
     }

@@ -94,7 +94,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         for set in Sets::of(grid) {
             let widths = grid.only(set);
             let mut one = Averaging::zero();
-            one.start(&self.globals, (&widths, self.least_scale), &mut scratch);
+            one.start(&self.globals, &widths, &mut scratch);
             one.gather(0..GLOBALS, &mut scratch);
             while one.step(&mut scratch) {}
             let log = one.log_evidence().narrow();

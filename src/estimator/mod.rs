@@ -123,8 +123,6 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     sigma: [T; GLOBALS],
     prior_p: M3<T>,
     is_restored: bool,
-    /// Least scale of P's prior: of a stored model's, how well it was known bounds it.
-    least_scale: f32,
     builder: Builder<T>,
     has_sample: bool,
     last_us: u64,
@@ -203,7 +201,6 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             sigma: [T::ZERO; GLOBALS],
             prior_p: zero33(),
             is_restored: false,
-            least_scale: 0.0,
             builder: Builder::zero(),
             has_sample: false,
             last_us: 0,

@@ -38,7 +38,6 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.sigma = self.settings.sigma.map(T::of);
         self.prior_p = widened_matrix(&self.settings.factory);
         self.is_restored = false;
-        self.least_scale = 0.0;
         self.task = Task::Next;
         self.held.clear();
         (self.held_before, self.rate_before) = (None, None);
@@ -73,25 +72,16 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// A model that was stored, with its deviations (P row-major, then b): P's prior is about it, as wide as it was
-    /// known and may have drifted. How far it drifted may turn out to be nothing; how well it was known stays, or an
-    /// element that no motion shows would seem to be known as well as those that the samples confirm. The bias is
-    /// another one at every start, and is as unknown as without. The effects that were taken out still are. Forgotten
-    /// where the samples contradict it.
+    /// known and may have drifted. The bias is another one at every start, and is as unknown as without. The effects
+    /// that were taken out still are. Forgotten where the samples contradict it.
     pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12], effects: &ActiveEffects) {
         self.prior_p = widened_matrix(model);
         for (column, deviation) in P.columns().zip(deviations) {
             let width = libm::sqrtf(deviation * deviation + P_DRIFT * P_DRIFT);
-            let known = if let Some(sigma) = self.sigma.get_mut(column)
+            if let Some(sigma) = self.sigma.get_mut(column)
                 && *sigma > T::of(width)
             {
                 *sigma = T::of(width);
-                libm::fabsf(*deviation) / width
-            } else {
-                // The factory's prior is as narrow.
-                1.0
-            };
-            if known > self.least_scale {
-                self.least_scale = known;
             }
         }
         self.candidates.restore(effects);

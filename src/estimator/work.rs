@@ -297,7 +297,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     fn average(&mut self) {
-        self.averaging.start(&self.globals, (&self.settings.widths, self.least_scale), &mut self.update.rows);
+        self.averaging.start(&self.globals, &self.settings.widths, &mut self.update.rows);
         self.task = Task::Gathering(0);
     }
 

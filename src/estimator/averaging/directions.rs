@@ -8,7 +8,7 @@ use crate::estimator::{eigen::diagonalise, gaussian::element, real::Real};
 
 /// Scales of P's prior, of which nobody knows how good the factory's calibration still is: log-uniform from the
 /// data sheet's width down to a 256th of it, which is nothing.
-pub(super) const SCALES: [f32; 9] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25];
+const SCALES: [f32; 9] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25];
 /// Information, over the prior's, below which a direction says nothing.
 const LEAST_INFORMATION: f32 = 1e-4;
 /// A direction counts as decided by the data when they leave less than half of the prior's deviation.
@@ -80,12 +80,12 @@ impl<T: Real> Directions<T> {
     }
 
     /// Averages over inflations and scales; `evidence` is the log evidence of the other sensors' widths.
-    pub fn mixed(&self, inflations: &[f32], scales: &[f32], evidence: T) -> Mixed<T> {
+    pub fn mixed(&self, inflations: &[f32], evidence: T) -> Mixed<T> {
         // The posterior already has this prior inside.
         let inside = self.likelihood(T::ONE, T::ONE);
         let mut mixed = Mixed::zero();
         for inflation in inflations.iter().copied().map(T::of) {
-            for scale in scales.iter().copied().map(T::of) {
+            for scale in SCALES.map(T::of) {
                 let squared = scale * scale;
                 let log = evidence + self.likelihood(inflation, squared) - inside;
                 if mixed.is_negligible(log) {

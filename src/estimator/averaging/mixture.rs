@@ -68,9 +68,9 @@ impl<T: Real> Sum<T> {
     }
 
     /// Adds P and b at one set of widths, averaged over inflations and scales. `evidence` and `widths` are logarithms.
-    pub fn add(&mut self, of: &Gaussian<T>, [inflations, scales]: [&[f32]; 2], evidence: T, widths: [T; GROUPS]) {
+    pub fn add(&mut self, of: &Gaussian<T>, inflations: &[f32], evidence: T, widths: [T; GROUPS]) {
         let directions = Directions::of(of);
-        let mixed = directions.mixed(inflations, scales, evidence);
+        let mixed = directions.mixed(inflations, evidence);
         if self.weight == T::ZERO || mixed.log > self.best {
             (self.best, self.decided) = (mixed.log, directions.decided());
             for (i, observable) in self.observable.iter_mut().enumerate() {

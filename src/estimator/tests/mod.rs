@@ -94,35 +94,6 @@ fn a_stored_model_is_where_the_next_run_begins_unless_the_samples_contradict_it(
     assert!(fitness != Ok(()) && !is_restored, "{fitness:?}");
 }
 
-/// A tool that turns about one axis shows one column of P. The others stay as well known as they were stored, however
-/// well the samples confirm that one.
-#[test]
-fn what_no_motion_shows_of_a_stored_model_is_known_no_better_than_it_was() {
-    for seed in 0..6 {
-        let mut stored = GyroModel::IDENTITY;
-        stored.p[1][1] += 0.024;
-        stored.p[2][1] -= 0.018;
-        let deviations = core::array::from_fn(|k| if k < 9 && k % 3 == 0 { 0.001 } else { 0.012 });
-        let mut estimator: Box<Estimator<f32>> = Box::new(Estimator::zero());
-        let config = Config { sample_period_us: 10_000, ..Config::default() };
-        estimator.configure(&Settings::new(&config), &[]);
-        estimator.restore(&stored, &deviations, &ActiveEffects::none());
-        for (t_us, [rate, force, field]) in drill_string(seed, 60.0, 12.0, 2.5) {
-            estimator.push(t_us, [rate, force, field], None);
-            while estimator.step() > 0 {}
-        }
-        estimator.close();
-        while estimator.step() > 0 {}
-        let posterior = estimator.posterior().copied().unwrap();
-        assert_eq!(posterior.fitness, Ok(()), "seed {seed}");
-        for (row, column) in [(1, 1), (2, 1)] {
-            let off = (posterior.gyro.p[row][column] - GyroModel::IDENTITY.p[row][column]).abs();
-            let sigma = posterior.sigma[3 * row + column];
-            assert!(off < 3.0 * sigma, "seed {seed}, row {row}: off by {off}, stated {sigma}");
-        }
-    }
-}
-
 #[test]
 fn f32_loses_nothing_that_counts() {
     for seed in 0..3 {
