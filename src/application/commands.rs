@@ -1,6 +1,6 @@
 //! Commands of a host, and their execution.
 
-use super::{Application, Board, Parts, log::info, memory::refusal};
+use super::{Application, Board, Statics, log::info, memory::refusal};
 use crate::{
     config::{Config, ConfigError},
     survey::StationaryState,
@@ -81,7 +81,7 @@ impl Default for Commands {
 impl<B: Board> Application<'_, B> {
     /// Looks at what has come in; carries out one command at most.
     pub(super) fn receive(&mut self, now_us: u64) {
-        let Parts { commands, line, .. } = &mut self.parts;
+        let Statics { commands, line, .. } = &mut self.statics;
         line.record(commands.recording.is_on(now_us));
         for _ in 0..BYTES_A_ROUND {
             let Some(byte) = self.board.receive() else { return };
@@ -95,8 +95,8 @@ impl<B: Board> Application<'_, B> {
     #[inline(never)]
     fn take(&mut self, now_us: u64, byte: u8) -> bool {
         // Not known to stand still: then it may be drilling.
-        let drilling = !self.parts.surveyor.stands_still(now_us);
-        let Parts { commands, memory, .. } = &mut self.parts;
+        let drilling = !self.statics.surveyor.stands_still(now_us);
+        let Statics { commands, memory, .. } = &mut self.statics;
         let Commands { decoder, gate, .. } = &mut **commands;
         let Some(frame) = decoder.push(byte) else { return false };
         let situation = Situation { now_us, drilling };
@@ -116,12 +116,12 @@ impl<B: Board> Application<'_, B> {
             }
         };
         info!("{=u64:us}: command {=u16}: {}", now_us, answer.sequence, answer.outcome);
-        self.parts.line.acknowledge(now_us, &answer);
+        self.statics.line.acknowledge(now_us, &answer);
         true
     }
 
     fn carry_out(&mut self, now_us: u64, command: &Command, authentic: bool) -> Result<(), CommandRefusal> {
-        let Parts { probe, surveyor, burst, line, commands, memory } = &mut self.parts;
+        let Statics { probe, surveyor, burst, line, commands, memory } = &mut self.statics;
         let board = &mut self.board;
         // The gate has checked every field.
         let bounds = |_| CommandRefusal::Malformed;
@@ -183,7 +183,7 @@ impl<B: Board> Application<'_, B> {
 
     /// Starts afresh with another configuration.
     pub(super) fn configure(&mut self, config: &Config) -> Result<(), ConfigError> {
-        let Parts { probe, surveyor, memory, .. } = &mut self.parts;
+        let Statics { probe, surveyor, memory, .. } = &mut self.statics;
         probe.configure(config)?;
         let survey = surveyor.config().copied().unwrap_or_default();
         surveyor.configure(&config.earth, &survey)?;

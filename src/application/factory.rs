@@ -1,6 +1,6 @@
 //! The factory's records: what the probe starts with, and how they are written over the line.
 
-use super::{Application, Board, Parts};
+use super::{Application, Board, Statics};
 use crate::{
     config::{Config, ConfigError, SurveyConfig},
     storage::{FactoryRecord, FactoryRecords, Provisioning, StorageError},
@@ -59,16 +59,16 @@ impl<B: Board> Application<'_, B> {
         match record {
             FactoryRecord::Calibration(factory) => {
                 let (gyro, accel, mag) = (factory.gyro, factory.accel, factory.mag);
-                self.configure(&Config { gyro, accel, mag, ..*self.parts.probe.config() }).map_err(bounds)?;
+                self.configure(&Config { gyro, accel, mag, ..*self.statics.probe.config() }).map_err(bounds)?;
             }
             FactoryRecord::Mounting(mounting) => {
-                let Parts { probe, surveyor, .. } = &mut self.parts;
+                let Statics { probe, surveyor, .. } = &mut self.statics;
                 let survey = surveyor.config().copied().unwrap_or_default();
                 let survey = SurveyConfig { toolface_offset_rad: mounting.toolface_offset_rad, ..survey };
                 surveyor.configure(&probe.config().earth, &survey).map_err(bounds)?;
             }
             FactoryRecord::Key(key) => {
-                self.parts.commands.provision(Key::new(&key.0, self.board.identity()));
+                self.statics.commands.provision(Key::new(&key.0, self.board.identity()));
             }
         }
         Ok(())

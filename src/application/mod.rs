@@ -67,8 +67,8 @@ pub struct Settings {
     pub key: Option<[u8; 32]>,
 }
 
-/// What stands in static RAM, and the application works on.
-pub struct Parts<'a, F> {
+/// What the application works on, in static RAM.
+pub struct Statics<'a, F> {
     /// Samples to attitudes and models.
     pub probe: &'a mut Probe,
     /// Attitudes to surveys.
@@ -103,7 +103,7 @@ pub struct Counts {
 /// The program on one board.
 pub struct Application<'a, B: Board> {
     board: B,
-    parts: Parts<'a, B::Flash>,
+    statics: Statics<'a, B::Flash>,
     /// True once a stored model had its chance to fly.
     begun: bool,
     next_sequence: u32,
@@ -129,23 +129,23 @@ impl<'a, B: Board> Application<'a, B> {
     ///
     /// # Errors
     /// The field that cannot be used.
-    pub fn start(board: B, mut parts: Parts<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
+    pub fn start(board: B, mut statics: Statics<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
         let Settings { config, survey, stream, recording, key } = settings;
-        parts.probe.configure(config)?;
-        parts.surveyor.configure(&config.earth, survey)?;
-        parts.line.configure(stream)?;
-        if let Some(dose) = parts.memory.as_mut().and_then(|memory| memory.dose()) {
-            parts.surveyor.resume_dose(dose);
+        statics.probe.configure(config)?;
+        statics.surveyor.configure(&config.earth, survey)?;
+        statics.line.configure(stream)?;
+        if let Some(dose) = statics.memory.as_mut().and_then(|memory| memory.dose()) {
+            statics.surveyor.resume_dose(dose);
         }
         if *recording {
-            parts.commands.recording.start(0, None, true);
+            statics.commands.recording.start(0, None, true);
         }
-        parts.line.record(*recording);
-        parts.commands.provision(key.as_ref().and_then(|key| Key::new(key, board.identity())));
+        statics.line.record(*recording);
+        statics.commands.provision(key.as_ref().and_then(|key| Key::new(key, board.identity())));
         Ok(Self {
             served: board.acquisition().served(),
             board,
-            parts,
+            statics,
             begun: false,
             next_sequence: 0,
             first_sequence: 0,
@@ -191,7 +191,7 @@ impl<'a, B: Board> Application<'a, B> {
     /// comes again. The pipeline looks after itself.
     #[inline(never)]
     fn clock_went_back(&mut self, now_us: u64) {
-        let Parts { surveyor, line, commands, .. } = &mut self.parts;
+        let Statics { surveyor, line, commands, .. } = &mut self.statics;
         surveyor.restart();
         line.clock_went_back();
         commands.recording.stop(true);
@@ -213,7 +213,7 @@ impl<'a, B: Board> Application<'a, B> {
         if !self.begun {
             self.begin(acquired);
         }
-        let Parts { probe, surveyor, burst, line, memory, .. } = &mut self.parts;
+        let Statics { probe, surveyor, burst, line, memory, .. } = &mut self.statics;
         if let Some(memory) = memory {
             memory.sample(sample);
         }
@@ -248,7 +248,7 @@ impl<'a, B: Board> Application<'a, B> {
         if began_afresh {
             self.restarted();
         }
-        let budget = self.parts.probe.poll_budget_at(self.board.clock_hz());
+        let budget = self.statics.probe.poll_budget_at(self.board.clock_hz());
         let most = budget.saturating_mul(OWED_SAMPLES);
         self.owed_units = self.owed_units.saturating_add(budget);
         if self.owed_units > most {
@@ -261,25 +261,25 @@ impl<'a, B: Board> Application<'a, B> {
     fn begin(&mut self, first: &Acquired) {
         self.begun = true;
         self.first_sequence = first.sequence;
-        let Parts { probe, memory, .. } = &mut self.parts;
+        let Statics { probe, memory, .. } = &mut self.statics;
         if let Some(memory) = memory {
             memory.restore(probe, &first.sample);
         }
-        self.parts.line.want_boot();
+        self.statics.line.want_boot();
     }
 
     /// One bounded piece of identification or diagnosis; whether more is owed.
     #[inline(never)]
     fn work(&mut self) -> bool {
         if self.filter_stays {
-            let Parts { probe, memory, .. } = &mut self.parts;
+            let Statics { probe, memory, .. } = &mut self.statics;
             self.filter_stays = memory.as_mut().is_some_and(|memory| memory.step(probe));
             return true;
         }
         let slice = if self.owed_units < SLICE_UNITS { self.owed_units } else { SLICE_UNITS };
         self.owed_units -= slice;
         if slice > 0 {
-            let Parts { probe, line, memory, .. } = &mut self.parts;
+            let Statics { probe, line, memory, .. } = &mut self.statics;
             if let Some(report) = probe.poll(slice) {
                 if let Some(memory) = memory {
                     memory.window(probe, &report);
@@ -289,7 +289,7 @@ impl<'a, B: Board> Application<'a, B> {
                 line.window(report);
             }
         }
-        let Parts { probe, memory, .. } = &mut self.parts;
+        let Statics { probe, memory, .. } = &mut self.statics;
         if let Some(memory) = memory {
             self.filter_stays = memory.step(probe);
         }
@@ -300,23 +300,23 @@ impl<'a, B: Board> Application<'a, B> {
     #[inline(never)]
     fn telemetry(&mut self) {
         let now_us = self.board.now_us();
-        if now_us >= self.health_us || !self.parts.commands.self_test.is_empty() {
+        if now_us >= self.health_us || !self.statics.commands.self_test.is_empty() {
             self.health_us = now_us + HEALTH_US;
             self.report_health(now_us);
         }
         self.take_diagnosis(now_us);
         self.receive(now_us);
-        let Parts { surveyor, burst, line, .. } = &mut self.parts;
+        let Statics { surveyor, burst, line, .. } = &mut self.statics;
         line.queue_results(now_us, surveyor, burst);
         if line.takes_boot() {
             self.report_boot(now_us);
         }
-        self.parts.line.transmit(&mut self.board);
+        self.statics.line.transmit(&mut self.board);
     }
 
     #[inline(never)]
     fn take_diagnosis(&mut self, now_us: u64) {
-        let Parts { probe, line, .. } = &mut self.parts;
+        let Statics { probe, line, .. } = &mut self.statics;
         if !line.takes_diagnosis() {
             return;
         }
@@ -354,7 +354,7 @@ impl<'a, B: Board> Application<'a, B> {
     }
 
     /// What it works on.
-    pub const fn parts(&self) -> &Parts<'a, B::Flash> {
-        &self.parts
+    pub const fn statics(&self) -> &Statics<'a, B::Flash> {
+        &self.statics
     }
 }

@@ -1,19 +1,19 @@
 //! Reports of the probe about itself.
 
-use super::{Application, Board, Parts, log::info};
+use super::{Application, Board, Statics, log::info};
 use crate::telemetry::{Boot, Health};
 
 impl<B: Board> Application<'_, B> {
     /// After the pipeline has started afresh.
     pub(super) fn restarted(&mut self) {
         self.first_sequence = self.next_sequence;
-        self.parts.line.want_boot();
+        self.statics.line.want_boot();
     }
 
     /// Makes the boot, for the start and for a recording.
     #[inline(never)]
     pub(super) fn report_boot(&mut self, now_us: u64) {
-        let Parts { probe, line, memory, .. } = &mut self.parts;
+        let Statics { probe, line, memory, .. } = &mut self.statics;
         let boot = Boot {
             probe: self.board.identity(),
             reset: self.board.reset_reason(),
@@ -32,13 +32,13 @@ impl<B: Board> Application<'_, B> {
     pub(super) fn report_health(&mut self, now_us: u64) {
         let [stack_used_bytes, stack_size_bytes] = self.board.stack_bytes();
         let acquisition = self.board.acquisition();
-        let commands = self.parts.commands.counters();
+        let commands = self.statics.commands.counters();
         let [models_stored, storage_failures] =
-            self.parts.memory.as_ref().map_or([0; 2], |memory| memory.stored_and_failed());
+            self.statics.memory.as_ref().map_or([0; 2], |memory| memory.stored_and_failed());
         let health = Health {
             probe: self.board.identity(),
             t_us: now_us,
-            counters: self.parts.probe.counters(),
+            counters: self.statics.probe.counters(),
             samples_acquired: acquisition.acquired(),
             sample_overruns: acquisition.queue_full(),
             missed_ticks: acquisition.missed_ticks(),
@@ -48,16 +48,16 @@ impl<B: Board> Application<'_, B> {
             stack_used_bytes,
             stack_size_bytes,
             watchdog_resets: self.board.watchdog_resets(),
-            results_lost: self.parts.line.results_lost(),
-            sent: self.parts.line.counters(),
-            received: self.parts.commands.link(),
+            results_lost: self.statics.line.results_lost(),
+            sent: self.statics.line.counters(),
+            received: self.statics.commands.link(),
             commands_accepted: commands.accepted,
             commands_refused: commands.refused,
             models_stored,
             storage_failures,
-            self_test: self.parts.commands.self_test.pop(),
+            self_test: self.statics.commands.self_test.pop(),
             ..Health::default()
         };
-        self.parts.line.health(now_us, &health);
+        self.statics.line.health(now_us, &health);
     }
 }

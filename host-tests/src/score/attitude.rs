@@ -76,7 +76,8 @@ pub fn reference_attitudes(trace: &Trace, settings: &Settings) -> Vec<(u64, Unit
     trace.rows().filter_map(known).collect()
 }
 
-fn attitudes_of(flight: &Flight) -> impl Iterator<Item = TimedAttitude> {
+/// Attitudes of a flight, at their times of validity.
+pub fn attitudes_of(flight: &Flight) -> impl Iterator<Item = TimedAttitude> + '_ {
     flight.outputs().filter_map(|output| Some((output.t_us, output.attitude.as_ref()?.q.map(f64::from))))
 }
 

@@ -20,7 +20,9 @@ use meerkat_mwd::{
 };
 
 pub(crate) use attitude::unit_quaternion;
-pub use attitude::{AttitudeRms, TimedAttitude, attitude_errors_deg, attitude_rms_deg, reference_attitudes};
+pub use attitude::{
+    AttitudeRms, TimedAttitude, attitude_errors_deg, attitude_rms_deg, attitudes_of, reference_attitudes,
+};
 pub(crate) use orientation_2s::trimmed_rms;
 pub use rate_error::{rate_error_rad_s, systematic_rate_error_rad_s};
 pub(crate) use rates::seconds_since;

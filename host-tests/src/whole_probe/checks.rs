@@ -139,9 +139,9 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
 /// After every round of the program.
 pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, before: &mut Round) {
     let processed = application.counts().processed;
-    let flown = application.parts().probe.gyro_model().p;
-    let takes_an_effect_out = !application.parts().probe.effects().is_empty();
-    let stored = application.parts().memory.as_ref().map_or(0, |memory| memory.stored_and_failed()[0]);
+    let flown = application.statics().probe.gyro_model().p;
+    let takes_an_effect_out = !application.statics().probe.effects().is_empty();
+    let stored = application.statics().memory.as_ref().map_or(0, |memory| memory.stored_and_failed()[0]);
     let machine = application.board();
     if machine.chip.is_dead() {
         return;

@@ -30,7 +30,8 @@ use machine::{Machine, PERIOD_US, WORDS};
 use meerkat_mwd::{
     Config, Probe,
     application::{
-        Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, Parts, SampleQueue, Settings,
+        Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, SampleQueue, Settings,
+        Statics,
     },
     compensation::effects::LIBRARY,
     config::{Latency, SurveyConfig},
@@ -192,7 +193,7 @@ fn power_up(
     let machine = Machine::new(chip, day, (&parts, player), acquisition, reason, checks::heard);
     let (mut probe, mut surveyor, mut burst) = (Box::new(Probe::new()), Surveyor::new(), Box::new(Burst::new()));
     let (mut line, mut commands) = (Line::new(), Commands::new());
-    let parts = Parts {
+    let statics = Statics {
         probe: &mut probe,
         surveyor: &mut surveyor,
         burst: &mut burst,
@@ -200,10 +201,10 @@ fn power_up(
         commands: &mut commands,
         memory,
     };
-    let mut application = Application::start(machine, parts, settings)?;
+    let mut application = Application::start(machine, statics, settings)?;
     chip.call_from_here();
     let death = live(&mut application, before, length_us);
-    let results_lost = application.parts().line.results_lost();
+    let results_lost = application.statics().line.results_lost();
     let machine = application.board();
     let acquisition = machine.acquisition();
     let (samples, lost) = (acquisition.acquired(), acquisition.queue_full());

@@ -31,8 +31,8 @@ use flash::{FACTORY, FileFlash, MODELS};
 use meerkat_mwd::{
     Probe,
     application::{
-        Acquired, Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, Parts,
-        SampleConsumer, SampleQueue, Stage, factory_records, provision,
+        Acquired, Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, SampleConsumer,
+        SampleQueue, Stage, Statics, factory_records, provision,
     },
     sensor_models::Recording,
     storage::FactoryRecord,
@@ -64,7 +64,7 @@ fn main() -> ! {
     #[allow(unsafe_code, clippy::deref_addrof)] // A reference to a `static mut` goes by way of its address.
     let (surveyor, memory) = unsafe { (&mut *&raw mut SURVEYOR, &mut *&raw mut MEMORY) };
 
-    let parts = Parts {
+    let statics = Statics {
         probe: PROBE,
         surveyor: surveyor.write(Surveyor::new()),
         burst: BURST,
@@ -72,7 +72,7 @@ fn main() -> ! {
         commands: COMMANDS,
         memory: None,
     };
-    match run(parts, memory, (QUEUE, MODELLED)) {
+    match run(statics, memory, (QUEUE, MODELLED)) {
         Ok(()) => process::exit(0),
         Err(message) => {
             complain(&[Text(message)]);
@@ -82,7 +82,7 @@ fn main() -> ! {
 }
 
 fn run(
-    parts: Parts<'static, FileFlash>,
+    statics: Statics<'static, FileFlash>,
     memory: &'static mut MaybeUninit<Memory<FileFlash>>,
     (queue, modelled): (&'static mut SampleQueue, &'static mut Modelled),
 ) -> Result<(), &'static str> {
@@ -94,7 +94,7 @@ fn run(
         (None, _) => ResetReason::Software,
     };
     let (producer, consumer) = queue.split();
-    let (mut application, recording) = start(parts, memory, consumer, reset_reason)?;
+    let (mut application, recording) = start(statics, memory, consumer, reset_reason)?;
     sensors::start(modelled, Acquisition::new(producer, &COUNTS), recording, application.board().hang)?;
     watchdog::start(recording.inertial_us);
     systick::start(peripherals.SYST, peripherals.SCB, recording.inertial_us);
@@ -108,7 +108,7 @@ fn run(
 /// Apart, so that the configuration stands on the stack only while it is read.
 #[inline(never)]
 fn start(
-    mut parts: Parts<'static, FileFlash>,
+    mut statics: Statics<'static, FileFlash>,
     memory: &'static mut MaybeUninit<Memory<FileFlash>>,
     samples: SampleConsumer<'static>,
     reset_reason: ResetReason,
@@ -123,9 +123,9 @@ fn start(
     let hang = if reset_reason == ResetReason::PowerOn { boot.hang } else { None };
     let board = Emulated { samples, serial, reset_reason, hang, acquired: 0, factory };
     if let Some(flash) = FileFlash::open(MODELS, boot.power_cut_after) {
-        parts.memory = Memory::start(memory, flash, &boot.settings.config, watchdog::feed);
+        statics.memory = Memory::start(memory, flash, &boot.settings.config, watchdog::feed);
     }
-    let application = Application::start(board, parts, &boot.settings).map_err(|error| {
+    let application = Application::start(board, statics, &boot.settings).map_err(|error| {
         complain(&[Text(error.field), Text(" must be "), Text(error.must_be)]);
         "the configuration cannot be used"
     })?;
@@ -212,12 +212,12 @@ impl Board for Emulated {
 #[inline(never)]
 fn print(application: &mut Application<'_, Emulated>) {
     let counts = application.counts();
-    let line = application.parts().line.counters();
-    let counters = application.parts().probe.counters();
+    let line = application.statics().line.counters();
+    let counters = application.statics().probe.counters();
     let [stack_used_bytes, stack_size_bytes] = stack::high_water_mark();
     let mut values = [
         ("watchdog_resets", reset_record::watchdog_resets()),
-        ("results_lost", application.parts().line.results_lost()),
+        ("results_lost", application.statics().line.results_lost()),
         ("frames", line.frames),
         ("attitude_dropped", line.attitude_dropped),
         ("samples_dropped", line.samples_dropped),
@@ -243,7 +243,7 @@ fn print(application: &mut Application<'_, Emulated>) {
         ("models_stored", 0),
         ("storage_failures", 0),
     ];
-    if let (Some(memory), [.., stored, failures]) = (&application.parts().memory, &mut values) {
+    if let (Some(memory), [.., stored, failures]) = (&application.statics().memory, &mut values) {
         [stored.1, failures.1] = memory.stored_and_failed();
     }
     for (name, value) in values {

@@ -20,7 +20,7 @@ use flash::ModelFlash;
 use meerkat_mwd::{
     Config, Probe,
     application::{
-        Acquisition, Application, Board, Burst, Commands, Line, Memory, Parts, SampleQueue, Settings, data_sheet,
+        Acquisition, Application, Board, Burst, Commands, Line, Memory, SampleQueue, Settings, Statics, data_sheet,
         factory_config, factory_records, factory_survey,
     },
     survey::Surveyor,
@@ -94,7 +94,7 @@ fn main() -> ! {
     let serial = SerialQueues { outgoing, incoming };
     let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity, factory: region };
     let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
-    let parts = Parts {
+    let statics = Statics {
         probe: PROBE,
         surveyor: SURVEYOR.write(Surveyor::new()),
         burst: BURST,
@@ -102,7 +102,7 @@ fn main() -> ! {
         commands: COMMANDS,
         memory,
     };
-    let Ok(mut application) = Application::start(board, parts, &settings) else {
+    let Ok(mut application) = Application::start(board, statics, &settings) else {
         fault::stop("the configuration cannot be used")
     };
     start_sensors(SENSORS, (inertial, magnetic), Acquisition::new(producer, &COUNTS));

@@ -19,7 +19,7 @@ use flash::{FactoryFlash, ModelFlash};
 use meerkat_mwd::{
     Config, Probe,
     application::{
-        Acquisition, Application, Board, Burst, Commands, Line, Memory, Parts, SampleQueue, Settings, data_sheet,
+        Acquisition, Application, Board, Burst, Commands, Line, Memory, SampleQueue, Settings, Statics, data_sheet,
         factory_config, factory_records, factory_survey,
     },
     survey::Surveyor,
@@ -102,7 +102,7 @@ fn main() -> ! {
     let serial = SerialQueues { outgoing, incoming };
     let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity: identity(), factory: region };
     let memory = Memory::start(memory, models, &settings.config, || board.feed_watchdog());
-    let parts = Parts {
+    let statics = Statics {
         probe: PROBE,
         surveyor: surveyor.write(Surveyor::new()),
         burst: BURST,
@@ -110,7 +110,7 @@ fn main() -> ! {
         commands: COMMANDS,
         memory,
     };
-    let Ok(mut application) = Application::start(board, parts, &settings) else {
+    let Ok(mut application) = Application::start(board, statics, &settings) else {
         fault::stop("the configuration cannot be used")
     };
     start_sensors(sensors, (inertial, magnetic), Acquisition::new(producer, &COUNTS));

@@ -1,10 +1,10 @@
 //! Whole recordings flown from cold with a gyro error multiplied in, which nobody has identified before.
 
-use super::{Cell, Coverage, Table, by_recording, ours, row_of_means, vqf};
+use super::{Cell, Coverage, Table, by_recording, row_of_means, vqf};
 use crate::{
     bench::{effort::Effort, error_multiplied_in::drawn, seeds::each_seed},
     flight::{configuration::of_trace, fly},
-    score::{Settings, attitude_rms_deg},
+    score::{Settings, attitude_rms_deg, attitudes_of},
     simulate::known_error,
     trace::Trace,
 };
@@ -45,10 +45,9 @@ pub(super) fn flown(recordings: &[(String, Trace)], effort: Effort) -> anyhow::R
         if PERCENT[size] > 0.0 {
             known_error::apply(&mut trace, &drawn(name, draw, OF_A_PERCENT * PERCENT[size]));
         }
-        let config = of_trace(&trace);
         let total = |attitudes: &[_]| attitude_rms_deg(&trace, attitudes, &Settings::default())[0].total;
-        let flight = fly(&config, &trace.samples, |_| {})?;
-        let total_deg = [total(&vqf(&trace)), total(&ours(&trace, &config)?)];
+        let flight = fly(&of_trace(&trace), &trace.samples, |_| {})?;
+        let total_deg = [total(&vqf(&trace)), total(&attitudes_of(&flight).collect::<Vec<_>>())];
         Ok(Flown { size, recording, total_deg, coverage: Coverage::of(&trace, &flight) })
     })
 }

@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     flight::{configuration::of_trace, fly},
-    score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg, reference_attitudes},
+    score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg, attitudes_of, reference_attitudes},
     trace::{
         Trace,
         recordings::{FOLDER, folder, listed},
@@ -121,9 +121,7 @@ fn recordings() -> anyhow::Result<Vec<(String, Trace)>> {
 /// # Errors
 /// The configuration cannot be flown.
 pub fn ours(trace: &Trace, config: &Config) -> anyhow::Result<Vec<TimedAttitude>> {
-    let flight = fly(config, &trace.samples, |_| {})?;
-    let attitudes = flight.outputs.iter();
-    Ok(attitudes.filter_map(|output| Some((output.t_us, output.attitude.as_ref()?.q.map(f64::from)))).collect())
+    Ok(attitudes_of(&fly(config, &trace.samples, |_| {})?).collect())
 }
 
 /// The reference itself, told as late as the gyro of the recordings is.
