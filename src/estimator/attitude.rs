@@ -27,7 +27,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Asks for the attitude of this instant, at which [`Estimator::push`] returned true.
     pub fn look(&mut self) {
         self.known_attitude.clear();
-        self.queue(Item::Look);
+        self.waiting.push(Item::Look);
     }
 
     /// Attitude that was asked for last; `None` until the work has come so far, and where there is none.
@@ -41,7 +41,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let field = self.node.field;
         let level = field.x * field.x + field.y * field.y;
         let is_level = level > T::of(LEAST_LEVEL_SQUARE) * (level + field.z * field.z);
-        let Some(held) = self.held.first().filter(|_| self.is_aligned && self.node.has_field && is_level) else {
+        let Some(held) = self.neighbours.held().filter(|_| self.is_aligned && self.node.has_field && is_level) else {
             return;
         };
         let (north, west) = (field.x / level.root(), field.y / level.root());

@@ -42,8 +42,8 @@ pub(super) struct Averaged<T> {
     pub covariance: [T; triangle(GYRO)],
     /// Directions of P that the data decide, at the most likely widths.
     pub decided: u8,
-    /// Which elements they observe: less than half of the prior's deviation is left.
-    pub observable: [bool; GYRO],
+    /// Variances at these widths with P's prior as wide as it was begun with, at no smaller scale.
+    pub unscaled_variance: [T; GYRO],
     /// Geometric mean of the widths, over the data sheets'.
     pub widths: [T; GROUPS],
 }

@@ -50,6 +50,20 @@ impl<T: Real> Disagreement<T> {
     }
 }
 
+/// Of each sensor with what everything else says.
+#[derive(Clone, Copy)]
+pub(super) struct Disagreements<T> {
+    pub field: Disagreement<T>,
+    pub force: Disagreement<T>,
+    pub gyro: Disagreement<T>,
+}
+
+impl<T: Real> Disagreements<T> {
+    pub const fn zero() -> Self {
+        Self { field: Disagreement::zero(), force: Disagreement::zero(), gyro: Disagreement::zero() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

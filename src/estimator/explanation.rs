@@ -74,7 +74,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let mut moved = [0.0; 9];
         for (moved, column) in moved.iter_mut().zip(P.columns()) {
             let of = |all: &[T; GLOBALS]| all.get(column).copied().unwrap_or(T::ZERO);
-            *moved = (of(&change) * of(&self.sigma)).narrow();
+            *moved = (of(&change) * of(&self.prior.sigma)).narrow();
         }
         moved
     }

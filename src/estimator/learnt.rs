@@ -143,7 +143,7 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
     /// They are no root; the filter then starts without them.
     pub fn go_on(&mut self, motion_s: f32) -> Result<(), NotContinued> {
         let is_root = self.globals.is_root() && motion_s >= 0.0 && motion_s.is_finite();
-        for (column, width) in self.sigma.iter().enumerate() {
+        for (column, width) in self.prior.sigma.iter().enumerate() {
             // A column that is not there has its prior and no more.
             self.globals.relax(column, drift::kept(column, *width));
         }

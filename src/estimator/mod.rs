@@ -12,6 +12,7 @@ mod averaging;
 mod candidates;
 pub(crate) mod cholesky;
 pub mod columns;
+mod consistency;
 mod disagreement;
 mod drift;
 mod eigen;
@@ -24,11 +25,13 @@ mod globals;
 mod increment;
 mod learnt;
 mod left_over;
+mod neighbours;
 mod node;
 mod node_end;
 mod parameters;
 mod posterior;
 mod preintegration;
+mod prior;
 mod reading;
 mod real;
 mod refusal;
@@ -41,6 +44,7 @@ mod square_root;
 mod start;
 mod unrolled;
 mod update;
+mod waiting;
 mod walk;
 mod widths;
 mod window_cost;
@@ -69,24 +73,24 @@ use crate::{
 use alignment::Alignment;
 use averaging::Averaging;
 use candidates::{Candidates, evidence::Evidence};
-use columns::GLOBALS;
-use disagreement::Disagreement;
+use consistency::Consistency;
+use disagreement::Disagreements;
 use globals::Globals;
-use heapless::{Deque, Vec};
-use increment::{Builder, Composition, Increment, Item};
+use heapless::Vec;
+use increment::{Builder, Composition, Item};
 use left_over::LeftOver;
+use neighbours::Neighbours;
 use node::{Kind, Node};
 use parameters::Parameters;
 use preintegration::Preintegration;
-use real::{M3, V3, zero3, zero33};
+use prior::Prior;
+use real::{V3, zero3};
 use remainder::Remainder;
 use rest::Rests;
-use share::Share;
+use share::Shares;
 use update::{SCRATCH, Update};
+use waiting::Waiting;
 use window_cost::Centre;
-
-/// Increments that wait for work: 0.9 s.
-const WAITING: usize = 24;
 
 /// Piece of work in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,22 +123,13 @@ enum Task {
 /// before [`Estimator::configure`].
 pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize = EFFECTS> {
     settings: Settings,
-    /// The prior's widths, and its centre of P: the factory's, or those of a model that was stored.
-    sigma: [T; GLOBALS],
-    prior_p: M3<T>,
-    is_restored: bool,
+    prior: Prior<T>,
     builder: Builder<T>,
     has_sample: bool,
     last_us: u64,
-    waiting: Deque<Item<T>, WAITING>,
-    lost: u32,
-    /// Length of the increments that found no room, seconds.
-    dropped_s: T,
+    waiting: Waiting<T>,
     task: Task,
-    /// The increment whose neighbours give it the derivative of force, and the one before it.
-    held: Vec<Increment<T>, 1>,
-    held_before: Option<V3<T>>,
-    rate_before: Option<V3<T>>,
+    neighbours: Neighbours<T>,
     /// Field's unit, the norm at the start; 0: no field yet.
     field_unit: T,
     /// True if the node's states are aligned; then true if they ever were.
@@ -168,28 +163,15 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     posterior: Vec<Posterior, 1>,
     known_attitude: Vec<KnownAttitude, 1>,
     motion_s: T,
-    /// Shares of the latest time whose rates came to no node, of the latest motion whose rates contradict the field,
-    /// and of the latest motion without a field.
-    unread: Share<T>,
-    turned: Share<T>,
-    fieldless: Share<T>,
-    /// With what everything else says.
-    of_field: Disagreement<T>,
-    of_force: Disagreement<T>,
-    of_gyro: Disagreement<T>,
+    shares: Shares<T>,
+    disagreements: Disagreements<T>,
     /// Seconds through which nobody knows how the probe turned, until the attitude is aligned anew.
     gap_s: T,
     /// Model with which rotations are composed: the flown one, so that it changes at the instants at which that does.
     composed_with: Composition<T>,
     /// Since the globals last walked.
     unwalked_s: T,
-    /// Mean of the squared innovations over their number, and the nodes that it is of.
-    innovation: T,
-    innovations: u16,
-    /// Innovations since the start that neither globals nor effects can explain: their squares, and the number of
-    /// nodes.
-    unexplained: T,
-    nodes: u32,
+    consistency: Consistency<T>,
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
@@ -198,19 +180,13 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub const fn zero() -> Self {
         Self {
             settings: Settings::UNSET,
-            sigma: [T::ZERO; GLOBALS],
-            prior_p: zero33(),
-            is_restored: false,
+            prior: Prior::zero(),
             builder: Builder::zero(),
             has_sample: false,
             last_us: 0,
-            waiting: Deque::new(),
-            lost: 0,
-            dropped_s: T::ZERO,
+            waiting: Waiting::new(),
             task: Task::Next,
-            held: Vec::new(),
-            held_before: None,
-            rate_before: None,
+            neighbours: Neighbours::none(),
             field_unit: T::ZERO,
             is_aligned: false,
             has_begun: false,
@@ -236,19 +212,12 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             posterior: Vec::new(),
             known_attitude: Vec::new(),
             motion_s: T::ZERO,
-            unread: Share::zero(),
-            turned: Share::zero(),
-            fieldless: Share::zero(),
-            of_field: Disagreement::zero(),
-            of_force: Disagreement::zero(),
-            of_gyro: Disagreement::zero(),
+            shares: Shares::zero(),
+            disagreements: Disagreements::zero(),
             gap_s: T::ZERO,
             composed_with: Composition::zero(),
             unwalked_s: T::ZERO,
-            innovation: T::ZERO,
-            innovations: 0,
-            unexplained: T::ZERO,
-            nodes: 0,
+            consistency: Consistency::zero(),
         }
     }
 
@@ -260,7 +229,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let step_s = if self.has_sample { t_us.saturating_sub(self.last_us) as f32 * 1e-6 } else { 0.0 };
         (self.has_sample, self.last_us) = (true, t_us);
         if let Some(item) = self.builder.push((t_us, step_s), &self.composed_with, [rate, force, field]) {
-            self.queue(item);
+            self.waiting.push(item);
             return true;
         }
         false
@@ -283,24 +252,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// until then there is none.
     pub fn close(&mut self) {
         self.posterior.clear();
-        self.queue(Item::Close);
-    }
-
-    fn queue(&mut self, item: Item<T>) {
-        // The gyro has nothing to do with it.
-        let dropped = Item::Gap { seconds: self.dropped_s, silent_s: self.dropped_s };
-        if self.dropped_s > T::ZERO && self.waiting.push_back(dropped).is_ok() {
-            self.dropped_s = T::ZERO;
-        }
-        if let Err(item) = self.waiting.push_back(item) {
-            self.lost = self.lost.saturating_add(1);
-            // A lost increment is a gap to those after it.
-            self.dropped_s += match item {
-                Item::Increment(increment) => increment.seconds,
-                Item::Gap { seconds, .. } => seconds,
-                Item::Look | Item::Close => T::ZERO,
-            };
-        }
+        self.waiting.push(Item::Close);
     }
 
     /// Returns the posterior that the last [`Estimator::close`] asked for, once it is done.
@@ -344,8 +296,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// effects, and with the claims.
     #[must_use]
     pub fn nis_of_claims(&self) -> [f32; 2] {
-        let freedom = if self.nodes > 0 { T::of(work::FREEDOM * self.nodes as f32) } else { T::ONE };
-        self.evidence.residual.map(|of_claims| ((self.unexplained + of_claims) / freedom).narrow())
+        self.evidence.residual.map(|of_claims| self.consistency.nis_beside(of_claims))
     }
 
     /// Returns the quantities that the field's innovations go with since [`Estimator::start_remainder`].
@@ -358,7 +309,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     #[must_use]
     pub fn is_unexplained(&self) -> bool {
         let [_, nis] = self.nis_of_claims();
-        let is_large = nis > posterior::DIVERGED || self.remainder.is_contradicted();
+        let is_large = nis > consistency::DIVERGED || self.remainder.is_contradicted();
         is_large || self.evidence.is_unnamed || !self.remainder.report().is_white()
     }
 
@@ -371,7 +322,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Increments that were lost because [`Estimator::step`] was called too seldom.
     #[must_use]
     pub const fn lost(&self) -> u32 {
-        self.lost
+        self.waiting.lost
     }
 
     /// Seconds of motion since the start.

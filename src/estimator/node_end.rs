@@ -3,7 +3,7 @@
 use super::{
     Estimator, Kind, Task,
     columns::{HARD_IRON, NUISANCES},
-    disagreement::Disagreement,
+    disagreement::{Disagreement, Disagreements},
     preintegration::GYRO,
     reading::{Agreement, Readings, Taken},
     real::{Real, norm},
@@ -16,13 +16,13 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let seconds = self.pre.seconds;
         self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };
         if self.kind == Kind::Rest && !self.has_begun {
-            self.unread.add(T::ZERO, seconds);
+            self.shares.unread.add(T::ZERO, seconds);
             self.start_at_rest();
             return;
         }
         if !self.is_aligned {
-            self.unread.add(T::ZERO, seconds);
-            self.of_gyro.passed(seconds);
+            self.shares.unread.add(T::ZERO, seconds);
+            self.disagreements.gyro.passed(seconds);
             self.align();
             return;
         }
@@ -32,7 +32,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             globals: &self.globals,
             settings: &self.settings,
             field_unit: self.field_unit,
-            sigma: &self.sigma,
+            sigma: &self.prior.sigma,
             unknown: self.unknown_rotation(),
             kind: self.kind,
         };
@@ -48,11 +48,11 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             self.remainder.add(seconds.narrow(), both.map(|v| v.map(|x| x.narrow())));
         }
         if self.kind == Kind::Moving {
-            self.turned.add(if agreement.is_turned { T::ONE } else { T::ZERO }, seconds);
+            self.shares.turned.add(if agreement.is_turned { T::ONE } else { T::ZERO }, seconds);
         }
         if agreement.is_turned {
-            self.unread.add(T::ONE, seconds);
-            if self.of_gyro.contradicted(seconds) {
+            self.shares.unread.add(T::ONE, seconds);
+            if self.disagreements.gyro.contradicted(seconds) {
                 // It is another gyro than the one that was learnt.
                 self.begin();
                 return;
@@ -60,15 +60,15 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             self.gap(T::ZERO);
             return;
         }
-        self.of_gyro.agreed(seconds);
-        self.unread.add(T::ZERO, seconds);
+        self.disagreements.gyro.agreed(seconds);
+        self.shares.unread.add(T::ZERO, seconds);
         if self.is_contradicted_for_good(&agreement) {
             return;
         }
         if self.kind == Kind::Moving {
             self.motion_s += seconds;
             let fieldless = if agreement.field == Readings::Used { T::ZERO } else { T::ONE };
-            self.fieldless.add(fieldless, seconds);
+            self.shares.fieldless.add(fieldless, seconds);
         }
         self.unwalked_s += seconds;
         self.task = Task::Eliminating;
@@ -85,8 +85,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 false
             }
         };
-        let by_field = is_for_good(agreement.field, &mut self.of_field);
-        let by_force = is_for_good(agreement.force, &mut self.of_force);
+        let Disagreements { field, force, .. } = &mut self.disagreements;
+        let by_field = is_for_good(agreement.field, field);
+        let by_force = is_for_good(agreement.force, force);
         if by_field {
             self.node.has_field = false;
             self.node.referred = 0;
@@ -103,7 +104,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     /// Variance of the node's rotation by what is not known of bias and P, rad^2.
     pub(super) fn unknown_rotation(&self) -> T {
-        let sigma = self.sigma.iter().skip(NUISANCES);
+        let sigma = self.prior.sigma.iter().skip(NUISANCES);
         let mut by = [[T::ZERO; GYRO]; 3];
         for ((k, of), sigma) in self.pre.by_gyro.iter().enumerate().zip(sigma) {
             for (by, of) in by.iter_mut().zip(of.iter()) {
@@ -156,7 +157,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub(super) fn gap(&mut self, seconds: T) {
         self.start_node();
         self.rests.interrupt();
-        (self.held_before, self.rate_before) = (None, None);
+        self.neighbours.forget_before();
         self.is_aligned = false;
         self.alignment.start();
         self.gap_s += seconds;

@@ -19,11 +19,6 @@ const LEAST_MOTION_S: f32 = 14.0;
 const LEAST_MOTION_EXCLUDED_S: f32 = 4.5;
 /// Chi-square of nine degrees of freedom, exceeded once in a thousand.
 const EXCLUDED: f32 = 27.88;
-/// Mean squared innovation, over its degrees of freedom, of a filter that has diverged: four deviations of the mean
-/// of 120 nodes of nine over 1. Sound runs stay under 1.07.
-pub(super) const DIVERGED: f32 = 1.2;
-/// The same before there are so many nodes: this over the root of their number.
-const DIVERGED_EARLY: f32 = 1.9;
 /// Share of the latest time without a rate at which the gyro is of no use.
 const MOST_LOST: f32 = 0.5;
 /// Share of the latest motion whose rates contradict the field at which they are no bursts: after each that does the
@@ -36,6 +31,8 @@ const MOST_FIELDLESS: f32 = 0.8;
 const MOST_SIGMAS: f32 = 4.0;
 /// Hard iron, of the earth's field, at which the magnetometer needs a calibration first.
 const MOST_HARD_IRON: f32 = 0.5;
+/// Share of the prior's variance that is left of a parameter that is observed: half of its deviation.
+const OBSERVED: f32 = 0.25;
 
 /// Gyro's errors, from all samples so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,15 +78,19 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         // P row-major, then b, as the average has them.
         let unit = |k: usize| {
             let column = if k < 9 { P.from + k } else { BIAS.from + k - 9 };
-            self.sigma.get(column).map_or(0.0, |sigma| sigma.narrow())
+            self.prior.sigma.get(column).map_or(0.0, |sigma| sigma.narrow())
         };
         let variance = |i: usize, j: usize| averaged.covariance.get(triangle(i) + j).map_or(0.0, |x| x.narrow());
         for (k, sigma) in sigma.iter_mut().enumerate() {
-            *sigma = libm::sqrtf(variance(k, k)) * unit(k);
+            let (own, least) = (libm::sqrtf(variance(k, k)) * unit(k), self.least_sigma(k, averaged) * unit(k));
+            *sigma = if own < least { least } else { own };
         }
         let pairs = (0..9).flat_map(|i| (0..=i).map(move |j| (i, j)));
         for (slot, (i, j)) in p_covariance.iter_mut().zip(pairs) {
             *slot = variance(i, j) * unit(i) * unit(j);
+            if let Some(sigma) = sigma.get(i).filter(|_| i == j) {
+                *slot = sigma * sigma;
+            }
         }
         let b = [9, 10, 11].map(|k| averaged.mean.get(k).copied().unwrap_or(T::ZERO));
         Posterior {
@@ -98,12 +99,21 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             sigma,
             p_covariance,
             decided: averaged.decided,
-            observable: averaged.observable,
+            observable: averaged.unscaled_variance.map(|variance| variance < T::of(OBSERVED)),
             widths: averaged.widths.map(|x| x.narrow()),
-            nis: self.innovation.narrow(),
+            nis: self.consistency.nis(),
             motion_s: self.motion_s.narrow(),
             fitness: self.fitness(averaged),
         }
+    }
+
+    /// The least deviation that may be stated of an element of P, in units of the prior's width. About a stored model
+    /// a small scale of the prior says that little has drifted since; it does not say that what was stored was exact.
+    /// So an element that the samples do not show is as uncertain as it was when it was stored.
+    fn least_sigma(&self, element: usize, averaged: &Averaged<T>) -> f32 {
+        let stored = self.prior.stored_sigma.get(element).map_or(T::ZERO, |sigma| *sigma);
+        let unscaled = averaged.unscaled_variance.get(element).map_or(T::ZERO, |variance| variance.root());
+        (if stored < unscaled { stored } else { unscaled }).narrow()
     }
 
     /// The model with the steps of its bias that are taken out.
@@ -114,7 +124,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     fn fitness(&self, averaged: &Averaged<T>) -> Result<(), Refusal> {
-        for (share, most) in [(self.unread.get(), MOST_LOST), (self.turned.get(), MOST_TURNED)] {
+        for (share, most) in [(self.shares.unread.get(), MOST_LOST), (self.shares.turned.get(), MOST_TURNED)] {
             if share > most {
                 return Err(Refusal::GyroUnusable { share });
             }
@@ -124,17 +134,15 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
         let motion_s = self.motion_s.narrow();
         // State learnt before the power was off counts, but says nothing new before the first motion.
-        let motion_s = if self.innovations == 0 { 0.0 } else { motion_s };
+        let motion_s = if self.consistency.is_empty() { 0.0 } else { motion_s };
         let needed_s = if excludes_start(averaged) { LEAST_MOTION_EXCLUDED_S } else { LEAST_MOTION_S };
         if motion_s < needed_s {
             return Err(Refusal::NotEnoughMotion { motion_s, needed_s });
         }
-        let early = 1.0 + DIVERGED_EARLY / libm::sqrtf(f32::from(self.innovations));
-        let nis = self.innovation.narrow();
-        if self.has_diverged() || nis > DIVERGED && nis > early {
-            return Err(Refusal::Diverged { nis });
+        if self.consistency.seems_diverged() {
+            return Err(Refusal::Diverged { nis: self.consistency.nis() });
         }
-        let share = if self.node.has_field { self.fieldless.get() } else { 1.0 };
+        let share = if self.node.has_field { self.shares.fieldless.get() } else { 1.0 };
         if share > MOST_FIELDLESS {
             return Err(Refusal::NoMagnetometer { share });
         }
@@ -153,15 +161,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         Ok(())
     }
 
-    /// Returns true if the innovations say that the filter is wrong.
-    pub(super) fn has_diverged(&self) -> bool {
-        self.innovations >= super::remainder::INNOVATIONS && self.innovation > T::of(DIVERGED)
-    }
-
     /// The bias of a deviation in units of the prior's width, rad/s.
     fn bias_of(&self, deviation: &[T; 3]) -> [f32; 3] {
         let [x, y, z] = *deviation;
-        let sigma = self.sigma.get(BIAS.from).copied().unwrap_or(T::ZERO);
+        let sigma = self.prior.sigma.get(BIAS.from).copied().unwrap_or(T::ZERO);
         (self.bias + V3::new(x, y, z) * sigma).map(|b| b.narrow()).into()
     }
 
@@ -169,9 +172,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub(super) fn model(&self, deviations: &[T; 12]) -> GyroModel {
         let [p @ .., x, y, z] = *deviations;
         let mut model = GyroModel { b_rad_s: self.bias_of(&[x, y, z]), ..self.settings.factory };
-        let sigma = self.sigma.iter().skip(P.from);
+        let sigma = self.prior.sigma.iter().skip(P.from);
         // Column-major, so row by row.
-        let centre = self.prior_p.transpose();
+        let centre = self.prior.p.transpose();
         for (((slot, centre), x), sigma) in model.p.as_flattened_mut().iter_mut().zip(centre.iter()).zip(p).zip(sigma) {
             *slot = (*centre + x * *sigma).narrow();
         }

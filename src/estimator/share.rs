@@ -30,6 +30,23 @@ impl<T: Real> Share<T> {
     }
 }
 
+/// Shares that say that a sensor is of no use.
+#[derive(Clone, Copy)]
+pub(super) struct Shares<T> {
+    /// Of the latest time: its rates came to no node.
+    pub unread: Share<T>,
+    /// Of the latest motion: its rates contradict the field.
+    pub turned: Share<T>,
+    /// Of the latest motion: it has no field.
+    pub fieldless: Share<T>,
+}
+
+impl<T: Real> Shares<T> {
+    pub const fn zero() -> Self {
+        Self { unread: Share::zero(), turned: Share::zero(), fieldless: Share::zero() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

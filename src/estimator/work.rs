@@ -6,7 +6,6 @@ use super::{
     columns::{GLOBALS, NUISANCES},
     increment::Increment,
     real::{Real, V3, norm, widened, zero3},
-    remainder::INNOVATIONS,
     walk,
     window_cost::{Information, gather},
 };
@@ -15,8 +14,6 @@ use nalgebra::Vector3;
 
 /// Length of a node, seconds.
 const NODE_S: f32 = 0.5;
-/// Degrees of freedom of a node: its rows less its states.
-pub(super) const FREEDOM: f32 = 9.0;
 
 /// Cycles of a Cortex-M4F that a unit of work stands for: no piece takes more than its units of them
 /// (`cargo mwd bench --target --only cost`).
@@ -102,19 +99,18 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     fn next(&mut self) -> u32 {
-        match self.waiting.pop_front() {
+        match self.waiting.pop() {
             None => 0,
             Some(Item::Increment(increment)) => {
-                let ends = self.held.pop().is_some_and(|held| self.take(&held, Some(&increment)));
-                // Just emptied, so there is room.
-                let _ = self.held.push(increment);
+                let ends = self.neighbours.take().is_some_and(|held| self.take(&held, Some(&increment)));
+                self.neighbours.hold(increment);
                 if ends { INCREMENT_UNITS + NODE_UNITS } else { INCREMENT_UNITS }
             }
             Some(Item::Gap { seconds, silent_s }) => {
-                let ends = self.held.pop().is_some_and(|held| self.take(&held, None));
+                let ends = self.neighbours.take().is_some_and(|held| self.take(&held, None));
                 if silent_s < seconds * T::of(0.5) {
                     // It is the gyro's; so is the node that it cuts short.
-                    self.unread.add(T::ONE, seconds - silent_s + self.pre.seconds);
+                    self.shares.unread.add(T::ONE, seconds - silent_s + self.pre.seconds);
                 }
                 self.gap(seconds);
                 if ends { INCREMENT_UNITS + NODE_UNITS } else { INCREMENT_UNITS }
@@ -169,15 +165,15 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     fn conclude(&mut self) {
         let posterior = self.posterior_of(&self.averaging.result());
         // Then it is not the gyro any more that the stored model was of.
-        let is_forsaken = self.is_restored && matches!(posterior.fitness, Err(Refusal::Implausible { .. }));
+        let is_forsaken = self.prior.is_restored && matches!(posterior.fitness, Err(Refusal::Implausible { .. }));
         self.posterior.clear();
         let _ = self.posterior.push(posterior);
         self.task = Task::Next;
-        if self.has_diverged() || is_forsaken {
+        if self.consistency.has_diverged() || is_forsaken {
             self.begin();
         } else if let Some(claim) = self.candidates.old_step(&self.evidence.claims, self.weighed_us) {
             let [x, y, z, ..] = claim.parameters;
-            self.candidates.settle(&claim, &mut self.globals, &self.sigma);
+            self.candidates.settle(&claim, &mut self.globals, &self.prior.sigma);
             self.evidence.claims.retain(|other| other.step_us != claim.step_us);
             let step =
                 self.parameters.p.try_inverse().map_or_else(zero3, |inverse| inverse * widened(&Vector3::new(x, y, z)));
@@ -188,7 +184,6 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     /// An increment whose neighbours are known; `true` where a node ends with it.
     fn take(&mut self, increment: &Increment<T>, next: Option<&Increment<T>>) -> bool {
-        let after = next.and_then(|next| next.force);
         let mut increment = *increment;
         if let Some(field) = &mut increment.field {
             if self.field_unit == T::ZERO {
@@ -198,20 +193,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 *field /= self.field_unit;
             }
         }
-        let before = core::mem::replace(&mut self.held_before, increment.force);
-        let force_rate = match (before, increment.force, after) {
-            (Some(before), _, Some(after)) => (after - before) / (increment.seconds + increment.seconds),
-            (None, Some(now), Some(after)) => (after - now) / increment.seconds,
-            (Some(before), Some(now), None) => (now - before) / increment.seconds,
-            _ => zero3(),
-        };
-        let earlier = self.rate_before.replace(increment.rate);
-        let rate_change = match (earlier, next) {
-            (Some(before), Some(next)) => (next.rate - before) / (increment.seconds + increment.seconds),
-            (None, Some(next)) => (next.rate - increment.rate) / increment.seconds,
-            (Some(before), None) => (increment.rate - before) / increment.seconds,
-            (None, None) => zero3(),
-        };
+        let [force_rate, rate_change] = self.neighbours.derivatives(&increment, next);
         let (out, moment) = self.candidates.look_at(&increment, &rate_change, self.field_unit, &self.parameters);
         let gravity = (self.is_aligned && self.settings.noise.predicted_gravity).then(|| {
             let up = V3::new(T::ZERO, T::ZERO, T::of(self.settings.gravity_m_s2));
@@ -241,9 +223,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             return;
         }
         if self.kind == Kind::Moving {
-            let square = self.update.innovation() / T::of(FREEDOM);
-            self.innovations = if self.innovations < INNOVATIONS { self.innovations + 1 } else { INNOVATIONS };
-            self.innovation += (square - self.innovation) / T::of(f32::from(self.innovations));
+            self.consistency.add(self.update.innovation());
         }
         self.task = Task::AbsorbingOwn(0);
     }
@@ -255,8 +235,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             return;
         }
         if self.kind == Kind::Moving {
-            self.unexplained += self.update.innovation();
-            self.nodes = self.nodes.saturating_add(1);
+            self.consistency.add_unexplained(self.update.innovation());
         }
         let change = self.globals.solve();
         self.update.finish(&mut self.node, &change);
@@ -279,7 +258,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// One piece of the weighing of the effects; when it is done, what is taken out is the mean of what they want.
     #[inline(never)]
     fn weigh(&mut self) {
-        let units = Units { sigma: &self.sigma, field_ut: self.field_unit };
+        let units = Units { sigma: &self.prior.sigma, field_ut: self.field_unit };
         let rows = (&mut self.update.rows, &mut self.further);
         if self.evidence.step(rows, &self.globals, &self.candidates, &units) {
             return;
@@ -315,7 +294,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     /// Widens the next global that walks, from a column on.
     fn widen(&mut self, from: usize) {
-        for (column, sigma) in self.sigma.iter().enumerate().skip(from) {
+        for (column, sigma) in self.prior.sigma.iter().enumerate().skip(from) {
             let variance = walk::variance_per_s(column, sigma.narrow(), &self.settings.noise);
             if variance > 0.0 {
                 self.candidates.widen(&mut self.globals, column, T::of(variance) * self.unwalked_s);

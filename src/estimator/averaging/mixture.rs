@@ -12,20 +12,17 @@ use crate::estimator::{
     widths::GROUPS,
 };
 
-/// Share of the prior's variance that is left of a parameter that is observed: half of its deviation.
-const OBSERVED: f32 = 0.25;
-
 /// Weighted sums over the sets of widths.
 #[derive(Clone, Copy)]
 pub(super) struct Sum<T> {
     /// Logarithm of the unit of the weights.
     log: T,
     weight: T,
-    /// Largest log weight so far, and at the widths it belongs to how many directions of P the data decide, and which
-    /// of P and b they observe.
+    /// Largest log weight so far, and at the widths it belongs to how many directions of P the data decide, and the
+    /// variances of P and b with P's prior as wide as it was begun with.
     best: T,
     decided: u8,
-    observable: [bool; GYRO],
+    variance: [T; GYRO],
     mean: [T; GYRO],
     /// Second moments, packed.
     square: [T; triangle(GYRO)],
@@ -40,7 +37,7 @@ impl<T: Real> Sum<T> {
             weight: T::ZERO,
             best: T::ZERO,
             decided: 0,
-            observable: [false; GYRO],
+            variance: [T::ONE; GYRO],
             mean: [T::ZERO; GYRO],
             square: [T::ZERO; triangle(GYRO)],
             widths: [T::ZERO; GROUPS],
@@ -73,9 +70,7 @@ impl<T: Real> Sum<T> {
         let mixed = directions.mixed(inflations, evidence);
         if self.weight == T::ZERO || mixed.log > self.best {
             (self.best, self.decided) = (mixed.log, directions.decided());
-            for (i, observable) in self.observable.iter_mut().enumerate() {
-                *observable = element(&of.covariance, i, i) < T::of(OBSERVED);
-            }
+            self.variance = core::array::from_fn(|i| element(&of.covariance, i, i));
         }
         let log = mixed.log + mixed.weight.logarithm();
         if self.weight == T::ZERO || log >= self.log - T::of(NEGLIGIBLE) {
@@ -96,7 +91,7 @@ impl<T: Real> Sum<T> {
             }
         }
         let widths = self.widths.map(|x| (x * share).exponential());
-        Averaged { mean, covariance, decided: self.decided, observable: self.observable, widths }
+        Averaged { mean, covariance, decided: self.decided, unscaled_variance: self.variance, widths }
     }
 
     /// Adds an average over inflations and scales, brought back from the directions to P and b.

@@ -2,16 +2,17 @@
 
 extern crate std;
 
+mod drilled;
 mod motion;
 
-use super::{Estimator, Posterior, Real, Refusal, Settings, columns, columns::GLOBALS};
+use super::{Estimator, Posterior, Real, Refusal, Settings};
 use crate::{
     compensation::{ActiveEffects, GyroModel},
     config::{Config, Motion},
     sample::Reading,
 };
-use motion::{Simulated, drill_string};
-use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
+use motion::Simulated;
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::{boxed::Box, vec::Vec};
 
 fn settings() -> Settings {
@@ -84,7 +85,7 @@ fn a_stored_model_is_where_the_next_run_begins_unless_the_samples_contradict_it(
         estimator.close();
         while estimator.step() > 0 {}
         let posterior = estimator.posterior().copied().unwrap();
-        (posterior.fitness, largest_difference(&posterior.gyro, &simulated.truth), estimator.is_restored)
+        (posterior.fitness, largest_difference(&posterior.gyro, &simulated.truth), estimator.prior.is_restored)
     };
     let (fitness, off, is_restored) = found(&simulated.truth);
     assert!(fitness == Ok(()) && off < 0.002 && is_restored, "{fitness:?} {off}");
@@ -178,61 +179,6 @@ fn without_a_sensor_nothing_flies_and_the_reason_is_told() {
     assert!(matches!(fitness(2), Err(Refusal::NoMagnetometer { .. })), "{:?}", fitness(2));
     let still: Vec<_> = samples.iter().take(900).copied().collect();
     assert!(matches!(posterior::<f32>(&still, u32::MAX).fitness, Err(Refusal::NotEnoughMotion { .. })));
-}
-
-/// An estimator in a drill string, after a run of samples.
-fn drilled(samples: &[(u64, [Reading; 3])]) -> Box<Estimator<f64>> {
-    let mut estimator = Box::new(Estimator::zero());
-    let config = Config { sample_period_us: 10_000, ..Config::default() };
-    estimator.configure(&Settings::new(&config), &[]);
-    for (t_us, [rate, force, field]) in samples {
-        estimator.push(*t_us, [*rate, *force, *field], None);
-        while estimator.step() > 0 {}
-    }
-    estimator
-}
-
-#[test]
-fn a_turn_that_is_slower_than_a_bias_is_no_rest() {
-    for seed in 0..4 {
-        assert!(drilled(&drill_string(seed, 30.0, 40.0, 0.0)).rest_seconds(20) >= 19);
-        for deg_s in [0.1_f64, 0.2, 0.5, 1.5] {
-            let estimator = drilled(&drill_string(seed, 40.0, 12.0, deg_s.to_radians()));
-            // Seconds 12 to 40; the turn has to be seen before it is no rest.
-            let rest_s = estimator.rest_seconds(28);
-            assert!(rest_s <= 4, "seed {seed}, {deg_s} deg/s: {rest_s} s of 28");
-        }
-    }
-}
-
-#[test]
-fn a_gyro_that_reads_another_rate_than_before_is_no_rest() {
-    for seed in 0..4 {
-        let estimator = drilled(&drill_string(seed, 14.0, 12.0, 0.4_f64.to_radians()));
-        // A node and a half: the one in which it starts is half at rest.
-        let until_us = estimator.last_rest_us().unwrap();
-        assert!((11_500_000..12_800_000).contains(&until_us), "seed {seed}: {until_us}");
-    }
-}
-
-#[test]
-fn a_long_rest_tells_nothing_of_the_vector_sensors() {
-    for seed in 0..4 {
-        let deviations = |seconds: f64| {
-            let estimator = drilled(&drill_string(seed, seconds, 200.0, 0.0));
-            let root = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| {
-                estimator.globals.root.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0)
-            });
-            let covariance = (root.transpose() * root).try_inverse().unwrap();
-            let iron = columns::HARD_IRON.columns().map(|k| (estimator.globals.x[k], covariance[(k, k)].sqrt()));
-            iron.collect::<Vec<_>>()
-        };
-        for ((_, short), (found, long)) in deviations(5.0).into_iter().zip(deviations(120.0)) {
-            assert!(long > 0.9 * short && short > 0.9, "seed {seed}: {short} {long}");
-            // No further from the prior's mean than what has been learnt allows.
-            assert!(found.abs() < 3.0 * (1.0 - long * long).sqrt(), "seed {seed}: {found} {long}");
-        }
-    }
 }
 
 /// In the frame of a known attitude: north, east, down.

@@ -1,0 +1,106 @@
+//! The filter in a drill string: what is a rest there, what a rest tells, and what a stored model leaves uncertain.
+
+extern crate std;
+
+use super::{
+    super::{Estimator, Settings, columns, columns::GLOBALS},
+    motion::drill_string,
+};
+use crate::{
+    compensation::{ActiveEffects, GyroModel},
+    config::Config,
+    sample::Reading,
+};
+use nalgebra::SMatrix;
+use std::{boxed::Box, vec::Vec};
+
+/// An estimator in a drill string.
+fn estimator() -> Box<Estimator<f64>> {
+    let mut estimator = Box::new(Estimator::zero());
+    let config = Config { sample_period_us: 10_000, ..Config::default() };
+    estimator.configure(&Settings::new(&config), &[]);
+    estimator
+}
+
+/// The same after a run of samples.
+fn drilled(samples: &[(u64, [Reading; 3])]) -> Box<Estimator<f64>> {
+    played(estimator(), samples)
+}
+
+fn played(mut estimator: Box<Estimator<f64>>, samples: &[(u64, [Reading; 3])]) -> Box<Estimator<f64>> {
+    for (t_us, [rate, force, field]) in samples {
+        estimator.push(*t_us, [*rate, *force, *field], None);
+        while estimator.step() > 0 {}
+    }
+    estimator
+}
+
+#[test]
+fn a_turn_that_is_slower_than_a_bias_is_no_rest() {
+    for seed in 0..4 {
+        assert!(drilled(&drill_string(seed, 30.0, 40.0, 0.0)).rest_seconds(20) >= 19);
+        for deg_s in [0.1_f64, 0.2, 0.5, 1.5] {
+            let estimator = drilled(&drill_string(seed, 40.0, 12.0, deg_s.to_radians()));
+            // Seconds 12 to 40; the turn has to be seen before it is no rest.
+            let rest_s = estimator.rest_seconds(28);
+            assert!(rest_s <= 4, "seed {seed}, {deg_s} deg/s: {rest_s} s of 28");
+        }
+    }
+}
+
+#[test]
+fn a_gyro_that_reads_another_rate_than_before_is_no_rest() {
+    for seed in 0..4 {
+        let estimator = drilled(&drill_string(seed, 14.0, 12.0, 0.4_f64.to_radians()));
+        // A node and a half: the one in which it starts is half at rest.
+        let until_us = estimator.last_rest_us().unwrap();
+        assert!((11_500_000..12_800_000).contains(&until_us), "seed {seed}: {until_us}");
+    }
+}
+
+#[test]
+fn a_long_rest_tells_nothing_of_the_vector_sensors() {
+    for seed in 0..4 {
+        let deviations = |seconds: f64| {
+            let estimator = drilled(&drill_string(seed, seconds, 200.0, 0.0));
+            let root = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| {
+                estimator.globals.root.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0)
+            });
+            let covariance = (root.transpose() * root).try_inverse().unwrap();
+            let iron = columns::HARD_IRON.columns().map(|k| (estimator.globals.x[k], covariance[(k, k)].sqrt()));
+            iron.collect::<Vec<_>>()
+        };
+        for ((_, short), (found, long)) in deviations(5.0).into_iter().zip(deviations(120.0)) {
+            assert!(long > 0.9 * short && short > 0.9, "seed {seed}: {short} {long}");
+            // No further from the prior's mean than what has been learnt allows.
+            assert!(found.abs() < 3.0 * (1.0 - long * long).sqrt(), "seed {seed}: {found} {long}");
+        }
+    }
+}
+
+#[test]
+fn what_no_motion_shows_of_a_stored_p_is_as_uncertain_as_it_was_when_it_was_stored() {
+    // The string turns about x: columns y and z of P show in nothing. They are two deviations off.
+    let mut stored = GyroModel::IDENTITY;
+    stored.p[1][1] += 0.024;
+    stored.p[2][1] -= 0.018;
+    let deviations = core::array::from_fn(|k| if k % 3 == 0 { 0.001 } else { 0.012 });
+    for seed in 0..4 {
+        let mut estimator = estimator();
+        estimator.restore(&stored, &deviations, &ActiveEffects::none());
+        let mut estimator = played(estimator, &drill_string(seed, 60.0, 12.0, 2.5));
+        estimator.close();
+        while estimator.step() > 0 {}
+        let posterior = estimator.posterior().unwrap();
+        let truth = GyroModel::IDENTITY.p;
+        let elements = posterior.gyro.p.as_flattened().iter().zip(truth.as_flattened()).zip(&posterior.sigma);
+        for (k, ((found, truth), sigma)) in elements.enumerate() {
+            assert!((found - truth).abs() < 3.0 * sigma, "seed {seed}, element {k}: {found} +- {sigma}, {truth}");
+            // The covariance of the nine says the same.
+            let variance = posterior.p_covariance[k * (k + 3) / 2];
+            assert!((variance - sigma * sigma).abs() <= 1e-6 * variance, "seed {seed}, element {k}");
+        }
+        // What the motion shows is known better than that.
+        assert!(posterior.sigma[0] < 0.0011 && posterior.sigma[4] > 0.009, "seed {seed}: {:?}", posterior.sigma);
+    }
+}

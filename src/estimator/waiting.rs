@@ -1,0 +1,48 @@
+//! What waits for work: increments, gaps, and requests between them.
+
+use super::{increment::Item, real::Real};
+use heapless::Deque;
+
+/// Items that find room: 0.9 s of increments.
+const ROOM: usize = 24;
+
+pub(super) struct Waiting<T> {
+    items: Deque<Item<T>, ROOM>,
+    /// Items that found no room.
+    pub lost: u32,
+    /// Length of the increments among them since the last item that did, seconds.
+    dropped_s: T,
+}
+
+impl<T: Real> Waiting<T> {
+    pub const fn new() -> Self {
+        Self { items: Deque::new(), lost: 0, dropped_s: T::ZERO }
+    }
+
+    /// As new.
+    pub fn clear(&mut self) {
+        self.items.clear();
+        (self.lost, self.dropped_s) = (0, T::ZERO);
+    }
+
+    pub fn push(&mut self, item: Item<T>) {
+        // The gyro has nothing to do with it.
+        let dropped = Item::Gap { seconds: self.dropped_s, silent_s: self.dropped_s };
+        if self.dropped_s > T::ZERO && self.items.push_back(dropped).is_ok() {
+            self.dropped_s = T::ZERO;
+        }
+        if let Err(item) = self.items.push_back(item) {
+            self.lost = self.lost.saturating_add(1);
+            // A lost increment is a gap to those after it.
+            self.dropped_s += match item {
+                Item::Increment(increment) => increment.seconds,
+                Item::Gap { seconds, .. } => seconds,
+                Item::Look | Item::Close => T::ZERO,
+            };
+        }
+    }
+
+    pub fn pop(&mut self) -> Option<Item<T>> {
+        self.items.pop_front()
+    }
+}
