@@ -4,6 +4,7 @@
 mod cases;
 mod false_alarms;
 mod observable;
+mod sizes;
 mod together;
 pub(super) mod trial;
 
@@ -33,6 +34,8 @@ struct Trial {
     errors: Errors,
     /// Whether what was drawn can be seen and matters, if one effect should be named.
     observable: Option<bool>,
+    /// Sizes that were drawn, if they can be compared with those that are found.
+    drawn: Option<Vec<f64>>,
 }
 
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
@@ -65,12 +68,14 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
                 "worse",
             ],
         );
+        let mut sizes = sizes::table(hole);
         let mut all = [0; 2];
         for case in CASES {
             let trials = each_seed(0..seeds, |seed| {
                 let scenario = drilled(inclination_deg, seed, case.add)?;
                 let (outcome, errors) = diagnose_and_score(&scenario, seed, case.library())?;
-                Ok(Trial { outcome, errors, observable: case.is_observable(&scenario, seed) })
+                let (observable, drawn) = (case.is_observable(&scenario, seed), sizes::drawn(case, &scenario));
+                Ok(Trial { outcome, errors, observable, drawn })
             })?;
             if case.is_alone() {
                 let [met, observable] = met_of_observable(case, &trials);
@@ -78,10 +83,13 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
             }
             names.row(name_cells(case, &trials));
             errors.row(error_cells(case, &trials));
+            if let Some(cells) = sizes::row(case, &trials) {
+                sizes.row(cells);
+            }
         }
         let of_all = format!("{} of {}", all[0], all[1]);
         names.row(["all of the library, alone", "", "", "", &of_all, "", ""]);
-        tables.extend([names, errors]);
+        tables.extend([names, errors, sizes]);
     }
     tables.push(false_alarms::table(effort)?);
     tables.extend(together::tables(effort)?);

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{
     Config,
-    compensation::Effect,
+    compensation::{Effect, FoundEffect},
     diagnosis::{DiagnosisReport, Verdict},
 };
 
@@ -27,6 +27,8 @@ pub(in crate::bench) type Library = &'static [&'static dyn Effect];
 pub(in crate::bench) struct Outcome {
     /// Names found, in the order in which they were chosen.
     pub(in crate::bench) names: Vec<&'static str>,
+    /// Their parameters with their deviations, in the library's units of display.
+    sizes: Vec<Vec<[f64; 2]>>,
     /// Verdict of the last conclusive diagnosis.
     pub(in crate::bench) verdict: Option<Verdict>,
 }
@@ -35,12 +37,25 @@ impl Outcome {
     /// Of the last conclusive diagnosis.
     pub(in crate::bench) fn of(flight: &Flight, library: Library) -> Self {
         let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
-        let names = |report: &DiagnosisReport| {
-            let found = report.found().filter_map(|effect| library.get(usize::from(effect.found.index)));
-            found.map(|effect| effect.name()).collect()
+        let named = |report: &DiagnosisReport| {
+            let found =
+                report.found().filter_map(|named| Some((&named.found, library.get(usize::from(named.found.index))?)));
+            found.map(|(found, effect)| (effect.name(), sizes(found, *effect))).unzip()
         };
-        Self { names: last.map(names).unwrap_or_default(), verdict: last.map(|report| report.verdict) }
+        let (names, sizes) = last.map(named).unwrap_or_default();
+        Self { names, sizes, verdict: last.map(|report| report.verdict) }
     }
+
+    /// Parameters of the effect of this name with their deviations, if it was found.
+    pub(super) fn sizes_of(&self, name: &str) -> Option<&[[f64; 2]]> {
+        let index = self.names.iter().position(|found| *found == name)?;
+        self.sizes.get(index).map(Vec::as_slice)
+    }
+}
+
+fn sizes(found: &FoundEffect, effect: &dyn Effect) -> Vec<[f64; 2]> {
+    let values = found.parameters.iter().zip(&found.sigma).zip(effect.parameters());
+    values.map(|((value, sigma), of)| [value, sigma].map(|x| f64::from(x * of.in_unit))).collect()
 }
 
 /// Errors over the held-out part, degrees rms.
