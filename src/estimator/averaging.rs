@@ -8,6 +8,7 @@
 
 #![allow(clippy::indexing_slicing)] // Constant indices into threes.
 
+mod bias_scale;
 mod directions;
 mod inverse_root;
 mod levels;
@@ -211,9 +212,13 @@ impl<T: Real> Averaging<T> {
         self.sum.log_evidence()
     }
 
-    /// The average.
-    pub fn result(&self) -> Averaged<T> {
-        self.sum.averaged()
+    /// The average; over the scales of the bias, too, where no rest has measured it.
+    pub fn result(&self, is_bias_measured: bool) -> Averaged<T> {
+        let mut averaged = self.sum.averaged();
+        if !is_bias_measured {
+            bias_scale::average(&mut averaged);
+        }
+        averaged
     }
 }
 

@@ -129,7 +129,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// The posterior is averaged: what the search goes about.
     #[inline(never)]
     fn centre(&mut self) {
-        let averaged = self.averaging.result();
+        let averaged = self.averaging.result(self.is_bias_measured());
         self.centre.clear();
         let inflations = self.settings.widths.inflations;
         let inflation = inflations.iter().fold(1.0_f32, |most, x| if *x > most { *x } else { most });
@@ -161,9 +161,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         false
     }
 
+    /// Returns true if a rest has said what the bias is: then it is no more the factory's that the filter begins with.
+    fn is_bias_measured(&self) -> bool {
+        self.bias != V3::from(self.settings.factory.b_rad_s.map(T::of))
+    }
+
     #[inline(never)]
     fn conclude(&mut self) {
-        let posterior = self.posterior_of(&self.averaging.result());
+        let posterior = self.posterior_of(&self.averaging.result(self.is_bias_measured()));
         // Then it is not the gyro any more that the stored model was of.
         let is_forsaken = self.prior.is_restored && matches!(posterior.fitness, Err(Refusal::Implausible { .. }));
         self.posterior.clear();

@@ -8,7 +8,7 @@ use crate::estimator::{eigen::diagonalise, gaussian::element, real::Real};
 
 /// Scales of P's prior, of which nobody knows how good the factory's calibration still is: log-uniform from the
 /// data sheet's width down to a 256th of it, which is nothing.
-const SCALES: [f32; 9] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25];
+pub(super) const SCALES: [f32; 9] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25];
 /// Information, over the prior's, below which a direction says nothing.
 const LEAST_INFORMATION: f32 = 1e-4;
 /// A direction counts as decided by the data when they leave less than half of the prior's deviation.

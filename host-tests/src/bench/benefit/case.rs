@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use meerkat_mwd::{Config, Sample, SampleFlags, compensation::GyroModel};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::{
     HOLD_OUT,
@@ -15,6 +15,7 @@ use super::{
 };
 use crate::{
     bench::error_multiplied_in::drawn,
+    diagnosis::against_reference,
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},
@@ -22,7 +23,7 @@ use crate::{
     },
     score::{
         RateTrack,
-        nees::{covariance, normalised, p_of},
+        nees::{Covariance, covariance, normalised},
         seconds_since,
     },
     simulate::known_error,
@@ -45,6 +46,23 @@ pub(super) struct Recording {
     windows: Vec<Window>,
     /// Error of the recorded rate less its bias, before an error is multiplied in.
     attainable_deg: f64,
+    /// P of the gyro as recorded, by the reference; `None` if that does not show it.
+    own: Option<OwnP>,
+}
+
+/// P of a recording's gyro before an error is multiplied in, and how well the reference tells it.
+struct OwnP {
+    p: Matrix3<f64>,
+    covariance: Covariance,
+}
+
+impl OwnP {
+    /// From the whole recording, with gravity and field computed from the reference.
+    fn of(trace: &Trace) -> anyhow::Result<Option<Self>> {
+        let (flight, _) = against_reference(trace, &of_trace(trace))?;
+        let window = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some());
+        Ok(window.map(|window| Self { p: window.fitted.p_matrix().map(f64::from), covariance: covariance(window) }))
+    }
 }
 
 impl Recording {
@@ -56,7 +74,9 @@ impl Recording {
         let trace = Trace::read(path)?;
         let windows = windows(&trace, freeze_at_us(&trace, HOLD_OUT));
         let attainable_deg = error_deg(&windows, &less_bias(&trace, freeze_at_us(&trace, HOLD_OUT), trace.first_us()));
-        Ok(attainable_deg.map(|attainable_deg| Self { name: name(path), trace, windows, attainable_deg }))
+        let Some(attainable_deg) = attainable_deg else { return Ok(None) };
+        let own = OwnP::of(&trace)?;
+        Ok(Some(Self { name: name(path), trace, windows, attainable_deg, own }))
     }
 
     /// Puts a trouble into the first half, multiplies an error in and flies: identification in the first
@@ -89,16 +109,19 @@ impl Recording {
                 attainable_deg: self.attainable_deg,
             },
             p_flies: flight.reports.last().is_some_and(|report| report.flown.p != config.gyro.p),
-            nees: nees(&flight, &truth),
+            nees: self.own.as_ref().and_then(|own| nees(&flight, own, &truth)),
         })
     }
 }
 
-/// NEES / 9 of the last window with a result. `truth` is the error multiplied in: the recording's own P is
-/// taken as the identity, so its error counts as the estimate's.
-fn nees(flight: &Flight, truth: &GyroModel) -> Option<f64> {
+/// NEES / 9 of the last window with a result, against the error that was multiplied in and the recording's own P
+/// behind it, which is as uncertain as the reference leaves it.
+fn nees(flight: &Flight, own: &OwnP, multiplied_in: &GyroModel) -> Option<f64> {
     let window = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some())?;
-    normalised(window.fitted.p.as_flattened(), &covariance(window), &p_of(truth))
+    // What the error's P gives is what was recorded.
+    let truth = own.p * multiplied_in.p_matrix().map(f64::from);
+    let row_major = std::array::from_fn(|k| truth[(k / 3, k % 3)]);
+    normalised(window.fitted.p.as_flattened(), &(covariance(window) + own.covariance), &row_major)
 }
 
 /// The raw rate less its median at rest in the first half; unchanged if there is hardly any rest.

@@ -1,0 +1,156 @@
+//! The bias where no rest has measured it: as large as the data show it. The part's zero-rate level is the width of
+//! its prior, and most gyros are far better than that; so the width is averaged over, as that of P's prior is. A bias
+//! that the motion hardly shows then stays the factory's, and is not some noise of a zero-rate level's size.
+
+#![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
+
+use super::{Averaged, GYRO, NINE, directions::SCALES};
+use crate::estimator::{
+    gaussian::{element, triangle},
+    real::{M3, Real, V3, zero3, zero33},
+};
+
+/// Information of the data, over the prior's, that is taken for none.
+const LEAST_INFORMATION: f32 = 1e-3;
+
+/// Averages the bias over the scales of its prior, N(0, scale^2) in its units, and has P follow. Nothing changes where
+/// the covariance is none.
+pub fn average<T: Real>(of: &mut Averaged<T>) {
+    let c = |i: usize, j: usize| element(&of.covariance, if i >= j { i } else { j }, if i >= j { j } else { i });
+    let covariance = M3::from_fn(|i, j| c(NINE + i, NINE + j));
+    let mean = V3::from_fn(|i, _| of.mean[NINE + i]);
+    let Some(information) = covariance.try_inverse() else { return };
+    // What the data say alone: without the prior that is inside.
+    let of_data = information - M3::identity() * (T::ONE - T::of(LEAST_INFORMATION));
+    let Some(spread) = of_data.try_inverse().filter(|spread| (0..3).all(|i| spread[(i, i)] > T::ZERO)) else { return };
+    let asked = spread * information * mean;
+    let mut sum = Sum { log: T::ZERO, weight: T::ZERO, mean: zero3(), square: zero33() };
+    for scale in SCALES.map(T::of) {
+        let squared = scale * scale;
+        let total = spread + M3::identity() * squared;
+        let (determinant, Some(inverse)) = (total.determinant(), total.try_inverse()) else { return };
+        if determinant <= T::ZERO {
+            return;
+        }
+        let log = -T::of(0.5) * (determinant.logarithm() + asked.dot(&(inverse * asked)));
+        sum.add(log, &(inverse * asked * squared), &(inverse * spread * squared));
+    }
+    let share = T::ONE / sum.weight;
+    let moved = sum.mean * share - mean;
+    let narrowed = sum.square * share - (sum.mean * share) * (sum.mean * share).transpose() - covariance;
+    if !moved.iter().chain(narrowed.iter()).all(|x| x.is_finite()) {
+        return;
+    }
+    // P by regression on the bias, and the bias itself.
+    let by: [V3<T>; GYRO] = core::array::from_fn(|i| {
+        if i < NINE {
+            information * V3::from_fn(|k, _| c(NINE + k, i))
+        } else {
+            V3::from_fn(|k, _| unit(k + NINE == i))
+        }
+    });
+    for i in 0..GYRO {
+        of.mean[i] += by[i].dot(&moved);
+        for j in 0..=i {
+            of.covariance[triangle(i) + j] += by[i].dot(&(narrowed * by[j]));
+        }
+    }
+}
+
+fn unit<T: Real>(is_one: bool) -> T {
+    if is_one { T::ONE } else { T::ZERO }
+}
+
+/// Weighted sums over the scales.
+struct Sum<T> {
+    /// Logarithm of the unit of the weights.
+    log: T,
+    weight: T,
+    mean: V3<T>,
+    /// Second moments.
+    square: M3<T>,
+}
+
+impl<T: Real> Sum<T> {
+    fn add(&mut self, log: T, mean: &V3<T>, covariance: &M3<T>) {
+        if self.weight == T::ZERO {
+            self.log = log;
+        } else if log > self.log {
+            let factor = (self.log - log).exponential();
+            (self.weight, self.mean, self.square) = (self.weight * factor, self.mean * factor, self.square * factor);
+            self.log = log;
+        }
+        let weight = (log - self.log).exponential();
+        self.weight += weight;
+        self.mean += mean * weight;
+        self.square += (covariance + mean * mean.transpose()) * weight;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::averaging::GROUPS;
+
+    /// A posterior in which P's first element is half as far from its prior's mean as the bias about x, by what they
+    /// have in common.
+    fn posterior(mean: [f64; 3], sigma: f64) -> Averaged<f64> {
+        let mut of = Averaged {
+            mean: [0.0; GYRO],
+            covariance: [0.0; triangle(GYRO)],
+            decided: 9,
+            unscaled_variance: [1.0; GYRO],
+            widths: [1.0; GROUPS],
+        };
+        (0..GYRO).for_each(|i| of.covariance[triangle(i) + i] = if i < NINE { 1.0 } else { sigma * sigma });
+        of.covariance[triangle(NINE)] = 0.5 * sigma * sigma;
+        of.mean[NINE..].copy_from_slice(&mean);
+        of.mean[0] = 0.5 * mean[0];
+        of
+    }
+
+    #[test]
+    fn a_bias_within_its_deviation_shrinks_and_one_far_beyond_it_stays() {
+        let after = |mean: [f64; 3], sigma: f64| {
+            let mut of = posterior(mean, sigma);
+            average(&mut of);
+            of
+        };
+        let small = after([0.1, -0.1, 0.05], 0.2);
+        assert!(small.mean[9].abs() < 0.02 && small.mean[10].abs() < 0.02, "{:?}", small.mean);
+        assert!(element(&small.covariance, 9, 9) < 0.2 * 0.2 && element(&small.covariance, 9, 9) > 0.0);
+        let large = after([0.8, -0.4, 0.6], 0.01);
+        assert!((large.mean[9] - 0.8).abs() < 2e-4 && (large.mean[11] - 0.6).abs() < 2e-4, "{:?}", large.mean);
+        // P follows.
+        for (of, before) in [(small, 0.1), (large, 0.8)] {
+            assert!((of.mean[0] - 0.5 * before - 0.5 * (of.mean[9] - before)).abs() < 1e-9);
+        }
+    }
+
+    /// Three biases drawn with one scale: over many draws the mean squared error is less than unshrunk, and the stated
+    /// variance is that error's.
+    #[test]
+    fn over_many_draws_it_errs_less_and_says_by_how_much() {
+        use rand_core::{Rng, SeedableRng};
+        let mut random = rand_xoshiro::Xoshiro128PlusPlus::seed_from_u64(5);
+        let mut normal = || (0..12).map(|_| f64::from(random.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
+        let (mut own, mut shrunk, mut stated) = (0.0, 0.0, 0.0);
+        let draws = 2_000;
+        for draw in 0..draws {
+            let scale = f64::from(SCALES[draw % SCALES.len()]);
+            let noise = 0.15_f64;
+            let truth: [f64; 3] = core::array::from_fn(|_| scale * normal());
+            let kept = 1.0 / (1.0 + noise * noise);
+            let mut of = posterior(truth.map(|b| kept * (b + noise * normal())), noise * kept.sqrt());
+            let before = of.mean;
+            average(&mut of);
+            for k in 0..3 {
+                own += (before[9 + k] - truth[k]).powi(2);
+                shrunk += (of.mean[9 + k] - truth[k]).powi(2);
+                stated += element(&of.covariance, 9 + k, 9 + k);
+            }
+        }
+        assert!(shrunk < 0.6 * own, "{shrunk} {own}");
+        assert!((0.9..1.1).contains(&(shrunk / stated)), "{shrunk} {stated}");
+    }
+}
