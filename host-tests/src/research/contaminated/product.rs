@@ -3,7 +3,7 @@
 use meerkat_mwd::{
     Config,
     compensation::GyroModel,
-    config::OptimizerKind,
+    config::{OptimizerKind, VectorErrors},
     identification::{Decision, WindowReport},
 };
 
@@ -12,7 +12,7 @@ use super::{
     drilled::{Drilled, WINDOW, in_parallel},
 };
 use crate::{
-    bench::Table,
+    bench::{Table, one_window::CALIBRATED},
     flight::{configuration::of_trace, fly},
     simulate::Contamination,
     trace::Trace,
@@ -42,11 +42,17 @@ pub(super) fn table(which: &str, runs: &[Drilled]) -> anyhow::Result<Table> {
     columns.extend(["not hit", "not hit, accepted", "10 %", "20 %", "30 %", "40 %", "50 %"]);
     let mut table = Table::new(title, &columns);
     let kinds: Vec<Option<usize>> = std::iter::once(None).chain((0..Contamination::ALL.len()).map(Some)).collect();
-    for (name, optimizer) in [("IMOA", OptimizerKind::Imoa), ("LM", OptimizerKind::Lm), ("LS", OptimizerKind::Ls)] {
+    let searches = [
+        ("IMOA", OptimizerKind::Imoa, VectorErrors::default()),
+        ("LM", OptimizerKind::Lm, VectorErrors::default()),
+        ("LS", OptimizerKind::Ls, VectorErrors::default()),
+        ("IMOA, vector sensors declared to be calibrated, as they are", OptimizerKind::Imoa, CALIBRATED),
+    ];
+    for (name, optimizer, errors) in searches {
         let flights: anyhow::Result<Vec<Flown>> = in_parallel(runs.len() * kinds.len(), |index| {
             let (run, kind) = (&runs[index / kinds.len()], kinds[index % kinds.len()]);
             let (trace, _) = run.hit(kind.map(|kind| Contamination::ALL[kind]), run.share());
-            flown(run, kind, trace, optimizer)
+            flown(run, kind, trace, (optimizer, errors))
         })
         .into_iter()
         .collect();
@@ -73,7 +79,12 @@ pub(super) fn table(which: &str, runs: &[Drilled]) -> anyhow::Result<Table> {
 }
 
 /// Flies the window from its first sample on, so that the library's window is the study's.
-fn flown(run: &Drilled, kind: Option<usize>, mut trace: Trace, optimizer: OptimizerKind) -> anyhow::Result<Flown> {
+fn flown(
+    run: &Drilled,
+    kind: Option<usize>,
+    mut trace: Trace,
+    (optimizer, errors): (OptimizerKind, VectorErrors),
+) -> anyhow::Result<Flown> {
     trace.samples.drain(..WINDOW.start);
     let mut config: Config = of_trace(&trace);
     // Only the identification is measured.
@@ -81,6 +92,7 @@ fn flown(run: &Drilled, kind: Option<usize>, mut trace: Trace, optimizer: Optimi
     let (window_s, latency_s) = (config.identification.window_s, config.identification.latency_s);
     config.freeze_at_us = Some(trace.first_us() + (f64::from(window_s + latency_s) * 1e6) as u64);
     config.identification.optimizer = optimizer;
+    config.identification.vector_errors = errors;
     config.seed = run.seed;
     let flight = fly(&config, &trace.samples, |_| {})?;
     let report: Option<&WindowReport> = flight.reports.last();
