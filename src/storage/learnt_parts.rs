@@ -8,6 +8,7 @@ use super::{
     little_endian::{Reader, Writer},
     record::{GRANULE, Header, Kind, MAX_RECORD, encode},
     sector_size::granules_of,
+    writing_learnt::WritingLearnt,
 };
 use crate::estimator::{Learnt, LearntHead, NUMBERS};
 use embedded_storage::nor_flash::NorFlash;
@@ -23,20 +24,6 @@ pub(super) const GRANULES: u16 = (PARTS * MAX_RECORD / GRANULE) as u16;
 
 /// Places of the parts.
 type Places = [Place; PARTS];
-
-/// Parts on their way into the flash.
-#[derive(Clone, Copy)]
-pub(super) struct WritingLearnt {
-    /// Number of the model that is to follow.
-    number: u32,
-    /// Update that the first part's numbers are of; those of another one do not belong to it.
-    update: Option<u32>,
-    part: u8,
-    /// Place of the part in the buffer, its granules, and those that are programmed.
-    place: Place,
-    granules: u16,
-    done: u16,
-}
 
 /// Progress of writing the parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -88,6 +88,7 @@ mod sector_size;
 mod single_values;
 mod stability;
 mod stored_model;
+mod writing_learnt;
 
 pub use error::StorageError;
 pub use factory::{FactoryCalibration, FactoryKey, FactoryRecord, FactoryRecords, KEY_BYTES, Mounting, can_be_key};

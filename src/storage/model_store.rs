@@ -5,11 +5,11 @@ use super::{
     Limits, StorageError, StoredModel,
     granules::{Place, holds, read_record, walk},
     index::{Index, KEPT, ScanCounts},
-    learnt_parts::WritingLearnt,
     record::{GRANULE, Header, Kind, MAX_RECORD, encode},
     sector::{Sector, State},
     sector_size::{granules_of, sector_bytes},
     stored_model,
+    writing_learnt::WritingLearnt,
 };
 use embedded_storage::nor_flash::NorFlash;
 

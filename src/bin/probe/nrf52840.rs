@@ -2,6 +2,7 @@
 //! SPIM1 (P0.19 to P0.21, select P0.22), the line on UART0 (P0.06, P0.08) at 921,600 baud, logs by RTT.
 
 mod acquisition;
+pub mod chip;
 mod flash;
 mod port;
 mod timer;
@@ -161,22 +162,5 @@ fn reset_reason(power: &POWER) -> ResetReason {
         ResetReason::Pin
     } else {
         ResetReason::PowerOn
-    }
-}
-
-/// Part of a board with sensors that is the chip's own.
-pub mod chip {
-    pub use super::{
-        acquisition::{Inertial, Magnetic},
-        flash::{FactoryFlash, ModelFlash},
-        port::wake,
-        timer::now_us,
-    };
-    use nrf52840_hal::wdt::{WatchdogHandle, handles::Hdl0};
-
-    pub type Watchdog = WatchdogHandle<Hdl0>;
-
-    pub fn feed(watchdog: &mut Watchdog) {
-        watchdog.pet();
     }
 }

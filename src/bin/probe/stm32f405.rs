@@ -2,6 +2,7 @@
 //! (PB13 to PB15, select PB12), the line on USART1 (PA9, PA10) at 921,600 baud, logs by RTT.
 
 mod acquisition;
+pub mod chip;
 mod flash;
 mod port;
 
@@ -146,21 +147,6 @@ fn reset_reason(rcc: &RCC) -> ResetReason {
         ResetReason::Pin
     } else {
         ResetReason::Unknown
-    }
-}
-
-/// Part of a board with sensors that is the chip's own.
-pub mod chip {
-    pub use super::{
-        acquisition::{Inertial, Magnetic},
-        flash::{FactoryFlash, ModelFlash},
-        port::wake,
-    };
-    pub use crate::sample_clock::systick::now_us;
-    pub use stm32f4xx_hal::watchdog::IndependentWatchdog as Watchdog;
-
-    pub fn feed(watchdog: &mut Watchdog) {
-        watchdog.feed();
     }
 }
 

@@ -1,0 +1,13 @@
+//! Part of a board with sensors that is the chip's own.
+
+pub use super::{
+    acquisition::{Inertial, Magnetic},
+    flash::{FactoryFlash, ModelFlash},
+    port::wake,
+};
+pub use crate::sample_clock::systick::now_us;
+pub use stm32f4xx_hal::watchdog::IndependentWatchdog as Watchdog;
+
+pub fn feed(watchdog: &mut Watchdog) {
+    watchdog.feed();
+}
