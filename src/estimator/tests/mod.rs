@@ -293,7 +293,8 @@ fn what_the_rows_moved_adds_up_to_what_the_filter_moved() {
     watched(&simulated.samples, |estimator| {
         let settings = settings();
         for (k, last) in last.iter_mut().enumerate() {
-            *last = estimator.globals.x[columns::P.from + k] * f64::from(settings.sigma[columns::P.from + k]);
+            *last =
+                estimator.globals.x[super::columns::P.from + k] * f64::from(settings.sigma[super::columns::P.from + k]);
         }
         if let Some(moved) = estimator.moved_by_rows() {
             for (part, kind) in parts.iter_mut().zip([moved.field, moved.velocity, moved.position, moved.rest]) {
