@@ -6,6 +6,7 @@ mod error_state;
 mod field_reference;
 mod filter;
 mod filter_step;
+mod gyro_scale;
 mod heading;
 mod motion;
 mod propagation;

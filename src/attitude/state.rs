@@ -5,6 +5,7 @@
 use super::{
     error_state::{BIAS, ErrorState, Gain, STATES, VELOCITY},
     filter_step::FilterStep,
+    gyro_scale::GyroScale,
     propagation::Propagation,
 };
 use crate::{
@@ -31,6 +32,7 @@ pub(super) struct State {
     /// Horizontal velocity to which the force adds up, north and east, m/s.
     pub velocity_m_s: Vector2<f32>,
     pub errors: ErrorState,
+    pub scale: GyroScale,
 }
 
 impl State {
@@ -42,6 +44,7 @@ impl State {
             bias_rad_s: Vector3::new(0.0, 0.0, 0.0),
             velocity_m_s: Vector2::new(0.0, 0.0),
             errors: ErrorState::new(),
+            scale: GyroScale::ZERO,
         }
     }
 
@@ -57,6 +60,11 @@ impl State {
     pub fn advance(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
         self.propagation.step(dt_s, rate_rad_s);
         self.refresh_rotation();
+    }
+
+    /// Body rate of a compensated rate, by the estimated bias and scale, rad/s.
+    pub fn corrected(&self, rate_rad_s: &Vector3<f32>) -> Vector3<f32> {
+        rate_rad_s + self.scale.errors * rate_rad_s - self.bias_rad_s
     }
 
     pub fn refresh_rotation(&mut self) {
@@ -75,10 +83,11 @@ impl State {
     /// with the velocity.
     pub fn correct(&mut self, config: &AttitudeConfig) {
         if self.errors.is_sound() {
-            let (attitude, bias, velocity) = self.errors.take_correction();
+            let (attitude, bias, velocity, scale) = self.errors.take_correction();
             self.propagation.correct(&attitude);
             self.bias_rad_s += bias;
             self.velocity_m_s += velocity;
+            self.scale.errors += scale;
         } else {
             self.reset_errors(config);
             self.reset_velocity(config);
@@ -89,6 +98,7 @@ impl State {
         let bias = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
         let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
         self.errors = ErrorState::new();
+        self.scale = GyroScale::ZERO;
         for state in 0..STATES {
             let variance = match state {
                 0..BIAS => PI * PI,
