@@ -470,6 +470,10 @@ impl AttitudeFilter {
         let doubt = self.tilt.doubt_rad.component_mul(&self.tilt.doubt_rad);
         let (north, east) = (tilt * tilt + turned + doubt.x, tilt * tilt + turned + doubt.y);
         let mut covariance = self.state.errors.attitude_covariance();
+        // Before a model was identified, its errors are larger than innovations have shown.
+        if self.state.scale.is_identified {
+            covariance = self.state.consistency.stated(&covariance);
+        }
         covariance.m11 += north;
         covariance.m22 += east;
         covariance.m33 += self.heading.excess_variance() + turned;

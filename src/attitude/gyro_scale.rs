@@ -19,12 +19,17 @@ pub(super) struct GyroScale {
     pub errors: Matrix3<f32>,
     /// True while the prior is a data sheet's.
     by_data_sheet: bool,
+    /// True under a model whose deviations are known.
+    pub is_identified: bool,
 }
 
 impl GyroScale {
     /// No error, for a static.
-    pub const ZERO: Self =
-        Self { errors: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), by_data_sheet: false };
+    pub const ZERO: Self = Self {
+        errors: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        by_data_sheet: false,
+        is_identified: false,
+    };
 }
 
 /// Deviation of one element that is constant; what else a data sheet allows changes with the motion (temperature,
@@ -43,7 +48,7 @@ pub(super) fn start(state: &mut State, settings: &Settings) {
 /// Starts anew under a model whose P is known with these deviations.
 pub(super) fn identified(state: &mut State, deviations: &[f32; SCALES]) {
     state.errors.estimate_scale(deviations);
-    state.scale = GyroScale::ZERO;
+    state.scale = GyroScale { is_identified: true, ..GyroScale::ZERO };
 }
 
 /// Puts the prior of an uncalibrated gyro in place of the data sheet's once the estimate contradicts that. What was

@@ -201,6 +201,7 @@ impl Heading {
         let timing = conditions.timing_variance_s2 * squared_rate;
         let hold = HOLD_S * HOLD_S / 12.0 * squared_rate;
         let expected = state.errors.seen_heading_variance(&slope) + direction + 4.0 * (timing + hold);
+        state.consistency.note_heading(innovation * innovation / expected, step.time_s);
         if innovation * innovation > HEADING_GATE * HEADING_GATE * expected {
             self.contradiction_s += step.time_s;
             self.doubt = innovation * innovation;

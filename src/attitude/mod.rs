@@ -2,6 +2,7 @@
 //! each with its uncertainty.
 
 mod agreement;
+mod consistency;
 mod error_state;
 mod field_reference;
 mod filter;

@@ -3,6 +3,7 @@
 #![allow(clippy::indexing_slicing)] // Axes of fixed-size vectors, counted by loops.
 
 use super::{
+    consistency::Consistency,
     error_state::{BIAS, ErrorState, Gain, STATES, VELOCITY},
     filter_step::FilterStep,
     gyro_scale::GyroScale,
@@ -33,6 +34,7 @@ pub(super) struct State {
     pub velocity_m_s: Vector2<f32>,
     pub errors: ErrorState,
     pub scale: GyroScale,
+    pub consistency: Consistency,
 }
 
 impl State {
@@ -45,12 +47,13 @@ impl State {
             velocity_m_s: Vector2::new(0.0, 0.0),
             errors: ErrorState::new(),
             scale: GyroScale::ZERO,
+            consistency: Consistency::ZERO,
         }
     }
 
     /// Creates a state of which nothing is known.
     pub fn new(config: &AttitudeConfig) -> Self {
-        let mut state = Self { rotation: Matrix3::identity(), ..Self::zero() };
+        let mut state = Self { rotation: Matrix3::identity(), consistency: Consistency::new(), ..Self::zero() };
         state.propagation.q = IDENTITY;
         state.reset_errors(config);
         state
