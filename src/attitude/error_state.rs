@@ -262,7 +262,7 @@ impl ErrorState {
         gain: Gain,
     ) {
         // A NaN updates nothing.
-        if !(total > 0.0 || total < 0.0) {
+        if total == 0.0 || total.is_nan() {
             return;
         }
         let weight = 1.0 / total;

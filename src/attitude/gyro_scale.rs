@@ -63,7 +63,7 @@ pub(super) fn check_prior(state: &mut State, settings: &Settings) {
     state.scale.by_data_sheet = false;
     for k in 0..SCALES {
         let (row, column) = (k / 3, k % 3);
-        let wide = UNCALIBRATED[usize::from(row != column)];
+        let wide = if row == column { UNCALIBRATED[0] } else { UNCALIBRATED[1] };
         if wide > sigma {
             // The information of the data sheet's prior beyond the wider one's is taken out.
             let variance = -1.0 / (1.0 / (sigma * sigma) - 1.0 / (wide * wide));

@@ -20,8 +20,9 @@ const FORCE_NOISE_M_S2_RTHZ: f32 = 0.003;
 /// Random walk of the gyro's scale, per root second: 0.6 % in an hour, the change of an MPU-9250 by 15 K (PS section
 /// 3.1: 0.04 %/K).
 const SCALE_WALK_RTS: f32 = 1e-4;
-/// Change of the gyro's bias with the direction of gravity, rad/s: 0.1 deg/s at 1 g (MPU-6000 PS section 6.1).
-const G_SENSITIVITY_RAD_S: f32 = 1.75e-3;
+/// Change of the gyro's bias with the direction of gravity, rad/s: within 0.1 deg/s at 1 g (MPU-6000 PS section 6.1),
+/// uniform.
+const G_SENSITIVITY_RAD_S: f32 = 1.01e-3;
 
 /// Detectors of rest, slow turns, sustained rotation and slow shaking.
 pub(super) struct Motion {

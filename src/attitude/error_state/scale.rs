@@ -47,8 +47,9 @@ impl ScaleErrors {
     }
 
     /// Covariance of the errors with another state.
-    pub(super) const fn column(&self, state: usize) -> [f32; SCALES] {
-        self.cross[state]
+    pub(super) fn column(&self, state: usize) -> [f32; SCALES] {
+        // The checks keep a panic unreachable.
+        self.cross.get(state).copied().unwrap_or([0.0; SCALES])
     }
 
     /// The same with an observation of the heading's error, to which tilt errors add by `slope`.
@@ -58,12 +59,16 @@ impl ScaleErrors {
 
     /// Covariance of one of the errors with the other states, and with all errors.
     pub(super) fn own_column(&self, element: usize) -> ([f32; STATES], [f32; SCALES]) {
-        (core::array::from_fn(|state| self.cross[state][element]), self.own[element])
+        let of_element = |row: &[f32; SCALES]| row.get(element).copied().unwrap_or(0.0);
+        (
+            core::array::from_fn(|state| of_element(&self.cross[state])),
+            self.own.get(element).copied().unwrap_or([0.0; SCALES]),
+        )
     }
 
     /// Correction collected for one of the errors.
-    pub(super) const fn correction(&self, element: usize) -> f32 {
-        self.correction[element]
+    pub(super) fn correction(&self, element: usize) -> f32 {
+        self.correction.get(element).copied().unwrap_or(0.0)
     }
 
     /// Predicts over a step whose other states have been predicted: phi' = C D w, and what that does to the velocity.
