@@ -3,8 +3,11 @@
 
 #![allow(clippy::indexing_slicing)] // Elements of fixed-size matrices, counted by loops.
 
-use super::{error_state::SCALES, settings::Settings, state::State};
-use nalgebra::Matrix3;
+use super::{
+    error_state::SCALES,
+    settings::Settings,
+    state::{GyroScale, State},
+};
 
 /// Deviations of an uncalibrated gyro: scale factors, couplings (`IdentificationConfig::prior_sigma_diagonal` and
 /// `prior_sigma_off_diagonal`, defaults).
@@ -12,25 +15,6 @@ const UNCALIBRATED: [f32; 2] = [0.06, 0.03];
 /// Chi-square of nine degrees of freedom, exceeded once in twenty. Elements of which nothing is known yet are zero, so
 /// that chance exceeds it more rarely.
 const CONTRADICTED: f32 = 16.92;
-
-/// Estimated error of the compensated gyro: the true rate is (1 + D) times the compensated one.
-pub(super) struct GyroScale {
-    /// D, dimensionless.
-    pub errors: Matrix3<f32>,
-    /// True while the prior is a data sheet's.
-    by_data_sheet: bool,
-    /// True under a model whose deviations are known.
-    pub is_identified: bool,
-}
-
-impl GyroScale {
-    /// No error, for a static.
-    pub const ZERO: Self = Self {
-        errors: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        by_data_sheet: false,
-        is_identified: false,
-    };
-}
 
 /// Deviation of one element that is constant; what else a data sheet allows changes with the motion (temperature,
 /// nonlinearity, time stamps) and is noise. Which share is which it does not say: half of the variance each.

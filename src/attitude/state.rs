@@ -6,7 +6,6 @@ use super::{
     consistency::Consistency,
     error_state::{BIAS, ErrorState, Gain, STATES, VELOCITY},
     filter_step::FilterStep,
-    gyro_scale::GyroScale,
     propagation::Propagation,
 };
 use crate::{
@@ -21,6 +20,25 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 const REST_RATE_NOISE_RAD_S_RTHZ: f32 = 5e-4;
 /// Gate of the mean rate at rest as a bias, in sigmas: exceeded by chance once in 400.
 const REST_GATE: f32 = 3.0;
+
+/// Estimated error of the compensated gyro: the true rate is (1 + D) times the compensated one.
+pub(super) struct GyroScale {
+    /// D, dimensionless.
+    pub errors: Matrix3<f32>,
+    /// True while the prior is a data sheet's.
+    pub by_data_sheet: bool,
+    /// True under a model whose deviations are known.
+    pub is_identified: bool,
+}
+
+impl GyroScale {
+    /// No error, for a static.
+    pub const ZERO: Self = Self {
+        errors: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        by_data_sheet: false,
+        is_identified: false,
+    };
+}
 
 /// Estimate of the filter.
 pub(super) struct State {
