@@ -2,15 +2,20 @@
 
 #![allow(clippy::indexing_slicing)] // constant sizes, indices from loops over them
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+mod scale;
 
-/// Number of states: attitude error phi (3, NED, radians, `C_true = exp(phi) C`), gyro bias error (3, body,
-/// rad/s), horizontal velocity error (2, north and east, m/s).
+use nalgebra::{Matrix3, Vector2, Vector3};
+use scale::ScaleErrors;
+
+/// Number of states beside the gyro's scale: attitude error phi (3, NED, radians, `C_true = exp(phi) C`), gyro bias
+/// error (3, body, rad/s), horizontal velocity error (2, north and east, m/s).
 pub(crate) const STATES: usize = 8;
 /// Index of the first bias state.
 pub(crate) const BIAS: usize = 3;
 /// Index of the first velocity state.
 pub(crate) const VELOCITY: usize = 6;
+/// Errors of the gyro's scale: factors and couplings, row-major.
+pub(crate) const SCALES: usize = 9;
 /// Index of the attitude error about the vertical.
 pub(crate) const HEADING: usize = 2;
 
@@ -25,6 +30,14 @@ pub(crate) enum Gain {
 }
 
 impl Gain {
+    /// Returns true if the gyro's scale is corrected: with any axis of the bias.
+    fn moves_scale(self) -> bool {
+        match self {
+            Self::Every => true,
+            Self::Heading(bias) => bias.contains(&true),
+        }
+    }
+
     fn moves(self, state: usize) -> bool {
         match self {
             Self::Every => true,
@@ -41,8 +54,12 @@ pub(crate) struct ProcessNoise {
     pub(crate) attitude: Matrix3<f32>,
     /// Each axis of the bias, (rad/s)^2.
     pub(crate) bias: f32,
+    /// The same of a source that makes the bias no more uncertain than so: what it adds, and so much.
+    pub(crate) bounded_bias: [f32; 2],
     /// Each horizontal velocity, (m/s)^2.
     pub(crate) velocity: f32,
+    /// Each error of the gyro's scale, where they are states.
+    pub(crate) scale: f32,
 }
 
 /// Error-state Kalman filter: the covariance, and the correction collected since it was last taken.
@@ -51,11 +68,12 @@ pub(crate) struct ProcessNoise {
 pub(crate) struct ErrorState {
     covariance: [[f32; STATES]; STATES],
     correction: [f32; STATES],
+    scale: ScaleErrors,
 }
 
 impl ErrorState {
     pub(crate) const fn new() -> Self {
-        Self { covariance: [[0.0; STATES]; STATES], correction: [0.0; STATES] }
+        Self { covariance: [[0.0; STATES]; STATES], correction: [0.0; STATES], scale: ScaleErrors::NONE }
     }
 
     /// Variance of one state.
@@ -76,6 +94,7 @@ impl ErrorState {
         // An index beyond the states changes nothing. The check keeps a panic unreachable.
         let Some(row) = self.covariance.get_mut(state) else { return };
         *row = [0.0; STATES];
+        self.scale.forget(state);
         for row in &mut self.covariance {
             if let Some(element) = row.get_mut(state) {
                 *element = 0.0;
@@ -96,6 +115,13 @@ impl ErrorState {
         }
     }
 
+    /// Resets the tilt to a covariance, NED, rad^2, uncorrelated with all other states.
+    pub(crate) fn reset_tilt(&mut self, covariance: &Matrix3<f32>) {
+        self.reset(0, covariance.m11);
+        self.reset(1, covariance.m22);
+        self.covariance[0][1] = covariance.m12;
+    }
+
     /// Inflates the variance of a state, up to a limit at which the state is reset.
     pub(crate) fn inflate(&mut self, state: usize, variance: f32, limit: f32) {
         let sum = self.covariance[state][state] + variance;
@@ -108,8 +134,23 @@ impl ErrorState {
 
     /// Predicts the errors over a step: phi' = -C db and, while gravity is seen, dv' = phi x (0, 0, -g).
     /// `rotation_time` is the integral of C (body to NED) over the step, seconds; `gravity_time` that of g,
-    /// m/s, 0 if no specific force was read.
-    pub(crate) fn predict(&mut self, rotation_time: &Matrix3<f32>, gravity_time: f32, noise: &ProcessNoise) {
+    /// m/s, 0 if no specific force was read. `rate` is the step's mean body rate, by which the errors of the gyro's
+    /// scale turn the attitude, rad/s.
+    pub(crate) fn predict(
+        &mut self,
+        rotation_time: &Matrix3<f32>,
+        gravity_time: f32,
+        rate: &Vector3<f32>,
+        noise: &ProcessNoise,
+    ) {
+        self.predict_base(rotation_time, gravity_time, noise);
+        if self.scale.is_estimated() {
+            self.scale.predict(&mut self.covariance, rotation_time, gravity_time, rate, noise.scale);
+        }
+    }
+
+    /// Predicts all states but the scale.
+    fn predict_base(&mut self, rotation_time: &Matrix3<f32>, gravity_time: f32, noise: &ProcessNoise) {
         let p = &mut self.covariance;
         let turn = |r: usize, k: usize| rotation_time[(r, k)];
         // Covariances of attitude with bias and with velocity, each less the turn by the bias.
@@ -137,7 +178,8 @@ impl ErrorState {
         for k in 0..3 {
             p[BIAS + k][VELOCITY] -= g * p[1][BIAS + k];
             p[BIAS + k][VELOCITY + 1] += g * p[0][BIAS + k];
-            p[BIAS + k][BIAS + k] += noise.bias;
+            let [bounded, most] = noise.bounded_bias;
+            p[BIAS + k][BIAS + k] += noise.bias + if p[BIAS + k][BIAS + k] < most { bounded } else { 0.0 };
         }
         for r in 0..3 {
             p[r][VELOCITY] = attitude_velocity[r][0] - g * attitude[r][1];
@@ -157,7 +199,8 @@ impl ErrorState {
     /// Updates by a direct observation of one state's error.
     pub(crate) fn update(&mut self, state: usize, innovation: f32, variance: f32, gain: Gain) {
         let column = self.column(state);
-        self.update_scalar(&column, column[state] + variance, innovation - self.correction[state], gain);
+        let of_scale = self.scale.column(state);
+        self.update_scalar(&column, &of_scale, column[state] + variance, innovation - self.correction[state], gain);
     }
 
     /// Updates by an observation of the heading's error to which tilt errors about north and east add by
@@ -170,7 +213,8 @@ impl ErrorState {
         }
         let seen = |x: &[f32; STATES]| x[HEADING] + slope.x * x[0] + slope.y * x[1];
         let residual = innovation - seen(&self.correction);
-        self.update_scalar(&column, seen(&column) + variance, residual, gain);
+        let of_scale = self.scale.heading_column(slope);
+        self.update_scalar(&column, &of_scale, seen(&column) + variance, residual, gain);
     }
 
     /// Variance of the heading that a field observes; tilt errors about north and east add to it by `slope`.
@@ -188,18 +232,43 @@ impl ErrorState {
         column
     }
 
-    /// Scalar Kalman update for an observation h of the errors: `column` is P h', `total` the innovation's
-    /// variance, `residual` the innovation less the collected correction.
+    /// Starts to estimate the errors of the gyro's scale (row-major), with these deviations.
+    pub(crate) fn estimate_scale(&mut self, deviations: &[f32; SCALES]) {
+        self.scale = ScaleErrors::new(deviations);
+    }
+
+    /// Updates by a direct observation of one of the scale's errors. A negative variance takes out an observation that
+    /// was made before.
+    pub(crate) fn update_scale(&mut self, element: usize, innovation: f32, variance: f32) {
+        let (column, of_scale) = self.scale.own_column(element);
+        let residual = innovation - self.scale.correction(element);
+        let seen = of_scale.get(element).copied().unwrap_or(0.0);
+        self.update_scalar(&column, &of_scale, seen + variance, residual, Gain::Every);
+    }
+
+    /// Scalar Kalman update for an observation h of the errors: `column` and `of_scale` are P h', `total` the
+    /// innovation's variance, negative where an observation is taken out, `residual` the innovation less the collected correction.
     ///
     /// With the optimal gain k = P h' / total the covariance loses P h' h P / total. With some gains set to
     /// zero, `(I - K h) P (I - K h)' + R K K'` loses the same, but nothing between two states whose gains are
     /// zero.
     #[inline(never)]
-    fn update_scalar(&mut self, column: &[f32; STATES], total: f32, residual: f32, gain: Gain) {
-        if total <= 0.0 {
+    fn update_scalar(
+        &mut self,
+        column: &[f32; STATES],
+        of_scale: &[f32; SCALES],
+        total: f32,
+        residual: f32,
+        gain: Gain,
+    ) {
+        // A NaN updates nothing.
+        if total == 0.0 || total.is_nan() {
             return;
         }
         let weight = 1.0 / total;
+        if self.scale.is_estimated() {
+            self.scale.update(column, of_scale, weight, residual, gain);
+        }
         let mut k = column.map(|element| element * weight);
         if gain == Gain::Every {
             self.correction.iter_mut().zip(&k).for_each(|(correction, k)| *correction += k * residual);
@@ -228,11 +297,16 @@ impl ErrorState {
         }
     }
 
-    /// Takes the collected correction (attitude, bias, velocity) and zeroes it.
-    pub(crate) fn take_correction(&mut self) -> (Vector3<f32>, Vector3<f32>, Vector2<f32>) {
+    /// Takes the collected correction (attitude, bias, velocity, scale) and zeroes it.
+    pub(crate) fn take_correction(&mut self) -> (Vector3<f32>, Vector3<f32>, Vector2<f32>, Matrix3<f32>) {
         let x = self.correction;
         self.correction = [0.0; STATES];
-        (Vector3::new(x[0], x[1], x[2]), Vector3::new(x[3], x[4], x[5]), Vector2::new(x[6], x[7]))
+        (
+            Vector3::new(x[0], x[1], x[2]),
+            Vector3::new(x[3], x[4], x[5]),
+            Vector2::new(x[6], x[7]),
+            self.scale.take_correction(),
+        )
     }
 
     /// Returns true if every number is finite and every variance positive.
@@ -245,7 +319,7 @@ impl ErrorState {
                 sum += self.covariance[r][c];
             }
         }
-        sum.is_finite() && (0..STATES).all(|i| self.covariance[i][i] > 0.0)
+        sum.is_finite() && self.scale.is_sound() && (0..STATES).all(|i| self.covariance[i][i] > 0.0)
     }
 }
 

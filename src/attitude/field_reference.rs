@@ -24,6 +24,8 @@ const CANDIDATE_TIME_S: f32 = 0.25 * NEW_FIELD_S;
 /// Weight of steadiness while the probe stands still, where it proves little: a magnet may lie there for a
 /// minute, so two minutes are required.
 const STILL_WEIGHT: f32 = NEW_FIELD_S / 120.0;
+/// Gate of the dip against the tilt's uncertainty, in deviations: exceeded by chance once in 400.
+const TILT_GATE: f32 = 3.0;
 
 /// Reference of the undisturbed magnetic field: total field and dip, the two numbers that do not depend on
 /// heading.
@@ -87,7 +89,8 @@ impl FieldReference {
         }
     }
 
-    /// Compares the field of the last `dt_s` seconds with the reference. Returns the squared deviation
+    /// Compares the field of the last `dt_s` seconds with the reference. The dip is read against a tilt of that
+    /// variance, which excuses as much of its difference. Returns the squared deviation
     /// relative to the total field if the field is undisturbed, `None` if it must not be used.
     pub(crate) fn compare(
         &mut self,
@@ -95,6 +98,7 @@ impl FieldReference {
         dip_rad: f32,
         rate_rad_s: f32,
         dt_s: f32,
+        tilt_variance: f32,
         config: &AttitudeConfig,
     ) -> Option<f32> {
         if self.norm_ut <= 0.0 {
@@ -107,9 +111,11 @@ impl FieldReference {
         self.smooth_norm_ut += k * (norm_ut - self.smooth_norm_ut);
         self.smooth_dip_rad += k * (dip_rad - self.smooth_dip_rad);
         let (smooth_norm_ut, smooth_dip_rad) = (self.smooth_norm_ut, self.smooth_dip_rad);
+        let tolerance = config.mag_dip_tolerance_rad;
+        let dip_tolerance_rad = libm::sqrtf(tolerance * tolerance + TILT_GATE * TILT_GATE * tilt_variance);
         let agrees = |norm_ut: f32, dip_rad: f32| {
             (smooth_norm_ut - norm_ut).abs() < config.mag_norm_tolerance * norm_ut
-                && (smooth_dip_rad - dip_rad).abs() < config.mag_dip_tolerance_rad
+                && (smooth_dip_rad - dip_rad).abs() < dip_tolerance_rad
         };
         if agrees(self.norm_ut, self.dip_rad) {
             self.quiet_s += if self.quiet_s < QUIET_S { dt_s } else { 0.0 };
@@ -139,7 +145,8 @@ impl FieldReference {
         }
         let norm_part = (smooth_norm_ut - self.norm_ut) / self.norm_ut;
         let dip_part = smooth_dip_rad - self.dip_rad;
-        Some(norm_part * norm_part + dip_part * dip_part)
+        let beyond_tilt = dip_part * dip_part - tilt_variance;
+        Some(norm_part * norm_part + if beyond_tilt > 0.0 { beyond_tilt } else { 0.0 })
     }
 }
 
@@ -152,7 +159,7 @@ mod tests {
     fn run(reference: &mut FieldReference, norm_ut: f32, rate_rad_s: f32, seconds: u16) -> (u32, Option<f32>) {
         let (mut used, mut last) = (0, None);
         for _ in 0..seconds * 50 {
-            last = reference.compare(norm_ut, 1.2, rate_rad_s, DT_S, &AttitudeConfig::default());
+            last = reference.compare(norm_ut, 1.2, rate_rad_s, DT_S, 0.0, &AttitudeConfig::default());
             used += u32::from(last.is_some());
         }
         (used, last)
@@ -175,6 +182,20 @@ mod tests {
                 FieldReference::start(&Earth { magnetic_field_ut: Some(50.0), dip_rad: Some(1.2), ..Earth::default() });
             assert!(run(&mut reference, 70.0, rate, refused_s).1.is_none());
             assert!(run(&mut reference, 70.0, rate, accepted_s).1.is_some());
+        }
+    }
+
+    #[test]
+    fn a_dip_that_an_uncertain_tilt_explains_is_no_disturbance_and_makes_the_field_no_less_certain() {
+        let config = AttitudeConfig::default();
+        for (sigma_rad, used) in [(0.0_f32, false), (0.02, false), (0.3, true)] {
+            let mut reference = FieldReference::new();
+            assert_eq!(run(&mut reference, 50.0, 0.0, 5).0, 250);
+            let mut last = None;
+            for _ in 0..50 {
+                last = reference.compare(50.0, 1.45, 0.0, DT_S, sigma_rad * sigma_rad, &config);
+            }
+            assert_eq!(last.is_some_and(|deviation| deviation < 1e-6), used, "{sigma_rad} {last:?}");
         }
     }
 }

@@ -3,8 +3,9 @@
 use super::{
     Attitude, AttitudeFlags,
     agreement::Agreement,
-    error_state::{BIAS, VELOCITY},
+    error_state::{BIAS, HEADING, VELOCITY},
     filter_step::FilterStep,
+    gyro_scale,
     heading::{Conditions, Heading, LOST_RAD},
     motion::Motion,
     report::Report,
@@ -23,7 +24,7 @@ use crate::{
     rotation::{exp_quaternion, quaternion, rotate_back},
 };
 use core::f32::consts::PI;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Quaternion, Vector3};
 
 /// Duration of one filter step, seconds: half the shortest correlation time among the modelled errors (0.1 s).
 /// Shorter steps add no information, because rotation within a step is removed sample by sample.
@@ -43,7 +44,8 @@ const fn limited_s(gap_s: f32) -> f32 {
 /// integral of gravity run away; vibration, shocks and a moving hand do not. So no single reading counts as
 /// gravity, and the averaging is as long as the gyro allows. The field corrects the heading and the bias, never
 /// the tilt, and only while its norm and dip agree with an undisturbed reference. Errors correlated in time
-/// enter as white noise of the same density at low frequency.
+/// enter as white noise of the same density at low frequency; by hand the gyro's scale factors and couplings are
+/// states of their own.
 ///
 /// All zero until [`AttitudeFilter::start`], so that a `static` of it takes no flash.
 pub struct AttitudeFilter {
@@ -126,6 +128,10 @@ impl AttitudeFilter {
             report: Report::new(),
             ..Self::new()
         };
+        if self.settings.estimates_scale() {
+            gyro_scale::start(&mut self.state, &self.settings);
+            self.sensors.scale_sigma = gyro_scale::constant_part(config.gyro_scale_sigma);
+        }
     }
 
     /// Rotation of the earth in the body frame at the last sample, rad/s, to subtract from the gyro's reading.
@@ -160,7 +166,7 @@ impl AttitudeFilter {
             self.stop();
             self.inflate(PI);
         }
-        let rate = self.sample.rate_rad_s - self.state.bias_rad_s;
+        let rate = self.state.corrected(&self.sample.rate_rad_s);
         self.change.update(&rate, dt_s);
         self.state.advance(dt_s, &rate);
         self.step.add_rotation(&self.state.rotation, &rate, dt_s);
@@ -191,7 +197,7 @@ impl AttitudeFilter {
         if !self.started || !self.tilt.aligned || !is_better {
             return false;
         }
-        let rate = (before_rad_s + after_rad_s) * 0.5 - self.state.bias_rad_s;
+        let rate = self.state.corrected(&((before_rad_s + after_rad_s) * 0.5));
         self.state.propagation.break_off();
         self.state.advance(dt_s, &rate);
         self.state.propagation.break_off();
@@ -315,7 +321,8 @@ impl AttitudeFilter {
         tilt.note_force(force.is_some(), step.time_s);
         motion.shaking.update(force.as_ref(), step.time_s);
         let gravity_time = if force.is_some() { gravity_m_s2 * step.time_s } else { 0.0 };
-        state.errors.predict(&step.rotation_time, gravity_time, &noise);
+        let rate = step.angle_rad / step.time_s;
+        state.errors.predict(&step.rotation_time, gravity_time, &rate, &noise);
 
         tilt.update_velocity(state, force, &motion.rest, step.time_s, settings);
         motion.slow_turn.update(state, &step, motion.rest.detected());
@@ -344,6 +351,7 @@ impl AttitudeFilter {
         heading.note_agreement(agreed, step.time_s);
 
         state.correct(&settings.config);
+        gyro_scale::check_prior(state, settings);
         tilt.check(state, heading, read, step.time_s, settings);
         state.refresh_rotation();
         self.report.is_stale = true;
@@ -369,7 +377,7 @@ impl AttitudeFilter {
             return;
         }
         let Self { state, heading, settings, .. } = self;
-        self.is_doubted |= self.sensors.change_model(state, heading, [old, new], sigma, &settings.config);
+        self.is_doubted |= self.sensors.change_model(state, heading, [old, new], sigma, settings);
         self.report.is_stale |= old.p != new.p;
     }
 
@@ -390,7 +398,7 @@ impl AttitudeFilter {
     }
 
     /// Goes on from the estimator's attitude at the mark, with its covariance, if that knows the tilt better than the
-    /// filter does. Does nothing without a mark, which a gap takes away.
+    /// filter does; of the heading only if it knows that better, too. Does nothing without a mark, which a gap takes away.
     pub(crate) fn compare(&mut self, known: &KnownAttitude) {
         let Self { state, heading, settings, .. } = self;
         let north = Vector3::new(0.0, 0.0, settings.earth.declination_rad.unwrap_or(0.0));
@@ -402,9 +410,15 @@ impl AttitudeFilter {
         if !self.tilt.aligned || !is_closer {
             return;
         }
-        heading.settle();
-        state.propagation.turn(&by);
-        state.errors.reset_attitude(&known.covariance);
+        // The field that the filter read since may say more of the heading.
+        if known.covariance.m33 < state.errors.variance(HEADING) {
+            heading.settle();
+            state.propagation.turn(&by);
+            state.errors.reset_attitude(&known.covariance);
+        } else {
+            state.propagation.turn(&without_twist(&by));
+            state.errors.reset_tilt(&known.covariance);
+        }
         state.bias_rad_s = Vector3::zeros();
         state.reset_bias(&settings.config);
         state.refresh_rotation();
@@ -456,6 +470,10 @@ impl AttitudeFilter {
         let doubt = self.tilt.doubt_rad.component_mul(&self.tilt.doubt_rad);
         let (north, east) = (tilt * tilt + turned + doubt.x, tilt * tilt + turned + doubt.y);
         let mut covariance = self.state.errors.attitude_covariance();
+        // Before a model was identified, its errors are larger than innovations have shown.
+        if self.state.scale.is_identified {
+            covariance = self.state.consistency.stated(&covariance);
+        }
         covariance.m11 += north;
         covariance.m22 += east;
         covariance.m33 += self.heading.excess_variance() + turned;
@@ -466,6 +484,15 @@ impl AttitudeFilter {
         }
         covariance
     }
+}
+
+/// Rotation without its turn about the vertical; half a turn about a horizontal axis has none.
+fn without_twist(by: &Quaternion<f32>) -> Quaternion<f32> {
+    let square = by.w * by.w + by.k * by.k;
+    if square < 1e-6 {
+        return *by;
+    }
+    Quaternion::new(by.w, 0.0, 0.0, -by.k) * (1.0 / libm::sqrtf(square)) * by
 }
 
 impl Default for AttitudeFilter {

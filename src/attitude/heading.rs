@@ -172,8 +172,12 @@ impl Heading {
         }
         let dip_rad = libm::atan2f(field.z, libm::sqrtf(horizontal_squared));
         let squared_rate = step.squared_rate();
-        let compared =
-            self.reference.compare(libm::sqrtf(norm_squared), dip_rad, libm::sqrtf(squared_rate), step.time_s, config);
+        let (north_tilt, east_tilt) = (state.errors.variance(0), state.errors.variance(1));
+        let tilt_variance = if north_tilt > east_tilt { north_tilt } else { east_tilt };
+        let (norm_ut, rate_rad_s) = (libm::sqrtf(norm_squared), libm::sqrtf(squared_rate));
+        // A drill string's tilt is known better than a dip.
+        let excused = if settings.goes_round { 0.0 } else { tilt_variance };
+        let compared = self.reference.compare(norm_ut, dip_rad, rate_rad_s, step.time_s, excused, config);
         let Some(deviation) = compared else { return false };
         let north_rad = settings.earth.declination_rad.unwrap_or(0.0);
         let innovation = libm::remainderf(north_rad - libm::atan2f(field.y, field.x), TAU);
@@ -186,8 +190,7 @@ impl Heading {
         // A tilt about the field's horizontal direction turns its heading by this slope.
         let slope = field.xy() * (-field.z / horizontal_squared);
         if self.steps < ALIGNMENT_STEPS {
-            let (north_tilt, east_tilt) = (state.errors.variance(0), state.errors.variance(1));
-            let tilt = (steepness - 1.0) * if north_tilt > east_tilt { north_tilt } else { east_tilt };
+            let tilt = (steepness - 1.0) * tilt_variance;
             let settled = tilt < 4.0 * direction && state.errors.variance(HEADING) < LOST_RAD * LOST_RAD;
             self.steps = if settled { self.steps + 1 } else { 1 };
             state.errors.reset(HEADING, direction + tilt);
@@ -198,6 +201,7 @@ impl Heading {
         let timing = conditions.timing_variance_s2 * squared_rate;
         let hold = HOLD_S * HOLD_S / 12.0 * squared_rate;
         let expected = state.errors.seen_heading_variance(&slope) + direction + 4.0 * (timing + hold);
+        state.consistency.note_heading(innovation * innovation / expected, step.time_s);
         if innovation * innovation > HEADING_GATE * HEADING_GATE * expected {
             self.contradiction_s += step.time_s;
             self.doubt = innovation * innovation;

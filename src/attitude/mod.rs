@@ -2,10 +2,12 @@
 //! each with its uncertainty.
 
 mod agreement;
+mod consistency;
 mod error_state;
 mod field_reference;
 mod filter;
 mod filter_step;
+mod gyro_scale;
 mod heading;
 mod motion;
 mod propagation;

@@ -17,6 +17,12 @@ const SCALE_CORRELATION_S: f32 = 0.1;
 /// White noise of the accelerometer, m/s^2 per root hertz: the upper end of MEMS data sheets (1e-3 to 3e-3;
 /// MPU-9250 PS section 3.2: 300 ug). Vibration folded into it is measured separately.
 const FORCE_NOISE_M_S2_RTHZ: f32 = 0.003;
+/// Random walk of the gyro's scale, per root second: 0.6 % in an hour, the change of an MPU-9250 by 15 K (PS section
+/// 3.1: 0.04 %/K).
+const SCALE_WALK_RTS: f32 = 1e-4;
+/// Change of the gyro's bias with the direction of gravity, rad/s: within 0.1 deg/s at 1 g (MPU-6000 PS section 6.1),
+/// uniform.
+const G_SENSITIVITY_RAD_S: f32 = 1.01e-3;
 
 /// Detectors of rest, slow turns, sustained rotation and slow shaking.
 pub(super) struct Motion {
@@ -80,10 +86,17 @@ impl Motion {
         let force_density = if shaken > noise_density { shaken } else { noise_density };
         let density = if force_seen { force_density } else { force_density + UNSEEN_FORCE_DENSITY };
         let white = Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate);
+        // Turned by a radian about the horizontal, gravity in the body has changed by its length. A string that goes
+        // round averages that out.
+        let tilted_rad =
+            if goes_round { 0.0 } else { libm::sqrtf(rate_ned.x * rate_ned.x + rate_ned.y * rate_ned.y) * step.time_s };
+        let most = G_SENSITIVITY_RAD_S * G_SENSITIVITY_RAD_S;
         ProcessNoise {
             attitude: along + rate * rate.transpose() * going_on + white,
             bias: config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * step.time_s,
+            bounded_bias: [most * tilted_rad, most],
             velocity: density * step.time_s,
+            scale: SCALE_WALK_RTS * SCALE_WALK_RTS * step.time_s,
         }
     }
 }

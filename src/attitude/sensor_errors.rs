@@ -1,6 +1,12 @@
 //! Errors of the sensors that the filter learns of while it runs: another gyro model, a delay.
 
-use super::{error_state::BIAS, heading::Heading, state::State};
+use super::{
+    error_state::{BIAS, SCALES},
+    gyro_scale,
+    heading::Heading,
+    settings::Settings,
+    state::State,
+};
 use crate::{compensation::GyroModel, config::AttitudeConfig, statistics::chi_square::IN_TWENTY};
 use nalgebra::Vector3;
 
@@ -49,8 +55,9 @@ impl SensorErrors {
         heading: &mut Heading,
         [old, new]: [&GyroModel; 2],
         sigma: &[f32; 12],
-        config: &AttitudeConfig,
+        settings: &Settings,
     ) -> bool {
+        let config = &settings.config;
         // The learnt total bias stays valid under the new model.
         state.bias_rad_s += new.p_matrix() * (Vector3::from(old.b_rad_s) - Vector3::from(new.b_rad_s));
         if old.p == new.p {
@@ -61,6 +68,14 @@ impl SensorErrors {
         let change = of_axes.fold(0.0, |most, x| if x > most { x } else { most });
         // A column of P has three elements.
         let is_other = change > IN_TWENTY * self.scale_sigma * self.scale_sigma;
+        let white = if settings.estimates_scale() {
+            let mut deviations = [0.0; SCALES];
+            deviations.iter_mut().zip(sigma).for_each(|(to, sigma)| *to = between(*sigma, LEAST_SCALE, 1.0));
+            gyro_scale::identified(state, &deviations);
+            gyro_scale::constant_part(config.gyro_scale_sigma)
+        } else {
+            config.gyro_scale_sigma
+        };
         if !is_other {
             // The change is within what the gyro was thought to be: nothing new is known.
             return false;
@@ -70,7 +85,7 @@ impl SensorErrors {
         // The model before turned the attitude wrongly by this share of every radian.
         state.inflate_attitude(libm::sqrtf(change));
         let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
-        self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, config.gyro_scale_sigma);
+        self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, white);
         for (k, sigma) in sigma.iter().skip(9).enumerate() {
             let sigma = between(*sigma, LEAST_BIAS_RAD_S, config.gyro_bias_sigma_rad_s);
             state.errors.reset(BIAS + k, sigma * sigma);

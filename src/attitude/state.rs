@@ -3,6 +3,7 @@
 #![allow(clippy::indexing_slicing)] // Axes of fixed-size vectors, counted by loops.
 
 use super::{
+    consistency::Consistency,
     error_state::{BIAS, ErrorState, Gain, STATES, VELOCITY},
     filter_step::FilterStep,
     propagation::Propagation,
@@ -20,6 +21,25 @@ const REST_RATE_NOISE_RAD_S_RTHZ: f32 = 5e-4;
 /// Gate of the mean rate at rest as a bias, in sigmas: exceeded by chance once in 400.
 const REST_GATE: f32 = 3.0;
 
+/// Estimated error of the compensated gyro: the true rate is (1 + D) times the compensated one.
+pub(super) struct GyroScale {
+    /// D, dimensionless.
+    pub errors: Matrix3<f32>,
+    /// True while the prior is a data sheet's.
+    pub by_data_sheet: bool,
+    /// True under a model whose deviations are known.
+    pub is_identified: bool,
+}
+
+impl GyroScale {
+    /// No error, for a static.
+    pub const ZERO: Self = Self {
+        errors: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        by_data_sheet: false,
+        is_identified: false,
+    };
+}
+
 /// Estimate of the filter.
 pub(super) struct State {
     /// Attitude as a quaternion, body to NED.
@@ -31,6 +51,8 @@ pub(super) struct State {
     /// Horizontal velocity to which the force adds up, north and east, m/s.
     pub velocity_m_s: Vector2<f32>,
     pub errors: ErrorState,
+    pub scale: GyroScale,
+    pub consistency: Consistency,
 }
 
 impl State {
@@ -42,12 +64,14 @@ impl State {
             bias_rad_s: Vector3::new(0.0, 0.0, 0.0),
             velocity_m_s: Vector2::new(0.0, 0.0),
             errors: ErrorState::new(),
+            scale: GyroScale::ZERO,
+            consistency: Consistency::ZERO,
         }
     }
 
     /// Creates a state of which nothing is known.
     pub fn new(config: &AttitudeConfig) -> Self {
-        let mut state = Self { rotation: Matrix3::identity(), ..Self::zero() };
+        let mut state = Self { rotation: Matrix3::identity(), consistency: Consistency::new(), ..Self::zero() };
         state.propagation.q = IDENTITY;
         state.reset_errors(config);
         state
@@ -57,6 +81,11 @@ impl State {
     pub fn advance(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
         self.propagation.step(dt_s, rate_rad_s);
         self.refresh_rotation();
+    }
+
+    /// Body rate of a compensated rate, by the estimated bias and scale, rad/s.
+    pub fn corrected(&self, rate_rad_s: &Vector3<f32>) -> Vector3<f32> {
+        rate_rad_s + self.scale.errors * rate_rad_s - self.bias_rad_s
     }
 
     pub fn refresh_rotation(&mut self) {
@@ -75,10 +104,11 @@ impl State {
     /// with the velocity.
     pub fn correct(&mut self, config: &AttitudeConfig) {
         if self.errors.is_sound() {
-            let (attitude, bias, velocity) = self.errors.take_correction();
+            let (attitude, bias, velocity, scale) = self.errors.take_correction();
             self.propagation.correct(&attitude);
             self.bias_rad_s += bias;
             self.velocity_m_s += velocity;
+            self.scale.errors += scale;
         } else {
             self.reset_errors(config);
             self.reset_velocity(config);
@@ -89,6 +119,7 @@ impl State {
         let bias = config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s;
         let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
         self.errors = ErrorState::new();
+        self.scale = GyroScale::ZERO;
         for state in 0..STATES {
             let variance = match state {
                 0..BIAS => PI * PI,

@@ -150,7 +150,9 @@ impl Tilt {
         for k in 0..2 {
             let velocity = state.velocity_m_s[k];
             let squared = velocity * velocity;
-            let expected = VELOCITY_GATE * VELOCITY_GATE * (state.errors.variance(VELOCITY + k) + speed);
+            let expected = state.errors.variance(VELOCITY + k) + speed;
+            state.consistency.note_velocity(squared / expected, time_s);
+            let expected = VELOCITY_GATE * VELOCITY_GATE * expected;
             let mut variance = speed * 2.0 * VELOCITY_CORRELATION_S / time_s;
             if squared > expected {
                 variance *= squared / expected;

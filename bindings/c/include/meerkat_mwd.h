@@ -29,7 +29,7 @@
 /**
  * Bytes of storage for an `MwdAttitudeFilter`.
  */
-#define MWD_ATTITUDE_FILTER_SIZE 1280
+#define MWD_ATTITUDE_FILTER_SIZE 2048
 
 /**
  * Alignment of that storage, bytes.

@@ -11,7 +11,7 @@ pub const MWD_SURVEYOR_SIZE: usize = 2048;
 /// Alignment of that storage, bytes.
 pub const MWD_SURVEYOR_ALIGN: usize = 8;
 /// Bytes of storage for an `MwdAttitudeFilter`.
-pub const MWD_ATTITUDE_FILTER_SIZE: usize = 1280;
+pub const MWD_ATTITUDE_FILTER_SIZE: usize = 2048;
 /// Alignment of that storage, bytes.
 pub const MWD_ATTITUDE_FILTER_ALIGN: usize = 8;
 

@@ -5,7 +5,7 @@ use crate::Tier;
 use meerkat_mwd::{Config, Probe, Sample, identification::Decision, probe::Output, survey::Surveyor};
 
 /// Columns for effects, of the 44 that the library has with three steps of the bias.
-pub const COLUMNS: usize = 14;
+pub const COLUMNS: usize = 13;
 
 /// Probe of the tier: no search, fewer columns for effects, one report that waits.
 pub type FullProbe = Probe<0, COLUMNS, 1>;

@@ -19,7 +19,13 @@ fn started() -> ErrorState {
 }
 
 fn noise() -> ProcessNoise {
-    ProcessNoise { attitude: Matrix3::from_diagonal(&Vector3::new(1e-5, 2e-5, 3e-5)), bias: 1e-9, velocity: 1e-5 }
+    ProcessNoise {
+        attitude: Matrix3::from_diagonal(&Vector3::new(1e-5, 2e-5, 3e-5)),
+        bias: 1e-9,
+        bounded_bias: [0.0; 2],
+        velocity: 1e-5,
+        scale: 1e-8,
+    }
 }
 
 #[test]
@@ -41,7 +47,7 @@ fn a_step_is_the_dense_product() {
             q[(k, k)] = x;
         }
         expected = f * expected * f.transpose() + q;
-        e.predict(&c, 0.196, &noise());
+        e.predict(&c, 0.196, &Vector3::zeros(), &noise());
     }
     assert!((dense(&e) - expected).norm() < 1e-5 * expected.norm());
 }
@@ -52,7 +58,7 @@ fn an_optimal_and_a_restricted_gain_agree_with_the_dense_joseph_form() {
     {
         let mut e = started();
         for _ in 0..20 {
-            e.predict(&(exp_matrix(&Vector3::new(0.5, 0.2, 0.1)) * 0.02), 0.196, &noise());
+            e.predict(&(exp_matrix(&Vector3::new(0.5, 0.2, 0.1)) * 0.02), 0.196, &Vector3::zeros(), &noise());
         }
         let p = dense(&e);
         let slope = Vector2::new(-1.5, 0.7);
@@ -73,7 +79,7 @@ fn an_optimal_and_a_restricted_gain_agree_with_the_dense_joseph_form() {
         let expected = rest * p * rest.transpose() + k * k.transpose() * f64::from(variance);
         e.update_heading(0.2, &slope, variance, gain);
         assert!((dense(&e) - expected).norm() < 1e-5 * expected.norm());
-        let (attitude, _, velocity) = e.take_correction();
+        let (attitude, _, velocity, _) = e.take_correction();
         assert!((f64::from(attitude.z) - 0.2 * k[HEADING]).abs() < 1e-6);
         assert_eq!(gain != Gain::Every, attitude.xy().norm() == 0.0 && velocity.norm() == 0.0);
     }
@@ -84,7 +90,7 @@ fn an_hour_keeps_the_covariance_positive_definite() {
     let mut e = started();
     for i in 0..180_000_u32 {
         let angle = f32::from(u16::try_from(i % 6_283).unwrap_or(0)) * 0.001;
-        e.predict(&(exp_matrix(&Vector3::new(0.3, angle, -2.0 * angle)) * 0.02), 0.196, &noise());
+        e.predict(&(exp_matrix(&Vector3::new(0.3, angle, -2.0 * angle)) * 0.02), 0.196, &Vector3::zeros(), &noise());
         e.update(VELOCITY, 0.0, 7.5, Gain::Every);
         e.update(VELOCITY + 1, 0.0, 7.5, Gain::Every);
         e.update_heading(0.0, &Vector2::new(-2.0, 0.5), 2.0, Gain::Heading([true; 3]));
@@ -93,4 +99,108 @@ fn an_hour_keeps_the_covariance_positive_definite() {
         }
     }
     assert!(e.is_sound() && dense(&e).cholesky().is_some());
+}
+
+/// All states with the scale's errors behind them.
+const ALL: usize = STATES + SCALES;
+type Whole = SMatrix<f64, ALL, ALL>;
+
+fn whole(e: &ErrorState) -> Whole {
+    Whole::from_fn(|r, c| {
+        f64::from(match (r.min(c), r.max(c)) {
+            (one, other) if other < STATES => e.covariance[one][other],
+            (one, other) if one < STATES => e.scale.cross[one][other - STATES],
+            (one, other) => e.scale.own[one - STATES][other - STATES],
+        })
+    })
+}
+
+fn with_scale() -> ErrorState {
+    let mut e = started();
+    e.estimate_scale(&[0.03, 0.01, 0.012, 0.01, 0.02, 0.01, 0.015, 0.01, 0.04]);
+    e
+}
+
+fn turned(e: &mut ErrorState, i: u8) -> (Matrix3<f32>, Vector3<f32>) {
+    let c = exp_matrix(&Vector3::new(0.1 * f32::from(i), 0.3, -0.2)) * 0.02;
+    let rate = Vector3::new(2.0, -1.0 + 0.1 * f32::from(i), 0.5);
+    e.predict(&c, 0.196, &rate, &noise());
+    (c, rate)
+}
+
+#[test]
+fn a_step_with_the_scale_is_the_dense_product() {
+    let mut e = with_scale();
+    let mut expected = whole(&e);
+    for i in 0..50_u8 {
+        let (c, rate) = turned(&mut e, i);
+        let mut f = Whole::identity();
+        for r in 0..3 {
+            for k in 0..3 {
+                f[(r, BIAS + k)] = -f64::from(c[(r, k)]);
+                for m in 0..3 {
+                    f[(r, STATES + 3 * k + m)] = f64::from(c[(r, k)] * rate[m]);
+                }
+            }
+        }
+        // The velocity takes the attitude at the end of the step where the scale is concerned.
+        let mut late = Whole::identity();
+        late[(VELOCITY, 1)] = -0.196;
+        late[(VELOCITY + 1, 0)] = 0.196;
+        let mut early = f;
+        for r in 0..3 {
+            for k in 0..SCALES {
+                early[(r, STATES + k)] = 0.0;
+            }
+        }
+        early[(VELOCITY, 1)] = -0.196;
+        early[(VELOCITY + 1, 0)] = 0.196;
+        let f = Whole::from_fn(|r, c| if c < STATES { early[(r, c)] } else { (late * f)[(r, c)] });
+        let mut q = Whole::zeros();
+        for (k, x) in [1e-5, 2e-5, 3e-5, 1e-9, 1e-9, 1e-9, 1e-5, 1e-5].into_iter().chain([1e-8; SCALES]).enumerate() {
+            q[(k, k)] = x;
+        }
+        expected = f * expected * f.transpose() + q;
+    }
+    assert!((whole(&e) - expected).norm() < 1e-4 * expected.norm(), "{}", whole(&e) - expected);
+}
+
+#[test]
+fn updates_with_the_scale_agree_with_the_dense_joseph_form() {
+    for gain in [Gain::Every, Gain::Heading([true; 3]), Gain::Heading([false; 3])] {
+        let mut e = with_scale();
+        for i in 0..20 {
+            turned(&mut e, i);
+        }
+        let p = whole(&e);
+        let slope = Vector2::new(-1.5, 0.7);
+        let mut h = SMatrix::<f64, 1, ALL>::zeros();
+        (h[0], h[1], h[HEADING]) = (slope.x.into(), slope.y.into(), 1.0);
+        let variance = 0.3_f32;
+        let mut k = p * h.transpose() / ((h * p * h.transpose())[0] + f64::from(variance));
+        let moves = |state: usize| if state < STATES { gain.moves(state) } else { gain.moves_scale() };
+        (0..ALL).filter(|state| !moves(*state)).for_each(|state| k[state] = 0.0);
+        let rest = Whole::identity() - k * h;
+        let expected = rest * p * rest.transpose() + k * k.transpose() * f64::from(variance);
+        e.update_heading(0.2, &slope, variance, gain);
+        assert!((whole(&e) - expected).norm() < 1e-5 * expected.norm());
+        let (.., scale) = e.take_correction();
+        (0..SCALES).for_each(|s| assert!((f64::from(scale[(s / 3, s % 3)]) - 0.2 * k[STATES + s]).abs() < 1e-6));
+    }
+}
+
+#[test]
+fn an_observation_that_is_taken_out_leaves_what_was_before() {
+    let mut e = with_scale();
+    for i in 0..20 {
+        turned(&mut e, i);
+    }
+    let before = whole(&e);
+    e.update_scale(4, 0.01, 1e-4);
+    let known = whole(&e);
+    assert!(known[(STATES + 4, STATES + 4)] < 0.5 * before[(STATES + 4, STATES + 4)]);
+    e.update_scale(4, 0.01, -1e-4);
+    assert!((whole(&e) - before).norm() < 1e-4 * before.norm());
+    let (attitude, .., scale) = e.take_correction();
+    assert!(attitude.norm() < 1e-5 && scale.norm() < 1e-5, "{attitude} {scale}");
 }

@@ -54,6 +54,22 @@ fn a_wrong_models_attitude_is_replaced_by_one_that_is_known_better() {
 }
 
 #[test]
+fn a_heading_that_the_field_gives_better_stays_while_the_tilt_is_replaced() {
+    let mut filter = doubted();
+    for _ in 0..600 {
+        filter.propagate(0.005, &Vector3::zeros());
+        filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&Vector3::new(20.0, 0.0, 44.0)));
+    }
+    filter.mark();
+    let rotation = exp_matrix(&Vector3::new(0.0, 0.0, 0.6)) * exp_matrix(&Vector3::new(0.02, -0.01, 0.0));
+    let covariance = Matrix3::from_diagonal(&Vector3::new(1e-10, 1e-10, 1.0));
+    filter.compare(&KnownAttitude { rotation, covariance });
+    assert!(off(&filter, &Vector3::new(0.02, -0.01, 0.0)) < 0.015, "{}", filter.state.propagation.q);
+    let down = filter.state.rotation.transpose() * Vector3::z();
+    assert!((down - rotation.transpose() * Vector3::z()).norm() < 1e-4, "{down}");
+}
+
+#[test]
 fn a_change_within_what_the_gyro_was_thought_to_be_is_no_doubt() {
     let mut filter = doubted();
     filter.is_doubted = false;
@@ -86,4 +102,31 @@ fn a_string_that_begins_to_turn_takes_the_heading_along_by_no_more_than_is_told(
         }
         assert!(most < 0.35, "{scale} {top_rad_s}: {most}");
     }
+}
+
+/// Error of the attitude after 20 s by hand with this gyro, rad.
+fn carried(scale: &Matrix3<f32>, motion: config::Motion) -> f32 {
+    let config = Config::default();
+    let mut filter = AttitudeFilter::new();
+    filter.start(&config.attitude, &config.earth, motion);
+    let mut truth = crate::rotation::IDENTITY;
+    for k in 0..6_000_u16 {
+        let t_s = f32::from(k.saturating_sub(2_000)) * 0.005;
+        // Still for 10 s, then turned about all axes.
+        let swing = |hertz: f32, most: f32| most * libm::sinf(core::f32::consts::TAU * hertz * t_s);
+        let rate = Vector3::new(swing(0.31, 4.0), swing(0.23, 5.0), swing(0.41, 3.0));
+        truth *= exp_quaternion(&(rate * 0.005));
+        filter.propagate(0.005, &(scale * rate));
+        let force = rotate_back(&truth, &Vector3::new(0.0, 0.0, -GRAVITY_M_S2));
+        filter.observe(Some(&force), Some(&rotate_back(&truth, &Vector3::new(20.0, 0.0, 44.0))));
+    }
+    (matrix(&filter.state.propagation.q) - matrix(&truth)).norm() / libm::sqrtf(2.0)
+}
+
+#[test]
+fn a_gyro_that_is_off_is_found_by_hand_within_seconds() {
+    let off = Matrix3::new(1.06, 0.02, -0.03, 0.0, 0.93, 0.02, 0.03, -0.01, 1.04);
+    let [perfect, found] = [Matrix3::identity(), off].map(|scale| carried(&scale, config::Motion::Hand));
+    let as_noise = carried(&off, config::Motion::DrillString);
+    assert!(perfect < 0.01 && found < 0.05 && found < 0.25 * as_noise, "{perfect} {found} {as_noise}");
 }
