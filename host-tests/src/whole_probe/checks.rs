@@ -47,6 +47,12 @@ fn note(machine: &mut Machine<'_, '_>, what: Violation, holds: bool, words: impl
     }
 }
 
+/// Counts something, and whether it is outside its deviations.
+fn count([all, outside]: &mut [u64; 2], holds: bool) {
+    *all += 1;
+    *outside += u64::from(!holds);
+}
+
 /// The model that was restored is one that was completed.
 fn started(machine: &mut Machine<'_, '_>, boot: &Boot) {
     // A command may have started the pipeline afresh.
@@ -74,9 +80,7 @@ fn attitude(machine: &mut Machine<'_, '_>, frame: &AttitudeFrame) {
     let holds = errors.iter().all(|error| error.abs() <= SIGMAS);
     let sound_since_us = machine.sound_since_us();
     if now_us < sound_since_us + SETTLED_US {
-        let [all, outside] = &mut machine.day.tally.soon;
-        *all += 1;
-        *outside += u64::from(!holds);
+        count(&mut machine.day.tally.soon, holds);
         return;
     }
     note(machine, Violation::Attitude, holds, || {
@@ -120,6 +124,11 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
     for ((name, said), truth) in ["inclination", "azimuth", "toolface"].into_iter().zip(said).zip(truth) {
         let Some(said) = said else { continue };
         let error = libm::remainder(f64::from(said.value) - truth, TAU).abs() / f64::from(said.sigma);
+        // What a sensor says while it fails may look like an effect until the next update.
+        if machine.takes_an_effect_out && machine.chip.now_us.get() < machine.sound_since_us() + SETTLED_US {
+            count(&mut machine.day.tally.misled, error <= SIGMAS);
+            continue;
+        }
         note(machine, Violation::Survey, error <= SIGMAS, || format!("{name} {error:.1} sigma off"));
     }
 }
@@ -128,11 +137,13 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
 pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, before: &mut Round) {
     let processed = application.counts().processed;
     let flown = application.statics().probe.gyro_model().p;
+    let takes_an_effect_out = !application.statics().probe.effects().is_empty();
     let stored = application.statics().memory.as_ref().map_or(0, |memory| memory.stored_and_failed()[0]);
     let machine = application.board();
     if machine.chip.is_dead() {
         return;
     }
+    machine.takes_an_effect_out = takes_an_effect_out;
     let counts = machine.acquisition();
     let (acquired, full, waiting) = (counts.acquired(), counts.queue_full(), machine.waiting() as u32);
     note(machine, Violation::SampleLost, acquired == processed + full + waiting, || {

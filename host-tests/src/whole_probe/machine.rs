@@ -52,6 +52,8 @@ pub struct Machine<'c, 'd> {
     step_us: i64,
     hang: Option<Stage>,
     until: Until,
+    /// Whether an effect is taken out.
+    pub takes_an_effect_out: bool,
     /// When the line last changed a byte, microseconds of the chip.
     pub spoilt_us: Option<u64>,
     /// Bytes given to the line, those that it could have sent included.
@@ -90,6 +92,7 @@ impl<'c, 'd> Machine<'c, 'd> {
             step_us: 0,
             hang: None,
             until: Until::default(),
+            takes_an_effect_out: false,
             spoilt_us: None,
             given: 0,
             received: VecDeque::new(),

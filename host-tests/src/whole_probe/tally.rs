@@ -70,6 +70,8 @@ pub struct Tally {
     pub violations: [u64; VIOLATIONS.len()],
     /// Attitudes without a flag that came before they had to be within their deviations, and those that were not.
     pub soon: [u64; 2],
+    /// Angles of surveys in the 30 s after a fault while an effect is taken out, and those beyond their deviations.
+    pub misled: [u64; 2],
     /// Commands of the owner.
     pub commands: u64,
     /// Starts of the program.
@@ -116,6 +118,7 @@ impl Tally {
             (&mut self.checks[..], &other.checks[..]),
             (&mut self.violations[..], &other.violations[..]),
             (&mut self.soon[..], &other.soon[..]),
+            (&mut self.misled[..], &other.misled[..]),
         ];
         for (sums, others) in sums {
             sums.iter_mut().zip(others).for_each(|(sum, other)| *sum += other);
