@@ -29,6 +29,7 @@ mod neighbours;
 mod node;
 mod node_end;
 mod parameters;
+mod pointing;
 mod posterior;
 mod preintegration;
 mod prior;
@@ -82,6 +83,7 @@ use left_over::LeftOver;
 use neighbours::Neighbours;
 use node::{Kind, Node};
 use parameters::Parameters;
+use pointing::Pointing;
 use preintegration::Preintegration;
 use prior::Prior;
 use real::{V3, zero3};
@@ -143,6 +145,7 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     rests: Rests<T>,
     kind: Kind,
     node: Node<T>,
+    pointing: Pointing<T>,
     update: Update<T>,
     candidates: Candidates<T, E>,
     /// The effects' part of an update's rows.
@@ -197,6 +200,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             rests: Rests::zero(),
             kind: Kind::Moving,
             node: Node::zero(),
+            pointing: Pointing::zero(),
             update: Update::zero(),
             candidates: Candidates::zero(),
             further: [[T::ZERO; E]; SCRATCH],

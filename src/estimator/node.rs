@@ -183,6 +183,10 @@ impl<T: Real> Node<T> {
         self.attitude = earth.transpose() * body;
         self.is_held = false;
         self.forget(noise);
+        if noise.field_is_even {
+            // As at a start: what is left of the linear model would be taken for iron.
+            self.curved = MOST_CURVED;
+        }
         // The rows below those of attitude, velocity and position are the field's margin.
         let walk = T::of(noise.field_walk_rts * noise.field_walk_rts) * gap_s;
         let spread = T::ONE / (T::ONE + walk / T::of(noise.field_share * noise.field_share)).root();

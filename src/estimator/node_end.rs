@@ -4,6 +4,7 @@ use super::{
     Estimator, Kind, Task,
     columns::{HARD_IRON, NUISANCES},
     disagreement::{Disagreement, Disagreements},
+    gate::attitude_variance,
     preintegration::GYRO,
     reading::{Agreement, Readings, Taken},
     real::{Real, norm},
@@ -38,6 +39,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         };
         let attitude = self.node.attitude;
         let agreement = self.update.assemble(&mut self.node, &taken);
+        // Where the attitude is hardly known it tells of no turn, and its variance has been asked for already.
+        if agreement.field == Readings::Used && self.needs_turns() && self.node.curved == 0 {
+            self.pointing.add(&self.node.linear_at, attitude_variance(&self.node, &self.globals));
+        }
         self.candidates.fill(&mut self.further, &self.update.rows, &self.node.linear_at, &self.pre, self.kind);
         if agreement.field == Readings::Contradicted {
             self.remainder.contradict();
@@ -116,6 +121,17 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         by.iter().fold(T::ZERO, |sum, by| sum + self.globals.variance(by))
     }
 
+    /// True if nothing but turns of an axis tells a constant field along it from the earth's: in a drill string whose
+    /// field has not been declared, or not been read yet.
+    const fn needs_turns(&self) -> bool {
+        self.settings.noise.field_is_even && self.node.referred == 0
+    }
+
+    /// Axes of the body along which a constant field cannot be told from the earth's.
+    pub(super) fn hidden_iron(&self) -> [bool; 3] {
+        if self.needs_turns() { self.pointing.hides() } else { [false; 3] }
+    }
+
     /// Begins a node.
     pub(super) fn start_node(&mut self) {
         self.pre.start();
@@ -146,6 +162,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         if self.has_begun {
             let kept = self.node.realign(&force, &field, self.gap_s, &self.settings.noise);
             self.candidates.forget_node(kept.unwrap_or(T::ZERO));
+            if kept.is_none() {
+                self.pointing.turn_anew();
+            }
         } else {
             self.node.start(&force, &self.settings.noise);
         }

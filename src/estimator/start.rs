@@ -5,6 +5,7 @@ use super::{
     consistency::Consistency,
     disagreement::Disagreements,
     parameters::Parameters,
+    pointing::Pointing,
     prior::Prior,
     real::{Real, V3},
     share::Shares,
@@ -44,6 +45,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.alignment.start();
         self.globals.start();
         self.node.referred = 0;
+        self.pointing = Pointing::zero();
         self.updates = self.updates.wrapping_add(1);
         self.rests.interrupt();
         self.start_node();

@@ -255,6 +255,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         } else if end_us >= self.weighed_us.saturating_add(WEIGHED_EVERY_US) {
             self.weighed_us = end_us;
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
+            self.evidence.hidden_iron = self.hidden_iron();
             self.evidence.start(&self.settings.rules, self.remainder.dispersion(), is_unexplained);
             self.task = Task::Weighing;
         }

@@ -65,7 +65,7 @@ fn flown(all: &Tally, seeds_per_s: f64) -> Table {
         ("commands of the owner", all.commands),
         ("attitudes without a flag in the 30 s after a start or a fault", all.soon[0]),
         ("of these beyond 5 sigma", all.soon[1]),
-        ("attitudes and angles of surveys while an effect is taken out that is not there", all.misled[0]),
+        ("angles of surveys while an effect is taken out, in the 30 s after a start or a fault", all.misled[0]),
         ("of these beyond 5 sigma", all.misled[1]),
         ("models stored", all.models),
         ("models restored", all.restored),

@@ -83,10 +83,6 @@ fn attitude(machine: &mut Machine<'_, '_>, frame: &AttitudeFrame) {
         count(&mut machine.day.tally.soon, holds);
         return;
     }
-    if machine.takes_an_effect_out {
-        count(&mut machine.day.tally.misled, holds);
-        return;
-    }
     note(machine, Violation::Attitude, holds, || {
         format!("{errors:.1?} sigma of {:?} rad, truth {truth:?}", angles.sigmas_rad())
     });
@@ -128,7 +124,8 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
     for ((name, said), truth) in ["inclination", "azimuth", "toolface"].into_iter().zip(said).zip(truth) {
         let Some(said) = said else { continue };
         let error = libm::remainder(f64::from(said.value) - truth, TAU).abs() / f64::from(said.sigma);
-        if machine.takes_an_effect_out {
+        // What a sensor says while it fails may look like an effect until the next update.
+        if machine.takes_an_effect_out && machine.chip.now_us.get() < machine.sound_since_us() + SETTLED_US {
             count(&mut machine.day.tally.misled, error <= SIGMAS);
             continue;
         }

@@ -52,7 +52,7 @@ pub struct Machine<'c, 'd> {
     step_us: i64,
     hang: Option<Stage>,
     until: Until,
-    /// Whether an effect is taken out. The sensors here have none.
+    /// Whether an effect is taken out.
     pub takes_an_effect_out: bool,
     /// When the line last changed a byte, microseconds of the chip.
     pub spoilt_us: Option<u64>,

@@ -5,7 +5,7 @@
 //! Time is compressed: a day of drilling is three minutes of stretches of 5 to 16 s with stops of 4 to 8 s, surveys
 //! settle and average in 2 s, windows are 10 s long, sectors of the flash have 8 KiB and are nearly full at the start,
 //! and troubles come every few seconds. A quarter of the runs is calm: ten minutes, windows of the length that flies,
-//! and a trouble in 45 s.
+//! and a trouble in 45 s. Every second run declares the earth's field.
 //!
 //! [`Board`]: meerkat_mwd::application::Board
 
@@ -44,7 +44,7 @@ use std::{
     mem::MaybeUninit,
     panic::{AssertUnwindSafe, catch_unwind},
 };
-use truth::Truth;
+use truth::{DIP_RAD, FIELD_UT, Truth};
 
 /// Length of a run, and of a calm one, microseconds.
 const DAY_US: [u64; 2] = [180_000_000, 600_000_000];
@@ -98,7 +98,7 @@ pub fn fly(seed: u64) -> anyhow::Result<Run> {
 fn fly_to_the_end(seed: u64) -> anyhow::Result<Run> {
     let mut random = Random::new(seed);
     let calm = random.uniform() < CALM;
-    let (settings, length_us) = (settings(calm), DAY_US[usize::from(calm)]);
+    let (settings, length_us) = (settings(calm, seed.is_multiple_of(2)), DAY_US[usize::from(calm)]);
     let truth = Truth::new(random.split(), PERIOD_US as u32, length_us as f64 * 1e-6);
     let plan = plan::draw(&mut random, calm, length_us, &truth.begins_s());
     let counter = random.between(1.0, 2.0 * COUNTERS as f64) as u64;
@@ -140,9 +140,12 @@ fn fly_to_the_end(seed: u64) -> anyhow::Result<Run> {
     Ok(Run { tally: day.tally, digest: day.digest })
 }
 
-fn settings(calm: bool) -> Settings {
+fn settings(calm: bool, declares_its_field: bool) -> Settings {
     let mut config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
     config.latency = Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) };
+    if declares_its_field {
+        (config.earth.magnetic_field_ut, config.earth.dip_rad) = (Some(FIELD_UT as f32), Some(DIP_RAD as f32));
+    }
     if !calm {
         (config.identification.window_s, config.identification.step_s) = (10.0, 5.0);
     }

@@ -70,8 +70,7 @@ pub struct Tally {
     pub violations: [u64; VIOLATIONS.len()],
     /// Attitudes without a flag that came before they had to be within their deviations, and those that were not.
     pub soon: [u64; 2],
-    /// Angles of surveys, and attitudes without a flag, while an effect is taken out, which these sensors do not have;
-    /// and those beyond their deviations.
+    /// Angles of surveys in the 30 s after a fault while an effect is taken out, and those beyond their deviations.
     pub misled: [u64; 2],
     /// Commands of the owner.
     pub commands: u64,

@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 
 /// Gravity, m/s^2; total field, microtesla; dip, radians.
 const GRAVITY_M_S2: f64 = 9.80665;
-const FIELD_UT: f64 = 50.0;
-const DIP_RAD: f64 = 1.134;
+pub const FIELD_UT: f64 = 50.0;
+pub const DIP_RAD: f64 = 1.134;
 /// Time in which the rotation starts or stops, seconds.
 const RAMP_S: f64 = 0.4;
 /// Noise of a reading: rad/s, m/s^2, microtesla.

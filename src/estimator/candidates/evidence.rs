@@ -18,7 +18,13 @@ use super::{
 };
 use crate::{
     compensation::effect::MAX_PARAMETERS,
-    estimator::{columns::NUISANCES, globals::Globals, real::Real, rows::WIDTH, update::SCRATCH},
+    estimator::{
+        columns::{HARD_IRON, NUISANCES},
+        globals::Globals,
+        real::Real,
+        rows::WIDTH,
+        update::SCRATCH,
+    },
 };
 use core::ops::Range;
 use heapless::Vec;
@@ -78,6 +84,8 @@ pub(in crate::estimator) struct Evidence<T> {
     dispersion: f32,
     /// Evidence that a new claim about a vector sensor needs beyond the least.
     against_unnamed: f32,
+    /// Axes of the body along which a constant field cannot be told from the earth's.
+    pub hidden_iron: [bool; 3],
     /// True if an error of a vector sensor shows for which the library has no name.
     pub is_unnamed: bool,
     entered: Entered,
@@ -116,6 +124,7 @@ impl<T: Real> Evidence<T> {
             steadiness: Steadiness::zero(),
             dispersion: 0.0,
             against_unnamed: 0.0,
+            hidden_iron: [false; 3],
             is_unnamed: false,
             entered: Entered::zero(),
             entering: 0..0,
@@ -224,6 +233,10 @@ impl<T: Real> Evidence<T> {
                 return;
             }
         }
+        if let Some(column) = self.next_hidden(candidates).filter(|_| from == 0) {
+            self.enter(column..column + 1);
+            return;
+        }
         let done = self.entered.count();
         if from == 0 {
             self.best = None;
@@ -313,13 +326,28 @@ impl<T: Real> Evidence<T> {
         if self.dispersion > own { self.dispersion } else { own }
     }
 
+    /// The next column of a constant field that is part of the earth's, and so is in before any claim: that along an
+    /// axis which has not turned, unless it was claimed before, when it had.
+    fn next_hidden<const E: usize>(&self, candidates: &Candidates<T, E>) -> Option<usize> {
+        let is_claimed = |column: usize| {
+            let is_known = |claim: usize| {
+                candidates.is_restored(claim) || self.claims.iter().any(|known| usize::from(known.effect) == claim)
+            };
+            (0..candidates.named_claims())
+                .any(|claim| is_known(claim) && candidates.columns_of(claim).contains(&column))
+        };
+        let hidden = HARD_IRON.columns().zip(self.hidden_iron).filter(|(_, is_hidden)| *is_hidden);
+        hidden.map(|(column, _)| column).find(|column| !self.entered.has(*column) && !is_claimed(*column))
+    }
+
     /// Credit of an effect that was found in an earlier session, or is taken out now.
     fn credit<const E: usize>(&self, claim: usize, candidates: &Candidates<T, E>) -> f32 {
-        if candidates.is_restored(claim) {
+        let is_nuisance = candidates.columns_of(claim).start < NUISANCES;
+        if candidates.is_restored(claim) && !is_nuisance {
             self.rules.least
         } else if candidates.is_taken_out(claim) {
             STAYS
-        } else if candidates.columns_of(claim).start < NUISANCES {
+        } else if is_nuisance {
             -self.against_unnamed
         } else {
             0.0

@@ -166,11 +166,12 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     pub fn restore(&mut self, effects: &ActiveEffects) {
         for found in effects.iter() {
             let index = usize::from(found.index);
+            self.restored |= 1_u32.checked_shl(found.index.into()).unwrap_or(0);
+            // The filter's own state has what is known of a nuisance.
             let Some(effect) = self.library().get(index).filter(|effect| effect.nuisance().is_none()) else { continue };
             if self.first_column(index, 0).is_none() {
                 self.give_columns(index, *effect, 0);
             }
-            self.restored |= 1_u32.checked_shl(found.index.into()).unwrap_or(0);
             for column in 0..self.used() {
                 let place = self.places[column];
                 let k = usize::from(place.parameter);

@@ -105,3 +105,34 @@ pub fn drill_string(seed: u64, seconds: f64, from_s: f64, rate: f64) -> Vec<(u64
     };
     (0..(seconds / PERIOD_S) as u64).map(sample).collect()
 }
+
+/// A probe in a drill string that turns about its axis, z, in stretches of 12 s with stops of 5 s; the axis swings by
+/// so much, rad, in a minute, and so many microtesla lie along it.
+pub fn swinging_string(seed: u64, seconds: f64, swing_rad: f64, axial_ut: f64) -> Vec<(u64, [Reading; 3])> {
+    let mut random = Random(Xoshiro128PlusPlus::seed_from_u64(seed + 1));
+    let bias = random.vector(2e-3);
+    let [inclination, heading, rate] = [0.7 + 0.5 * random.uniform(), 3.0 * random.uniform(), 4.0 + random.uniform()];
+    let (gravity, field) = (Vector3::new(0.0, 0.0, 9.806_65), Vector3::new(0.0, 20.0, -44.0));
+    let (mut toolface, mut before) = (0.0, None);
+    let mut sample = |k: u64| {
+        let t = k as f64 * PERIOD_S;
+        let stretch = (t - 5.0) % 17.0;
+        let is_turning = t > 5.0 && stretch < 12.0;
+        let ramp = if is_turning { stretch.min(12.0 - stretch).min(1.0) } else { 0.0 };
+        toolface += rate * ramp * PERIOD_S;
+        let tilt = inclination + swing_rad * libm::sin(t * core::f64::consts::TAU / 60.0);
+        let attitude = Rotation3::from_axis_angle(&Vector3::z_axis(), heading)
+            * Rotation3::from_axis_angle(&Vector3::y_axis(), tilt)
+            * Rotation3::from_axis_angle(&Vector3::z_axis(), toolface);
+        let turned: Rotation3<f64> =
+            before.map_or(Rotation3::identity(), |before: Rotation3<f64>| before.inverse() * attitude);
+        before = Some(attitude);
+        let raw = bias + turned.scaled_axis() / PERIOD_S;
+        let noise = if is_turning { 1.0 } else { 0.03 };
+        let force = attitude.inverse() * gravity + random.vector(noise);
+        let read = attitude.inverse() * field + Vector3::z() * axial_ut + random.vector(0.2);
+        let readings = [raw + random.vector(1.2e-3), force, read];
+        (k * 10_000, readings.map(|v| Reading::Usable(v.cast::<f32>())))
+    };
+    (0..(seconds / PERIOD_S) as u64).map(&mut sample).collect()
+}
