@@ -20,7 +20,7 @@ use super::{
     globals::Globals,
     real::Real,
     rows::WIDTH,
-    unrolled::{add_times, add_two_times},
+    unrolled::add_two_times,
     widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, TAKEN, VARIABLES, Widths, column},
 };
 use core::ops::Range;
@@ -105,12 +105,12 @@ impl<T: Real> Averaging<T> {
         columns.end < GLOBALS
     }
 
-    /// Adds what is not known of the effects that are taken out: the covariance grows by the outer product of this
-    /// vector, in the globals' order.
-    pub fn spread(&self, by: &[T; GLOBALS], scratch: &mut [[T; WIDTH]]) {
-        let mut rest = scratch.as_flattened_mut();
-        let Some(base) = Slices::cut(&mut rest, VARIABLES) else { return };
-        add_outer(base.covariance, &core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
+    /// Adds what is not known of the effects that are taken out, when all else is averaged: the covariance grows by the
+    /// outer product of this vector, in the globals' order. The mean is that of P and b beside the effects as they are
+    /// taken out. Drawn to the factory's because of what an effect may be, P would go without the effect, and the two
+    /// of them together would not fit the data.
+    pub fn spread(&mut self, by: &[T; GLOBALS]) {
+        self.sum.spread(&core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
     }
 
     /// Numbers of widths, in the order in which the groups are taken out.
@@ -229,18 +229,6 @@ fn add_outers<T: Real>(covariance: &mut [T], [a, b]: &[[T; VARIABLES]; 2]) {
         let Some((row, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
         if *x != T::ZERO || *y != T::ZERO {
             add_two_times(row, [*x, *y], [a, b]);
-        }
-        rest = next;
-    }
-}
-
-/// Adds the outer product of a vector to a packed triangle.
-fn add_outer<T: Real>(covariance: &mut [T], by: &[T; VARIABLES]) {
-    let mut rest = covariance;
-    for (i, x) in by.iter().enumerate() {
-        let Some((row, next)) = core::mem::take(&mut rest).split_at_mut_checked(i + 1) else { return };
-        if *x != T::ZERO {
-            add_times(row, *x, by);
         }
         rest = next;
     }

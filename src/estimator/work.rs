@@ -64,7 +64,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             }
             Task::Gathering(from) => {
                 let more = self.averaging.gather(from..from + GATHERED, &mut self.update.rows);
-                self.task = if more { Task::Gathering(from + GATHERED) } else { Task::Spreading(0) };
+                self.task = if more { Task::Gathering(from + GATHERED) } else { Task::Averaging };
                 GATHERING_UNITS
             }
             Task::Spreading(of) => {
@@ -83,7 +83,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 let units = self.averaging.units();
                 if !self.averaging.step(&mut self.update.rows) {
                     self.centre();
-                    self.task = Task::Bounding(0);
+                    self.task = Task::Spreading(0);
                     return CENTRE_UNITS;
                 }
                 units
@@ -275,6 +275,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 *x = *mean;
             }
         }
+        // The search's rows stand beside the effects as they were: beside others they would draw it off the mean.
+        if x != self.candidates.x {
+            self.left_over.start();
+        }
         self.candidates.take_out(&x, &mut self.globals, &mut self.node);
         self.candidates.note_steps(&self.evidence.claims, &self.evidence.tried);
         self.linearise();
@@ -290,11 +294,11 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// gyro.
     fn spread(&mut self, of: usize) {
         if of >= self.evidence.taken.len() {
-            self.task = Task::Averaging;
+            self.task = Task::Bounding(0);
             return;
         }
         let spread = self.candidates.spread(of, (&self.evidence.taken, &self.evidence.covariance), &self.globals);
-        self.averaging.spread(&spread, &mut self.update.rows);
+        self.averaging.spread(&spread);
         self.task = Task::Spreading(of + 1);
     }
 

@@ -5,6 +5,7 @@ pub(crate) mod attitude_cost;
 pub(crate) mod benefit;
 pub(crate) mod bus;
 pub(crate) mod bus_faults;
+pub(crate) mod closed_loop;
 pub(crate) mod cost;
 pub(crate) mod coverage;
 pub mod cramer_rao;

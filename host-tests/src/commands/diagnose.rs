@@ -19,6 +19,7 @@ use crate::{
         html::{Told, diagnosis::page, write_page},
         json::result_json,
         plain_words,
+        window_note::missing,
     },
     score,
     trace::Trace,
@@ -113,6 +114,9 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     }
     let mut out = told();
     writeln!(out, "{HEAD}{}{HEAD:#}", plain_words::diagnosis(&diagnosed).sentence)?;
+    if let Some(missing) = missing(&trace, &config, &flight, &diagnosed) {
+        writeln!(out, "missing   {missing}")?;
+    }
     print_account(&mut out, &trace, &config, &diagnosed, reference.as_ref())?;
     writeln!(out, "next      {}", after_flight(&flight, args.html.as_deref()))?;
     Ok(())

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use meerkat_mwd::{
     Config,
-    compensation::Effect,
-    diagnosis::{DiagnosisReport, Verdict},
+    compensation::{Effect, Sensor},
+    diagnosis::{DiagnosisReport, EffectReport, Verdict},
     magnet::HardIronInterval,
 };
 
@@ -90,11 +90,10 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
         let rivals = if rivals.is_empty() { String::new() } else { format!("; as likely: {}", rivals.join(", ")) };
         writeln!(
             out,
-            "  found   {}: log Bayes factor {:.0}, turns its vector by {:.2} +- {:.2} deg rms{rivals}{remark}",
+            "  found   {}: log Bayes factor {:.0}, {}{rivals}{remark}",
             of.name(),
             effect.evidence,
-            effect.size_rad.to_degrees(),
-            effect.size_sigma_rad.to_degrees(),
+            size(effect, *of),
         )?;
     }
     let tried = report.tried.iter().zip(library).take(report.candidates.into()).enumerate();
@@ -105,6 +104,15 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
         writeln!(out, "  {}", remainder_text(&report.remainder))?;
     }
     Ok(())
+}
+
+/// Size of an effect with its deviation: of a vector sensor as the turn of its vector, of the gyro as a rate.
+pub(crate) fn size(found: &EffectReport, effect: &dyn Effect) -> String {
+    let [size, sigma] = [found.size_rad, found.size_sigma_rad].map(f32::to_degrees);
+    match effect.sensor() {
+        Sensor::Gyro => format!("adds {size:.3} +- {sigma:.3} deg/s rms"),
+        _ => format!("turns its vector by {size:.2} +- {sigma:.2} deg rms"),
+    }
 }
 
 fn print_outcome(out: &mut impl Write, diagnosed: &Diagnosed) -> io::Result<()> {

@@ -1,8 +1,13 @@
 //! Remarks about windows: one shorter than configured, or none at all.
 
-use meerkat_mwd::{Config, identification::WindowReport};
+use meerkat_mwd::{
+    Config,
+    diagnosis::Verdict,
+    identification::{Decision, WindowReport},
+};
 
-use crate::{flight::Flight, trace::Trace};
+use super::refusal_text::refusal_text;
+use crate::{diagnosis::Diagnosed, flight::Flight, trace::Trace};
 
 /// Shortfall from which a window is called short, seconds: its last sample comes one period before its end.
 const TOLERANCE_S: f64 = 0.5;
@@ -49,6 +54,18 @@ pub fn why_no_window(trace: &Trace, config: &Config, flight: &Flight) -> Option<
     } else {
         format!("no window closed in {available_s:.1} s, with {} gaps in time", flight.counters.gaps)
     })
+}
+
+/// What a diagnosis that can tell nothing lacks: motion, or readings.
+#[must_use]
+pub fn missing(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> Option<String> {
+    if diagnosed.verdict != Verdict::NotEnoughExcitation {
+        return None;
+    }
+    match flight.reports.last().map(|report| &report.decision) {
+        Some(Decision::Refused(refusal)) => Some(refusal_text(refusal)),
+        _ => why_no_window(trace, config, flight),
+    }
 }
 
 #[cfg(test)]

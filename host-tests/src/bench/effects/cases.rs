@@ -18,7 +18,7 @@ static WITHOUT_SOFT_IRON: LazyLock<Vec<&dyn Effect>> =
     LazyLock::new(|| LIBRARY.into_iter().filter(|effect| effect.name() != "soft_iron").collect());
 
 /// One case.
-pub(super) struct Case {
+pub(in crate::bench) struct Case {
     pub name: &'static str,
     /// Accepted names for each effect of the case: its own, and those it cannot be told from. Empty if there
     /// is no effect, or none like the library's.
@@ -99,7 +99,7 @@ fn matrix(random: &mut Random, largest: f64) -> [[f64; 3]; 3] {
 }
 
 /// All cases.
-pub(super) const CASES: &[Case] = &[
+pub(in crate::bench) const CASES: &[Case] = &[
     Case { name: "nothing", names: &[], add: |_, _| {} },
     Case {
         name: "mag_lag",

@@ -1,7 +1,7 @@
 //! Does the diagnosis name what is there, and does it help? Simulated drilling with effects that nobody
 //! declares to the pipeline.
 
-mod cases;
+pub(super) mod cases;
 mod false_alarms;
 mod observable;
 mod sizes;
@@ -73,8 +73,8 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
         for case in CASES {
             let trials = each_seed(0..seeds, |seed| {
                 let scenario = drilled(inclination_deg, seed, case.add)?;
-                let (outcome, errors) = diagnose_and_score(&scenario, seed, case.library())?;
-                let (observable, drawn) = (case.is_observable(&scenario, seed), sizes::drawn(case, &scenario));
+                let (outcome, errors, gyro) = diagnose_and_score(&scenario, seed, case.library())?;
+                let (observable, drawn) = (case.is_observable(&scenario, seed), sizes::drawn(case, &scenario, &gyro));
                 Ok(Trial { outcome, errors, observable, drawn })
             })?;
             if case.is_alone() {

@@ -1,5 +1,8 @@
 //! Sizes that are found, against those that were drawn: how often the truth lies within the stated deviations.
 
+use meerkat_mwd::compensation::GyroModel;
+use nalgebra::Vector3;
+
 use super::{Trial, cases::Case};
 use crate::{
     bench::table::{Cell, Table, median, rms},
@@ -11,9 +14,14 @@ const NORMAL_PERCENT: [u32; 2] = [68, 95];
 
 /// The sizes that a scenario has of a case's own effect, in the library's order and units of display; `None` where
 /// their order or units are others (soft iron), or several.
-pub(super) fn drawn(case: &Case, scenario: &Scenario) -> Option<Vec<f64>> {
+///
+/// The simulator adds the gyro's effects to its reading, the library takes them out of the compensated rate: between
+/// the two stands P. A factor k u^3 of each axis has k / P_ii^2 there, but for P's other elements.
+pub(super) fn drawn(case: &Case, scenario: &Scenario, gyro: &GyroModel) -> Option<Vec<f64>> {
     let effects = &scenario.effects;
     let own = case.own_name().filter(|_| case.is_alone())?;
+    let p = gyro.p_matrix().cast::<f64>();
+    let compensated = |v: [f64; 3]| (p * Vector3::from(v)).iter().copied().collect::<Vec<f64>>();
     Some(match own {
         "mag_lag" => vec![effects.mag_lag_ms],
         "gyro_lag" => vec![effects.gyro_lag_ms],
@@ -23,12 +31,21 @@ pub(super) fn drawn(case: &Case, scenario: &Scenario) -> Option<Vec<f64>> {
         "axial_interference" => vec![effects.hard_iron_ut[2]],
         "accel_bias" => effects.accel_bias_m_s2.to_vec(),
         "lever_arm" => effects.lever_arm_mm.to_vec(),
-        "g_sensitivity" => effects.g_sensitivity_deg_s_g.concat(),
-        "gyro_bias_temperature" => effects.gyro_bias_temperature_deg_s_c.to_vec(),
+        // Row by row.
+        "g_sensitivity" => {
+            let [x, y, z] = effects.g_sensitivity_deg_s_g;
+            let columns = [0, 1, 2].map(|k| compensated([x[k], y[k], z[k]]));
+            (0..3).flat_map(|row| columns.iter().filter_map(move |column| column.get(row))).copied().collect()
+        }
+        "gyro_bias_temperature" => compensated(effects.gyro_bias_temperature_deg_s_c),
         "gyro_scale_temperature" => effects.gyro_scale_temperature_percent_c.to_vec(),
-        "gyro_bias_step" => effects.bias_step_deg_s.to_vec(),
-        "vibration_rectification" => effects.vibration_rectification_deg_s_g2.to_vec(),
-        "gyro_scale_nonlinearity" => effects.gyro_scale_nonlinearity_s2_rad2.to_vec(),
+        "gyro_bias_step" => compensated(effects.bias_step_deg_s),
+        "vibration_rectification" => compensated(effects.vibration_rectification_deg_s_g2),
+        "gyro_scale_nonlinearity" => {
+            let scales = p.diagonal();
+            let cubes = effects.gyro_scale_nonlinearity_s2_rad2.iter().zip(scales.iter());
+            cubes.map(|(k, scale)| k / (scale * scale)).collect()
+        }
         "gyro_scale_asymmetry" => effects.gyro_scale_asymmetry.map(|share| 100.0 * share).to_vec(),
         _ => return None,
     })

@@ -1,5 +1,6 @@
 //! What is named in the traces of a second simulator, and what it is worth there.
 
+pub(super) mod blind;
 mod cases;
 
 use super::{
@@ -53,6 +54,12 @@ fn planned(case: &Case, seed: u64) -> (Plan, Added) {
     let mut added = Added { low_pass: random.uniform() < 0.5, ..Added::default() };
     (case.add)(&mut plan, &mut added, &mut random);
     (plan, added)
+}
+
+/// What the loop finds in a run.
+fn outcome(case: &Case, seed: u64) -> anyhow::Result<Outcome> {
+    let (trace, config) = drawn(case, seed);
+    Ok(Outcome::of(&fly_with(&LIBRARY, &config, &trace.samples, |_| {})?, &LIBRARY))
 }
 
 fn trial(case: &Case, seed: u64) -> anyhow::Result<Trial> {

@@ -2,9 +2,9 @@
 
 use crate::{
     bench::{
-        Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, cost, coverage, drilling, effects, honesty,
-        hour, mud_pulse, multi_station, rate_error, recordings, second_simulator, sensors, size, swaps, turntable,
-        whole_probe,
+        Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, closed_loop, cost, coverage, drilling,
+        effects, honesty, hour, mud_pulse, multi_station, rate_error, recordings, second_simulator, sensors, size,
+        swaps, turntable, whole_probe,
     },
     research::{contaminated, evaluations, inclination, paper},
 };
@@ -63,6 +63,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section::on_host("swaps", "Harm and missed benefit under random faults and effects", swaps::run),
     Section::on_host("effects", "Effects that nobody declared: what is named, and what it is worth", effects::run),
     Section::on_host("second_simulator", "Effects in the traces of a second simulator", second_simulator::run),
+    Section::on_recordings("closed_loop", "The loop, case by case", closed_loop::run),
     Section::on_recordings("recordings", "Findings on recordings of real sensors", recordings::run),
     Section::on_recordings("benefit", "Share of the attainable benefit that flies", benefit::run),
     Section::on_recordings("attitude", "Attitude on recordings, beside VQF", attitude::run),

@@ -9,7 +9,7 @@ use super::{Chart, Page, Series, Told, escape::escape, figure, in_s, sentence, t
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed, Found},
     report::{
-        account::verdict_name,
+        account::{size, verdict_name},
         effect_words::{effect_words, parameter_text},
         remainder_text::remainder_text,
     },
@@ -154,7 +154,7 @@ fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_open: bool) -
         let found = report.found().find(|found| usize::from(found.found.index) == index);
         let outcome = found.map_or_else(String::new, |found| {
             let remark = if found.is_taken_out() { "" } else { "; larger than it can be, so not taken out" };
-            format!("found: turns its vector by {:.2} deg rms{remark}", found.size_rad.to_degrees())
+            format!("found: {}{remark}", size(found, *effect))
         });
         let evidence = found.map_or(*tried, |found| found.evidence);
         (found.is_some(), vec![effect.name().to_owned(), format!("{evidence:.1}"), outcome])

@@ -26,7 +26,12 @@ use crate::{
     diagnosis::{Diagnosed, Found, VectorResidual},
     failure::Failure,
     flight::Flight,
-    report::{account::verdict_name, explanation::Explanation, motion, window_note::why_no_window},
+    report::{
+        account::verdict_name,
+        explanation::Explanation,
+        motion,
+        window_note::{missing, why_no_window},
+    },
     score::Reference,
     trace::{Trace, clipping_is_known, motion::name},
 };
@@ -92,6 +97,8 @@ struct Identification {
 struct Diagnosis {
     /// Verdict of the diagnosis; `null` if effects were not looked for.
     verdict: Option<&'static str>,
+    /// What motion or readings are missing; `null` if enough is there.
+    missing: Option<String>,
     effects: Vec<EffectJson>,
     residual: VectorResidual,
     /// What the last diagnosis leaves unexplained; `null` if nothing.
@@ -207,6 +214,7 @@ pub fn result_json(
         },
         diagnosis: Diagnosis {
             verdict: config.effects.then(|| verdict_name(diagnosed.verdict)),
+            missing: missing(trace, config, flight, diagnosed).filter(|_| config.effects),
             effects: {
                 let end_s = in_seconds(trace.last_us());
                 let magnets = diagnosed.magnets.iter().map(|magnet| EffectJson::of_magnet(magnet, end_s));
