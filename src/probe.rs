@@ -42,7 +42,7 @@ const CLOCK_CYCLES_PER_UNIT: u32 = 1_050;
 const USUAL_CLOCK_HZ: u32 = 168_000_000;
 
 /// Reports of windows, and of their effects, that wait to be taken unless a build has less room.
-pub const PENDING_REPORTS: usize = 3;
+pub const PENDING_REPORTS: usize = 2;
 
 /// The pipeline, with all its buffers. [`Probe::new`] is all zero bytes, so that a `static` of it takes no
 /// flash.

@@ -196,9 +196,10 @@ fn averaged(second: &Second, settings: &Settings) -> Vec<f64> {
     let (front_pull, p_pull) = (pull.fixed_rows::<BEFORE_P>(0), pull.fixed_rows::<9>(BEFORE_P));
     let grid = &settings.widths;
     let mut terms: Vec<(f64, SVector<f64, 9>)> = Vec::new();
-    for set in 0..27 {
+    // Nine of the 27 sets, in which any two widths of different sensors meet once.
+    for (a, b) in (0..9).map(|set| (set / 3, set % 3)) {
         let part = |group: usize, index: usize| f64::from(grid.parts[group][index]);
-        let (mag, iron, accel) = (part(0, set / 9), part(1, set / 3 % 3), part(2, set % 3));
+        let (mag, iron, accel) = (part(0, a), part(1, b), part(2, (6 - a - b) % 3));
         let mut sigma = second.sigma.clone();
         sigma[..8].iter_mut().for_each(|x| *x *= mag);
         sigma[8..11].iter_mut().for_each(|x| *x *= iron);
@@ -258,7 +259,7 @@ fn library<T: Real>(trace: &Trace, settings: &Settings) -> ([f64; 9], Posterior)
         estimator.push(sample.t_us, [rate, force, field], None);
         work(&mut estimator);
     }
-    estimator.close();
+    estimator.close(false);
     work(&mut estimator);
     assert_eq!(estimator.lost(), 0);
     (p, *estimator.posterior().unwrap())

@@ -45,16 +45,22 @@ impl ActiveEffects {
         true
     }
 
-    /// Returns the effects that correct attitude: without the terms that only turn a sensor's axes.
+    /// Returns the effects that correct attitude: without the terms that only turn a sensor's axes, and without an
+    /// effect that has no others.
     #[must_use]
     pub fn of_attitude(&self, library: &[&dyn Effect]) -> Self {
-        let mut rest = *self;
-        for found in &mut rest.found {
-            let Some(effect) = library.get(usize::from(found.index)) else { continue };
-            for (value, parameter) in found.parameters.iter_mut().zip(effect.parameters()) {
+        let mut rest = Self::none();
+        for found in self.iter() {
+            let mut found = *found;
+            let parameters = library.get(usize::from(found.index)).map_or(&[][..], |effect| effect.parameters());
+            for (value, parameter) in found.parameters.iter_mut().zip(parameters) {
                 if parameter.only_in_estimator {
                     *value = 0.0;
                 }
+            }
+            if found.parameters.iter().any(|value| *value != 0.0) {
+                // There is room for all that were in.
+                rest.add(found);
             }
         }
         rest
@@ -89,7 +95,15 @@ impl ActiveEffects {
 
     /// Takes the gyro's effects out of the rate.
     pub(crate) fn correct_rate(&self, library: &[&dyn Effect], snapshot: &mut Snapshot) {
-        snapshot.rate_rad_s -= self.sum(library, Sensor::Gyro, snapshot);
+        // A delay of the whole gyro adds nothing.
+        let added = self.iter().fold(Vector3::zeros(), |sum, found| {
+            let effect = library.get(usize::from(found.index)).filter(|effect| effect.sensor() == Sensor::Gyro);
+            match effect.filter(|effect| effect.gyro_delay_s(&found.parameters) == 0.0) {
+                Some(effect) => sum + contribution(*effect, &found.parameters, snapshot),
+                None => sum,
+            }
+        });
+        snapshot.rate_rad_s -= added;
     }
 
     /// Takes the effects of accelerometer and magnetometer out of their vectors. Terms that do not depend on
@@ -101,8 +115,7 @@ impl ActiveEffects {
         }
         let read = [snapshot.force_m_s2, snapshot.field_ut];
         let added_to = |[force_m_s2, field_ut]: [Vector3<f32>; 2]| {
-            let snapshot = Snapshot { force_m_s2, field_ut, ..*snapshot };
-            [Sensor::Accelerometer, Sensor::Magnetometer].map(|sensor| self.sum(library, sensor, &snapshot))
+            self.added_to_vectors(library, &Snapshot { force_m_s2, field_ut, ..*snapshot })
         };
         let less = |[a, b]: [Vector3<f32>; 2], [x, y]: [Vector3<f32>; 2], share: f32| [a - x * share, b - y * share];
         let constant = added_to([Vector3::zeros(); 2]);
@@ -111,15 +124,19 @@ impl ActiveEffects {
         [snapshot.force_m_s2, snapshot.field_ut] = less(read, added_to(halfway), 1.0);
     }
 
-    /// Sum of what the effects of one sensor add to its reading; a delay of the whole gyro adds nothing.
-    fn sum(&self, library: &[&dyn Effect], sensor: Sensor, snapshot: &Snapshot) -> Vector3<f32> {
-        self.iter().fold(Vector3::zeros(), |sum, found| {
-            let effect = library.get(usize::from(found.index)).filter(|effect| effect.sensor() == sensor);
-            match effect.filter(|effect| effect.gyro_delay_s(&found.parameters) == 0.0) {
-                Some(effect) => sum + contribution(*effect, &found.parameters, snapshot),
-                None => sum,
-            }
-        })
+    /// Sums of what the effects of accelerometer and magnetometer add to their readings.
+    fn added_to_vectors(&self, library: &[&dyn Effect], snapshot: &Snapshot) -> [Vector3<f32>; 2] {
+        let [mut of_force, mut of_field] = [Vector3::zeros(); 2];
+        for found in self.iter() {
+            let Some(effect) = library.get(usize::from(found.index)) else { continue };
+            let sum = match effect.sensor() {
+                Sensor::Gyro => continue,
+                Sensor::Accelerometer => &mut of_force,
+                Sensor::Magnetometer => &mut of_field,
+            };
+            *sum += contribution(*effect, &found.parameters, snapshot);
+        }
+        [of_force, of_field]
     }
 
     /// Delay of the gyro's reading, and so of everything valid at the rate's time, seconds.

@@ -21,7 +21,7 @@ use super::{
     real::Real,
     rows::WIDTH,
     unrolled::add_two_times,
-    widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, TAKEN, VARIABLES, Widths, column},
+    widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, LEFT_AFTER_TWO, TAKEN, VARIABLES, Widths, column},
 };
 use core::ops::Range;
 use levels::{Levels, Slices, copy};
@@ -31,9 +31,8 @@ use mixture::Sum;
 const GYRO: usize = 12;
 /// P.
 const NINE: usize = 9;
-/// Work units, as those of `crate::estimator::work`, of one width of each group: where all change, the last two, the
-/// last alone.
-const WIDTHS_UNITS: [u32; 3] = [650, 520, 420];
+/// Work units, as those of `crate::estimator::work`, of one set of widths: where all change, and where the last two do.
+const WIDTHS_UNITS: [u32; 2] = [650, 520];
 
 /// Mean and covariance in units of the prior's widths, P row-major and then b.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,47 +112,23 @@ impl<T: Real> Averaging<T> {
         self.sum.spread(&core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
     }
 
-    /// Numbers of widths, in the order in which the groups are taken out.
-    fn counts(&self) -> [usize; GROUPS] {
-        TAKEN.map(|group| self.grid.count.get(group).copied().unwrap_or(0))
-    }
-
-    /// Work units of the next width: more where a group before the last changes its own.
+    /// Work units of the next set of widths: more where the first group changes its own.
     pub fn units(&self) -> u32 {
-        let [_, second, third] = self.counts();
-        let is_first = |of: usize| self.stage.checked_rem(of) == Some(0);
-        let [all, two, last] = WIDTHS_UNITS;
-        if is_first(second * third) {
-            all
-        } else if is_first(third) {
-            two
-        } else {
-            last
-        }
+        let [all, two] = WIDTHS_UNITS;
+        if self.is_first_new() { all } else { two }
     }
 
-    /// One width of each group; `false` when all are done. `scratch` must be left alone from one to the next.
+    /// Returns true if the group that is taken out first has another width than in the set before.
+    fn is_first_new(&self) -> bool {
+        let of = |stage: usize| self.grid.set(stage).map(|[first, ..]| first);
+        self.stage == 0 || of(self.stage) != of(self.stage - 1)
+    }
+
+    /// One set of widths; `false` when all are done. `scratch` must be left alone from one to the next.
     pub fn step(&mut self, scratch: &mut [[T; WIDTH]]) -> bool {
-        let [first, second, third] = self.counts();
-        let quotient = |stage: usize, by: usize| stage.checked_div(by).unwrap_or(0);
-        let remainder = |stage: usize, by: usize| stage.checked_rem(by).unwrap_or(0);
-        if self.stage >= first * second * third {
-            return false;
-        }
+        let Some(chosen) = self.grid.set(self.stage) else { return false };
         let Some(mut levels) = Levels::cut(scratch.as_flattened_mut()) else { return false };
-        let chosen = [
-            quotient(self.stage, second * third),
-            remainder(quotient(self.stage, third), second),
-            remainder(self.stage, third),
-        ];
-        // The first level whose width is another one than before, and all after it.
-        let from = if chosen[2] > 0 {
-            2
-        } else if chosen[1] > 0 {
-            1
-        } else {
-            0
-        };
+        let is_first_new = self.is_first_new();
         // By group.
         let mut parts = [1.0; GROUPS];
         for (group, index) in TAKEN.into_iter().zip(chosen) {
@@ -171,29 +146,23 @@ impl<T: Real> Averaging<T> {
                 *slot = evidence;
             }
         };
-        let [after_first, after_second, after_third] = &mut levels.after;
-        let work = &mut levels.work;
-        if from == 0 {
-            work.take(levels.base.mean, levels.base.covariance);
+        let Levels { base, after_first, work } = &mut levels;
+        if is_first_new {
+            work.take(base.mean, base.covariance);
             take_out(0, work, VARIABLES);
             after_first.take(work.mean, work.covariance);
         }
-        if from <= 1 {
-            work.take(after_first.mean, after_first.covariance);
-            take_out(1, work, LEFT_AFTER[0]);
-            after_second.take(work.mean, work.covariance);
-        }
-        work.take(after_second.mean, after_second.covariance);
-        take_out(2, work, LEFT_AFTER[1]);
-        after_third.take(work.mean, work.covariance);
+        work.take(after_first.mean, after_first.covariance);
+        take_out(1, work, LEFT_AFTER);
+        take_out(2, work, LEFT_AFTER_TWO);
         let mut widths = [T::ZERO; GROUPS];
         for ((width, part), sheet) in widths.iter_mut().zip(parts).zip(self.grid.sheet) {
             *width = T::of(part / sheet).logarithm();
         }
         let evidence = self.evidence.iter().fold(T::ZERO, |sum, x| sum + *x);
         let mut of = Gaussian { mean: [T::ZERO; GYRO], covariance: [T::ZERO; triangle(GYRO)] };
-        copy(&mut of.mean, after_third.mean);
-        copy(&mut of.covariance, after_third.covariance);
+        copy(&mut of.mean, work.mean);
+        copy(&mut of.covariance, work.covariance);
         let inflations = self.grid.inflations.get(..self.grid.inflation_count).unwrap_or_default();
         self.sum.add(&of, inflations, evidence, widths);
         self.stage += 1;

@@ -17,6 +17,14 @@ const CONTRADICTED: f32 = 21.1;
 /// The same of one innovation: one in 1,000.
 const CONTRADICTED_ALONG: f32 = 10.8;
 
+/// Returns true if three independent innovations of variance 1 can contradict. Others that the unknowns are uncertain of
+/// too are likelier, however much that is: where these cannot, the unknowns' covariance need not be asked for.
+pub(super) fn may_contradict<T: Real>(value: &V3<T>) -> bool {
+    // A NaN is for the covariance to judge.
+    let is_likely = square(value) <= T::of(CONTRADICTED);
+    !is_likely
+}
+
 /// Innovations and the covariance that the unknowns give them, over the variance of the readings' own noise.
 pub(super) struct Innovation<T> {
     value: V3<T>,
@@ -174,6 +182,7 @@ mod tests {
             for (factor, expected) in [(0.999, false), (1.001, true)] {
                 let scale = factor * (f64::from(CONTRADICTED) / chi_square).sqrt();
                 let scaled = Innovation { value: value * scale, ..innovation };
+                assert!(may_contradict(&(scaled.value / noise.sqrt())) || !scaled.is_contradicted(noise));
                 assert_eq!(scaled.is_contradicted(noise), expected);
             }
         }

@@ -67,7 +67,10 @@ pub enum Item<T> {
     /// The attitude at the end of the increment before is asked for.
     Look,
     /// The posterior of everything before is asked for.
-    Close,
+    Close {
+        /// True if a search about it is to follow.
+        is_searched: bool,
+    },
 }
 
 /// The gyro model that rotations are composed with.

@@ -160,6 +160,8 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     /// Number of changes of the globals.
     updates: u32,
     averaging: Averaging<T>,
+    /// True if a search follows the averaging in progress.
+    is_searched: bool,
     left_over: LeftOver<NODES>,
     // Not `Option`s: these would not be all zero bytes.
     centre: Vec<Centre, 1>,
@@ -211,6 +213,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             globals: Globals::zero(),
             updates: 0,
             averaging: Averaging::zero(),
+            is_searched: false,
             left_over: LeftOver::zero(),
             centre: Vec::new(),
             posterior: Vec::new(),
@@ -253,10 +256,11 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// Asks for the posterior of all samples so far. It is there once [`Estimator::step`] has worked up to here, and
-    /// until then there is none.
-    pub fn close(&mut self) {
+    /// until then there is none. `is_searched`: whether the cost of a search about it is wanted too, see
+    /// [`Estimator::window_cost`].
+    pub fn close(&mut self, is_searched: bool) {
         self.posterior.clear();
-        self.waiting.push(Item::Close);
+        self.waiting.push(Item::Close { is_searched });
     }
 
     /// Returns the posterior that the last [`Estimator::close`] asked for, once it is done.

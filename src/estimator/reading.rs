@@ -2,7 +2,7 @@
 
 use super::{
     columns::{GLOBALS, HARD_IRON, MAG_MATRIX},
-    gate::{Innovation, attitude_variance},
+    gate::{Innovation, attitude_variance, may_contradict},
     globals::Globals,
     node::{Kind, Node},
     parameters::Parameters,
@@ -206,8 +206,8 @@ fn unread_variance<T: Real>(taken: &Taken<T>) -> T {
     taken.pre.unread_velocity + taken.pre.unread_turn * fallen * fallen
 }
 
-/// Returns true if the velocity from the readings of force contradicts its bound. The caller has to write the rows
-/// anew.
+/// Returns true if the velocity from the readings of force contradicts its bound. `path` is room for its rows, zero
+/// before and after.
 pub(super) fn is_path_contradicted<T: Real>(
     path: &mut [[T; WIDTH]; 6],
     node: &Node<T>,
@@ -219,6 +219,9 @@ pub(super) fn is_path_contradicted<T: Real>(
     let white = T::of(settings.noise.acceleration_m_s_rts);
     let variance = white * white * pre.seconds + speed * speed + aliased_variance(taken);
     let weight = weight(variance);
+    if !may_contradict(&(velocity * weight)) {
+        return false;
+    }
     let only_velocity = PathNoise { velocity: weight, position_by_velocity: T::ZERO, position: T::ONE };
     rows::path(path, sigma, &node.linear_at, pre, &only_velocity);
     for (row, velocity) in path.iter_mut().zip(velocity.iter()) {

@@ -84,7 +84,20 @@ impl Widths {
     }
 }
 
-/// Groups in the order in which they are taken out, the largest first: the last is taken out for every set of widths.
+impl Widths {
+    /// Widths of a set, one of each group in the order in which they are taken out. Any two widths of different groups
+    /// are together in one set, and of three each nine of the 27 sets do for that (an orthogonal array: Rao 1947); the
+    /// data sheets' are one of them. `None` beyond the last.
+    pub(super) fn set(&self, index: usize) -> Option<[usize; GROUPS]> {
+        let [first, second, third] = TAKEN.map(|group| self.count[group]);
+        let (a, b) = (index.checked_div(second)?, index.checked_rem(second)?);
+        let c = (third - (a + b).checked_rem(third)?).checked_rem(third)?;
+        (a < first).then_some([a, b, c])
+    }
+}
+
+/// Groups in the order in which they are taken out, the largest first: it is taken out once for each of its widths, the
+/// others for every set.
 pub(super) const TAKEN: [usize; GROUPS] = [2, 0, 1];
 /// Variables whose covariance is looked at: P and bias first, then group by group, each group's lag behind it, to be
 /// taken out from the end.
@@ -92,8 +105,9 @@ pub(super) const VARIABLES: usize = 12 + COUNTS[2] + COUNTS[1] + COUNTS[0];
 /// Variables of a group.
 pub(super) const COUNTS: [usize; GROUPS] =
     [MAG_MATRIX.count + MAG_LAG.count, HARD_IRON.count, ACCEL_MATRIX.count + ACCEL_BIAS.count + ACCEL_LAG.count];
-/// Variables that are left after each group that is taken out, in that order.
-pub(super) const LEFT_AFTER: [usize; GROUPS] = [12 + COUNTS[TAKEN[2]] + COUNTS[TAKEN[1]], 12 + COUNTS[TAKEN[2]], 12];
+/// Variables that are left after the group that is taken out first, and after the next.
+pub(super) const LEFT_AFTER: usize = LEFT_AFTER_TWO + COUNTS[TAKEN[1]];
+pub(super) const LEFT_AFTER_TWO: usize = 12 + COUNTS[TAKEN[2]];
 /// Groups with a lag, which is their last variable.
 pub(super) const HAS_LAG: [bool; GROUPS] = [true, false, true];
 
@@ -120,6 +134,24 @@ mod tests {
 
     extern crate std;
     use std::vec::Vec;
+
+    #[test]
+    fn any_two_widths_meet_once_and_the_data_sheets_are_a_set() {
+        for grid in [Widths::HAND, Widths::DRILL_STRING] {
+            let sets: Vec<[usize; GROUPS]> = (0..).map_while(|index| grid.set(index)).collect();
+            assert_eq!(sets.len(), 9);
+            for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+                let mut pairs: Vec<_> = sets.iter().map(|set| (set[i], set[j])).collect();
+                pairs.sort_unstable();
+                pairs.dedup();
+                assert_eq!(pairs.len(), 9);
+            }
+            let is_sheet = |set: &[usize; GROUPS]| {
+                TAKEN.iter().zip(set).all(|(group, index)| grid.parts[*group][*index] == grid.sheet[*group])
+            };
+            assert!(sets.iter().any(is_sheet));
+        }
+    }
 
     #[test]
     fn every_variable_is_another_column() {

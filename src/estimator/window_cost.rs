@@ -139,8 +139,8 @@ pub struct WindowCost<'a, const NODES: usize = WINDOW_NODES> {
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// The rows of the last 50 s of motion: what the population search minimises. `None` before a posterior, or
-    /// without motion.
+    /// The rows of the last 50 s of motion: what the population search minimises. `None` before a posterior that a
+    /// search was to follow, or without motion.
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
         let centre = self.centre.first().filter(|_| !self.posterior.is_empty())?;

@@ -31,7 +31,7 @@ const SPREADING_UNITS: u32 = 300;
 const WEIGHED_EVERY_US: u64 = 5_000_000;
 const CENTRE_UNITS: u32 = 420;
 const BOUND_UNITS: u32 = 160;
-const CONCLUDING_UNITS: u32 = 100;
+const CONCLUDING_UNITS: u32 = 260;
 /// Nodes whose rows are gathered in one piece.
 const BOUND_NODES: usize = 4;
 /// Columns of the root's inverse that are gathered in one piece.
@@ -63,13 +63,19 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 units
             }
             Task::Gathering(from) => {
-                let more = self.averaging.gather(from..from + GATHERED, &mut self.update.rows);
-                self.task = if more { Task::Gathering(from + GATHERED) } else { Task::Averaging };
+                self.gather(from);
                 GATHERING_UNITS
             }
             Task::Spreading(of) => {
-                self.spread(of);
-                SPREADING_UNITS
+                if self.spread(of) {
+                    return SPREADING_UNITS;
+                }
+                if self.is_searched {
+                    self.task = Task::Bounding(0);
+                    return SPREADING_UNITS;
+                }
+                self.conclude();
+                CONCLUDING_UNITS
             }
             Task::Widening(from) => {
                 self.widen(from);
@@ -81,12 +87,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             }
             Task::Averaging => {
                 let units = self.averaging.units();
-                if !self.averaging.step(&mut self.update.rows) {
-                    self.centre();
-                    self.task = Task::Spreading(0);
-                    return CENTRE_UNITS;
+                if self.mix() {
+                    return units;
                 }
-                units
+                self.task = Task::Spreading(0);
+                if self.is_searched {
+                    self.centre();
+                }
+                CENTRE_UNITS
             }
             Task::Bounding(from) => {
                 if self.bound(from) {
@@ -119,7 +127,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 self.note_attitude();
                 INCREMENT_UNITS
             }
-            Some(Item::Close) => {
+            Some(Item::Close { is_searched }) => {
+                self.is_searched = is_searched;
                 self.average();
                 START_UNITS
             }
@@ -142,6 +151,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     /// Sees to it that the search's cost has a minimum: gathers the information of so many nodes' rows at a time, in
     /// scratch memory, and bounds the cost by it; `true` when that is done.
+    #[inline(never)]
     fn bound(&mut self, from: usize) -> bool {
         let Some(centre) = self.centre.first_mut() else { return true };
         let scratch = self.update.rows.as_flattened_mut();
@@ -188,6 +198,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     /// An increment whose neighbours are known; `true` where a node ends with it.
+    #[inline(never)]
     fn take(&mut self, increment: &Increment<T>, next: Option<&Increment<T>>) -> bool {
         let mut increment = *increment;
         if let Some(field) = &mut increment.field {
@@ -285,24 +296,42 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Next;
     }
 
+    // Not inlined, as the pieces after it are: what each kind of work costs is counted by its functions' calls.
+    #[inline(never)]
     fn average(&mut self) {
+        self.centre.clear();
         self.averaging.start(&self.globals, &self.settings.widths, &mut self.update.rows);
         self.task = Task::Gathering(0);
     }
 
+    /// Gathers the covariance from some columns of the root's inverse.
+    #[inline(never)]
+    fn gather(&mut self, from: usize) {
+        let more = self.averaging.gather(from..from + GATHERED, &mut self.update.rows);
+        self.task = if more { Task::Gathering(from + GATHERED) } else { Task::Averaging };
+    }
+
+    /// Adds one set of widths to the average; `false` when all are in.
+    #[inline(never)]
+    fn mix(&mut self) -> bool {
+        self.averaging.step(&mut self.update.rows)
+    }
+
     /// Widens the gyro's covariance by an effect's: an unknown part of an effect that is taken out is unknown of the
-    /// gyro.
-    fn spread(&mut self, of: usize) {
+    /// gyro. `false` when there is no such effect any more.
+    #[inline(never)]
+    fn spread(&mut self, of: usize) -> bool {
         if of >= self.evidence.taken.len() {
-            self.task = Task::Bounding(0);
-            return;
+            return false;
         }
         let spread = self.candidates.spread(of, (&self.evidence.taken, &self.evidence.covariance), &self.globals);
         self.averaging.spread(&spread);
         self.task = Task::Spreading(of + 1);
+        true
     }
 
     /// Widens the next global that walks, from a column on.
+    #[inline(never)]
     fn widen(&mut self, from: usize) {
         for (column, sigma) in self.prior.sigma.iter().enumerate().skip(from) {
             let variance = walk::variance_per_s(column, sigma.narrow(), &self.settings.noise);
@@ -316,6 +345,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Walking(0);
     }
 
+    #[inline(never)]
     fn walk(&mut self, column: usize) {
         self.updates = self.updates.wrapping_add(1);
         self.candidates.triangular(&mut self.globals, column);

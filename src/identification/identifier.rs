@@ -191,8 +191,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
             return false;
         }
         let can_look = self.estimator.push(t_us, readings, warming_k);
-        if self.schedule.push(t_us).is_some() {
-            self.estimator.close();
+        if let Some(update) = self.schedule.push(t_us) {
+            self.estimator.close(NODES > 0 && update.is_window);
         }
         can_look
     }
@@ -231,10 +231,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         if update.is_window {
             self.estimator.start_remainder();
         }
-        let cost = self
-            .estimator
-            .window_cost()
-            .filter(|_| NODES > 0 && update.is_window && report.decision == Decision::Accepted);
+        let cost = self.estimator.window_cost().filter(|_| report.decision == Decision::Accepted);
         let Some(cost) = cost else {
             self.schedule.conclude(report);
             return JUDGE_UNITS;

@@ -44,7 +44,7 @@ impl Tier for Identify<'_> {
         self.estimator.push(sample.t_us, self.probe.readings(), warming_k);
         if !self.closing && sample.t_us.saturating_sub(self.updated_us) >= UPDATE_US {
             self.updated_us = sample.t_us;
-            self.estimator.close();
+            self.estimator.close(false);
             self.closing = true;
         }
         let idle = (0..STEPS).any(|_| self.estimator.step() == 0);

@@ -43,7 +43,7 @@ pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
         drilling("drilling_45deg", "45 deg, 200 Hz", FAST_US)?,
         by_hand()?,
     ];
-    Ok(vec![most(&runs), bounds(&runs), memory()?])
+    Ok(vec![most(&runs), tasks(&runs), bounds(&runs), memory()?])
 }
 
 fn drilling(scenario_name: &str, name: &'static str, period_us: u32) -> anyhow::Result<Run> {
@@ -105,6 +105,55 @@ fn mean(sum: Cost, count: u64) -> Cost {
         arithmetic: of(sum.arithmetic),
         memory: of(sum.memory),
     }
+}
+
+/// Tasks of the work beside samples, by the calls that do them. An increment's calls contain those of the rows of a node
+/// that ends with it.
+const TASKS: [(&str, Call, Option<Call>); 10] = [
+    ("increments, with the effects' terms", Call::Increment, Some(Call::Rows)),
+    ("a node's rows", Call::Rows, None),
+    ("elimination of its states", Call::Eliminating, None),
+    ("its way into the globals", Call::Absorbing, None),
+    ("its way into the effects' rows", Call::AbsorbingOwn, None),
+    ("walks", Call::Walking, None),
+    ("averages over widths", Call::Averaging, None),
+    ("bounds of the search", Call::Bounding, None),
+    ("search", Call::Searching, None),
+    ("weighing of effects", Call::Weighing, None),
+];
+
+/// Where the cycles of the work beside samples go, with what a product and its sum take at best.
+fn tasks(runs: &[Run]) -> Table {
+    let names = runs.iter().map(|run| run.name);
+    let columns: Vec<&str> = [""].into_iter().chain(names).collect();
+    let mut table = Table::new(
+        "Where the cycles of the work beside samples go, a second of flight, in thousands: all; what their products of floats, each \
+         with its sum, take at two cycles; what these and the loads and stores take",
+        &columns,
+    );
+    let mut row = |name: &str, of: &dyn Fn(&CallCosts) -> [u64; 3]| {
+        let cells = runs.iter().map(|run| {
+            let [cycles, products, bound] = of(&run.costs).map(|sum| sum as f64 / run.seconds / 1e3);
+            Cell::from(format!("{cycles:.0}; {products:.0}; {bound:.0}"))
+        });
+        table.row([Cell::from(name)].into_iter().chain(cells));
+    };
+    let figures = |cost: Cost| [cost.cycles, 2 * cost.products, 2 * cost.products + cost.memory];
+    let less =
+        |[a, b, c]: [u64; 3], [x, y, z]: [u64; 3]| [a.saturating_sub(x), b.saturating_sub(y), c.saturating_sub(z)];
+    let of_task = |costs: &CallCosts, call: Call, within: Option<Call>| {
+        let all = figures(costs.of(call).sum);
+        within.map_or(all, |within| less(all, figures(costs.of(within).sum)))
+    };
+    for (name, call, within) in TASKS {
+        row(name, &|costs| of_task(costs, call, within));
+    }
+    row("all else: judgements, questions, calls", &|costs| {
+        let all = figures(costs.of(Call::Work).sum);
+        TASKS.iter().fold(all, |rest, (_, call, within)| less(rest, of_task(costs, *call, *within)))
+    });
+    row("all", &|costs| figures(costs.of(Call::Work).sum));
+    table
 }
 
 /// Bounds of each kind of work. Two cycles a product: the processor's sum of products takes three, its product and its

@@ -31,12 +31,14 @@ enum { KINDS = 32, ENTRIES = 128 };
 /* What is counted: instructions, cycles, products of floats, cycles of float arithmetic, cycles of loads and stores. */
 enum { INSTRUCTIONS, CYCLES, PRODUCTS, ARITHMETIC, MEMORY, COUNTS };
 
-/* What runs without a branch, the kinds of call that begin with it, and those whose period does. */
-struct run { uint64_t from, to, counts[COUNTS]; uint32_t begins, ends_period; };
+/* What runs without a branch, whether it ends with a call, the kinds of call that begin with it, and those whose period does. */
+struct run { uint64_t from, to, counts[COUNTS]; int calls; uint32_t begins, ends_period; };
 static struct { uint64_t address; int kind, is_period; } entries[ENTRIES];
 static int n_entries, n_kinds;
 static uint64_t now[COUNTS];
 static const struct run *before;
+/* Where the latest call returns to: an interrupt may come between a call and the function's first instruction. */
+static uint64_t returns_to;
 
 /* Calls of a kind: where the present one returns to, and what stood in the counts at its beginning; calls in all, their sums, the dearest;
  * the same of a period, which is all calls from one function's entry to its next. */
@@ -81,6 +83,9 @@ static int arithmetic_cycles(const char *text)
     return multiplies_and_adds(text) ? 3 : 1;
 }
 
+/* Calls, and not the branches ble, bls and blt. */
+static int is_call(const char *text) { return starts(text, "bl ") || starts(text, "bl\t") || starts(text, "blx"); }
+
 static void count(struct run *run, const char *text)
 {
     int memory = memory_cycles(text), arithmetic = memory ? 0 : arithmetic_cycles(text);
@@ -90,6 +95,7 @@ static void count(struct run *run, const char *text)
     run->counts[PRODUCTS] += multiplies_and_adds(text) || starts(text, "vmul") || starts(text, "vnmul");
     run->counts[ARITHMETIC] += arithmetic;
     run->counts[MEMORY] += memory;
+    run->calls = is_call(text);
 }
 
 static void end_call(int k)
@@ -115,12 +121,13 @@ static void on_execute(unsigned cpu, void *data)
     const struct run *run = data;
     (void)cpu;
     if (before && run->from != before->to) now[CYCLES] += 2;
+    if (before && before->calls) returns_to = before->to;
     for (int k = 0; k < n_kinds; k++) {
         if (kinds[k].is_in && run->from == kinds[k].returns) end_call(k);
         if (run->ends_period >> k & 1) end_period(k);
         if (run->begins >> k & 1 && !kinds[k].is_in && before) {
             kinds[k].is_in = 1;
-            kinds[k].returns = before->to;
+            kinds[k].returns = returns_to;
             memcpy(kinds[k].at, now, sizeof now);
         }
     }

@@ -14,8 +14,8 @@ const LEAST_INFORMATION: f32 = 1e-4;
 /// A direction counts as decided by the data when they leave less than half of the prior's deviation.
 const DECIDED_INFORMATION: f32 = 3.0;
 
-/// Logarithm of how much less a weight is than another when f32 loses their sum's difference, 2e-9: of all 27 together
-/// 6e-8.
+/// Logarithm of how much less a weight is than another when f32 loses their sum's difference, 2e-9: of all 27 scales
+/// and inflations together 6e-8.
 pub(super) const NEGLIGIBLE: f32 = 20.0;
 
 /// P's posterior by direction. Its prior has mean 0 and variance 1 in each.

@@ -1,16 +1,17 @@
-//! The scratch memory of the averaging, cut up: one Gaussian for each group of variables that has been taken out.
+//! The scratch memory of the averaging, cut up: Gaussians of all variables, and without the group that is taken out
+//! first.
 
 use crate::estimator::{
     gaussian::triangle,
-    widths::{GROUPS, LEFT_AFTER, VARIABLES},
+    widths::{LEFT_AFTER, VARIABLES},
 };
 
 /// Gaussians in the filter's scratch memory, which is free between its updates.
 pub(super) struct Levels<'a, T> {
     /// All variables at the widths that the filter runs with.
     pub base: Slices<'a, T>,
-    /// Gaussian after each group is taken out at its present width: the next group's widths start from it.
-    pub after: [Slices<'a, T>; GROUPS],
+    /// Gaussian after the first group is taken out at its present width: the sets that share it start from this one.
+    pub after_first: Slices<'a, T>,
     /// Room to take variables out in.
     pub work: Slices<'a, T>,
 }
@@ -26,9 +27,8 @@ impl<'a, T: Copy> Levels<'a, T> {
     pub fn cut(scratch: &'a mut [T]) -> Option<Self> {
         let mut rest = scratch;
         let base = Slices::cut(&mut rest, VARIABLES)?;
-        let [a, b, c] = LEFT_AFTER;
-        let after = [Slices::cut(&mut rest, a)?, Slices::cut(&mut rest, b)?, Slices::cut(&mut rest, c)?];
-        Some(Levels { base, after, work: Slices::cut(&mut rest, VARIABLES)? })
+        let after_first = Slices::cut(&mut rest, LEFT_AFTER)?;
+        Some(Levels { base, after_first, work: Slices::cut(&mut rest, VARIABLES)? })
     }
 }
 
@@ -64,7 +64,7 @@ mod tests {
     fn the_rows_of_an_update_have_room_for_all_levels() {
         let mut update = Update::<f32>::zero();
         let needed = |variables: usize| variables + triangle(variables);
-        let all = 2 * needed(VARIABLES) + LEFT_AFTER.map(needed).iter().sum::<usize>();
+        let all = 2 * needed(VARIABLES) + needed(LEFT_AFTER);
         let scratch = update.rows.as_flattened_mut();
         assert!(scratch.get_mut(..all).is_some_and(|enough| Levels::cut(enough).is_some()));
         assert!(scratch.get_mut(..all - 1).is_some_and(|few| Levels::cut(few).is_none()));

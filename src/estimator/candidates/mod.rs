@@ -57,9 +57,34 @@ pub(super) struct Place {
     pub usual: f32,
 }
 
+/// How an effect comes by its columns.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// It has columns of its own once it has shown.
+    Own,
+    /// It stands among the nuisances.
+    Nuisance,
+    /// It has columns for each of several shocks.
+    BiasStep,
+}
+
+impl Kind {
+    fn of(effect: &dyn Effect) -> Self {
+        if effect.nuisance().is_some() {
+            Self::Nuisance
+        } else if effect.is_bias_step() {
+            Self::BiasStep
+        } else {
+            Self::Own
+        }
+    }
+}
+
 /// The columns of all effects that have no others.
 pub(super) struct Candidates<T, const EFFECTS: usize> {
     library: Option<&'static [&'static dyn Effect]>,
+    /// Of each effect of the library: asked for at every increment.
+    kinds: [Kind; MAX_CLAIMS],
     places: [Place; EFFECTS],
     columns: usize,
     /// One past the first column of each effect, of a step of the bias that of the first step; 0: it has none.
@@ -91,6 +116,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         const NOWHERE: Place = Place { effect: 0, parameter: 0, step: 0, sensor: Sensor::Gyro, usual: 0.0 };
         Self {
             library: None,
+            kinds: [Kind::Own; MAX_CLAIMS],
             places: [NOWHERE; EFFECTS],
             columns: 0,
             firsts: [0; MAX_CLAIMS],
@@ -114,6 +140,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     /// Sets the effects that are looked for.
     pub fn configure(&mut self, library: &'static [&'static dyn Effect]) {
         self.library = Some(library);
+        self.kinds.iter_mut().zip(library).for_each(|(kind, effect)| *kind = Kind::of(*effect));
         self.begin();
     }
 

@@ -1,7 +1,7 @@
 //! Terms of the effects: their additions to the readings of an increment, and to rotation, field, velocity and
 //! position from node to node.
 
-use super::{Candidates, Place, STEPS};
+use super::{Candidates, Kind, Place, STEPS};
 use crate::{
     compensation::{Effect, Sensor, Snapshot, effect::MAX_PARAMETERS},
     estimator::{
@@ -61,24 +61,23 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
             let count = effect.parameters().len();
             let terms = all.get_mut(..count).unwrap_or_default();
             effect.set_terms(&moment, terms);
-            let mut is_there = false;
             let squares = self.squares.get_mut(before..).unwrap_or_default();
             for (sum, term) in squares.iter_mut().zip(terms.iter()) {
-                let square = square(term);
-                is_there |= square > 0.0;
-                *sum += T::of(square);
+                *sum += T::of(square(term));
             }
             before += count;
-            if effect.nuisance().is_some() {
-                continue;
-            }
-            if effect.is_bias_step() {
-                self.look_at_steps(index, *effect, increment.end_us, &mut out);
-                continue;
+            match self.kinds.get(index).copied().unwrap_or_else(|| Kind::of(*effect)) {
+                Kind::Nuisance => continue,
+                Kind::BiasStep => {
+                    self.look_at_steps(index, *effect, increment.end_us, &mut out);
+                    continue;
+                }
+                Kind::Own => {}
             }
             let known = self.first_column(index, 0);
             // An effect that has never shown needs no columns.
-            let Some(first) = known.or_else(|| if is_there { self.give_columns(index, *effect, 0) } else { None })
+            let is_there = || terms.iter().any(|term| square(term) > 0.0);
+            let Some(first) = known.or_else(|| if is_there() { self.give_columns(index, *effect, 0) } else { None })
             else {
                 continue;
             };

@@ -89,7 +89,7 @@ fn what_no_motion_shows_of_a_stored_p_is_as_uncertain_as_it_was_when_it_was_stor
         let mut estimator = estimator();
         estimator.restore(&stored, &deviations, &ActiveEffects::none());
         let mut estimator = played(estimator, &drill_string(seed, 60.0, 12.0, 2.5));
-        estimator.close();
+        estimator.close(false);
         while estimator.step() > 0 {}
         let posterior = estimator.posterior().unwrap();
         let truth = GyroModel::IDENTITY.p;

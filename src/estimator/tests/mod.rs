@@ -43,7 +43,7 @@ fn posterior<T: Real>(samples: &[(u64, [Reading; 3])], budget: u32) -> Posterior
         estimator.push(*t_us, [*rate, *force, *field], None);
         done(&mut estimator, budget);
     }
-    estimator.close();
+    estimator.close(false);
     done(&mut estimator, u32::MAX);
     assert_eq!(estimator.lost(), 0);
     estimator.posterior().copied().unwrap()
@@ -82,7 +82,7 @@ fn a_stored_model_is_where_the_next_run_begins_unless_the_samples_contradict_it(
             estimator.push(*t_us, [*rate, *force, *field], None);
             while estimator.step() > 0 {}
         }
-        estimator.close();
+        estimator.close(false);
         while estimator.step() > 0 {}
         let posterior = estimator.posterior().copied().unwrap();
         (posterior.fitness, largest_difference(&posterior.gyro, &simulated.truth), estimator.prior.is_restored)
@@ -277,7 +277,7 @@ fn watched(samples: &[(u64, [Reading; 3])], mut watch: impl FnMut(&Estimator<f64
     for (index, (t_us, [rate, force, field])) in samples.iter().enumerate() {
         estimator.push(*t_us, [*rate, *force, *field], None);
         if index + 1 == samples.len() {
-            estimator.close();
+            estimator.close(false);
         }
         while estimator.step() > 0 {
             watch(&estimator);

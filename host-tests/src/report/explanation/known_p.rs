@@ -61,7 +61,7 @@ fn from_reference(trace: &Trace, config: &Config) -> Option<Posterior> {
         estimator.push(sample.t_us, readings(&sample), None);
         while estimator.step() > 0 {}
     }
-    estimator.close();
+    estimator.close(false);
     while estimator.step() > 0 {}
     estimator.posterior().filter(|posterior| posterior.fitness.is_ok()).copied()
 }

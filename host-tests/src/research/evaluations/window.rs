@@ -27,7 +27,7 @@ impl Window {
     /// The first window of a drilling run.
     pub fn simulated(inclination_deg: f64, seed: u64) -> anyhow::Result<Self> {
         let hole = Hole { inclination_deg, ..Hole::default() };
-        let (trace, _) = simulate(&Scenario { duration_s: 56.0, hole, ..Scenario::default() }, seed);
+        let (trace, _) = simulate(&Scenario { duration_s: 51.5, hole, ..Scenario::default() }, seed);
         let mut config = of_trace(&trace);
         // Only the identification is measured.
         config.effects = false;
