@@ -44,6 +44,7 @@ mod share;
 mod square_root;
 mod start;
 mod unrolled;
+mod taken_out;
 mod update;
 mod waiting;
 mod walk;

@@ -7,10 +7,10 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
 
 use super::{
-    candidates::TakenOut,
     increment::Increment,
     parameters::Parameters,
     real::{M3, Real, V3, identity, norm, rotation, square, zero3, zero33},
+    taken_out::TakenOut,
 };
 
 /// Bias and P.

@@ -25,7 +25,6 @@ pub use claims::Claim;
 pub(super) use claims::Units;
 pub use rules::Rules;
 use shocks::Shocks;
-pub(super) use terms::TakenOut;
 
 /// Columns of the library's effects, with three steps of the bias.
 pub const EFFECTS: usize = 44;

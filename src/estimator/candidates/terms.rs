@@ -9,25 +9,10 @@ use crate::{
         parameters::Parameters,
         preintegration::Turned,
         real::{Real, V3, square, zero3},
+        taken_out::TakenOut,
     },
 };
 use nalgebra::Vector3;
-
-/// Additions of the effects that are taken out to the readings of an increment: rate (rad/s), specific force (m/s^2),
-/// field.
-#[derive(Clone, Copy)]
-pub struct TakenOut<T> {
-    pub rate: V3<T>,
-    pub force: V3<T>,
-    pub field: V3<T>,
-}
-
-impl<T: Real> TakenOut<T> {
-    /// Nothing.
-    pub fn nothing() -> Self {
-        Self { rate: zero3(), force: zero3(), field: zero3() }
-    }
-}
 
 impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     /// Works out the terms of an increment. `rate_change`: derivative of its rate, rad/s^2; `field_ut`: the unit of
