@@ -37,7 +37,7 @@ impl<T: Real> Sum<T> {
             weight: T::ZERO,
             best: T::ZERO,
             decided: 0,
-            variance: [T::ONE; GYRO],
+            variance: [T::ZERO; GYRO],
             mean: [T::ZERO; GYRO],
             square: [T::ZERO; triangle(GYRO)],
             widths: [T::ZERO; GROUPS],
