@@ -39,8 +39,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         };
         let attitude = self.node.attitude;
         let agreement = self.update.assemble(&mut self.node, &taken);
-        // Where the attitude is hardly known it tells of no turn, and its variance has been asked for already.
-        if agreement.field == Readings::Used && self.needs_turns() && self.node.curved == 0 {
+        if agreement.field == Readings::Used && self.needs_turns() {
             self.pointing.add(&self.node.linear_at, attitude_variance(&self.node, &self.globals));
         }
         self.candidates.fill(&mut self.further, &self.update.rows, &self.node.linear_at, &self.pre, self.kind);

@@ -6,7 +6,6 @@
 #include "replay.h"
 
 #include <meerkat_mwd.h>
-#include <string.h>
 
 #define RECORD_SIZE 52
 
@@ -18,6 +17,22 @@ static uint8_t frame[MWD_FRAME_SIZE];
 static size_t frame_length = 0;
 static uint16_t sequence = 0;
 
+/* A chip without a C library has no string.h. */
+static void copy(void *to, const uint8_t *from, size_t bytes) {
+    uint8_t *byte = (uint8_t *)to;
+    while (bytes-- > 0) {
+        *byte++ = *from++;
+    }
+}
+
+static size_t length(const char *text) {
+    size_t bytes = 0;
+    while (text[bytes] != '\0') {
+        bytes++;
+    }
+    return bytes;
+}
+
 /* Sends the frame that a call has just written. */
 static int sent(MwdStatus status) {
     sequence++;
@@ -25,12 +40,12 @@ static int sent(MwdStatus status) {
 }
 
 static void unpack(const uint8_t *record, MwdSample *sample) {
-    memcpy(&sample->t_us, record, 8);
-    memcpy(sample->gyro_rad_s, record + 8, 12);
-    memcpy(sample->accel_m_s2, record + 20, 12);
-    memcpy(sample->mag_ut, record + 32, 12);
-    memcpy(&sample->temperature_c, record + 44, 4);
-    memcpy(&sample->flags, record + 48, 4);
+    copy(&sample->t_us, record, 8);
+    copy(sample->gyro_rad_s, record + 8, 12);
+    copy(sample->accel_m_s2, record + 20, 12);
+    copy(sample->mag_ut, record + 32, 12);
+    copy(&sample->temperature_c, record + 44, 4);
+    copy(&sample->flags, record + 48, 4);
 }
 
 int replay(void) {
@@ -48,7 +63,7 @@ int replay(void) {
         return 2;
     }
     if (mwd_config_validate(&config, reason, sizeof reason) != MWD_STATUS_OK) {
-        io_write(reason, strlen(reason));
+        io_write(reason, length(reason));
         return 3;
     }
     if (mwd_probe_configure(probe, &config) != MWD_STATUS_OK ||
