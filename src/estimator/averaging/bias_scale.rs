@@ -6,7 +6,7 @@
 
 use super::{Averaged, GYRO, NINE, directions::SCALES};
 use crate::estimator::{
-    gaussian::{element, triangle},
+    gaussian::element,
     real::{M3, Real, V3, zero3, zero33},
 };
 
@@ -49,10 +49,11 @@ pub fn average<T: Real>(of: &mut Averaged<T>) {
             V3::from_fn(|k, _| unit(k + NINE == i))
         }
     });
-    for i in 0..GYRO {
-        of.mean[i] += by[i].dot(&moved);
-        for j in 0..=i {
-            of.covariance[triangle(i) + j] += by[i].dot(&(narrowed * by[j]));
+    let mut elements = of.covariance.iter_mut();
+    for (i, (mean, row)) in of.mean.iter_mut().zip(&by).enumerate() {
+        *mean += row.dot(&moved);
+        for (column, element) in by.iter().take(i + 1).zip(elements.by_ref()) {
+            *element += row.dot(&(narrowed * column));
         }
     }
 }
@@ -90,7 +91,7 @@ impl<T: Real> Sum<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::averaging::GROUPS;
+    use crate::estimator::{averaging::GROUPS, gaussian::triangle};
 
     /// A posterior in which P's first element is half as far from its prior's mean as the bias about x, by what they
     /// have in common.
