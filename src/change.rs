@@ -1,4 +1,4 @@
-//! How fast a vector changes: what bounds it where nobody read it.
+//! Rate of change of a vector, which bounds it in gaps between readings.
 
 use nalgebra::Vector3;
 
@@ -31,7 +31,7 @@ pub(crate) struct Change {
     /// Per axis, in the vector's unit per second, squared.
     square: f32,
     known_s: f32,
-    /// What it is taken for at least.
+    /// Least derivative that is assumed.
     least: f32,
 }
 
@@ -39,7 +39,7 @@ impl Change {
     /// All zero, for a static.
     pub(crate) const ZERO: Self = Self::of_at_least(0.0);
 
-    /// Of a vector whose derivative is at least so large where nobody reads it.
+    /// Change of a vector whose derivative is assumed to be at least this large in gaps.
     pub(crate) const fn of_at_least(derivative: f32) -> Self {
         Self {
             sum: Vector3::new(0.0, 0.0, 0.0),
@@ -89,7 +89,7 @@ impl Change {
 
     /// Variance, on each axis, of the integral over a gap about that of the straight line from `before` to `after`:
     /// the vector goes on changing as fast as it did, or as it did over the gap, in a direction that nobody knows.
-    /// Of a derivative d the integral is off by up to d gap^2 / 4, where it turns round in the middle, and by
+    /// The integral of a derivative d is off by up to d gap^2 / 4, where it turns round in the middle, and by
     /// d gap^2 / sqrt(12) is taken for its deviation.
     pub(crate) fn unread_variance(&self, before: &Vector3<f32>, after: &Vector3<f32>, gap_s: f32) -> f32 {
         let over_gap = (after - before).norm_squared() / (3.0 * gap_s * gap_s);

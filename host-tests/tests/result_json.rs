@@ -41,7 +41,7 @@ fn report(start_s: u64, decision: Decision, fitted: GyroModel, flown: GyroModel)
         directions_decided: 7,
         innovation_nis: 1.125,
         deg_per_turn: 0.5,
-        widths: [1.0, 0.25, 3.0],
+        widths: [1.0, 0.25, 3.0, 0.5, 2.0],
         ..rig::report::report(decision)
     }
 }
@@ -116,7 +116,7 @@ fn a_window_says_what_it_rests_on_and_an_overrun_nothing() {
     let [window, late] = [0, 1].map(|i: usize| &result["identification"]["windows"][i]);
     assert_eq!((&window["motion_s"], &window["directions_decided"]), (&40.0.into(), &7.into()));
     assert_eq!((&window["innovation_nis"], &window["deg_per_turn"]), (&1.125.into(), &0.5.into()));
-    let widths = serde_json::json!({ "magnetometer_matrix": 1.0, "hard_iron": 0.25, "accelerometer": 3.0 });
+    let widths = serde_json::json!({ "magnetometer_matrix": 1.0, "magnetometer_misalignment": 0.5, "hard_iron": 0.25, "accelerometer": 3.0, "accelerometer_bias": 2.0 });
     assert_eq!(window["widths"], widths);
     for key in ["motion_s", "directions_decided", "innovation_nis", "widths"] {
         assert_eq!(late[key], Value::Null, "{key}");

@@ -1,6 +1,7 @@
 //! Symmetric matrices, stored as lower triangles: half of the memory, and no half that could disagree.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::cholesky::{factorise, solve_lower, solve_upper};
 use core::ops::Range;

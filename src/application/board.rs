@@ -23,7 +23,7 @@ pub trait Board {
     /// The oldest sample that waits in the queue.
     fn sample(&mut self) -> Option<Acquired>;
 
-    /// What the interrupt has counted.
+    /// Counts of the interrupt.
     fn acquisition(&self) -> &AcquisitionCounts;
 
     /// Takes as many of the first bytes as the transmitter has room for, and says how many. Does not wait.

@@ -50,7 +50,7 @@ impl Commands {
         self.decoder.counters()
     }
 
-    /// How many commands came.
+    /// Number of commands that came.
     #[must_use]
     pub const fn counters(&self) -> CommandCounters {
         self.gate.counters()

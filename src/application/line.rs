@@ -72,12 +72,12 @@ impl Line {
         self.queue.clock_went_back();
     }
 
-    /// Whether raw samples are sent.
+    /// Sends raw samples, or stops.
     pub(super) const fn record(&mut self, recording: bool) {
         self.recording = recording;
     }
 
-    /// What was sent and what was not.
+    /// Counts of frames sent and lost.
     #[must_use]
     pub const fn counters(&self) -> LineCounters {
         self.queue.counters()

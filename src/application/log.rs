@@ -1,4 +1,4 @@
-//! What the application logs: by defmt on a chip, nothing elsewhere.
+//! Log of the application: by defmt on a chip, nothing elsewhere.
 
 #[cfg(all(feature = "defmt", target_os = "none"))]
 pub(super) use defmt::{error, info, warn};

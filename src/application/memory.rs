@@ -174,7 +174,7 @@ impl<F: NorFlash> Memory<F> {
         (!is_factory).then(|| self.history.flying(gyro, effects))
     }
 
-    /// What the tool had taken when the power went, or the last half hour before; `None` if nothing was stored.
+    /// The tool's dose when the power went, or the last half hour before; `None` if nothing was stored.
     pub(super) fn dose(&mut self) -> Option<VibrationDose> {
         self.store.read_dose()
     }

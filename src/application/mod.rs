@@ -55,11 +55,11 @@ const SILENT_US: u64 = 1_000_000;
 
 /// Settings that the probe starts from.
 pub struct Settings {
-    /// Of the pipeline.
+    /// Configuration of the pipeline.
     pub config: Config,
-    /// Of the surveys.
+    /// Configuration of the surveys.
     pub survey: SurveyConfig,
-    /// Of the line.
+    /// Configuration of the line.
     pub stream: StreamConfig,
     /// True if raw samples are sent from the start.
     pub recording: bool,
@@ -67,7 +67,7 @@ pub struct Settings {
     pub key: Option<[u8; 32]>,
 }
 
-/// What the application works on, in static RAM.
+/// Buffers of the application, in static RAM.
 pub struct Statics<'a, F> {
     /// Samples to attitudes and models.
     pub probe: &'a mut Probe,
@@ -187,7 +187,7 @@ impl<'a, B: Board> Application<'a, B> {
         }
     }
 
-    /// What waits for a time that has been would wait for long, and evidence of rest would look fresh when that time
+    /// A wait for a time that has been would be long, and evidence of rest would look fresh when that time
     /// comes again. The pipeline looks after itself.
     #[inline(never)]
     fn clock_went_back(&mut self, now_us: u64) {
@@ -341,19 +341,19 @@ impl<'a, B: Board> Application<'a, B> {
     }
 }
 
-/// What a run without hardware is judged by, beside what it sends.
+/// State that a test without hardware reads, beside the frames that are sent.
 impl<'a, B: Board> Application<'a, B> {
     /// The board that it runs on.
     pub const fn board(&mut self) -> &mut B {
         &mut self.board
     }
 
-    /// What was counted since the start.
+    /// Counts since the start.
     pub const fn counts(&self) -> &Counts {
         &self.counts
     }
 
-    /// What it works on.
+    /// Buffers in static RAM.
     pub const fn statics(&self) -> &Statics<'a, B::Flash> {
         &self.statics
     }

@@ -11,8 +11,8 @@ const MEMORY_S: f32 = 10.0 * CORRELATION_S;
 /// Least ratio: so many innovations bound none below their number's inverse.
 const LEAST: f32 = CORRELATION_S / MEMORY_S;
 
-/// Mean squared innovations over the variances that the filter expects. It weighs with bounds of what sensors and motion
-/// may do, and states by what they do. The gain is that of the bounds.
+/// Mean squared innovations over the variances that the filter expects. It weighs with bounds of what sensors and
+/// motion may do, and states by what they do. The gain is that of the bounds.
 pub(super) struct Consistency {
     tilt: f32,
     heading: f32,
@@ -80,7 +80,7 @@ mod tests {
         assert!((stated.m33 - 0.25).abs() < 0.02 && stated.m11 >= LEAST && stated.m11 < 0.12, "{stated}");
         steps(&mut consistency, 9, 4.0);
         assert!((0.9..=1.0).contains(&consistency.stated(&one).m33));
-        // What is common to both stays as correlated.
+        // The part that both share stays correlated.
         let mut common = one;
         (common.m13, common.m31) = (0.5, 0.5);
         let stated = consistency.stated(&common);

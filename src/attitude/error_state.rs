@@ -247,7 +247,8 @@ impl ErrorState {
     }
 
     /// Scalar Kalman update for an observation h of the errors: `column` and `of_scale` are P h', `total` the
-    /// innovation's variance, negative where an observation is taken out, `residual` the innovation less the collected correction.
+    /// innovation's variance, negative where an observation is taken out, `residual` the innovation less the collected
+    /// correction.
     ///
     /// With the optimal gain k = P h' / total the covariance loses P h' h P / total. With some gains set to
     /// zero, `(I - K h) P (I - K h)' + R K K'` loses the same, but nothing between two states whose gains are

@@ -62,7 +62,7 @@ pub struct AttitudeFilter {
     /// Filter step in progress.
     step: FilterStep,
     sample: LastSample,
-    /// Of the rate, and of specific force in the earth frame, for gaps.
+    /// Change of the rate and of specific force in the earth frame, for gaps.
     change: Change,
     force_change: Change,
     /// True from a swap by which the model before was wrong until the estimator's attitude has been asked.
@@ -398,7 +398,8 @@ impl AttitudeFilter {
     }
 
     /// Goes on from the estimator's attitude at the mark, with its covariance, if that knows the tilt better than the
-    /// filter does; of the heading only if it knows that better, too. Does nothing without a mark, which a gap takes away.
+    /// filter does; of the heading only if it knows that better, too. Does nothing without a mark, which a gap takes
+    /// away.
     pub(crate) fn compare(&mut self, known: &KnownAttitude) {
         let Self { state, heading, settings, .. } = self;
         let north = Vector3::new(0.0, 0.0, settings.earth.declination_rad.unwrap_or(0.0));

@@ -1,5 +1,5 @@
-//! Error of the gyro's scale factors and couplings as a state: a probe carried by hand turns in every direction, so that
-//! gravity and field show it within seconds, long before an identified model flies.
+//! Error of the gyro's scale factors and couplings as a state: a probe carried by hand turns in every direction, so
+//! that gravity and field show it within seconds, long before an identified model flies.
 
 #![allow(clippy::indexing_slicing)] // Elements of fixed-size matrices, counted by loops.
 

@@ -66,7 +66,7 @@ impl Motion {
         let rate_ned = step.rotation_time * step.angle_rad / (step.time_s * step.time_s);
         let noise = config.gyro_noise_rad_s_rthz * config.gyro_noise_rad_s_rthz * step.time_s;
         let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
-        // Of a turn that goes on the same way as much is unknown as of the scale, until the rotation is sustained.
+        // A turn that goes on one way is as uncertain as the scale, until the rotation is sustained.
         self.turned_rad += (rate_ned - self.turned_rad / SUSTAINED_S) * step.time_s;
         let (rate, turned) = if goes_round {
             (rate_ned, self.turned_rad)

@@ -10,7 +10,7 @@ const CHANGED: f32 = 13.82;
 const BLOCK_S: f32 = 0.5;
 /// Fastest turn that is taken for rest, rad/s: `RestTracker` allows 2 deg/s, VQF's default.
 const FASTEST_RAD_S: f32 = 0.035;
-/// What the mean direction of half a second differs by at rest beside its noise, rad: 0.1 deg on recordings of sensors
+/// Wander of the mean direction of half a second at rest, beside its noise, rad: 0.1 deg on recordings of sensors
 /// on a table (`estimator::Noise::HAND`: its field at rest).
 const OWN_RAD: f32 = 1.8e-3;
 

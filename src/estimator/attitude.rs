@@ -1,7 +1,8 @@
 //! The estimator's own attitude at an instant of the samples' time, with its covariance: P, bias and the errors of the
 //! vector sensors are estimated beside it, so that no wrong model has turned it.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
     Estimator,

@@ -5,6 +5,9 @@
 //! From the root's inverse (`inverse_root`) comes the covariance; group by group the other sensors' variables are
 //! taken out of it (`levels`), for each of their widths; what is left of P and b is averaged over the inflations and
 //! the scales along P's eigenvectors (`directions`) and added up (`mixture`).
+//!
+//! Of the 243 sets of widths those near the likeliest are looked at: it and all that differ from it in one group. Where
+//! one of these turns out likelier, those near that one follow. The next average begins where this one ends.
 
 #![allow(clippy::indexing_slicing)] // Constant indices into threes.
 
@@ -21,7 +24,7 @@ use super::{
     real::Real,
     rows::WIDTH,
     unrolled::add_two_times,
-    widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, LEFT_AFTER_TWO, TAKEN, VARIABLES, Widths, column},
+    widths::{COUNTS, GROUPS, HAS_LAG, LEFT_AFTER, SHARED, Set, TAKEN, VARIABLES, Widths, are_near, column},
 };
 use core::ops::Range;
 use levels::{Levels, Slices, copy};
@@ -31,7 +34,7 @@ use mixture::Sum;
 const GYRO: usize = 12;
 /// P.
 const NINE: usize = 9;
-/// Work units, as those of `crate::estimator::work`, of one set of widths: where all change, and where the last two do.
+/// Work units, as those of `crate::estimator::work`, of one set of widths: where all change, and where the shared groups' do not.
 const WIDTHS_UNITS: [u32; 2] = [650, 520];
 
 /// Mean and covariance in units of the prior's widths, P row-major and then b.
@@ -48,11 +51,22 @@ pub(super) struct Averaged<T> {
     pub widths: [T; GROUPS],
 }
 
+/// Sets of widths whose neighbours are looked at, one after the other, in one average.
+const CENTRES: usize = 4;
+
 /// Piece of the averaging in progress.
 #[derive(Clone, Copy)]
 pub(super) struct Averaging<T> {
-    stage: usize,
     grid: Widths,
+    /// Sets whose neighbours were looked at or are now, and their number.
+    centres: [Set; CENTRES],
+    count: usize,
+    /// Neighbour of the last of them that is next.
+    next: usize,
+    /// Likeliest set so far, and its logarithm.
+    best: (T, Set),
+    /// Widths of the shared groups for which these are taken out; `None` before any.
+    held: Option<[u8; SHARED]>,
     evidence: [T; GROUPS],
     sum: Sum<T>,
 }
@@ -66,13 +80,23 @@ struct Gaussian<T> {
 
 impl<T: Real> Averaging<T> {
     pub const fn zero() -> Self {
-        Self { stage: 0, grid: Widths::UNSET, evidence: [T::ZERO; GROUPS], sum: Sum::zero() }
+        Self {
+            grid: Widths::UNSET,
+            centres: [[0; GROUPS]; CENTRES],
+            count: 0,
+            next: 0,
+            best: (T::ZERO, [0; GROUPS]),
+            held: None,
+            evidence: [T::ZERO; GROUPS],
+            sum: Sum::zero(),
+        }
     }
 
     /// Begins: `scratch` takes mean and covariance, and until that is gathered the inverse of the root.
     pub fn start(&mut self, globals: &Globals<T>, widths: &Widths, scratch: &mut [[T; WIDTH]]) {
-        self.stage = 0;
         self.grid = *widths;
+        self.centres[0] = self.best.1;
+        (self.count, self.next, self.held) = (1, 0, None);
         self.sum = Sum::zero();
         let scratch = scratch.as_flattened_mut();
         // At the end, where it is in nobody's way; column c has c + 1 elements.
@@ -112,49 +136,69 @@ impl<T: Real> Averaging<T> {
         self.sum.spread(&core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
     }
 
-    /// Work units of the next set of widths: more where the first group changes its own.
+    /// Work units of the next set of widths: more where the shared groups change their own.
     pub fn units(&self) -> u32 {
-        let [all, two] = WIDTHS_UNITS;
-        if self.is_first_new() { all } else { two }
+        let [all, rest] = WIDTHS_UNITS;
+        let is_held = self.following().is_some_and(|(_, next)| self.held.is_some_and(|held| next.starts_with(&held)));
+        if is_held { rest } else { all }
     }
 
-    /// Returns true if the group that is taken out first has another width than in the set before.
-    fn is_first_new(&self) -> bool {
-        let of = |stage: usize| self.grid.set(stage).map(|[first, ..]| first);
-        self.stage == 0 || of(self.stage) != of(self.stage - 1)
+    /// The next neighbour of the latest centre that was none of an earlier one, and its number.
+    fn following(&self) -> Option<(usize, Set)> {
+        let centres = self.centres.get(..self.count)?;
+        let (latest, earlier) = centres.split_last()?;
+        let mut near = (self.next..).map_while(|index| Some((index, self.grid.near(latest, index)?)));
+        near.find(|(_, set)| !earlier.iter().any(|centre| are_near(set, centre)))
+    }
+
+    /// The next set of widths: where the latest centre has no neighbour left and one of them was likelier, a neighbour
+    /// of that one.
+    fn advance(&mut self) -> Option<Set> {
+        loop {
+            if let Some((index, set)) = self.following() {
+                self.next = index + 1;
+                return Some(set);
+            }
+            let is_latest = self.count.checked_sub(1).and_then(|last| self.centres.get(last)) == Some(&self.best.1);
+            let slot = self.centres.get_mut(self.count).filter(|_| !is_latest)?;
+            *slot = self.best.1;
+            (self.count, self.next) = (self.count + 1, 0);
+        }
     }
 
     /// One set of widths; `false` when all are done. `scratch` must be left alone from one to the next.
     pub fn step(&mut self, scratch: &mut [[T; WIDTH]]) -> bool {
-        let Some(chosen) = self.grid.set(self.stage) else { return false };
+        let is_first = self.is_fresh();
+        let Some(chosen) = self.advance() else { return false };
         let Some(mut levels) = Levels::cut(scratch.as_flattened_mut()) else { return false };
-        let is_first_new = self.is_first_new();
         // By group.
         let mut parts = [1.0; GROUPS];
         for (group, index) in TAKEN.into_iter().zip(chosen) {
-            let width = self.grid.parts.get(group).and_then(|widths| widths.get(index));
+            let width = self.grid.parts.get(group).and_then(|widths| widths.get(usize::from(index)));
             if let (Some(part), Some(width)) = (parts.get_mut(group), width) {
                 *part = *width;
             }
         }
         let with_lags = self.grid.with_lags;
-        let mut take_out = |level: usize, work: &mut Slices<T>, variables: usize| {
-            let group = TAKEN.get(level).copied().unwrap_or(0);
+        let mut take_out = |place: usize, work: &mut Slices<T>| {
+            let group = TAKEN.get(place).copied().unwrap_or(0);
             let width = parts.get(group).map_or(T::ONE, |part| T::of(*part));
+            let variables = place.checked_sub(1).map_or(VARIABLES, |before| LEFT_AFTER[before]);
             let evidence = narrowed(work, variables, group, width, with_lags);
-            if let Some(slot) = self.evidence.get_mut(level) {
+            if let Some(slot) = self.evidence.get_mut(place) {
                 *slot = evidence;
             }
         };
         let Levels { base, after_first, work } = &mut levels;
-        if is_first_new {
+        let held = chosen.first_chunk().copied();
+        if self.held != held {
+            self.held = held;
             work.take(base.mean, base.covariance);
-            take_out(0, work, VARIABLES);
+            (0..SHARED).for_each(|place| take_out(place, work));
             after_first.take(work.mean, work.covariance);
         }
         work.take(after_first.mean, after_first.covariance);
-        take_out(1, work, LEFT_AFTER);
-        take_out(2, work, LEFT_AFTER_TWO);
+        (SHARED..GROUPS).for_each(|place| take_out(place, work));
         let mut widths = [T::ZERO; GROUPS];
         for ((width, part), sheet) in widths.iter_mut().zip(parts).zip(self.grid.sheet) {
             *width = T::of(part / sheet).logarithm();
@@ -164,15 +208,16 @@ impl<T: Real> Averaging<T> {
         copy(&mut of.mean, work.mean);
         copy(&mut of.covariance, work.covariance);
         let inflations = self.grid.inflations.get(..self.grid.inflation_count).unwrap_or_default();
-        self.sum.add(&of, inflations, evidence, widths);
-        self.stage += 1;
+        let log = self.sum.add(&of, inflations, evidence, widths);
+        if is_first || log > self.best.0 {
+            self.best = (log, chosen);
+        }
         true
     }
 
     /// Returns true if nothing has been averaged yet.
-    #[cfg(feature = "explanation")]
     pub const fn is_fresh(&self) -> bool {
-        self.stage == 0
+        self.count == 1 && self.next == 0
     }
 
     /// Logarithm of the evidence of all that was averaged, but for a constant of the grid's size.

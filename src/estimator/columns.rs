@@ -42,15 +42,20 @@ impl Group {
     }
 }
 
-/// Magnetometer matrix: soft iron, scale and misalignment. Trace-free, or it would be a scale of the field: two
-/// diagonal terms along (1, -1, 0) / sqrt 2 and (1, 1, -2) / sqrt 6, then xy xz yx yz zx zy.
-pub const MAG_MATRIX: Group = Group {
-    name: "magnetometer matrix",
-    unit: "1",
-    from: 0,
-    count: 8,
-    source: "data sheets: sensitivity and cross-axis 1 to 3 % (BMM150, IIS2MDC); real sensors of the recordings 1 to 3 %",
-};
+/// Source of the widths of both parts of the magnetometer matrix.
+const OF_MAGNETOMETER: &str =
+    "data sheets: sensitivity and cross-axis 1 to 3 % (BMM150, IIS2MDC); real sensors of the recordings 1 to 3 %";
+/// Symmetric part of the magnetometer matrix: soft iron and scale. Trace-free, or it would be a scale of the field: two
+/// diagonal terms along (1, -1, 0) / sqrt 2 and (1, 1, -2) / sqrt 6, then xy xz yz, over sqrt 2 as those of the next.
+pub const MAG_SHAPE: Group =
+    Group { name: "magnetometer shape", unit: "1", from: 0, count: 5, source: OF_MAGNETOMETER };
+/// Antisymmetric part of the magnetometer matrix: a turn of its axes. xy xz yz, over sqrt 2, so that a prior of equal
+/// widths is one of independent elements of the matrix.
+pub const MAG_TURN: Group =
+    Group { name: "magnetometer misalignment", unit: "1", from: 5, count: 3, source: OF_MAGNETOMETER };
+/// Both parts.
+pub const MAG_MATRIX: Group =
+    Group { name: "magnetometer matrix", unit: "1", from: 0, count: 8, source: OF_MAGNETOMETER };
 /// Hard iron, of the field's norm.
 pub const HARD_IRON: Group = Group {
     name: "hard iron",
@@ -88,7 +93,7 @@ pub const BIAS: Group = Group { name: "gyro bias", unit: "rad/s", from: 25, coun
 pub const P: Group = Group { name: "gyro matrix", unit: "1", from: 28, count: 9, source: "configuration" };
 
 /// The whole table.
-pub const TABLE: [Group; 8] = [MAG_MATRIX, HARD_IRON, MAG_LAG, ACCEL_LAG, ACCEL_MATRIX, ACCEL_BIAS, BIAS, P];
+pub const TABLE: [Group; 9] = [MAG_SHAPE, MAG_TURN, HARD_IRON, MAG_LAG, ACCEL_LAG, ACCEL_MATRIX, ACCEL_BIAS, BIAS, P];
 
 #[cfg(test)]
 mod tests {

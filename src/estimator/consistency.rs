@@ -33,7 +33,7 @@ impl<T: Real> Consistency<T> {
         self.mean += (square / T::of(FREEDOM) - self.mean) / T::of(f32::from(self.latest));
     }
 
-    /// What effects leave of a node's squared innovation, too.
+    /// Adds the part of a node's squared innovation that effects leave, too.
     pub fn add_unexplained(&mut self, square: T) {
         self.unexplained += square;
         self.nodes = self.nodes.saturating_add(1);

@@ -50,7 +50,7 @@ impl<T: Real> Disagreement<T> {
     }
 }
 
-/// Of each sensor with what everything else says.
+/// Disagreement of each sensor with all the others together.
 #[derive(Clone, Copy)]
 pub(super) struct Disagreements<T> {
     pub field: Disagreement<T>,

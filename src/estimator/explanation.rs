@@ -41,8 +41,8 @@ pub struct MovedByRows {
 pub struct WidthEvidence {
     /// Evidence of all groups together.
     pub all: f32,
-    /// Evidence of each group alone, averaged over the widths of the others: magnetometer matrix, hard iron,
-    /// accelerometer.
+    /// Evidence of each group alone, averaged over the widths of the others: magnetometer shape, hard iron,
+    /// accelerometer matrix, magnetometer misalignment, accelerometer bias.
     pub of_group: [f32; GROUPS],
 }
 
@@ -191,7 +191,7 @@ mod tests {
             assert_eq!(sets.iter().filter(|set| grid.sheets(**set) == [true; GROUPS]).count(), 1);
             sets.sort_unstable();
             sets.dedup();
-            assert_eq!(sets.len(), 27);
+            assert_eq!(sets.len(), grid.count.iter().product());
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Gate of a node's readings: three innovations are held against the covariance of all the unknowns and their own
 //! noise.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
     cholesky::Cholesky,
@@ -17,8 +18,8 @@ const CONTRADICTED: f32 = 21.1;
 /// The same of one innovation: one in 1,000.
 const CONTRADICTED_ALONG: f32 = 10.8;
 
-/// Returns true if three independent innovations of variance 1 can contradict. Others that the unknowns are uncertain of
-/// too are likelier, however much that is: where these cannot, the unknowns' covariance need not be asked for.
+/// Returns true if three independent innovations of variance 1 can contradict. Others that the unknowns are uncertain
+/// of too are likelier, however much that is: where these cannot, the unknowns' covariance need not be asked for.
 pub(super) fn may_contradict<T: Real>(value: &V3<T>) -> bool {
     // A NaN is for the covariance to judge.
     let is_likely = square(value) <= T::of(CONTRADICTED);

@@ -1,7 +1,8 @@
 //! Globals: their deviations from the prior's mean in units of the prior's width, and the root of their information,
 //! the prior inside. A column whose width is 0 is not there: nothing ever reaches it.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
     columns::{GLOBALS, NUISANCES},

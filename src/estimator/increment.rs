@@ -212,7 +212,7 @@ impl<T: Real> Builder<T> {
         let Some(rate) = good(rate).filter(shown) else {
             self.waiting_s = interval_s;
             if !is_missing {
-                // What a clipped reading hides lies beyond its neighbours.
+                // The true value behind a clipped reading lies beyond its neighbours.
                 self.rate_before = None;
             }
             if interval_s < T::of(LONGEST_GAP_S) {

@@ -13,7 +13,7 @@ use crate::config::Config;
 pub const NUMBERS: usize = GLOBALS * (GLOBALS + 1) / 2 + GLOBALS;
 
 /// Version of the numbers' order and meaning.
-const LAYOUT: u32 = 1;
+const LAYOUT: u32 = 2;
 
 /// Head of the numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]

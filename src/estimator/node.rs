@@ -1,6 +1,7 @@
 //! A node: the states at one instant, with what is known of them, at a start and after an unknown turn.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
     columns::{FIELD, GLOBALS, NODE, POSITION, VELOCITY},

@@ -51,10 +51,20 @@ impl<T: Real> Parameters<T> {
     /// From the deviations of the globals from the prior's mean, in their own units, and that mean of bias and P.
     pub(super) fn new(x: &[T; GLOBALS], bias: &V3<T>, p: &M3<T>) -> Self {
         let m = &x[MAG_MATRIX.columns()];
-        let (u, v) = (m[0] * T::of(HALF_ROOT), m[1] * T::of(SIXTH_ROOT));
-        let mag = Matrix3::new(u + v, m[2], m[3], m[4], v - u, m[5], m[6], m[7], -(v + v));
-        let a = &x[ACCEL_MATRIX.columns()];
         let h = T::of(HALF_ROOT);
+        let (u, v) = (m[0] * h, m[1] * T::of(SIXTH_ROOT));
+        let mag = Matrix3::new(
+            u + v,
+            (m[2] + m[5]) * h,
+            (m[3] + m[6]) * h,
+            (m[2] - m[5]) * h,
+            v - u,
+            (m[4] + m[7]) * h,
+            (m[3] - m[6]) * h,
+            (m[4] - m[7]) * h,
+            -(v + v),
+        );
+        let a = &x[ACCEL_MATRIX.columns()];
         let accel = Matrix3::new(
             a[0],
             (a[3] + a[6]) * h,
@@ -84,8 +94,17 @@ impl<T: Real> Parameters<T> {
 /// Derivatives with respect to the nine elements of the magnetometer matrix (row-major) as those of its eight columns.
 pub(super) fn mag_columns<T: Real>(elements: &[T; 9]) -> [T; 8] {
     let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *elements;
-    let two = T::of(2.0);
-    [(xx - yy) * T::of(HALF_ROOT), (xx + yy - two * zz) * T::of(SIXTH_ROOT), xy, xz, yx, yz, zx, zy]
+    let (h, two) = (T::of(HALF_ROOT), T::of(2.0));
+    [
+        (xx - yy) * h,
+        (xx + yy - two * zz) * T::of(SIXTH_ROOT),
+        (xy + yx) * h,
+        (xz + zx) * h,
+        (yz + zy) * h,
+        (xy - yx) * h,
+        (xz - zx) * h,
+        (yz - zy) * h,
+    ]
 }
 
 /// The same of the accelerometer matrix.

@@ -14,7 +14,8 @@ pub(super) struct Pointing<T> {
     /// variance, 1/rad^2.
     mean: [V3<T>; 3],
     weight: T,
-    /// Sums of the squared distances from it, in units of the attitude's variance at each node, and the number of nodes.
+    /// Sums of the squared distances from it, in units of the attitude's variance at each node, and the number of
+    /// nodes.
     scatter: [T; 3],
     nodes: T,
 }

@@ -49,9 +49,9 @@ pub struct Posterior {
     pub decided: u8,
     /// Which of the twelve parameters are observed.
     pub observable: [bool; 12],
-    /// Widths that the data choose for the magnetometer's matrix, the hard iron and the accelerometer, over the data
-    /// sheet's.
-    pub widths: [f32; 3],
+    /// Widths that the data choose for the magnetometer's shape, the hard iron, the accelerometer's matrix,
+    /// the magnetometer's misalignment and the accelerometer's bias, over the data sheets'.
+    pub widths: [f32; 5],
     /// Mean squared innovation over its degrees of freedom.
     pub nis: f32,
     /// Seconds of motion that it comes from.

@@ -4,7 +4,8 @@
 //! The paper's eq 7 for the field and eq 15 for the specific force, with the exact rotation in the place of its first
 //! order, and with the sign that an earth-fixed vector needs.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
     increment::Increment,

@@ -2,7 +2,7 @@
 
 use super::{
     candidates::Rules,
-    columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, HARD_IRON, MAG_LAG, MAG_MATRIX, P},
+    columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, HARD_IRON, MAG_LAG, MAG_SHAPE, MAG_TURN, P},
     widths::Widths,
 };
 use crate::{
@@ -212,15 +212,16 @@ impl Settings {
         put(ACCEL_LAG.from, &[errors.accel_lag_s]);
         let widths = if drilling { Widths::DRILL_STRING } else { Widths::HAND };
         // By hand three to four times as wide, to be narrowed when the posterior is asked for.
-        let [of_mag, of_iron, of_accel] = widths.sheet;
-        put(MAG_MATRIX.from, &[errors.mag_matrix / of_mag; MAG_MATRIX.count]);
+        let [of_shape, of_iron, of_accel, of_turn, of_bias] = widths.sheet;
+        put(MAG_SHAPE.from, &[errors.mag_matrix / of_shape; MAG_SHAPE.count]);
+        put(MAG_TURN.from, &[errors.mag_matrix / of_turn; MAG_TURN.count]);
         put(HARD_IRON.from, &[errors.hard_iron / of_iron; HARD_IRON.count]);
         // On a drill string the antisymmetric part is left out, which defines the body frame; by hand the bias, which
         // the matrix holds.
         let accel_matrix = [errors.accel_matrix / of_accel; ACCEL_MATRIX.count];
         put(ACCEL_MATRIX.from, if drilling { &accel_matrix[..6] } else { &accel_matrix });
         if drilling {
-            put(ACCEL_BIAS.from, &[errors.accel_bias_m_s2; 3]);
+            put(ACCEL_BIAS.from, &[errors.accel_bias_m_s2 / of_bias; 3]);
         }
         if id.vectors_from_reference {
             // They have no errors of their own, but for the common lag.

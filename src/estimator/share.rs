@@ -33,11 +33,11 @@ impl<T: Real> Share<T> {
 /// Shares that say that a sensor is of no use.
 #[derive(Clone, Copy)]
 pub(super) struct Shares<T> {
-    /// Of the latest time: its rates came to no node.
+    /// Share of the latest time whose rates came to no node.
     pub unread: Share<T>,
-    /// Of the latest motion: its rates contradict the field.
+    /// Share of the latest motion whose rates contradict the field.
     pub turned: Share<T>,
-    /// Of the latest motion: it has no field.
+    /// Share of the latest motion that has no field.
     pub fieldless: Share<T>,
 }
 

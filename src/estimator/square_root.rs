@@ -14,16 +14,16 @@ const BLOCK: usize = 9;
 /// Rows of the blocks after it: rows come in threes, one for each axis.
 const AXES: usize = 3;
 
-/// What turns a pivot and a block of rows so that the rows have nothing in one column.
+/// Reflection of a pivot and a block of rows that leaves zeros in one column of the rows.
 #[derive(Clone, Copy)]
 pub(super) struct Reflection<T, const M: usize> {
-    /// Of each row; the pivot's is 1.
+    /// Factor of each row; the pivot's is 1.
     factors: [T; M],
     scale: T,
 }
 
 impl<T: Real, const M: usize> Reflection<T, M> {
-    /// What changes nothing.
+    /// Reflection that changes nothing.
     pub const NOTHING: Self = Self { factors: [T::ZERO; M], scale: T::ZERO };
 
     /// Takes the elements of a column into the pivot's; changes nothing where they are zero.

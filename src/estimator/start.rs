@@ -2,6 +2,7 @@
 
 use super::{
     Estimator, Settings, Task,
+    averaging::Averaging,
     consistency::Consistency,
     disagreement::Disagreements,
     parameters::Parameters,
@@ -50,6 +51,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.rests.interrupt();
         self.start_node();
         self.left_over.start();
+        self.averaging = Averaging::zero();
         self.centre.clear();
         (self.motion_s, self.gap_s, self.unwalked_s) = (T::ZERO, T::ZERO, T::ZERO);
         self.consistency = Consistency::zero();

@@ -1,4 +1,4 @@
-//! What the effects that are taken out add to readings.
+//! Readings' share of the effects that are taken out.
 
 use super::real::{Real, V3, zero3};
 

@@ -1,6 +1,7 @@
 //! The update that brings the states of a node to the next: its rows, and the elimination of the states.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
     candidates::Candidates,

@@ -1,4 +1,4 @@
-//! What waits for work: increments, gaps, and requests between them.
+//! Queue of work: increments, gaps, and requests between them.
 
 use super::{increment::Item, real::Real};
 use heapless::Deque;

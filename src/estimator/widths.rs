@@ -2,13 +2,14 @@
 
 #![allow(clippy::indexing_slicing)] // Constant tables.
 
-use super::columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, Group, HARD_IRON, MAG_LAG, MAG_MATRIX, P};
+use super::columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, Group, HARD_IRON, MAG_LAG, MAG_SHAPE, MAG_TURN, P};
 
-/// Groups whose width is averaged over: magnetometer matrix, hard iron, accelerometer.
-pub(super) const GROUPS: usize = 3;
+/// Groups whose width is averaged over: magnetometer shape, hard iron, accelerometer matrix, magnetometer misalignment,
+/// accelerometer bias.
+pub(super) const GROUPS: usize = 5;
 
-/// Widths of each group - magnetometer matrix, hard iron, accelerometer - as parts of the one that the filter runs
-/// with.
+/// Widths of each group - magnetometer shape, hard iron, accelerometer matrix, magnetometer misalignment, accelerometer
+/// bias - as parts of the one that the filter runs with; the data sheets' first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Widths {
     /// The widths.
@@ -36,25 +37,28 @@ impl Widths {
         with_lags: false,
     };
 
-    /// By hand: a third, once and thrice the data sheets' 3 %, 10 % of the norm and 0.5 % (that: 0.3, 1, 4), of 10 %,
-    /// 30 % and 2 %.
+    /// By hand: once, a third and thrice the data sheets' 3 %, 10 % of the norm, 0.5 % (that: 1, 0.3, 4) and 3 %, of
+    /// 10 %, 30 %, 2 % and 10 %. The accelerometer's bias is none: its matrix holds it.
     pub const HAND: Self = Self {
-        parts: [[0.09, 0.3, 0.9], [0.1, 1.0 / 3.0, 1.0], [0.075, 0.25, 1.0]],
-        count: [3, 3, 3],
+        parts: [[0.3, 0.09, 0.9], [1.0 / 3.0, 0.1, 1.0], [0.25, 0.075, 1.0], [0.3, 0.09, 0.9], [1.0; 3]],
+        count: [3, 3, 3, 3, 1],
         // Where motion is slow the formal covariance is 2 to 6 times too small. Multiplied by 1.4, 0.7 and 0.36, these
         // fly 0.74, 0.80 and 0.87 of the gain that is to be had on thirteen recordings with a gyro error of 2 %; the
         // last one harms one of them as it is. So these stay 2.8 times above it.
         inflations: [0.7, 1.4, 2.8],
         inflation_count: 3,
-        sheet: [0.3, 1.0 / 3.0, 0.25],
+        sheet: [0.3, 1.0 / 3.0, 0.25, 0.3, 1.0],
         with_lags: false,
     };
 
     /// In a drill string: from the data sheets' to next to nothing, which is a third of a percent of it: less, f32
     /// does not tell apart. In steady rotation the data sheets' widths equal the third column of P, and a sensor that
     /// is better has to show it. The formal covariance is honest (0 to 70 deg, 30 to 180 rpm).
+    ///
+    /// The accelerometer's bias and the magnetometer's misalignment have widths of their own: in a vertical hole either
+    /// may be what turns one vector against the tool axis, and neither may pay for what else its sensor could do.
     pub const DRILL_STRING: Self = Self {
-        parts: [[0.003, 0.05, 1.0]; GROUPS],
+        parts: [[1.0, 0.05, 0.003]; GROUPS],
         count: [3; GROUPS],
         inflations: [1.0; 3],
         inflation_count: 1,
@@ -84,35 +88,61 @@ impl Widths {
     }
 }
 
+/// Widths of all groups, as places in [`Widths::parts`], in the order in which the groups are taken out.
+pub(super) type Set = [u8; GROUPS];
+
 impl Widths {
-    /// Widths of a set, one of each group in the order in which they are taken out. Any two widths of different groups
-    /// are together in one set, and of three each nine of the 27 sets do for that (an orthogonal array: Rao 1947); the
-    /// data sheets' are one of them. `None` beyond the last.
-    pub(super) fn set(&self, index: usize) -> Option<[usize; GROUPS]> {
-        let [first, second, third] = TAKEN.map(|group| self.count[group]);
-        let (a, b) = (index.checked_div(second)?, index.checked_rem(second)?);
-        let c = (third - (a + b).checked_rem(third)?).checked_rem(third)?;
-        (a < first).then_some([a, b, c])
+    /// A set of widths and all that differ from it in one group, one after the other; `None` beyond the last. First
+    /// come those that differ in the group that is taken out last: they share the work for all before it.
+    pub(super) fn near(&self, centre: &Set, index: usize) -> Option<Set> {
+        let mut set = *centre;
+        let Some(mut rest) = index.checked_sub(1) else { return Some(set) };
+        for (width, group) in set.iter_mut().zip(TAKEN).rev() {
+            let count = self.count.get(group).copied().unwrap_or(1);
+            if rest < count - 1 {
+                *width = ((usize::from(*width) + 1 + rest) % count) as u8;
+                return Some(set);
+            }
+            rest -= count - 1;
+        }
+        None
     }
 }
 
-/// Groups in the order in which they are taken out, the largest first: it is taken out once for each of its widths, the
-/// others for every set.
-pub(super) const TAKEN: [usize; GROUPS] = [2, 0, 1];
+/// Returns true if two sets of widths differ in one group at most.
+pub(super) fn are_near(a: &Set, b: &Set) -> bool {
+    a.iter().zip(b).filter(|(a, b)| a != b).count() <= 1
+}
+
+/// Groups in the order in which they are taken out, the largest first.
+pub(super) const TAKEN: [usize; GROUPS] = [2, 0, 4, 3, 1];
+/// Groups that are taken out once for all sets that follow one another with the same widths of theirs.
+pub(super) const SHARED: usize = 2;
 /// Variables whose covariance is looked at: P and bias first, then group by group, each group's lag behind it, to be
 /// taken out from the end.
-pub(super) const VARIABLES: usize = 12 + COUNTS[2] + COUNTS[1] + COUNTS[0];
+pub(super) const VARIABLES: usize = LEFT_AFTER[0] + COUNTS[TAKEN[0]];
 /// Variables of a group.
-pub(super) const COUNTS: [usize; GROUPS] =
-    [MAG_MATRIX.count + MAG_LAG.count, HARD_IRON.count, ACCEL_MATRIX.count + ACCEL_BIAS.count + ACCEL_LAG.count];
-/// Variables that are left after the group that is taken out first, and after the next.
-pub(super) const LEFT_AFTER: usize = LEFT_AFTER_TWO + COUNTS[TAKEN[1]];
-pub(super) const LEFT_AFTER_TWO: usize = 12 + COUNTS[TAKEN[2]];
+pub(super) const COUNTS: [usize; GROUPS] = [
+    MAG_SHAPE.count + MAG_LAG.count,
+    HARD_IRON.count,
+    ACCEL_MATRIX.count + ACCEL_LAG.count,
+    MAG_TURN.count,
+    ACCEL_BIAS.count,
+];
+/// Variables that are left after each group, in the order in which they are taken out.
+pub(super) const LEFT_AFTER: [usize; GROUPS] = {
+    let (mut left, mut k) = ([12; GROUPS], GROUPS - 1);
+    while k > 0 {
+        left[k - 1] = left[k] + COUNTS[TAKEN[k]];
+        k -= 1;
+    }
+    left
+};
 /// Groups with a lag, which is their last variable.
-pub(super) const HAS_LAG: [bool; GROUPS] = [true, false, true];
+pub(super) const HAS_LAG: [bool; GROUPS] = [true, false, true, false, false];
 
 /// The groups of columns in that order.
-const ORDER: [Group; 8] = [P, BIAS, HARD_IRON, MAG_MATRIX, MAG_LAG, ACCEL_MATRIX, ACCEL_BIAS, ACCEL_LAG];
+const ORDER: [Group; 9] = [P, BIAS, HARD_IRON, MAG_TURN, ACCEL_BIAS, MAG_SHAPE, MAG_LAG, ACCEL_MATRIX, ACCEL_LAG];
 
 /// The column of a variable.
 pub(super) const fn column(variable: usize) -> usize {
@@ -136,20 +166,27 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn any_two_widths_meet_once_and_the_data_sheets_are_a_set() {
+    fn near_a_set_is_every_other_width_of_each_group_once() {
         for grid in [Widths::HAND, Widths::DRILL_STRING] {
-            let sets: Vec<[usize; GROUPS]> = (0..).map_while(|index| grid.set(index)).collect();
-            assert_eq!(sets.len(), 9);
-            for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-                let mut pairs: Vec<_> = sets.iter().map(|set| (set[i], set[j])).collect();
-                pairs.sort_unstable();
-                pairs.dedup();
-                assert_eq!(pairs.len(), 9);
-            }
-            let is_sheet = |set: &[usize; GROUPS]| {
-                TAKEN.iter().zip(set).all(|(group, index)| grid.parts[*group][*index] == grid.sheet[*group])
-            };
-            assert!(sets.iter().any(is_sheet));
+            let centre: Set = TAKEN.map(|group| (group % grid.count[group]) as u8);
+            let mut sets: Vec<Set> = (0..).map_while(|index| grid.near(&centre, index)).collect();
+            assert_eq!(sets[0], centre);
+            assert!(sets.iter().all(|set| are_near(set, &centre)));
+            assert!(
+                sets.iter().all(|set| TAKEN.iter().zip(set).all(|(g, width)| usize::from(*width) < grid.count[*g]))
+            );
+            let shared = sets.iter().take_while(|set| set[..SHARED] == centre[..SHARED]).count();
+            assert_eq!(shared, 1 + TAKEN[SHARED..].iter().map(|group| grid.count[*group] - 1).sum::<usize>());
+            sets.sort_unstable();
+            sets.dedup();
+            assert_eq!(sets.len(), 1 + grid.count.iter().map(|count| count - 1).sum::<usize>());
+        }
+    }
+
+    #[test]
+    fn the_data_sheets_widths_come_first() {
+        for grid in [Widths::HAND, Widths::DRILL_STRING] {
+            assert!((0..GROUPS).all(|group| grid.parts[group][0] == grid.sheet[group]));
         }
     }
 
@@ -160,5 +197,6 @@ mod tests {
         columns.dedup();
         assert_eq!(columns.len(), VARIABLES);
         assert_eq!([column(0), column(11), column(VARIABLES - 1)], [28, 27, 12]);
+        assert_eq!(LEFT_AFTER[GROUPS - 1], 12);
     }
 }

@@ -39,7 +39,7 @@ const GATHERED: usize = 4;
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// One bounded piece of work; its size in units of [`UNIT_CYCLES`], 0 when there is nothing to do.
-    // What it calls seldom is not inlined: the frame would lie under all else.
+    // Rare calls are not inlined: their frames would lie under all else.
     pub fn step(&mut self) -> u32 {
         match self.task {
             Task::Next => self.next(),

@@ -80,7 +80,7 @@ impl Flight<'_> {
             directions_decided: 0,
             innovation_nis: 0.0,
             deg_per_turn: 0.0,
-            widths: [1.0; 3],
+            widths: [1.0; 5],
         }
     }
 }
@@ -128,7 +128,7 @@ mod tests {
             p_covariance: core::array::from_fn(|i| i as f32),
             decided: 5,
             observable: [true, false, true, false, true, false, true, false, true, true, false, true],
-            widths: [1.0, 0.3, 3.0],
+            widths: [1.0, 0.3, 3.0, 0.5, 2.0],
             nis: 1.1,
             motion_s: 20.0,
             fitness,

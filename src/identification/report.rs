@@ -50,9 +50,9 @@ pub struct WindowReport {
     pub innovation_nis: f32,
     /// Change of the flown model as error of a whole turn about an axis, degrees: rms of the three axes.
     pub deg_per_turn: f32,
-    /// Widths that the data choose for the magnetometer's matrix, the hard iron and the accelerometer, over the data
-    /// sheet's: a large one blames its sensor.
-    pub widths: [f32; 3],
+    /// Widths that the data choose for the magnetometer's shape, the hard iron, the accelerometer's matrix,
+    /// the magnetometer's misalignment and the accelerometer's bias, over the data sheets': a large one blames its sensor.
+    pub widths: [f32; 5],
 }
 
 impl WindowReport {

@@ -1,6 +1,7 @@
 //! Filter of the field in the gyro's frame, with 19 states (docs/magnets.md).
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::field_node::{FieldNode, GYRO};
 use crate::{

@@ -30,7 +30,7 @@ pub(super) struct Pipeline {
     pub watch: HardIronWatch,
 }
 
-/// What a sample is flown with.
+/// Model and settings that a sample is flown with.
 pub(super) struct With<'a> {
     pub config: &'a Config,
     pub model: &'a GyroModel,
@@ -43,7 +43,7 @@ pub(super) struct With<'a> {
     pub gap_s: Option<f32>,
 }
 
-/// What came of a sample.
+/// Result of one sample.
 pub(super) struct Stepped {
     /// Raw rate less the earth's, calibrated force and field without magnets: uncorrected by effects.
     pub readings: [Reading; 3],

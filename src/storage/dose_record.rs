@@ -1,4 +1,4 @@
-//! What the tool has taken, kept over a loss of power: vibration by level, and shocks.
+//! Dose of vibration by level, and of shocks, kept over a loss of power.
 
 use super::{
     ModelStore, StorageError,

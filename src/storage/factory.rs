@@ -45,7 +45,7 @@ pub struct FactoryCalibration {
     pub serial_number: u32,
 }
 
-/// How the probe sits in its housing.
+/// Mounting of the probe in its housing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -89,7 +89,7 @@ impl defmt::Format for FactoryKey {
 pub enum FactoryRecord {
     /// Calibrations and identity.
     Calibration(FactoryCalibration),
-    /// How the probe sits in its housing.
+    /// Mounting of the probe in its housing.
     Mounting(Mounting),
     /// Key of authenticated commands, the last record: with it the region is closed.
     Key(FactoryKey),

@@ -57,7 +57,7 @@ impl Slot {
     }
 }
 
-/// What an image is.
+/// Identity of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct Image {
@@ -109,7 +109,7 @@ impl Receiving {
     }
 }
 
-/// What a slot holds.
+/// Content of a slot.
 #[derive(Clone, Copy)]
 struct Held {
     slot: Slot,
@@ -281,7 +281,7 @@ impl<F: NorFlash> ImageSlots<F> {
         self.address(slot) + self.longest() + granule * GRANULE as u32
     }
 
-    /// What a slot holds, if that is whole.
+    /// Content of a slot, if that is whole.
     #[inline(never)]
     fn held(&mut self, slot: Slot) -> Option<Held> {
         let mut buffer = [0; MAX_RECORD];

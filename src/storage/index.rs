@@ -179,7 +179,7 @@ impl Index {
                 Some(value) => self.retired.note(value, place.sector),
                 None => counts.malformed = counts.malformed.saturating_add(1),
             },
-            // Of equal numbers the last is a later copy.
+            // The last of equal numbers is a later copy.
             Kind::DOSE => {
                 if self.dose.is_none_or(|(number, _)| number <= header.number) {
                     self.dose = Some((header.number, place));
@@ -285,7 +285,7 @@ mod tests {
         let length = if cfg!(miri) { 3 } else { 6 };
         for mut order in 0..CHOICES.pow(length) {
             let (mut rising, mut highest, mut before) = (Rising::NONE, None, None);
-            // Whether two copies of the highest value were noted one after another in one sector.
+            // True once two copies of the highest value were noted one after another in one sector.
             let mut is_settled = false;
             for _ in 0..length {
                 let (value, sector) = (u64::from(order % 3), (order / 3 % 2) as u8);

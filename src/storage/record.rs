@@ -35,9 +35,9 @@ impl Kind {
     pub const KEY: Self = Self(6);
     /// Part of the filter's state when the model of the same number was stored.
     pub const LEARNT: Self = Self(7);
-    /// How the probe sits in its housing.
+    /// Mounting of the probe in its housing.
     pub const MOUNTING: Self = Self(8);
-    /// What the tool has taken.
+    /// Dose of vibration and shocks so far.
     pub const DOSE: Self = Self(9);
     /// Image of the program.
     #[cfg(feature = "image-slots")]

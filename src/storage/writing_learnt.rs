@@ -1,4 +1,4 @@
-//! How far the writing of the filter's parts has come.
+//! Progress in writing the filter's parts.
 
 use super::granules::Place;
 

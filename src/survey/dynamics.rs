@@ -44,7 +44,7 @@ pub struct DrillingDynamics {
     /// Number of the shocks that reached each of [`SHOCK_LEVELS`]. A shock beyond the accelerometer's range counts at
     /// the levels that it can show.
     pub shocks_over: [u32; 3],
-    /// How lateral vibration turned; `None` without readings.
+    /// Turning of lateral vibration; `None` without readings.
     pub whirl: Option<Whirl>,
 }
 

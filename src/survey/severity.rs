@@ -75,7 +75,7 @@ impl Rotation {
     }
 }
 
-/// What a tool has taken: time at each level, and shocks. A part's limits are hours at a level.
+/// Dose of vibration that a tool has taken: time at each level, and shocks. A part's limits are hours at a level.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VibrationDose {

@@ -28,7 +28,7 @@ bitflags::bitflags! {
     }
 }
 
-/// What the time of a sample means.
+/// Meaning of a sample's time.
 pub(super) enum Step {
     /// The sample is not taken.
     Refused,

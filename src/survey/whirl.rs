@@ -13,7 +13,7 @@ const MEAN_S: f32 = 1.0;
 /// Longest step between two readings in use, seconds.
 const LONGEST_STEP_S: f32 = 0.05;
 
-/// How lateral vibration turned over a window, positive clockwise looking down-hole.
+/// Turning of lateral vibration over a window, positive clockwise looking down-hole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Whirl {
@@ -91,7 +91,7 @@ impl WhirlSums {
         self.steps = self.steps.saturating_add(1);
     }
 
-    /// Of a vector that turns by an angle a in each step the change is 2 sin(a / 2) and the middle cos(a / 2) long.
+    /// A vector that turns by an angle a in each step changes by 2 sin(a / 2), and its middle is cos(a / 2) long.
     pub(super) fn whirl(&self) -> Option<Whirl> {
         let product = self.middle_square * self.change_square;
         let sound = self.steps >= 2 && product > 0.0 && self.time_s > 0.0;

@@ -87,8 +87,9 @@ pub struct MwdWindow {
     pub innovation_nis: f32,
     /// Change of the flown model as error of a whole turn about an axis, degrees.
     pub deg_per_turn: f32,
-    /// Widths of the magnetometer's matrix, the hard iron and the accelerometer, over the data sheet's.
-    pub widths: [f32; 3],
+    /// Widths of the magnetometer's shape, the hard iron, the accelerometer's matrix, the magnetometer's misalignment
+    /// and the accelerometer's bias, over the data sheets'.
+    pub widths: [f32; 5],
 }
 
 impl From<&GyroModel> for MwdGyroModel {

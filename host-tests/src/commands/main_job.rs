@@ -260,7 +260,7 @@ fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> i
     };
     writeln!(out, "   {verdict}")?;
     let seconds = |t_us: u64| t_us as f64 * 1e-6;
-    let [matrix, hard_iron, accelerometer] = window.widths;
+    let [matrix, hard_iron, accelerometer, turn, bias] = window.widths;
     writeln!(
         out,
         "   window {:.0} to {:.0} s; {:.1} s of motion since the start decide {} of 9 directions of P; squared innovations {:.2} of \
@@ -273,8 +273,8 @@ fn report(out: &mut impl Write, flight: &Flight, truth: Option<&GyroModel>) -> i
     )?;
     writeln!(
         out,
-        "   widths of the vector sensors' errors, times the data sheet's: magnetometer matrix {matrix:.2}, hard iron {hard_iron:.2}, \
-         accelerometer {accelerometer:.2}"
+        "   widths of the vector sensors' errors, times the data sheet's: magnetometer matrix {matrix:.2} and \
+         misalignment {turn:.2}, hard iron {hard_iron:.2}, accelerometer matrix {accelerometer:.2} and bias {bias:.2}"
     )?;
     writeln!(out, "   a whole turn changes by {:.2} deg; {}", window.deg_per_turn, search(window))?;
     let sigma = |i: usize| window.sigma.get(i).copied().unwrap_or(f32::NAN);

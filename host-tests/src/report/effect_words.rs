@@ -13,7 +13,7 @@ pub struct EffectWords {
 }
 
 /// Every effect of the library, in its order.
-pub const EFFECT_WORDS: [EffectWords; 19] = [
+pub const EFFECT_WORDS: [EffectWords; 20] = [
     words("mag_lag", "Late magnetometer", "The magnetometer's readings come later than the gyro's."),
     words("accel_lag", "Late accelerometer", "The accelerometer's readings come later than the gyro's."),
     words("gyro_lag", "Late gyro", "The gyro's readings come later than they are stamped."),
@@ -30,8 +30,13 @@ pub const EFFECT_WORDS: [EffectWords; 19] = [
     words("hard_iron", "Magnetised parts near the magnetometer", "Magnetised parts add a constant field in tool axes."),
     words(
         "soft_iron",
-        "Soft iron, or turned axes of the magnetometer",
-        "Iron near the magnetometer bends the field, or its axes are turned against the gyro's.",
+        "Soft iron",
+        "Iron near the magnetometer bends the field; its axes may be turned against the gyro's as well.",
+    ),
+    words(
+        "mag_misalignment",
+        "Turned axes of the magnetometer",
+        "The magnetometer's axes are turned against those of the gyro and the accelerometer.",
     ),
     words("accel_bias", "Offset of the accelerometer", "The accelerometer reads a constant too much."),
     words(

@@ -108,7 +108,7 @@ impl ScaleErrors {
         for k in 0..SCALES {
             self.own[k][k] += walk;
         }
-        // Of a state's error, the part that the turn adds.
+        // Error of a state that the turn adds.
         let added = |turn: &Vector3<f32>, state: usize| match state {
             0..BIAS => turn[state],
             BIAS..VELOCITY => 0.0,

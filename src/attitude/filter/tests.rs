@@ -1,4 +1,4 @@
-//! What a wrong model's attitude is replaced by, and what is told while a string begins to turn.
+//! The attitude that replaces a wrong model's, and the uncertainty while a string begins to turn.
 
 use super::*;
 use crate::{

@@ -6,7 +6,7 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 use meerkat_mwd::application::AcquisitionCounts;
 
-/// Of the one acquisition that there is.
+/// Counts of the one acquisition that there is.
 pub static COUNTS: AcquisitionCounts = AcquisitionCounts::new();
 
 static ROUNDS: AtomicU32 = AtomicU32::new(0);

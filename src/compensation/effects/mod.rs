@@ -16,6 +16,7 @@ mod gyro_scale_temperature;
 mod hard_iron;
 mod lever_arm;
 mod mag_lag;
+mod mag_misalignment;
 mod mag_temperature;
 mod soft_iron;
 mod vibration_rectification;
@@ -36,6 +37,7 @@ pub use gyro_scale_temperature::GyroScaleTemperature;
 pub use hard_iron::HardIron;
 pub use lever_arm::LeverArm;
 pub use mag_lag::MagLag;
+pub use mag_misalignment::MagMisalignment;
 pub use mag_temperature::MagTemperature;
 pub use soft_iron::SoftIron;
 pub use vibration_rectification::VibrationRectification;
@@ -43,7 +45,7 @@ pub use vibration_rectification::VibrationRectification;
 use super::effect::Effect;
 
 /// Library of all effects that are looked for by default. Of those that look alike the likelier comes first.
-pub static LIBRARY: [&dyn Effect; 19] = [
+pub static LIBRARY: [&dyn Effect; 20] = [
     &MagLag,
     &AccelLag,
     &GyroLag,
@@ -51,6 +53,7 @@ pub static LIBRARY: [&dyn Effect; 19] = [
     &AxialInterference,
     &HardIron,
     &SoftIron,
+    &MagMisalignment,
     &AccelBias,
     &AccelScale,
     &LeverArm,

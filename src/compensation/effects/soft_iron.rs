@@ -67,15 +67,13 @@ impl Effect for SoftIron {
     }
 
     fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], _: f32) -> [f32; MAX_PARAMETERS] {
-        let [u, v, xy, xz, yx, yz, zx, zy, _] = *unknowns;
+        let [across, along, xy, xz, yz, turned_xy, turned_xz, turned_yz, _] = *unknowns;
         let root = core::f32::consts::FRAC_1_SQRT_2;
-        let (across, along) = (u * root, v * root);
-        let symmetric = [(xy + yx) * 0.5, (xz + zx) * 0.5, (yz + zy) * 0.5];
-        let [k2, k3, k4] = symmetric;
-        negated(&[across, along, k2, k3, k4, (zy - yz) * 0.5, (xz - zx) * 0.5, (yx - xy) * 0.5, 0.0], 1.0)
+        // A turn about z reads (-y, x): its unknown is that of yx, the negated one of xy.
+        negated(&[across, along, xy, xz, yz, -turned_yz, turned_xz, -turned_xy, 0.0], root)
     }
 
     fn aliases(&self) -> &'static [&'static str] {
-        &["misalignment of the magnetometer", "P, for its antisymmetric part"]
+        &["mag_misalignment", "P, for its antisymmetric part"]
     }
 }

@@ -20,7 +20,7 @@ pub fn average<T: Real>(of: &mut Averaged<T>) {
     let covariance = M3::from_fn(|i, j| c(NINE + i, NINE + j));
     let mean = V3::from_fn(|i, _| of.mean[NINE + i]);
     let Some(information) = covariance.try_inverse() else { return };
-    // What the data say alone: without the prior that is inside.
+    // Information of the data alone: the prior is taken out again.
     let of_data = information - M3::identity() * (T::ONE - T::of(LEAST_INFORMATION));
     let Some(spread) = of_data.try_inverse().filter(|spread| (0..3).all(|i| spread[(i, i)] > T::ZERO)) else { return };
     let asked = spread * information * mean;

@@ -1,7 +1,8 @@
 //! P's posterior along the eigenvectors of its covariance: there its nine elements are independent, so that any
 //! inflation of the covariance and any scale of P's prior can be weighed element by element, and averaged over.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{Gaussian, NINE};
 use crate::estimator::{eigen::diagonalise, gaussian::element, real::Real};
@@ -119,7 +120,7 @@ impl<T: Real> Mixed<T> {
         Self { log: T::ZERO, weight: T::ZERO, mean: [T::ZERO; NINE], square: [[T::ZERO; NINE]; NINE] }
     }
 
-    /// Whether a further weight is lost in the rounding of those so far.
+    /// Returns true if a further weight is lost in the rounding of those so far.
     fn is_negligible(&self, log: T) -> bool {
         self.weight > T::ZERO && log < self.log - T::of(NEGLIGIBLE)
     }

@@ -1,16 +1,16 @@
-//! The scratch memory of the averaging, cut up: Gaussians of all variables, and without the group that is taken out
-//! first.
+//! The scratch memory of the averaging, cut up: Gaussians of all variables, and without the groups that sets
+//! share.
 
 use crate::estimator::{
     gaussian::triangle,
-    widths::{LEFT_AFTER, VARIABLES},
+    widths::{LEFT_AFTER, SHARED, VARIABLES},
 };
 
 /// Gaussians in the filter's scratch memory, which is free between its updates.
 pub(super) struct Levels<'a, T> {
     /// All variables at the widths that the filter runs with.
     pub base: Slices<'a, T>,
-    /// Gaussian after the first group is taken out at its present width: the sets that share it start from this one.
+    /// Gaussian after the shared groups are taken out at their present widths: the sets that share them start from it.
     pub after_first: Slices<'a, T>,
     /// Room to take variables out in.
     pub work: Slices<'a, T>,
@@ -27,7 +27,7 @@ impl<'a, T: Copy> Levels<'a, T> {
     pub fn cut(scratch: &'a mut [T]) -> Option<Self> {
         let mut rest = scratch;
         let base = Slices::cut(&mut rest, VARIABLES)?;
-        let after_first = Slices::cut(&mut rest, LEFT_AFTER)?;
+        let after_first = Slices::cut(&mut rest, LEFT_AFTER[SHARED - 1])?;
         Some(Levels { base, after_first, work: Slices::cut(&mut rest, VARIABLES)? })
     }
 }
@@ -64,7 +64,7 @@ mod tests {
     fn the_rows_of_an_update_have_room_for_all_levels() {
         let mut update = Update::<f32>::zero();
         let needed = |variables: usize| variables + triangle(variables);
-        let all = 2 * needed(VARIABLES) + needed(LEFT_AFTER);
+        let all = 2 * needed(VARIABLES) + needed(LEFT_AFTER[SHARED - 1]);
         let scratch = update.rows.as_flattened_mut();
         assert!(scratch.get_mut(..all).is_some_and(|enough| Levels::cut(enough).is_some()));
         assert!(scratch.get_mut(..all - 1).is_some_and(|few| Levels::cut(few).is_none()));

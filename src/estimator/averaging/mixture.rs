@@ -1,6 +1,7 @@
 //! The posterior of P and b as a mixture: one Gaussian at each set of widths, weighed by its evidence.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
     Averaged, GYRO, Gaussian, NINE,
@@ -64,8 +65,9 @@ impl<T: Real> Sum<T> {
         (log - self.log).exponential()
     }
 
-    /// Adds P and b at one set of widths, averaged over inflations and scales. `evidence` and `widths` are logarithms.
-    pub fn add(&mut self, of: &Gaussian<T>, inflations: &[f32], evidence: T, widths: [T; GROUPS]) {
+    /// Adds P and b at one set of widths, averaged over inflations and scales. `evidence` and `widths` are logarithms;
+    /// returns that of the set's weight.
+    pub fn add(&mut self, of: &Gaussian<T>, inflations: &[f32], evidence: T, widths: [T; GROUPS]) -> T {
         let directions = Directions::of(of);
         let mixed = directions.mixed(inflations, evidence);
         if self.weight == T::ZERO || mixed.log > self.best {
@@ -76,6 +78,7 @@ impl<T: Real> Sum<T> {
         if self.weight == T::ZERO || log >= self.log - T::of(NEGLIGIBLE) {
             self.add_mixed(of, &directions, &mixed, (log, widths));
         }
+        log
     }
 
     /// Widens all that was added by the outer product of a vector.
@@ -197,7 +200,7 @@ mod tests {
         Gaussian { mean, covariance }
     }
 
-    /// What is not known of an effect that is taken out is not known of P, and yet no reason to draw P away from what
+    /// The uncertainty of an effect that is taken out adds to that of P, but does not draw P away from the value that
     /// fits beside the effect.
     #[test]
     fn what_is_not_known_of_an_effect_widens_the_average_and_does_not_move_it() {

@@ -1,7 +1,8 @@
 //! Claims, the competitors for the evidence: effects of the library, steps of the bias one by one, and errors of the
 //! vector sensors for which there is no name. `evidence.rs` chooses among them.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
     Candidates, MAX_CLAIMS, MAX_TAKEN, STEPS,
@@ -95,6 +96,18 @@ impl<T: Real, const E: usize> Candidates<T, E> {
                 (step, more as u8 + 1)
             }
         }
+    }
+
+    /// Returns true if a claim is an error of one vector sensor where an error of the other is as likely. To take it
+    /// out may turn the attitude by what the other errs.
+    pub(super) fn is_of_either_vector(&self, claim: usize, rivals: u32) -> bool {
+        let of = |claim: usize| {
+            let effect = self.library().get(self.effect_of(claim).0).filter(|effect| effect.nuisance().is_some());
+            effect.map(|effect| effect.sensor())
+        };
+        let is_other =
+            |rival: usize| rivals >> rival & 1 == 1 && of(rival).is_some_and(|sensor| Some(sensor) != of(claim));
+        of(claim).is_some() && (0..self.named_claims()).any(is_other)
     }
 
     /// The matrix columns of a claim.

@@ -5,7 +5,8 @@
 //! enters has its columns eliminated from the rows that are left; one that does not is zero, and its columns say what
 //! it would be worth: with L = C^T C and s = C^T z the log Bayes factor is (s^T L^-1 s - log det L) / 2.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
     Candidates, MAX_CLAIMED, MAX_CLAIMS, MAX_TAKEN,
@@ -397,7 +398,9 @@ impl<T: Real> Evidence<T> {
             self.weakest = Some((chosen.claim, counts));
         }
         one.rivals = chosen.rivals;
-        one.is_taken_out = counts >= self.rules.least && candidates.is_believed(&one);
+        one.is_taken_out = counts >= self.rules.least
+            && candidates.is_believed(&one)
+            && !candidates.is_of_either_vector(claim, chosen.rivals);
         if columns.start >= NUISANCES && one.is_taken_out {
             one.is_taken_out = self.taken.len() + n <= MAX_TAKEN;
             for (column, mean) in columns.zip(mean).filter(|_| one.is_taken_out) {

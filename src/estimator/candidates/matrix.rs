@@ -1,7 +1,8 @@
 //! All that the data say of nuisances and effects whatever the gyro's parameters are: the root in another order,
 //! column by column.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{Candidates, EFFECTS};
 use crate::{

@@ -2,7 +2,8 @@
 //! all others. The columns before them are the filter as it flies, with every effect at the value that is taken out;
 //! the rows of the effects hold all that the data say of them.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 mod claims;
 mod entered;
@@ -56,7 +57,7 @@ pub(super) struct Place {
     pub usual: f32,
 }
 
-/// How an effect comes by its columns.
+/// Source of an effect's columns.
 #[derive(Clone, Copy)]
 enum Kind {
     /// It has columns of its own once it has shown.
@@ -82,7 +83,7 @@ impl Kind {
 /// The columns of all effects that have no others.
 pub(super) struct Candidates<T, const EFFECTS: usize> {
     library: Option<&'static [&'static dyn Effect]>,
-    /// Of each effect of the library: asked for at every increment.
+    /// Kind of each effect of the library: asked for at every increment.
     kinds: [Kind; MAX_CLAIMS],
     places: [Place; EFFECTS],
     columns: usize,

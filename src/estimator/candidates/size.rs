@@ -2,7 +2,8 @@
 //! of it is that they do not show. With the data sheet's width alone a hard iron of 0.2 uT across the tool would leave
 //! one of 5 uT along it to chance, and the attitude would follow.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{entered::Posterior, matrix::at_most};
 use crate::{
@@ -116,7 +117,7 @@ mod tests {
         for k in 0..2 {
             assert!((averaged_small.mean[k] - small.mean[k]).abs() < 1e-4);
         }
-        // Of the usual size, all stays as it was.
+        // At the usual size, all stays as it was.
         let large = posterior([1.0, -1.2, 0.5], [1e-3, 1e-3, 0.7]);
         let averaged_large = averaged(&large, 3, 1.0);
         assert!((averaged_large.mean[2] / large.mean[2] - 1.0).abs() < 0.2);

@@ -1,7 +1,8 @@
 //! Correlation of innovations with conditions, by regression (redundancy analysis with Box's degrees of freedom), in
 //! sums of fixed size.
 
-#![allow(clippy::indexing_slicing, clippy::needless_range_loop)] // Fixed sizes; every index is bounded by the loops around it.
+// Fixed sizes; every index is bounded by the loops around it.
+#![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::correlate::{Correlate, GoesWith};
 use core::hint::black_box;

@@ -100,7 +100,7 @@ fn what_no_motion_shows_of_a_stored_p_is_as_uncertain_as_it_was_when_it_was_stor
             let variance = posterior.p_covariance[k * (k + 3) / 2];
             assert!((variance - sigma * sigma).abs() <= 1e-6 * variance, "seed {seed}, element {k}");
         }
-        // What the motion shows is known better than that.
+        // Elements that the motion shows are known better than that.
         assert!(posterior.sigma[0] < 0.0011 && posterior.sigma[4] > 0.009, "seed {seed}: {:?}", posterior.sigma);
     }
 }
@@ -123,7 +123,7 @@ fn claimed(samples: &[(u64, [Reading; 3])]) -> Vec<&'static str> {
 
 #[test]
 fn a_field_along_an_axis_that_always_points_one_way_is_the_earths() {
-    // Of 40 runs 3 named an axial interference that is not there when nothing asked whether the axis had turned.
+    // Three runs of 40 named an axial interference that is not there when nothing asked if the axis had turned.
     for seed in 0..40 {
         let names = claimed(&swinging_string(seed, 240.0, 0.0, 0.0));
         assert!(!names.contains(&"axial_interference"), "seed {seed}: {names:?}");

@@ -10,7 +10,7 @@ const SECTOR: usize = if cfg!(miri) { 2 } else { 6 };
 const BEHIND: usize = 1;
 const ALL: usize = BEFORE + SECTOR + BEHIND;
 
-/// What a sector is made of.
+/// Make of a sector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Piece {
     Blank,

@@ -1,4 +1,4 @@
-/// Whether an angle is corrected.
+/// Decision to correct an angle, or the reason not to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::estimator::cholesky::Cholesky;
 
-/// What the stations' residuals say of a fit; all in units of the noise.
+/// Stations' residuals of a fit, each left out in turn; all in units of the noise.
 pub(super) struct LeftOut {
     /// Sum of squared residuals of each counted station as the others predict it.
     pub(super) predicted: f32,

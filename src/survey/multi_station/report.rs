@@ -28,7 +28,7 @@ pub struct Estimate {
     pub estimate: Uncertain,
     /// Its standard deviation before; wider than configured where the stations show more than three of those.
     pub prior_sigma: f32,
-    /// Whether the stations determine it: the standard deviation is below the configured share of the prior's.
+    /// True if the stations determine it: the standard deviation is below the configured share of the prior's.
     pub observable: bool,
 }
 
@@ -46,9 +46,9 @@ pub struct MultiStationReport {
     pub residual_uncorrected: f32,
     /// The same of stations as the others predict them.
     pub residual_left_out: f32,
-    /// Whether azimuths are corrected.
+    /// Decision on azimuths.
     pub azimuth: Decision,
-    /// Whether inclinations are corrected.
+    /// Decision on inclinations.
     pub inclination: Decision,
 }
 
@@ -130,7 +130,7 @@ impl MultiStationReport {
         if norm > 0.0 { information.covariance(&a, &b) / norm } else { 0.0 }
     }
 
-    /// Whether the drill string's field grew over the run beyond two standard deviations.
+    /// Returns true if the drill string's field grew over the run beyond two standard deviations.
     #[must_use]
     pub fn axial_field_grows(&self) -> bool {
         let growth = unit(GROWTH);

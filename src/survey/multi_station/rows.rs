@@ -1,4 +1,4 @@
-//! What one station says of the errors: three residuals and their derivatives.
+//! Rows of one station: three residuals and their derivatives by the errors.
 
 use super::{
     MultiStationSettings, PARAMETERS, Station,
@@ -37,7 +37,7 @@ pub(super) struct Freed {
     /// 1 + scale factors.
     force_scale: Vector3<f32>,
     field_scale: Vector3<f32>,
-    /// How much of the axial growth this station has.
+    /// Share of the axial growth at this station.
     grown: f32,
 }
 
@@ -53,7 +53,7 @@ impl Scales {
         Vector3::new(self.value(x, first), self.value(x, first + 1), self.value(x, first + 2))
     }
 
-    /// How far a station is along the run: 0 at the first, 1 at the last, beyond 1 after it.
+    /// Place of a station along the run: 0 at the first, 1 at the last, beyond 1 after it.
     fn grown(&self, station: &Station) -> f32 {
         let [first, length] = self.run;
         if length > 0.0 { (station.depth_m - first) / length } else { 0.0 }

@@ -29,7 +29,7 @@ pub struct Station {
 }
 
 impl Station {
-    /// Whether gravity and field are there and not parallel, and the reference is one.
+    /// Returns true if gravity and field are there and not parallel, and the reference is valid.
     #[must_use]
     pub fn is_usable(&self) -> bool {
         let StationReference { gravity_m_s2, field_ut, dip_rad } = self.reference;

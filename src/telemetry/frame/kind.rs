@@ -31,7 +31,7 @@ pub enum Kind {
     Acknowledgement = 11,
     /// A toolface while sliding: [`SlidingToolface`](crate::survey::SlidingToolface).
     Toolface = 12,
-    /// What the tool has taken: [`VibrationDose`](crate::survey::VibrationDose).
+    /// Vibration and shocks so far: [`VibrationDose`](crate::survey::VibrationDose).
     Dose = 13,
     /// Part of the worst second: [`BurstPart`](crate::telemetry::BurstPart).
     Burst = 14,

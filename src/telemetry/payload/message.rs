@@ -38,7 +38,7 @@ pub enum Message {
     Acknowledgement(Acknowledgement),
     /// Toolface while sliding.
     Toolface(SlidingToolface),
-    /// What the tool has taken.
+    /// Vibration and shocks that the tool has taken so far.
     Dose(VibrationDose),
     /// Part of the worst second.
     Burst(BurstPart),

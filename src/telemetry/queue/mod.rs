@@ -107,7 +107,7 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         self.line.clock_went_back();
     }
 
-    /// What it was configured with.
+    /// Configuration in force.
     #[must_use]
     pub const fn config(&self) -> &StreamConfig {
         &self.config

@@ -1,9 +1,9 @@
 //! Receiver of survey words: what a check of seven bits cannot tell, the earth, the last station and a repetition do.
 //!
-//! Of random words 0.6 % pass the check. Few of those have the place's gravity, field and dip, and a direction that a
-//! hole can have after the last station's. A word that has not may still be true: a magnet is near, or a station was
-//! left out. It is then told as doubted, until the same word comes again. Repetitions of a word that was damaged are
-//! added up, bit by bit.
+//! The check lets 0.6 % of random words pass. Few of those have the place's gravity, field and dip, and a direction
+//! that a hole can have after the last station's. A word that has not may still be true: a magnet is near, or a station
+//! was left out. It is then told as doubted, until the same word comes again. Repetitions of a word that was damaged
+//! are added up, bit by bit.
 
 use super::{Reading, SURVEY_WORD_BYTES, SurveyWord, SurveyWordError};
 use crate::config::{Earth, SurveyLimits};
@@ -28,7 +28,7 @@ pub fn soft(word: &[u8; SURVEY_WORD_BYTES]) -> SoftWord {
     soft
 }
 
-/// What a received word should look like.
+/// Range in which a received word is plausible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
     /// Gravity, field and dip of the place; those that are `None` are not looked at.

@@ -22,7 +22,7 @@ use crate::{
 const DURATION_S: f64 = 205.0;
 
 /// Names of the two errors.
-const BOTH: [&str; 2] = ["accel_bias", "soft_iron"];
+const BOTH: [&str; 2] = ["accel_bias", "mag_misalignment"];
 
 /// First seed; no other table of effects uses these seeds.
 const FIRST_SEED: u64 = 50_000;
@@ -65,7 +65,7 @@ pub(super) fn table(effort: Effort) -> anyhow::Result<Table> {
              told, by name or as an alias; P's squared error in its stated covariance over 9 (target: mean of 0.5 to 2); and the systematic rate \
              error, deg/s, median [worst]"
         ),
-        &["error", "accel_bias named", "soft_iron named", "both told", "NEES / 9, mean", "median", "rate error"],
+        &["error", "accel_bias named", "mag_misalignment named", "both told", "NEES / 9, mean", "median", "rate error"],
     );
     for (name, add) in CASES {
         let runs = each_seed(FIRST_SEED..FIRST_SEED + seeds, |seed| flown(seed, add))?;

@@ -22,7 +22,8 @@ use known_p::KnownP;
 use watched::{Moved, Update, updates};
 
 /// Sensors of [`WindowReport::widths`], in its order.
-const SENSORS: [&str; 3] = ["magnetometer matrix", "hard iron", "accelerometer"];
+const SENSORS: [&str; 5] =
+    ["magnetometer matrix", "hard iron", "accelerometer", "magnetometer misalignment", "accelerometer bias"];
 
 /// Width, times the data sheet's, from which a sensor is blamed.
 const TO_BLAME: f32 = 1.5;
@@ -51,8 +52,10 @@ pub struct Window {
 #[allow(missing_docs)]
 pub struct BySensor {
     pub magnetometer_matrix: f32,
+    pub magnetometer_misalignment: f32,
     pub hard_iron: f32,
     pub accelerometer: f32,
+    pub accelerometer_bias: f32,
 }
 
 /// One number for each kind of rows. The changes add up as vectors; their sizes do not.
@@ -91,7 +94,8 @@ impl Explanation {
 
 impl Window {
     fn new(report: &WindowReport, update: &Update, moved: &Moved, known: Option<&KnownP>) -> Self {
-        let [magnetometer_matrix, hard_iron, accelerometer] = update.evidence.of_group;
+        let [magnetometer_matrix, hard_iron, accelerometer, magnetometer_misalignment, accelerometer_bias] =
+            update.evidence.of_group;
         let p = report.fitted.p_matrix().map(f64::from);
         let [field, velocity, position, rest] = moved.map(|change| deg_per_turn(&change, &p));
         let all = std::array::from_fn(|k| moved.iter().filter_map(|kind| kind.get(k)).sum());
@@ -100,7 +104,13 @@ impl Window {
         };
         Self {
             evidence_of_widths: update.evidence.all,
-            evidence_of_width: BySensor { magnetometer_matrix, hard_iron, accelerometer },
+            evidence_of_width: BySensor {
+                magnetometer_matrix,
+                magnetometer_misalignment,
+                hard_iron,
+                accelerometer,
+                accelerometer_bias,
+            },
             nees_of_p: known.and_then(against),
             moved_deg_per_turn: ByRows { field, velocity, position, rest, all: deg_per_turn(&all, &p) },
         }
@@ -127,8 +137,8 @@ pub fn print_explanation(out: &mut impl Write, flight: &Flight, explanation: &Ex
     writeln!(out, "explain  widths of the vector sensors' errors, times the data sheet's; sigma of P's diagonal, %")?;
     writeln!(
         out,
-        "{:>21} {:>8} {:>10} {:>10} {:>6} {:>8} {:>8} {:>8} {:>20}  to blame",
-        "window, s", "", "motion, s", "directions", "NIS", "matrix", "iron", "accel", "sigma x, y, z"
+        "{:>21} {:>8} {:>10} {:>10} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>20}  to blame",
+        "window, s", "", "motion, s", "directions", "NIS", "matrix", "turn", "iron", "accel", "bias", "sigma x, y, z"
     )?;
     flight.reports.iter().try_for_each(|report| writeln!(out, "{}", row(report)))?;
     let known = explanation.known.as_ref().map_or("none: neither a reference nor a simulator's truth", |p| p.source);
@@ -139,12 +149,14 @@ pub fn print_explanation(out: &mut impl Write, flight: &Flight, explanation: &Ex
     )?;
     writeln!(
         out,
-        "{:>21} {:>8} {:>8} {:>8} {:>8} {:>8} {:>9} {:>9} {:>8} {:>8} {:>9}",
+        "{:>21} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>9} {:>9} {:>8} {:>8} {:>9}",
         "window, s",
         "evidence",
         "matrix",
+        "turn",
         "iron",
         "accel",
+        "bias",
         "field",
         "velocity",
         "position",
@@ -158,11 +170,12 @@ pub fn print_explanation(out: &mut impl Write, flight: &Flight, explanation: &Ex
 }
 
 fn second_row(report: &WindowReport, window: &Window) -> String {
-    let BySensor { magnetometer_matrix, hard_iron, accelerometer } = window.evidence_of_width;
+    let BySensor { magnetometer_matrix, magnetometer_misalignment, hard_iron, accelerometer, accelerometer_bias } =
+        window.evidence_of_width;
     let ByRows { field, velocity, position, rest, all } = window.moved_deg_per_turn;
     let nees = window.nees_of_p.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
     format!(
-        "{:>21} {:>8.1} {magnetometer_matrix:>8.1} {hard_iron:>8.1} {accelerometer:>8.1} {field:>8.2} {velocity:>9.2} {position:>9.2} \
+        "{:>21} {:>8.1} {magnetometer_matrix:>8.1} {magnetometer_misalignment:>8.1} {hard_iron:>8.1} {accelerometer:>8.1} {accelerometer_bias:>8.1} {field:>8.2} {velocity:>9.2} {position:>9.2} \
          {rest:>8.2} {all:>8.2} {nees:>9}",
         span(report),
         window.evidence_of_widths
@@ -175,10 +188,10 @@ fn row(report: &WindowReport) -> String {
         return format!("{window:>21} no result in time");
     }
     let decision = if report.decision == Decision::Accepted { "accepted" } else { "refused" };
-    let [matrix, iron, accelerometer] = report.widths;
+    let [matrix, iron, accelerometer, turn, bias] = report.widths;
     let [x, _, _, _, y, _, _, _, z] = p_sigma(report).map(|sigma| 100.0 * sigma);
     format!(
-        "{window:>21} {decision:>8} {:>10.1} {:>10} {:>6.2} {matrix:>8.2} {iron:>8.2} {accelerometer:>8.2} {:>20}  {}",
+        "{window:>21} {decision:>8} {:>10.1} {:>10} {:>6.2} {matrix:>8.2} {turn:>8.2} {iron:>8.2} {accelerometer:>8.2} {bias:>8.2} {:>20}  {}",
         report.motion_s,
         report.directions_decided,
         report.innovation_nis,
@@ -194,7 +207,7 @@ const fn p_sigma(report: &WindowReport) -> [f32; 9] {
 }
 
 /// Sensors whose errors the data show to be wider than the data sheet says, the widest first.
-fn blamed(widths: [f32; 3]) -> String {
+fn blamed(widths: [f32; 5]) -> String {
     let mut wide: Vec<(&str, f32)> = SENSORS.into_iter().zip(widths).filter(|(_, width)| *width >= TO_BLAME).collect();
     wide.sort_by(|a, b| b.1.total_cmp(&a.1));
     let names: Vec<&str> = wide.into_iter().map(|(name, _)| name).collect();
@@ -207,7 +220,7 @@ mod tests {
 
     #[test]
     fn the_widest_is_blamed_first_and_none_within_the_data_sheet() {
-        assert_eq!(blamed([0.3, 1.0, 1.2]), "none");
-        assert_eq!(blamed([1.6, 1.0, 4.0]), "accelerometer, magnetometer matrix");
+        assert_eq!(blamed([0.3, 1.0, 1.2, 1.0, 1.0]), "none");
+        assert_eq!(blamed([1.6, 1.0, 4.0, 0.1, 1.0]), "accelerometer, magnetometer matrix");
     }
 }

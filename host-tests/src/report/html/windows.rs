@@ -114,7 +114,7 @@ fn windows(told: &Told) -> String {
         "directions of P decided, of 9",
         "innovations, squared over expected",
         "change, deg per turn",
-        "widths of magnetometer matrix, hard iron, accelerometer over the data sheet's",
+        "widths of magnetometer matrix, hard iron, accelerometer matrix, magnetometer misalignment and accelerometer bias, over the data sheets'",
         "cost",
         "evaluations",
     ];

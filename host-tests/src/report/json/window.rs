@@ -39,14 +39,17 @@ pub(super) struct Window {
 #[derive(Debug, Serialize)]
 struct Widths {
     magnetometer_matrix: f32,
+    magnetometer_misalignment: f32,
     hard_iron: f32,
     accelerometer: f32,
+    accelerometer_bias: f32,
 }
 
 impl Widths {
     const fn new(report: &WindowReport) -> Self {
-        let [magnetometer_matrix, hard_iron, accelerometer] = report.widths;
-        Self { magnetometer_matrix, hard_iron, accelerometer }
+        let [magnetometer_matrix, hard_iron, accelerometer, magnetometer_misalignment, accelerometer_bias] =
+            report.widths;
+        Self { magnetometer_matrix, magnetometer_misalignment, hard_iron, accelerometer, accelerometer_bias }
     }
 }
 

@@ -62,7 +62,7 @@ impl Boot {
         Ok(Self { settings, sensors, hang, power_cut_after })
     }
 
-    /// What the factory wrote goes before what the file says.
+    /// The factory's records go before the file's.
     pub fn provisioned(&mut self, records: &FactoryRecords) {
         let Settings { config, survey, key, .. } = &mut self.settings;
         if let Some(calibration) = &records.calibration {

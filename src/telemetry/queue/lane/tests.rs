@@ -28,14 +28,14 @@ impl Payload for Bytes {
     const KIND: Kind = Kind::Sample;
 }
 
-/// What the lane should hold.
+/// Content that the lane should have.
 type Listed = heapless::Deque<(u8, usize), 8>;
 
 fn used(listed: &Listed) -> usize {
     listed.iter().map(|(_, length)| ENTRY_HEADER + length).sum()
 }
 
-/// Whether a frame is this payload's.
+/// Tells if a frame is this payload's.
 fn is(frame: &[u8], (byte, length): (u8, usize)) -> bool {
     let mut decoder = FrameDecoder::<64>::new();
     frame.iter().any(|each| {
