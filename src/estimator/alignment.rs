@@ -10,7 +10,7 @@ use super::{
 /// acceleration of 0.5 m/s^2 over two seconds: 3 deg. From one instant the filter would converge to a wrong point.
 const START_S: f32 = 2.0;
 /// The same after a gap, when P and b are known and the field's heading is.
-const AFTER_GAP_S: f32 = 1.0;
+pub(super) const AFTER_GAP_S: f32 = 1.0;
 
 /// Sums over the nodes since the start or the turn.
 #[derive(Clone, Copy)]

@@ -4,11 +4,13 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
+    alignment::AFTER_GAP_S,
     columns::{FIELD, GLOBALS, NODE, POSITION, VELOCITY},
     field_norm::FieldNorm,
     real::{M3, Real, V3, norm, rotation, square, zero3, zero33},
     settings::Noise,
 };
+use crate::units::STANDARD_GRAVITY_M_S2;
 
 /// Attitude error that a start allows, rad: gravity and field of one instant of motion.
 const START_TILT_RAD: f32 = 0.35;
@@ -86,7 +88,7 @@ impl<T: Real> Node<T> {
         let east = axis - up * axis.dot(&up);
         let east = east / norm(&east);
         self.attitude = from_rows(&east, &up.cross(&east), &up);
-        self.forget(noise);
+        self.forget(START_TILT_RAD, noise);
         self.curved = MOST_CURVED;
         self.root[2][2] = T::of(1.0 / START_HEADING_RAD);
         for i in 0..3 {
@@ -154,9 +156,9 @@ impl<T: Real> Node<T> {
         self.field += three(FIELD);
     }
 
-    /// Attitude, velocity and position are as unknown as at a start; the earth field stays, but for its walk.
-    fn forget(&mut self, noise: &Noise) {
-        let sigma = [START_TILT_RAD, noise.velocity_m_s, noise.position_m];
+    /// Attitude is as unknown as stated, velocity and position as at a start; the earth field stays, but for its walk.
+    fn forget(&mut self, attitude_rad: f32, noise: &Noise) {
+        let sigma = [attitude_rad, noise.velocity_m_s, noise.position_m];
         for (i, row) in self.root.iter_mut().take(9).enumerate() {
             *row = [T::ZERO; NODE + GLOBALS];
             row[i] = T::of(1.0 / sigma[i / 3]);
@@ -183,7 +185,7 @@ impl<T: Real> Node<T> {
         let earth = from_rows(&earth, &V3::z().cross(&earth), &V3::z());
         self.attitude = earth.transpose() * body;
         self.is_held = false;
-        self.forget(noise);
+        self.forget(after_gap_rad(noise), noise);
         if noise.field_is_even {
             // As at a start: what is left of the linear model would be taken for iron.
             self.curved = MOST_CURVED;
@@ -194,6 +196,19 @@ impl<T: Real> Node<T> {
         self.root.iter_mut().skip(9).flatten().for_each(|x| *x *= spread);
         Some(spread)
     }
+}
+
+/// Attitude error after a gap, rad: that of the mean force over [`AFTER_GAP_S`], at whose ends the velocity is within its
+/// bound, and whose white acceleration has Student's t.
+fn after_gap_rad(noise: &Noise) -> f32 {
+    let ends = noise.velocity_m_s / AFTER_GAP_S;
+    let tails = if noise.acceleration_freedom > 2.0 {
+        noise.acceleration_freedom / (noise.acceleration_freedom - 2.0)
+    } else {
+        1.0
+    };
+    let white = noise.acceleration_m_s_rts * noise.acceleration_m_s_rts / AFTER_GAP_S * tails;
+    libm::sqrtf(2.0 * ends * ends + white) / STANDARD_GRAVITY_M_S2
 }
 
 fn from_rows<T: Real>(a: &V3<T>, b: &V3<T>, c: &V3<T>) -> M3<T> {
