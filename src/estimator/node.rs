@@ -88,7 +88,7 @@ impl<T: Real> Node<T> {
         let east = axis - up * axis.dot(&up);
         let east = east / norm(&east);
         self.attitude = from_rows(&east, &up.cross(&east), &up);
-        self.forget(START_TILT_RAD, noise);
+        self.forget([START_TILT_RAD; 3], noise);
         self.curved = MOST_CURVED;
         self.root[2][2] = T::of(1.0 / START_HEADING_RAD);
         for i in 0..3 {
@@ -157,11 +157,12 @@ impl<T: Real> Node<T> {
     }
 
     /// Attitude is as unknown as stated, velocity and position as at a start; the earth field stays, but for its walk.
-    fn forget(&mut self, attitude_rad: f32, noise: &Noise) {
-        let sigma = [attitude_rad, noise.velocity_m_s, noise.position_m];
+    fn forget(&mut self, [x, y, z]: [f32; 3], noise: &Noise) {
+        let (velocity, position) = (noise.velocity_m_s, noise.position_m);
+        let sigma = [x, y, z, velocity, velocity, velocity, position, position, position];
         for (i, row) in self.root.iter_mut().take(9).enumerate() {
             *row = [T::ZERO; NODE + GLOBALS];
-            row[i] = T::of(1.0 / sigma[i / 3]);
+            row[i] = T::of(1.0 / sigma[i]);
         }
         (self.velocity, self.position) = (zero3(), zero3());
     }
@@ -185,7 +186,9 @@ impl<T: Real> Node<T> {
         let earth = from_rows(&earth, &V3::z().cross(&earth), &V3::z());
         self.attitude = earth.transpose() * body;
         self.is_held = false;
-        self.forget(after_gap_rad(noise), noise);
+        let tilt = after_gap_rad(noise);
+        // The field's direction in the body is as uncertain as its calibration.
+        self.forget([tilt, tilt, START_TILT_RAD], noise);
         if noise.field_is_even {
             // As at a start: what is left of the linear model would be taken for iron.
             self.curved = MOST_CURVED;
