@@ -23,6 +23,10 @@ const LONGEST_PAUSE_US: u64 = 100_000;
 /// less.
 const OLDEST_EVIDENCE_US: u64 = 1_000_000;
 
+/// Turn of the field within a second from which the tool moves, rad: five deviations of a reading of 1 uT noise in a
+/// field of 50. A tool that turns at 3 rpm across the earth's field turns it by three times as much.
+const FIELD_TURN_RAD: f32 = 0.1;
+
 /// Stage of the stationary survey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
@@ -61,6 +65,10 @@ pub(crate) struct StationarySurvey {
     block: Sums<BlockMean>,
     means: Sums<MeanOfBlocks>,
     field_whole: bool,
+    /// Field that later ones are held against, and its time; a second old at most.
+    field_before: Option<(u64, Vector3<f32>)>,
+    /// When the field turned last.
+    field_turned_us: Option<u64>,
 }
 
 impl StationarySurvey {
@@ -76,6 +84,8 @@ impl StationarySurvey {
             block: Sums { force: block, field: block, raw_accel: block, raw_mag: block, rate: block },
             means: Sums { force: mean, field: mean, raw_accel: mean, raw_mag: mean, rate: mean },
             field_whole: true,
+            field_before: None,
+            field_turned_us: None,
         }
     }
 
@@ -83,10 +93,27 @@ impl StationarySurvey {
         self.state
     }
 
-    /// Returns true if fresh readings of both sensors show that the tool stands still.
+    /// Returns true if fresh readings of both sensors show that the tool stands still, and no field that it turns: a
+    /// gyro with a dead axis rests, and in a vertical hole gravity has nothing against it.
     pub(crate) fn stands_still(&self, now_us: u64) -> bool {
-        let is_fresh = self.last_us.is_some_and(|last| now_us.abs_diff(last) < OLDEST_EVIDENCE_US);
-        is_fresh && self.rest.detected() && self.state != StationaryState::Moving
+        let is_lately = |us: Option<u64>| us.is_some_and(|us| now_us.abs_diff(us) < OLDEST_EVIDENCE_US);
+        let is_quiet = self.rest.detected() && self.state != StationaryState::Moving;
+        is_quiet && is_lately(self.last_us) && !is_lately(self.field_turned_us)
+    }
+
+    /// Returns true if the field has turned since a second ago.
+    fn has_field_turned(&mut self, t_us: u64, field: &Vector3<f32>) -> bool {
+        let Some((then_us, before)) = self.field_before else {
+            self.field_before = Some((t_us, *field));
+            return false;
+        };
+        let both = before.norm_squared() * field.norm_squared();
+        let across = before.cross(field).norm_squared();
+        let has_turned = across > FIELD_TURN_RAD * FIELD_TURN_RAD * both || before.dot(field) < 0.0;
+        if has_turned || t_us.saturating_sub(then_us) >= OLDEST_EVIDENCE_US {
+            self.field_before = Some((t_us, *field));
+        }
+        has_turned
     }
 
     /// Takes a sample. Returns the report of a survey that has just latched.
@@ -102,6 +129,11 @@ impl StationarySurvey {
         let pause_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
         if pause_us > LONGEST_PAUSE_US {
             self.start_over();
+        }
+        if let Some(field) = input.field_ut
+            && self.has_field_turned(input.t_us, &field.into())
+        {
+            self.field_turned_us = Some(input.t_us);
         }
         let (Some(force), Some(rate)) = (input.force_m_s2, input.rate_rad_s) else { return None };
         let (force, rate) = (Vector3::from(force), Vector3::from(rate));
@@ -147,8 +179,9 @@ impl StationarySurvey {
     }
 
     fn begin_average(&mut self, t_us: u64) {
-        let Self { rest, last_us, .. } = core::mem::replace(self, Self::new());
+        let Self { rest, last_us, field_before, field_turned_us, .. } = core::mem::replace(self, Self::new());
         (self.rest, self.last_us) = (rest, last_us);
+        (self.field_before, self.field_turned_us) = (field_before, field_turned_us);
         (self.state, self.since_us) = (StationaryState::Averaging, t_us);
     }
 

@@ -23,9 +23,8 @@ const SURVEY_US: u64 = 1_000_000;
 pub fn heard(machine: &mut Machine<'_, '_>, message: &Message) {
     match message {
         Message::Acknowledgement(answer) => {
-            let drilling_for_s = (!machine.line_stood_still()).then(|| machine.day.truth.drilling_for_s());
             machine.day.tally.now_us = machine.chip.now_us.get();
-            machine.day.host.answered(answer, drilling_for_s, &mut machine.day.tally);
+            machine.day.host.answered(answer, &mut machine.day.tally);
         }
         Message::Boot(boot) => started(machine, boot),
         Message::Attitude(frame) => attitude(machine, frame),

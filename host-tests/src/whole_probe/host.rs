@@ -38,6 +38,8 @@ struct Sent {
     command: Command,
     bytes: Vec<u8>,
     accepted: bool,
+    /// For how long the tool had been moving when the probe took the last byte, seconds; `None` before.
+    drilling_for_s: Option<f64>,
 }
 
 /// The host's side of the line.
@@ -51,8 +53,8 @@ pub struct Host {
     counter: u64,
     /// Highest counter of which the probe said that it carried its command out.
     highest: u64,
-    /// Bytes on their way, and when they arrive.
-    pub outgoing: VecDeque<(u64, u8)>,
+    /// Bytes on their way, and when they arrive; the last of a command with its place among those sent.
+    pub outgoing: VecDeque<(u64, u8, Option<usize>)>,
     /// End of the last window that the probe reported.
     pub window_end_us: u64,
 }
@@ -73,17 +75,24 @@ impl Host {
         }
     }
 
-    fn put(&mut self, now_us: u64, bytes: &[u8]) {
-        let mut at_us = self.outgoing.back().map_or(now_us, |(at_us, _)| now_us.max(*at_us));
-        for byte in bytes {
+    fn put(&mut self, now_us: u64, bytes: &[u8], of: Option<usize>) {
+        let mut at_us = self.outgoing.back().map_or(now_us, |(at_us, ..)| now_us.max(*at_us));
+        for (k, byte) in bytes.iter().enumerate() {
             at_us += BYTE_US;
-            self.outgoing.push_back((at_us, *byte));
+            self.outgoing.push_back((at_us, *byte, of.filter(|_| k + 1 == bytes.len())));
+        }
+    }
+
+    /// The probe took the last byte of a command; the tool had been moving for so long.
+    pub fn taken(&mut self, command: usize, drilling_for_s: f64) {
+        if let Some(sent) = self.sent.get_mut(command) {
+            sent.drilling_for_s = Some(drilling_for_s);
         }
     }
 
     fn send(&mut self, now_us: u64, sender: Sender, command: Command, bytes: Vec<u8>) {
-        self.put(now_us, &bytes);
-        self.sent.push(Sent { sender, command, bytes, accepted: false });
+        self.put(now_us, &bytes, Some(self.sent.len()));
+        self.sent.push(Sent { sender, command, bytes, accepted: false, drilling_for_s: None });
     }
 
     /// Sequence number of the next frame: its place among all that were sent.
@@ -152,7 +161,7 @@ impl Host {
     /// Bytes that are no frames.
     pub fn garbage(&mut self, now_us: u64, bytes: u16) {
         let bytes: Vec<u8> = (0..bytes).map(|_| self.random.between(0.0, 256.0) as u8).collect();
-        self.put(now_us, &bytes);
+        self.put(now_us, &bytes, None);
     }
 
     /// Sends one of the owner's latest commands again.
@@ -163,8 +172,8 @@ impl Host {
             .take(3)
             .collect();
         let chosen = self.random.between(0.0, owners.len() as f64) as usize;
-        if let Some(bytes) = owners.get(chosen).map(|k| self.sent[*k].bytes.clone()) {
-            self.put(now_us, &bytes);
+        if let Some((k, bytes)) = owners.get(chosen).map(|k| (*k, self.sent[*k].bytes.clone())) {
+            self.put(now_us, &bytes, Some(k));
         }
     }
 
@@ -174,9 +183,8 @@ impl Host {
         Message::decode(&frame).ok()
     }
 
-    /// Judges an answer. `drilling_for_s`: for how long the tool has been moving; `None` where the line stood still
-    /// meanwhile.
-    pub fn answered(&mut self, answer: &Acknowledgement, drilling_for_s: Option<f64>, tally: &mut Tally) {
+    /// Judges an answer.
+    pub fn answered(&mut self, answer: &Acknowledgement, tally: &mut Tally) {
         let Some(sent) = self.sent.get_mut(usize::from(answer.sequence)) else { return };
         let accepted = answer.outcome == Outcome::Accepted;
         match (sent.sender, &answer.outcome) {
@@ -201,7 +209,7 @@ impl Host {
         }
         tally.checked(Violation::Replayed);
         tally.checked(Violation::Forged);
-        if let Some(drilling_for_s) = drilling_for_s {
+        if let Some(drilling_for_s) = sent.drilling_for_s {
             tally.checked(Violation::ChangedWhileDrilling);
             if accepted && sent.command.needs_a_pause() && drilling_for_s > super::EVIDENCE_S {
                 tally.violated(Violation::ChangedWhileDrilling, || {

@@ -58,7 +58,7 @@ pub struct Machine<'c, 'd> {
     pub spoilt_us: Option<u64>,
     /// Bytes given to the line, those that it could have sent included.
     given: u64,
-    received: VecDeque<u8>,
+    received: VecDeque<(u8, Option<usize>)>,
     /// Stamps of the latest samples, and the truth at each.
     pub truths: VecDeque<(u64, Angles)>,
     /// Time at which the probe last said what it runs with.
@@ -160,11 +160,11 @@ impl<'c, 'd> Machine<'c, 'd> {
             self.tick();
         }
         let now_us = self.chip.now_us.get();
-        while self.day.host.outgoing.front().is_some_and(|(at_us, _)| *at_us <= now_us) {
-            let Some((_, byte)) = self.day.host.outgoing.pop_front() else { break };
+        while self.day.host.outgoing.front().is_some_and(|(at_us, ..)| *at_us <= now_us) {
+            let Some((_, byte, command)) = self.day.host.outgoing.pop_front() else { break };
             let byte = self.spoilt(byte);
             if self.received.len() < RECEIVING {
-                self.received.push_back(byte);
+                self.received.push_back((byte, command));
             }
         }
     }
@@ -316,7 +316,14 @@ impl<'c> Board for Machine<'c, '_> {
     fn receive(&mut self) -> Option<u8> {
         self.chip.note_stack();
         self.catch_up();
-        if self.chip.is_dead() { None } else { self.received.pop_front() }
+        if self.chip.is_dead() {
+            return None;
+        }
+        let (byte, command) = self.received.pop_front()?;
+        if let Some(command) = command {
+            self.day.host.taken(command, self.day.truth.drilling_for_s());
+        }
+        Some(byte)
     }
 
     fn feed_watchdog(&mut self) {

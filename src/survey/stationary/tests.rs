@@ -129,3 +129,27 @@ fn a_field_that_fails_for_seconds_leaves_inclination_and_toolface() {
     assert!(survey.magnetic_azimuth_rad.is_none() && survey.field_ut.is_none() && averages.field_ut.is_none());
     assert!(survey.gravity_toolface_rad.is_some_and(|Uncertain { sigma, .. }| sigma < 0.01));
 }
+
+#[test]
+fn a_field_that_turns_is_motion_whatever_a_dead_gyro_axis_reads() {
+    let mut rig = Rig::new();
+    rig.feed(5.0, |_| {});
+    assert!(rig.survey.stands_still(rig.t_us));
+    // A vertical hole at 30 rpm: gravity and the dead axis say nothing.
+    for rpm in [3.0_f32, 30.0, 180.0] {
+        let rate = rpm * core::f32::consts::TAU / 60.0;
+        let mut times = 0;
+        for k in 0..1_000 {
+            let angle = rate * k as f32 * STEP_US as f32 * 1e-6;
+            rig.feed(STEP_US as f32 * 1.000_1e-6, |input| {
+                input.rate_rad_s = Some([0.001, 0.0, 0.0]);
+                input.force_m_s2 = Some([0.0, 0.0, -9.8]);
+                input.field_ut = Some([20.0 * libm::cosf(angle), 20.0 * libm::sinf(angle), 45.0]);
+            });
+            times += u32::from(k > 100 && rig.survey.stands_still(rig.t_us));
+        }
+        assert_eq!(times, 0, "{rpm} rpm");
+        rig.feed(5.0, |_| {});
+        assert!(rig.survey.stands_still(rig.t_us), "after {rpm} rpm");
+    }
+}
