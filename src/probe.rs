@@ -182,6 +182,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         let step_us = if first { 0 } else { sample.t_us - last_us };
         // While samples were refused time went by, whatever they said of it.
         let refused = core::mem::replace(&mut self.session.refused, 0);
+        let step_s = step_us as f32 * 1e-6;
+        let refused_s = refused as f32 * self.config.sample_period_us as f32 * 1e-6;
         let gap = is_gap(step_us, self.config.sample_period_us)
             || refused > GAP_PERIODS && !first
             || self.session.began_afresh;
@@ -190,7 +192,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
             self.pipeline.watch.start(sample.t_us);
         } else if gap {
             count(&mut self.session.counters.gaps);
-            self.identifier.gap(self.session.last_us, sample.t_us);
+            self.identifier.gap(self.session.last_us, sample.t_us, refused_s - step_s);
             self.pipeline.watch.gap(sample.t_us);
         }
         self.session.last_us = sample.t_us;
@@ -204,8 +206,6 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
             }
         }
         self.count_faults(&sample);
-        let step_s = step_us as f32 * 1e-6;
-        let refused_s = refused as f32 * self.config.sample_period_us as f32 * 1e-6;
         let found_s = self.effects().gyro_delay_s(self.library());
         let with = With {
             config: &self.config,

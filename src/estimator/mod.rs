@@ -129,6 +129,8 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     prior: Prior<T>,
     builder: Builder<T>,
     has_sample: bool,
+    /// Seconds before the next sample of which its time says nothing.
+    waited_s: f32,
     last_us: u64,
     waiting: Waiting<T>,
     task: Task,
@@ -189,6 +191,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             prior: Prior::zero(),
             builder: Builder::zero(),
             has_sample: false,
+            waited_s: 0.0,
             last_us: 0,
             waiting: Waiting::new(),
             task: Task::Next,
@@ -234,13 +237,19 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// [`Estimator::look`] can ask for the attitude.
     pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3], warming_k: Option<f32>) -> bool {
         self.builder.warm(warming_k);
-        let step_s = if self.has_sample { t_us.saturating_sub(self.last_us) as f32 * 1e-6 } else { 0.0 };
+        let waited_s = core::mem::replace(&mut self.waited_s, 0.0);
+        let step_s = if self.has_sample { t_us.saturating_sub(self.last_us) as f32 * 1e-6 + waited_s } else { 0.0 };
         (self.has_sample, self.last_us) = (true, t_us);
         if let Some(item) = self.builder.push((t_us, step_s), &self.composed_with, [rate, force, field]) {
             self.waiting.push(item);
             return true;
         }
         false
+    }
+
+    /// Tells that so many seconds more than its time says go by until the next sample: a clock stood still.
+    pub const fn wait(&mut self, seconds: f32) {
+        self.waited_s = seconds;
     }
 
     /// Sets the flown model, with which rotations are composed: it changes at instants of the samples' own time.

@@ -18,7 +18,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub fn configure(&mut self, settings: &Settings, library: &'static [&'static dyn Effect]) {
         self.candidates.configure(library);
         self.settings = *settings;
-        self.has_sample = false;
+        (self.has_sample, self.waited_s) = (false, 0.0);
         self.waiting.clear();
         self.compose_with(&settings.factory);
         self.builder.start(settings.sample_period_s, settings.is_instant);

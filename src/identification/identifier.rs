@@ -144,9 +144,12 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         self.schedule.start(t_us);
     }
 
-    /// Tells the schedule of a gap in time.
-    pub fn gap(&mut self, last_us: u64, t_us: u64) {
+    /// Tells of a gap in the samples, which is by so much longer than their times say.
+    pub fn gap(&mut self, last_us: u64, t_us: u64, longer_s: f32) {
         self.schedule.gap(last_us, t_us);
+        if longer_s > 0.0 {
+            self.estimator.wait(longer_s);
+        }
     }
 
     /// Returns true if the instant of an update has come, with a result or without.

@@ -30,6 +30,6 @@ pub fn report(decision: Decision) -> WindowReport {
         directions_decided: 0,
         innovation_nis: 1.0,
         deg_per_turn: 0.0,
-        widths: [1.0; 3],
+        widths: [1.0; 5],
     }
 }

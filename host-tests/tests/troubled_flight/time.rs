@@ -178,3 +178,24 @@ fn a_clock_that_goes_back_a_little_is_waited_for_and_the_wait_is_a_gap() {
     // Four seconds went by in which the tool may have turned.
     assert!(after.sigma_toolface_rad > 2.0 * before.sigma_toolface_rad, "{before:?} {after:?}");
 }
+
+/// Of twelve seconds in which the tool turned on the estimator has to know, too: taken for a moment, they would be an
+/// error of the sensors.
+#[test]
+fn a_clock_that_stands_still_is_a_gap_and_no_error_of_the_sensors() {
+    for (seed, from) in (0..6).flat_map(|seed| [170, 600, 1_100, 2_000].map(|from| (seed, from))) {
+        let run = run(130.0, seed);
+        let stood = run.trace.samples[from].t_us;
+        let samples = run.with(|index, s| {
+            if (from..from + 1_200).contains(&index) {
+                s.t_us = stood;
+            } else if index >= from + 1_200 {
+                s.t_us -= 12_000_000 - 10_000;
+            }
+        });
+        let flight = run.fly(&samples);
+        assert_eq!((flight.counters.gaps, flight.counters.out_of_order), (1, 1_199));
+        let named: usize = flight.diagnoses.iter().map(|report| report.found().count()).sum();
+        assert_eq!(named, 0, "seed {seed}, sample {from}: {:?}", flight.diagnoses.last());
+    }
+}
