@@ -249,7 +249,7 @@ static const char *const MWD_TELEMETRY_LAYOUT[] = {
     "  directions_decided u8",
     "  innovation_nis f32",
     "  deg_per_turn f32",
-    "  widths [3]f32",
+    "  widths [5]f32",
     "enum Verdict",
     "  NotEnoughExcitation",
     "  ModelSufficient",

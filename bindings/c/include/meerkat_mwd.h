@@ -887,9 +887,10 @@ typedef struct {
      */
     float deg_per_turn;
     /**
-     * Widths of the magnetometer's matrix, the hard iron and the accelerometer, over the data sheet's.
+     * Widths of the magnetometer's shape, the hard iron, the accelerometer's matrix, the magnetometer's misalignment
+     * and the accelerometer's bias, over the data sheets'.
      */
-    float widths[3];
+    float widths[5];
 } MwdWindow;
 
 /**

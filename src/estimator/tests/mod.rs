@@ -324,7 +324,7 @@ fn the_evidence_names_the_sensor_that_is_not_as_its_data_sheet_says() {
         };
         let samples = Simulated::new(8, 60.0).samples;
         let samples: Vec<_> = samples.into_iter().map(|(t_us, [r, f, m])| (t_us, [r, f, bent(m)])).collect();
-        let (mut found, mut widths) = (None, [0.0; 3]);
+        let (mut found, mut widths) = (None, [0.0; 5]);
         watched(&samples, |estimator| {
             found = estimator.width_evidence().or(found);
             widths = estimator.posterior().map_or(widths, |posterior| posterior.widths);
