@@ -183,7 +183,8 @@ impl<T: Real> Averaging<T> {
         let mut take_out = |place: usize, work: &mut Slices<T>| {
             let group = TAKEN.get(place).copied().unwrap_or(0);
             let width = parts.get(group).map_or(T::ONE, |part| T::of(*part));
-            let variables = place.checked_sub(1).map_or(VARIABLES, |before| LEFT_AFTER[before]);
+            let variables =
+                place.checked_sub(1).and_then(|before| LEFT_AFTER.get(before)).copied().unwrap_or(VARIABLES);
             let evidence = narrowed(work, variables, group, width, with_lags);
             if let Some(slot) = self.evidence.get_mut(place) {
                 *slot = evidence;

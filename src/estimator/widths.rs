@@ -97,13 +97,14 @@ impl Widths {
     pub(super) fn near(&self, centre: &Set, index: usize) -> Option<Set> {
         let mut set = *centre;
         let Some(mut rest) = index.checked_sub(1) else { return Some(set) };
-        for (width, group) in set.iter_mut().zip(TAKEN).rev() {
+        for (width, group) in set.iter_mut().rev().zip(TAKEN.into_iter().rev()) {
             let count = self.count.get(group).copied().unwrap_or(1);
-            if rest < count - 1 {
-                *width = ((usize::from(*width) + 1 + rest) % count) as u8;
+            let others = count.saturating_sub(1);
+            if rest < others {
+                *width = (usize::from(*width) + 1 + rest).checked_rem(count).unwrap_or(0) as u8;
                 return Some(set);
             }
-            rest -= count - 1;
+            rest -= others;
         }
         None
     }
