@@ -231,7 +231,7 @@ mod tests {
         let (dt, w) = (0.02_f64, 0.5 * core::f64::consts::PI);
         let angle = |t: f64| 3.2 * t - 3.0 / w * (libm::cos(w * t) - 1.0);
         let mean = |k: i32| ((angle(f64::from(k + 1) * dt) - angle(f64::from(k) * dt)) / dt) as f32 * Vector3::z();
-        // Half a swing, over which a lost part would show.
+        // Half a period of the rate's swing: over a whole one an error of the swinging part would cancel.
         let turned: f64 =
             (0..100).map(|k| f64::from(middle_to_middle([&mean(k - 1), &mean(k), &mean(k + 1)], dt as f32).z)).sum();
         let exact = angle(100.5 * dt) - angle(0.5 * dt);

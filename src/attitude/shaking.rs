@@ -5,8 +5,8 @@ use nalgebra::{Vector2, Vector3};
 /// Integration time of the force, seconds: a turn at 30 rpm, the slowest rotary drilling. A probe in its hole
 /// gets nowhere in that time, and a wrong tilt hardly changes.
 const IMPULSE_S: f32 = 2.0;
-/// Weight of the newest impulse: the mean holds two axes of nine of them, 18 squares, whose relative
-/// deviation is a third.
+/// Weight of the newest impulse (the force's integral over [`IMPULSE_S`]) in the mean of squares. That is a mean over
+/// about nine impulses of two axes, 18 squares, so it is known to a third (sqrt(2 / 18)).
 const WEIGHT: f32 = 0.2;
 
 /// Spectral density of the acceleration while no force is read, (m/s^2)^2/Hz: 1 m/s^2 correlated over 0.2 s.

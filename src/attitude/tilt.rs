@@ -95,7 +95,8 @@ impl Tilt {
         self.unseen_s = if seen { 0.0 } else { self.unseen_s + time_s };
     }
 
-    /// Aligns the filter by a single force reading, which may have met a shock: the average starts again.
+    /// Aligns the attitude to a single reading of the specific force. That may have met a shock, so the mean force of
+    /// the seconds after the alignment is averaged from here on.
     pub fn align_anew(&mut self, state: &mut State, heading: &mut Heading, force: &Vector3<f32>, settings: &Settings) {
         self.align(state, heading, force, settings);
         (self.aligned_s, self.contradiction_s) = (0.0, 0.0);

@@ -38,7 +38,8 @@ impl VectorErrors {
     };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        // A matrix element, a hard iron or a delay above 0.3 is no error of a sensor that works at all.
+        // Three to ten times what data sheets allow (3 % of a matrix element, 5 uT of a field of 50): a sensor that errs
+        // more is broken. A delay of 0.3 s is nearly a turn at 180 rpm.
         let bounded = [
             (self.mag_matrix, 0.3, "identification.vector_errors.mag_matrix"),
             (self.hard_iron, 0.3, "identification.vector_errors.hard_iron"),

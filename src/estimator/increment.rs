@@ -10,7 +10,7 @@ use crate::{
 };
 use nalgebra::Matrix3;
 
-/// Increments a second, about: 12.5 are as good by hand, and 25 are enough for the rates of drilling.
+/// Number of increments in a second, rounded to whole samples. By hand 12.5 are as good; the rates of drilling need 25.
 const INCREMENTS_PER_S: f32 = 25.0;
 /// Most that a probe can turn between two readings for its rotation to be known, rad.
 const MOST_RAD: f32 = 1.5;

@@ -37,8 +37,10 @@ impl Widths {
         with_lags: false,
     };
 
-    /// By hand: once, a third and thrice the data sheets' 3 %, 10 % of the norm, 0.5 % (that: 1, 0.3, 4) and 3 %, of
-    /// 10 %, 30 %, 2 % and 10 %. The accelerometer's bias is none: its matrix holds it.
+    /// By hand. The data sheets' widths are 3 % for the magnetometer's shape and misalignment, 10 % of the field for
+    /// the hard iron, 0.5 % for the accelerometer's matrix; the filter runs with 10 %, 30 % and 2 %. Averaged over are
+    /// once, a third and thrice the data sheet's; for the accelerometer's matrix once, 0.3 and four times. The
+    /// accelerometer's bias has one width, as its matrix holds the bias too.
     pub const HAND: Self = Self {
         parts: [[0.3, 0.09, 0.9], [1.0 / 3.0, 0.1, 1.0], [0.25, 0.075, 1.0], [0.3, 0.09, 0.9], [1.0; 3]],
         count: [3, 3, 3, 3, 1],

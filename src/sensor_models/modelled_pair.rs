@@ -90,7 +90,7 @@ pub struct Periods {
 }
 
 impl<'a, const WORDS: usize> ModelledPair<'a, WORDS> {
-    /// Over SPI; touches no bus. `trigger`: whether [`play`](Self::play) is called at the very time of an interrupt.
+    /// A pair over SPI. Nothing is transferred yet. `trigger`: whether [`play`](Self::play) is called at the very time of an interrupt.
     #[must_use]
     pub fn new(parts: &'a ModelledParts<WORDS>, periods: Periods, watermark_frames: u8, trigger: Trigger) -> Self {
         let now_us = &parts.now_us;

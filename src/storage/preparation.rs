@@ -118,8 +118,9 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         self.evacuate_parts(from)
     }
 
-    /// Copies the models that are kept in a sector, and the one that was found last: a cut may have left a bit of it
-    /// that does not last, while the record before it may be about to go. Returns true if all were whole.
+    /// Copies the models that are kept in a sector, which is about to be erased, to the end of the log; and with them
+    /// the newest model that was found at the start. A power cut may have left a bit of it between 0 and 1, which will
+    /// not read the same for ever. Returns true if all were whole.
     fn copy_models(&mut self, from: u8) -> Result<bool, StorageError<F::Error>> {
         for k in 0..KEPT {
             let goes = |slot: &Slot| slot.place.sector == from || Some(slot.place) == self.last_found;

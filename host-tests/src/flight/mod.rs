@@ -1,6 +1,7 @@
 //! One run of the pipeline over a trace.
 
 pub mod configuration;
+pub mod estimate;
 pub mod through_sensors;
 mod spooled_output;
 mod watched;

@@ -1,7 +1,7 @@
 //! Normalised estimation error squared (NEES) of P: tells whether its stated covariance is right (Bar-Shalom,
 //! Li, Kirubarajan 2001, Estimation with Applications to Tracking and Navigation, section 5.4).
 
-use meerkat_mwd::{compensation::GyroModel, identification::WindowReport};
+use meerkat_mwd::{compensation::GyroModel, estimator::Posterior, identification::WindowReport};
 use nalgebra::{SMatrix, SVector};
 
 /// Number of P's elements.
@@ -14,6 +14,15 @@ pub type Covariance = SMatrix<f64, ELEMENTS, ELEMENTS>;
 #[must_use]
 pub fn covariance(report: &WindowReport) -> Covariance {
     Covariance::from_fn(|row, column| f64::from(report.covariance_of_p(row, column)))
+}
+
+/// Covariance of a posterior's P.
+#[must_use]
+pub fn covariance_of(posterior: &Posterior) -> Covariance {
+    Covariance::from_fn(|row, column| {
+        let (long, short) = (row.max(column), row.min(column));
+        posterior.p_covariance.get(long * (long + 1) / 2 + short).copied().map_or(f64::NAN, f64::from)
+    })
 }
 
 /// P of a model, row-major.

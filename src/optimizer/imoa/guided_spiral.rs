@@ -61,7 +61,7 @@ mod tests {
         near(way(f32::MAX, 9.0), (-1.0, 1.0));
         // b = 1/2: up to once the way, and e^(1/2) / 4 of the distance.
         near(way(18.0, 9.0), (-0.412, 1.412));
-        // A ratio of costs that are not positive guides nowhere.
+        // Costs that are not positive have no meaningful ratio: b = 0.
         near(way(-1.0, -2.0), (-1.0, 1.0));
     }
 }

@@ -29,7 +29,7 @@ pub struct AttitudeFrame {
 /// nearest, never 0 for one that is not, and at most 6.55 rad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CompactAngles {
-    // The numbers use their whole range: a varint would take three bytes for most of them.
+    // Two bytes each: angles use all 16 bits, and most of them would take three as a varint.
     #[serde(with = "le")]
     inclination: u16,
     #[serde(with = "le")]

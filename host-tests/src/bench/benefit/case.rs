@@ -4,7 +4,11 @@
 use std::path::Path;
 
 use anyhow::Context;
-use meerkat_mwd::{Config, Sample, SampleFlags, compensation::GyroModel};
+use meerkat_mwd::{
+    Config, Sample, SampleFlags,
+    compensation::{GyroModel, effects::LIBRARY},
+    estimator::Settings,
+};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
@@ -17,13 +21,13 @@ use crate::{
     bench::error_multiplied_in::drawn,
     diagnosis::against_reference,
     flight::{
-        Flight,
         configuration::{freeze_at_us, of_trace},
+        estimate::posterior,
         fly,
     },
     score::{
         RateTrack,
-        nees::{Covariance, covariance, normalised},
+        nees::{Covariance, covariance, covariance_of, normalised},
         seconds_since,
     },
     simulate::known_error,
@@ -94,39 +98,79 @@ impl Recording {
         let config = Config { freeze_at_us: Some(half_us), ..whole };
         let flight = fly(&config, &trace.samples, |_| {})?;
 
-        // Windows count from the start of the recording before the trouble.
-        let start_us = self.trace.first_us();
-        let outputs = flight.outputs.iter().map(|o| (seconds_since(start_us, o.t_us), rate(o.rate_rad_s)));
+        let outputs = flight.outputs.iter().map(|o| (self.seconds(o.t_us), rate(o.rate_rad_s)));
         let flown = RateTrack::from_points(outputs);
-        let error =
-            |track: &RateTrack| error_deg(&self.windows, track).with_context(|| format!("{}: no rate", self.name));
+        let window = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some());
         Ok(Case {
             scale,
             draw,
-            errors: Errors {
-                bias_only_deg: error(&less_bias(&trace, half_us, start_us))?,
-                flown_deg: error(&flown)?,
-                attainable_deg: self.attainable_deg,
-            },
+            errors: self.errors(&trace, &flown)?,
             p_flies: flight.reports.last().is_some_and(|report| report.flown.p != config.gyro.p),
-            nees: self.own.as_ref().and_then(|own| nees(&flight, own, &truth)),
+            nees: window.and_then(|window| self.nees(&window.fitted, &covariance(window), &truth)),
         })
+    }
+
+    /// Multiplies an error in and runs the estimator alone over the first half, its covariance inflated by `factor`
+    /// times what is built in.
+    ///
+    /// # Errors
+    /// The recording cannot be scored.
+    pub(super) fn estimate_with(&self, factor: f32, scale: f64, draw: u64) -> anyhow::Result<Case> {
+        let truth = drawn(&self.name, draw, scale);
+        let mut trace = self.trace.clone();
+        known_error::apply(&mut trace, &truth);
+        let config = of_trace(&trace);
+        trace.mark_clipped(&config.full_scale);
+        let mut settings = Settings::new(&config);
+        settings.widths.inflations = settings.widths.inflations.map(|inflation| factor * inflation);
+        let half_us = freeze_at_us(&self.trace, HOLD_OUT);
+        let first_half = trace.samples.iter().take_while(|sample| sample.t_us < half_us).copied();
+        let posterior = posterior::<f32>(&settings, &LIBRARY, first_half).context("no posterior")?;
+        let model = if posterior.fitness.is_ok() { posterior.gyro } else { posterior.bias_only };
+        let point = |s: &Sample| (self.seconds(s.t_us), model.compensate(s.gyro_rad_s).cast());
+        let flown = RateTrack::from_points(trace.samples.iter().filter(|s| is_read(s)).map(point));
+        Ok(Case {
+            scale,
+            draw,
+            errors: self.errors(&trace, &flown)?,
+            p_flies: posterior.fitness.is_ok(),
+            nees: self.nees(&posterior.gyro, &covariance_of(&posterior), &truth),
+        })
+    }
+
+    /// Seconds from the start of the recording, before any trouble.
+    fn seconds(&self, t_us: u64) -> f64 {
+        seconds_since(self.trace.first_us(), t_us)
+    }
+
+    fn errors(&self, trace: &Trace, flown: &RateTrack) -> anyhow::Result<Errors> {
+        let error =
+            |track: &RateTrack| error_deg(&self.windows, track).with_context(|| format!("{}: no rate", self.name));
+        let half_us = freeze_at_us(&self.trace, HOLD_OUT);
+        Ok(Errors {
+            bias_only_deg: error(&less_bias(trace, half_us, self.trace.first_us()))?,
+            flown_deg: error(flown)?,
+            attainable_deg: self.attainable_deg,
+        })
+    }
+
+    /// NEES / 9 of an estimate, against the error that was multiplied in and the recording's own P behind it, which is
+    /// as uncertain as the reference leaves it.
+    fn nees(&self, estimate: &GyroModel, covariance: &Covariance, multiplied_in: &GyroModel) -> Option<f64> {
+        let own = self.own.as_ref()?;
+        // What the error's P gives is what was recorded.
+        let truth = own.p * multiplied_in.p_matrix().map(f64::from);
+        let row_major = std::array::from_fn(|k| truth[(k / 3, k % 3)]);
+        normalised(estimate.p.as_flattened(), &(covariance + own.covariance), &row_major)
     }
 }
 
-/// NEES / 9 of the last window with a result, against the error that was multiplied in and the recording's own P
-/// behind it, which is as uncertain as the reference leaves it.
-fn nees(flight: &Flight, own: &OwnP, multiplied_in: &GyroModel) -> Option<f64> {
-    let window = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some())?;
-    // What the error's P gives is what was recorded.
-    let truth = own.p * multiplied_in.p_matrix().map(f64::from);
-    let row_major = std::array::from_fn(|k| truth[(k / 3, k % 3)]);
-    normalised(window.fitted.p.as_flattened(), &(covariance(window) + own.covariance), &row_major)
+fn is_read(sample: &Sample) -> bool {
+    !sample.flags.contains(SampleFlags::GYRO_MISSING)
 }
 
 /// The raw rate less its median at rest in the first half; unchanged if there is hardly any rest.
 fn less_bias(trace: &Trace, half_us: u64, start_us: u64) -> RateTrack {
-    let is_read = |sample: &Sample| !sample.flags.contains(SampleFlags::GYRO_MISSING);
     let moves = trace.movement.iter().flatten();
     let at_rest = trace.samples.iter().zip(moves).filter(|(s, moves)| !**moves && s.t_us < half_us && is_read(s));
     let at_rest: Vec<[f32; 3]> = at_rest.map(|(s, _)| s.gyro_rad_s).collect();

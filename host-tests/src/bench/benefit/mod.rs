@@ -6,6 +6,7 @@
 
 mod case;
 mod drilled;
+mod inflations;
 mod least_over_shifts;
 mod troubled;
 
@@ -52,7 +53,16 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let recordings = recordings()?;
     let flown = flown(&recordings, effort)?;
     let [trouble, harmed_by_it] = troubled(&recordings, effort)?;
-    Ok(vec![by_scale(&flown), by_recording(&flown), harmed(&flown), trouble, harmed_by_it, drilled::table(effort)?])
+    let inflated = inflations::table(&recordings, effort)?;
+    Ok(vec![
+        by_scale(&flown),
+        by_recording(&flown),
+        harmed(&flown),
+        inflated,
+        trouble,
+        harmed_by_it,
+        drilled::table(effort)?,
+    ])
 }
 
 /// Number of errors drawn for a recording.
@@ -61,7 +71,7 @@ fn draws(effort: Effort, scale: f64) -> u64 {
         // There is only one way to leave a recording as it is.
         _ if scale == 0.0 => 1,
         Effort::Quick => 1,
-        Effort::Full => 2,
+        Effort::Full => 4,
         Effort::Seeds(seeds) => seeds,
     }
 }
@@ -255,7 +265,7 @@ mod tests {
 
     #[test]
     fn the_recording_as_it_is_flies_once() {
-        assert_eq!(SCALES.map(|scale| draws(Effort::Full, scale)), [2, 2, 2, 2, 1]);
+        assert_eq!(SCALES.map(|scale| draws(Effort::Full, scale)), [4, 4, 4, 4, 1]);
         assert_eq!(SCALES.map(|scale| draws(Effort::Seeds(3), scale)), [3, 3, 3, 3, 1]);
     }
 }

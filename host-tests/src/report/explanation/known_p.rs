@@ -2,18 +2,17 @@
 //! attitude.
 
 use meerkat_mwd::{
-    Config, Sample, SampleFlags,
+    Config,
     estimator::{
-        Estimator, Posterior, Settings,
+        Posterior, Settings,
         columns::{ACCEL_LAG, MAG_LAG},
     },
-    sample::Reading,
 };
-use nalgebra::Vector3;
 
 use crate::{
     diagnosis::{attitudes, vectors_from},
-    score::nees::{Covariance, p_of},
+    flight::estimate::posterior,
+    score::nees::{Covariance, covariance_of, p_of},
     trace::Trace,
 };
 
@@ -36,11 +35,7 @@ impl KnownP {
             return Some(Self { source: "the simulator's", p, covariance: Covariance::zeros() });
         }
         let found = from_reference(trace, config)?;
-        let covariance = Covariance::from_fn(|row, column| {
-            let (long, short) = (row.max(column), row.min(column));
-            found.p_covariance.get(long * (long + 1) / 2 + short).copied().map_or(f64::NAN, f64::from)
-        });
-        Some(Self { source: "from the reference attitude", p: p_of(&found.gyro), covariance })
+        Some(Self { source: "from the reference attitude", p: p_of(&found.gyro), covariance: covariance_of(&found) })
     }
 }
 
@@ -55,25 +50,6 @@ fn from_reference(trace: &Trace, config: &Config) -> Option<Posterior> {
     for (column, width_s) in [(MAG_LAG.from, 0.015), (ACCEL_LAG.from, 0.005)] {
         *settings.sigma.get_mut(column)? = width_s;
     }
-    let mut estimator = Box::new(Estimator::<f64>::zero());
-    estimator.configure(&settings, &[]);
-    for sample in vectors_from(trace, &attitudes(trace)) {
-        estimator.push(sample.t_us, readings(&sample), None);
-        while estimator.step() > 0 {}
-    }
-    estimator.close(false);
-    while estimator.step() > 0 {}
-    estimator.posterior().filter(|posterior| posterior.fitness.is_ok()).copied()
-}
-
-fn readings(sample: &Sample) -> [Reading; 3] {
-    let gyro = SampleFlags::GYRO_MISSING | SampleFlags::GYRO_CLIPPED;
-    let of = |without: SampleFlags, v: [f32; 3]| {
-        if sample.flags.intersects(without) { Reading::Missing } else { Reading::Usable(Vector3::from(v)) }
-    };
-    [
-        of(gyro, sample.gyro_rad_s),
-        of(SampleFlags::ACCEL_MISSING, sample.accel_m_s2),
-        of(SampleFlags::MAG_MISSING, sample.mag_ut),
-    ]
+    let found = posterior::<f64>(&settings, &[], vectors_from(trace, &attitudes(trace)));
+    found.filter(|posterior| posterior.fitness.is_ok())
 }
