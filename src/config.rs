@@ -1,7 +1,7 @@
 //! Configuration: everything a user can set, with its unit, its default and the default's source.
 //!
-//! Configuration is apart from state: [`Config::validate`] checks a [`Config`] once, and it never changes
-//! while drilling.
+//! Configuration is apart from state: [`Config::validate`] checks a [`Config`] once, and the configuration never
+//! changes while drilling.
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
@@ -46,8 +46,8 @@ pub struct Config {
     pub sample_period_us: u32,
     /// Seed of the population search. Equal samples, configuration and seed give equal bytes.
     pub seed: u64,
-    /// Sample time from which no new parameter takes effect (hold-out); the last window closes early enough
-    /// to land before it.
+    /// Sample time from which no new parameter takes effect (hold-out); the last window closes early enough to take
+    /// effect before it.
     pub freeze_at_us: Option<u64>,
     /// Switches effects beyond the gyro's twelve parameters on: the library of effects, steps of the bias,
     /// and magnets that come and go. Default `true`.
@@ -62,13 +62,13 @@ pub struct Config {
     pub mag: VectorModel,
     /// Known delays of the sensors' readings.
     pub latency: Latency,
-    /// Earth at the probe.
+    /// Earth at the probe: gravity, magnetic field, latitude.
     pub earth: Earth,
-    /// Attitude filter.
+    /// Settings of the attitude filter.
     pub attitude: AttitudeConfig,
-    /// Estimator of the gyro's errors, and the search of each window.
+    /// Settings of the estimator of the gyro's errors, and of the search of each window.
     pub identification: IdentificationConfig,
-    /// Surveys, for [`Surveyor::configure`](crate::survey::Surveyor::configure).
+    /// Settings of surveys, for [`Surveyor::configure`](crate::survey::Surveyor::configure).
     pub survey: SurveyConfig,
 }
 
@@ -143,7 +143,7 @@ impl Config {
     }
 }
 
-/// Converts seconds to microseconds. Not inlined: a conversion to 64 bits takes a loop's worth of code.
+/// Converts seconds to microseconds. Not inlined: a conversion to 64 bits takes as much code as a loop.
 #[inline(never)]
 pub(crate) fn micros(seconds: f32) -> u64 {
     (seconds * 1e6) as u64

@@ -7,13 +7,13 @@
 //! 5. [`attitude`]: strapdown integration and fusion; inclination, azimuth, toolface
 //! 6. [`survey`]: stationary and rotating surveys, their quality, drilling dynamics
 //! 7. [`estimator`]: P, b and their uncertainty from all samples so far
-//! 8. [`optimizer`]: IMOA and others, over any cost
+//! 8. [`optimizer`]: IMOA and other searches, over any cost function
 //! 9. [`identification`]: the instants at which learnt models fly, and the search of each window
 //! 10. [`diagnosis`]: the effects that the evidence supports, and the remainder
 //! 11. [`probe`]: the whole pipeline behind `push` and `poll`
-//! 12. `telemetry` (feature of that name; with `serde` alone its messages): frames; `storage` (same name): records in
-//!     flash
-//! 13. `application` (same name): the program around all of it, on any board
+//! 12. `telemetry` (feature `telemetry`; its messages with `serde` alone): frames; `storage` (feature `storage`):
+//!     records in flash
+//! 13. `application` (feature `application`): the program around the pipeline, on any board
 //!
 //! # Features
 //!
@@ -40,8 +40,8 @@
 //!
 //! # In a firmware of one's own
 //!
-//! A dependant's profile counts, not this crate's. On a Cortex-M4F a program that pushes and polls takes 320 KB of
-//! flash with this one, and 193 KB with `opt-level = "s"`, for more cycles:
+//! The profile of your own program counts, not this crate's. A program on a Cortex-M4F that pushes and polls takes 320
+//! KB of flash with the profile below, and 193 KB with `opt-level = "s"`, for more cycles:
 //!
 //! ```toml
 //! [profile.release]
@@ -58,8 +58,8 @@
 //! rustflags = ["-Ctarget-cpu=cortex-m4", "-Clink-arg=--icf=all"]
 //! ```
 //!
-//! The crate compiles with Rust 1.89 and later; another minimum is a new minor version. Public types of [`nalgebra`]
-//! and [`heapless`] are theirs: take the crates from here, and the versions agree.
+//! The crate compiles with Rust 1.89 and later; a higher minimum comes with a new minor version. The public interface
+//! has types of [`nalgebra`] and [`heapless`]: take these crates from here, so that the versions agree.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing)]

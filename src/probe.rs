@@ -34,26 +34,27 @@ use latency::mag_delay_sigma_s;
 use output::count;
 use pipeline::{Pipeline, With};
 
-/// Cycles of the processor for each unit of identification work that is budgeted: a unit takes up to
-/// [`UNIT_CYCLES`](crate::estimator::UNIT_CYCLES), so that this work takes at most 48 % of the time while there is any.
+/// Processor cycles budgeted for each unit of identification work. A unit takes up to
+/// [`UNIT_CYCLES`](crate::estimator::UNIT_CYCLES), so that this work takes at most 48 % of the time.
 const CLOCK_CYCLES_PER_UNIT: u32 = 1_050;
 
 /// Clock of the STM32F405, Hz.
 const USUAL_CLOCK_HZ: u32 = 168_000_000;
 
-/// Reports of windows, and of their effects, that wait to be taken unless a build has less room.
+/// Default room for reports of windows, and for as many on their effects, that wait to be taken.
 pub const PENDING_REPORTS: usize = 2;
 
 /// The pipeline, with all its buffers. [`Probe::new`] is all zero bytes, so that a `static` of it takes no
 /// flash.
 ///
-/// A part with less memory chooses smaller buffers, and starts from [`Probe::zero`] (docs/new_board.md has the sizes):
-/// - `NODES`: nodes kept for the population search of a window, 166 bytes each. It reads the latest of them; 0 leaves
-///   the search out, and the posterior's mean flies.
+/// A program with less memory chooses smaller buffers, and starts from [`Probe::zero`] (docs/new_board.md has the
+/// sizes):
+/// - `NODES`: nodes kept for the population search of a window, 166 bytes each. The search reads the latest of them; 0
+///   leaves it out, and the posterior's mean flies.
 /// - `COLUMNS`: parameters of effects, and of the bias's steps, that are looked for at a time, 636 bytes each. An
 ///   effect for which there is no column left is not looked for.
-/// - `REPORTS`: reports that wait for [`Probe::poll`] and [`Probe::take_diagnosis`], 1.7 KB each. One that finds no
-///   room is lost, and counted.
+/// - `REPORTS`: reports that wait for [`Probe::poll`] and [`Probe::take_diagnosis`], 1.7 KB each. Without room a report
+///   is lost, and counted.
 pub struct Probe<
     const NODES: usize = WINDOW_NODES,
     const COLUMNS: usize = EFFECTS,
@@ -62,33 +63,34 @@ pub struct Probe<
     configured: bool,
     config: Config,
     library: Option<&'static [&'static dyn Effect]>,
-    /// Library of the next configuration: effects are told by their place in it, so that it must not change
-    /// in flight.
+    /// Library that the next configuration takes. Effects are known by their place in the library, so that it must not
+    /// change while they fly.
     next_library: Option<&'static [&'static dyn Effect]>,
     session: Session,
     pipeline: Pipeline,
     identifier: Identifier<NODES, COLUMNS, REPORTS>,
 }
 
-/// State that a probe gathers from samples, apart from the parts that reset themselves. It dies with the
-/// configuration, as one value.
+/// State gathered from samples, beside that of the parts that reset themselves. A new configuration resets it as one
+/// value.
 struct Session {
     counters: Counters,
-    /// Time of the last sample; meaningless while no sample is counted.
+    /// Time of the last accepted sample, microseconds; meaningless before the first.
     last_us: u64,
-    /// Time of the sample before, which was too far from the last one to be believed alone; 0: it was not.
+    /// Time stamp of the sample before, if that was refused as too far from the last accepted one to be believed alone,
+    /// microseconds; else 0.
     doubted_us: u64,
-    /// Samples refused since the last one.
+    /// Samples refused since the last accepted one.
     refused: u32,
-    /// True from the first sample of a time base on; false in a static.
+    /// True from the first sample of a time base on.
     has_begun: bool,
     /// True if the last sample began a new time base because the clock went back.
     began_afresh: bool,
-    /// Time of validity of the last output.
+    /// Time of validity of the last output, microseconds.
     last_valid_us: u64,
-    /// When the estimator's attitude is compared; 0: it was not asked for.
+    /// Time at which the estimator's attitude is compared with the filter's, microseconds; 0: it was not asked for.
     look_due_us: u64,
-    /// Units of work that were done beyond the budgets.
+    /// Units of identification work done beyond the budgets; the next calls do so many fewer.
     overspent: u32,
 }
 
@@ -142,18 +144,18 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.session = Session::ZERO;
         self.identifier.configure(config, self.library());
         self.pipeline.start(config);
-        // After the identifier's reset, whose effects say how well the delay is known.
+        // After the identifier's reset: its effects say how well the magnetometer's delay is known.
         self.pipeline.filter.mag_delay_known(self.mag_delay_sigma_s());
         self.configured = true;
         Ok(())
     }
 
-    /// Takes one sample. Returns `None` before a configuration, and for a sample that is not taken (counted): its time
-    /// does not increase, or is more than ten seconds after the last one's and the sample before said nothing of the
-    /// kind. Of two such stamps in a row, at most ten seconds apart, the later begins a new time base, after a gap.
-    /// A clock that goes back for good is believed in the same way if by more than ten seconds, and is waited for
-    /// if by less: the probe then begins afresh ([`Probe::began_afresh`]).
-    // Its frame would lie under all work between samples.
+    /// Takes one sample. Returns `None` before a configuration, and for a sample that is refused (and counted): its
+    /// time does not increase, or is more than ten seconds after the last accepted sample's. Of two such late stamps in
+    /// a row, at most ten seconds apart, the second is accepted, as after a gap. If the clock goes back by more than
+    /// ten seconds, the second stamp is accepted in the same way, and the probe begins afresh
+    /// ([`Probe::began_afresh`]); if by less, samples are refused until the old time is reached again.
+    // Inlined, its stack frame would lie under all work between samples.
     #[inline(never)]
     pub fn push(&mut self, sample: &Sample) -> Option<Output> {
         if !self.configured {
@@ -180,7 +182,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         let first = !self.session.has_begun;
         self.session.has_begun = true;
         let step_us = if first { 0 } else { sample.t_us - last_us };
-        // While samples were refused time went by, whatever they said of it.
+        // Each refused sample counts as one period of time, whatever its stamp says.
         let refused = core::mem::replace(&mut self.session.refused, 0);
         let step_s = step_us as f32 * 1e-6;
         let refused_s = refused as f32 * self.config.sample_period_us as f32 * 1e-6;
@@ -218,7 +220,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         let stepped = self.pipeline.step(&sample, &with);
         let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         let warming_k = is_warm.then_some(sample.temperature_c - REFERENCE_TEMPERATURE_C);
-        // Uncorrected: the estimator takes out by itself what it has found.
+        // Readings uncorrected by effects: the estimator itself takes out the effects that it has found.
         let can_look = self.identifier.push(sample.t_us, stepped.readings, warming_k);
         if can_look && self.pipeline.filter.is_doubted() && self.session.look_due_us == 0 {
             self.identifier.look();
@@ -227,9 +229,9 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         }
 
         let delay_s = found_s + self.config.latency.gyro_s.unwrap_or(0.0);
-        // No output is valid later than its sample: a gyro ahead of its time means two late vector sensors.
+        // No output is valid later than its sample: a gyro that seems early means that both vector sensors are late.
         let t_us = sample.t_us.saturating_sub((delay_s * 1e6) as u64);
-        // A delay found just now must not turn time back.
+        // A delay found just now must not make the output's time go back.
         let t_us = if first || t_us > self.session.last_valid_us {
             t_us
         } else {
@@ -247,7 +249,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     #[inline(never)]
     fn begin_afresh(&mut self) {
         let (config, counters) = (self.config, self.session.counters);
-        // It was valid before.
+        // This configuration was valid before.
         let _ = self.configure(&config);
         self.session.counters = counters;
         count(&mut self.session.counters.gaps);
@@ -256,7 +258,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
 
     /// Lets an update that is due take effect before a sample is compensated: the gyro model, and the effects
     /// with it.
-    // Its reports would lie under all work on a sample.
+    // Inlined, its reports would lie on the stack under all work on a sample.
     #[inline(never)]
     fn take_effect(&mut self, t_us: u64) {
         if !self.identifier.is_due(t_us) {
@@ -268,7 +270,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
             self.pipeline.corrector.effects = self.effects().of_attitude(self.library());
         }
         if taken.is_window || self.mag_delay_sigma_s().is_none() {
-            // A heading must not depend yet on a delay found a moment ago.
+            // A delay just found counts as known only from the next window on, so that the heading does not depend on
+            // it yet.
             self.pipeline.filter.mag_delay_known(self.mag_delay_sigma_s());
         }
         if taken.of_field {
@@ -293,9 +296,9 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     }
 
     /// Does about `budget` units of identification work: a unit takes up to 500 cycles of a Cortex-M4F. The last piece
-    /// may overshoot by 650; the next calls do so much less. Returns the report of a window when its result has taken
-    /// effect, or when it has none. Results depend on whether the work is done when they are due, and on nothing else
-    /// of its slicing. An update that is late is counted as an overrun, and the flown model stays.
+    /// may overshoot by 650 units; the next calls do so many fewer. Returns the report of a window when its result has
+    /// taken effect, or when there is no result. Results depend only on whether the work is done when they are due, not
+    /// on how it is divided into calls. An update that is late is counted as an overrun, and the flown model stays.
     pub fn poll(&mut self, budget: u32) -> Option<WindowReport> {
         let mut spent = self.session.overspent;
         while spent < budget {
@@ -320,15 +323,15 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.identifier.take_diagnosis()
     }
 
-    /// Budget for [`Probe::poll`] after each sample with which every result is ready when it is due, on a chip of
-    /// 168 MHz.
+    /// Budget for [`Probe::poll`] after each sample, in units, with which every result is ready when it is due, on a
+    /// chip of 168 MHz.
     #[must_use]
     pub const fn poll_budget(&self) -> u32 {
         self.poll_budget_at(USUAL_CLOCK_HZ)
     }
 
-    /// The same on a chip of another clock, Hz. At 64 MHz some increments of hard motion by hand may be late: they are
-    /// counted.
+    /// Budget for [`Probe::poll`] after each sample, in units, on a chip of another clock, Hz. At 64 MHz some
+    /// increments of hard motion by hand may be late; they are counted.
     #[must_use]
     pub const fn poll_budget_at(&self, clock_hz: u32) -> u32 {
         match (clock_hz / CLOCK_CYCLES_PER_UNIT).checked_div(self.pipeline.checks.samples_per_second()) {

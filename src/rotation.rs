@@ -42,9 +42,9 @@ pub(crate) fn exp_quaternion(rotation_vector: &Vector3<f32>) -> Quaternion<f32> 
 ///
 /// The vector joins half of the first interval and half of the second, each for a rate linear in time, so that the
 /// sum over many intervals is exactly that of the means. (Half the sum of two means alone loses (w dt)^2 / 8
-/// of a rate that swings at w rad/s, and nothing of a steady one: at 0.25 Hz and 20 ms 1.2e-4, the size of
-/// what is identified.) The two-sample coning term is (phi1 x phi2) / 12 (Bortz's equation to second order
-/// for a rate linear in time).
+/// of a rate that swings at w rad/s, and nothing of a steady one: at 0.25 Hz and 20 ms 1.2e-4, as large as the errors
+/// that are identified.) The two-sample coning term is (phi1 x phi2) / 12 (Bortz's equation to second order for a rate
+/// linear in time).
 pub(crate) fn middle_to_middle(rates: [&Vector3<f32>; 3], dt: f32) -> Vector3<f32> {
     let [earlier, first, second] = rates;
     let sum = (first + second) * 0.5 - (second - first * 2.0 + earlier) * 0.125;
@@ -61,7 +61,7 @@ pub(crate) fn exp_matrix(rotation_vector: &Vector3<f32>) -> Matrix3<f32> {
 /// Taylor series within an eighth of a turn of the nearest quarter, five terms each (the next one of the
 /// cosine is (pi / 4)^10 / 10!, 2.5e-8). Within 1.5e-7 of the exact values up to 100 rad, and within 1e-6 up
 /// to 10,000. `libm` reduces the angle and sums its series in emulated f64: eleven kilobytes of flash and two
-/// thousand instructions, for a last bit that no angle here has.
+/// thousand instructions, for a precision that no angle here has.
 pub(crate) fn sine_and_cosine(angle_rad: f32) -> (f32, f32) {
     // pi / 2 in three parts (Cody and Waite): the first two have so few bits that their products with a count
     // of quarters are exact.
@@ -196,7 +196,7 @@ mod tests {
         assert!((quarter * Vector3::x() - Vector3::y()).norm() < 1e-6);
     }
 
-    /// Same rotation in f64, by sine and cosine.
+    /// Vector `v` rotated by the rotation vector `phi`, in f64, by sine and cosine.
     fn turned(phi: &Vector3<f32>, v: &Vector3<f32>) -> Vector3<f64> {
         nalgebra::Rotation3::from_scaled_axis(phi.cast::<f64>()) * v.cast::<f64>()
     }

@@ -59,14 +59,14 @@ pub enum Sensor {
 }
 
 impl Sensor {
-    /// All three, in the order of a [`Sample`]'s fields.
+    /// All three sensors, in the order of a [`Sample`]'s fields.
     pub(crate) const ALL: [Self; 3] = [Self::Gyro, Self::Accelerometer, Self::Magnetometer];
 }
 
 /// One sensor's part of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
-    /// No reading: the other readings of an interval stand for it.
+    /// No reading: the mean of an interval is that of its other readings.
     Missing,
     /// A reading that is clipped, stale or of a dead axis. The mean of an interval with it would be biased,
     /// so such an interval has none.
@@ -75,8 +75,8 @@ pub enum Reading {
     Usable(Vector3<f32>),
 }
 
-/// Bounds beyond any sensor, per axis: 57,000 deg/s, 1,000 g, 10 millitesla. A larger number is a defect of
-/// the driver. Squares of numbers below the bounds stay far inside an f32.
+/// Bounds per axis beyond any sensor: gyro 57,000 deg/s, accelerometer 1,000 g, magnetometer 10 millitesla. A larger
+/// number is a defect of the driver. Squares of numbers below the bounds stay far inside an f32.
 pub(crate) const BEYOND_ANY_GYRO_RAD_S: f32 = 1e3;
 pub(crate) const BEYOND_ANY_ACCEL_M_S2: f32 = 1e4;
 pub(crate) const BEYOND_ANY_MAG_UT: f32 = 1e4;
@@ -85,10 +85,10 @@ pub(crate) const BEYOND_ANY_MAG_UT: f32 = 1e4;
 ///
 /// The body frame is right-handed: z along the tool axis, down-hole; x across it, at the highside where
 /// toolfaces are counted from. Hanging at rest in a vertical hole the tool reads a specific force of (0, 0,
-/// -9.8) m/s^2. A driver turns its part's axes into these.
+/// -9.8) m/s^2. A driver turns its sensor's axes into these.
 ///
 /// A sensor that did not read has its `*_MISSING` flag set and zeros in its field. The fields of an unflagged
-/// sensor are finite: [`Sample::sanitised`] ensures it at the door of the pipeline.
+/// sensor are finite: [`Sample::sanitised`] ensures it at the entry of the pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample {
@@ -107,7 +107,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Reading of one sensor, as it is stored.
+    /// Stored reading of one sensor; zeros if it is missing.
     pub(crate) const fn vector(&self, sensor: Sensor) -> [f32; 3] {
         match sensor {
             Sensor::Gyro => self.gyro_rad_s,
@@ -123,7 +123,7 @@ impl Sample {
     pub fn sanitised(mut self) -> Self {
         let fault = self.flags.contains(SampleFlags::FAULT);
         let guard = |v: &mut [f32; 3], limit: f32, missing: SampleFlags, flags: &mut SampleFlags| {
-            // A NaN is not below the limit either.
+            // A NaN fails this comparison, too.
             if fault || !v.iter().all(|x| libm::fabsf(*x) < limit) || flags.contains(missing) {
                 *v = [0.0; 3];
                 flags.insert(missing);

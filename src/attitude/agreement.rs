@@ -14,14 +14,14 @@ use nalgebra::Vector3;
 
 /// Smoothing of force and field, seconds: several periods of a vibration of 10 Hz and more.
 const SMOOTHING_S: f32 = 0.1;
-/// Standard deviation of that force's direction, radians: half a m/s^2 of acceleration.
+/// Standard deviation of the smoothed force's direction, radians: half a m/s^2 of acceleration.
 const FORCE_SIGMA_RAD: f32 = 0.05;
-/// Tolerance of the force's norm against gravity, relative: five of those deviations.
+/// Tolerance of the force's norm against gravity, relative: five times [`FORCE_SIGMA_RAD`].
 const NORM_TOLERANCE: f32 = 0.25;
-/// Gate of the contradiction, in deviations: exceeded by chance once in 400.
+/// Gate of the angle between a vector and the attitude, in deviations: exceeded by chance once in 400.
 const GATE: f32 = 3.0;
-/// Largest squared chord that a gate allows: an attitude off by more than 60 deg contradicts, however little
-/// is known.
+/// Largest squared chord that a gate allows: an attitude off by more than 60 deg counts as wrong, however uncertain it
+/// is.
 const MOST: f32 = 1.0;
 /// Rate error above which the gyro is mistrusted, rad/s: 6 deg/s, above the zero-rate output of common parts
 /// (LSM6DSO: 1 deg/s).
@@ -33,8 +33,7 @@ const MISTRUST_S: f32 = 1.0;
 pub(super) struct Agreement {
     /// Smoothed force, NED.
     force_m_s2: Vector3<f32>,
-    /// Smoothed product of force and field, and the square of each: a wrong attitude does not change these
-    /// three.
+    /// Smoothed dot product of force and field, and the square of each: none of the three depends on the attitude.
     product: f32,
     square_force: f32,
     square_field: f32,
@@ -76,13 +75,14 @@ impl Agreement {
         (long && (field - norm_ut).abs() < tolerance * norm_ut).then(|| -self.product / (force * field))
     }
 
-    /// Judges the attitude by force and field (NED); the field disagrees with the attitude, or is missing.
+    /// Judges the attitude by force and field (NED), after a step whose field disagrees with the attitude or is
+    /// missing.
     ///
-    /// The angle between the two vectors does not depend on the attitude. If it is the reference's and both
-    /// norms are right, neither an acceleration nor a magnet explains the disagreement (unless both at once
-    /// imitate a turn): the attitude is wrong by as much as the vectors say, and the gyro was wrong by the
-    /// rate that this took. After a gyro error the force alone suffices. If only the field is in doubt, the
-    /// force says by how much the attitude may be off: a hand's acceleration could be the cause.
+    /// The angle between the two vectors does not depend on the attitude. If this angle is the reference's and both
+    /// norms are right, neither an acceleration nor a magnet explains the disagreement (unless both at once imitate a
+    /// turn): the attitude is wrong by as much as the vectors say, and the gyro was wrong by this angle over the time
+    /// since the field agreed. While the gyro is mistrusted the force suffices without a field. Otherwise a hand's
+    /// acceleration could be the cause, so the force only raises the doubt about the attitude.
     pub(super) fn contradict(
         &mut self,
         state: &mut State,
@@ -94,7 +94,7 @@ impl Agreement {
         let gate = |variance: f32| if GATE * GATE * variance < MOST { GATE * GATE * variance } else { MOST };
         let force = &self.force_m_s2;
         let tilt = state.errors.variance(0) + state.errors.variance(1) + FORCE_SIGMA_RAD * FORCE_SIGMA_RAD;
-        // Squares of chords.
+        // Squared chord between the force and straight up.
         let tilted = 2.0 + 2.0 * force.z / libm::sqrtf(force.norm_squared());
         if tilted < gate(tilt) {
             return;
@@ -103,7 +103,7 @@ impl Agreement {
             Some(field) => {
                 let mag_sigma_rad = settings.config.mag_sigma_rad;
                 let turn = tilt + state.errors.variance(HEADING) + mag_sigma_rad * mag_sigma_rad;
-                // Without a known heading the field's direction says nothing.
+                // Without a known heading the field's direction cannot contradict the attitude.
                 let headed = state.errors.variance(HEADING) < LOST_RAD * LOST_RAD;
                 match self.turned(field, heading, settings) {
                     Some(turned) if turned > gate(turn) || !headed => turned,
@@ -130,7 +130,7 @@ impl Agreement {
         let (config, earth) = (&settings.config, &settings.earth);
         let (norm_ut, sine_of_dip, cosine_of_dip) = heading.reference().dip();
         let seen = self.sine_of_dip(norm_ut, config.mag_norm_tolerance, earth.gravity_m_s2)?;
-        // A sine's slope is the cosine; the tolerance bounds it from below.
+        // The slope of the dip's sine is its cosine, here no less than the dip's tolerance.
         let slope =
             if cosine_of_dip > config.mag_dip_tolerance_rad { cosine_of_dip } else { config.mag_dip_tolerance_rad };
         let (sine, cosine) = sine_and_cosine(earth.declination_rad.unwrap_or(0.0));

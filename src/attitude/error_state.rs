@@ -14,7 +14,7 @@ pub(crate) const STATES: usize = 8;
 pub(crate) const BIAS: usize = 3;
 /// Index of the first velocity state.
 pub(crate) const VELOCITY: usize = 6;
-/// Errors of the gyro's scale: factors and couplings, row-major.
+/// Number of errors of the gyro's scale: factors and couplings, 3x3, row-major.
 pub(crate) const SCALES: usize = 9;
 /// Index of the attitude error about the vertical.
 pub(crate) const HEADING: usize = 2;
@@ -24,8 +24,8 @@ pub(crate) const HEADING: usize = 2;
 pub(crate) enum Gain {
     /// Every state: the optimal gain.
     Every,
-    /// The heading and these axes of the bias only, so that a disturbed field never tilts the estimate. The
-    /// covariance is that of the gain used.
+    /// The heading and these axes of the bias only, so that a disturbed field never tilts the estimate. The covariance
+    /// is updated for this gain.
     Heading([bool; 3]),
 }
 
@@ -54,15 +54,17 @@ pub(crate) struct ProcessNoise {
     pub(crate) attitude: Matrix3<f32>,
     /// Each axis of the bias, (rad/s)^2.
     pub(crate) bias: f32,
-    /// The same of a source that makes the bias no more uncertain than so: what it adds, and so much.
+    /// Noise of each axis of the bias from a bounded source, (rad/s)^2: the variance that it adds, and the variance of
+    /// the bias from which on it adds none.
     pub(crate) bounded_bias: [f32; 2],
     /// Each horizontal velocity, (m/s)^2.
     pub(crate) velocity: f32,
-    /// Each error of the gyro's scale, where they are states.
+    /// Each error of the gyro's scale, dimensionless, where these errors are states.
     pub(crate) scale: f32,
 }
 
-/// Error-state Kalman filter: the covariance, and the correction collected since it was last taken.
+/// Error-state Kalman filter: the covariance, and the correction collected by updates since
+/// [`ErrorState::take_correction`].
 ///
 /// Only the upper triangle (column at least row) of the covariance is kept; elements below it are never read.
 pub(crate) struct ErrorState {
@@ -149,11 +151,11 @@ impl ErrorState {
         }
     }
 
-    /// Predicts all states but the scale.
+    /// Predicts all states but the errors of the gyro's scale.
     fn predict_base(&mut self, rotation_time: &Matrix3<f32>, gravity_time: f32, noise: &ProcessNoise) {
         let p = &mut self.covariance;
         let turn = |r: usize, k: usize| rotation_time[(r, k)];
-        // Covariances of attitude with bias and with velocity, each less the turn by the bias.
+        // Covariances of the attitude with itself, bias and velocity, each after the turn by the bias error.
         let mut attitude_bias = [[0.0; 3]; 3];
         let mut attitude = [[0.0; 3]; 3];
         let mut attitude_velocity = [[0.0; 2]; 3];
@@ -217,7 +219,8 @@ impl ErrorState {
         self.update_scalar(&column, &of_scale, seen(&column) + variance, residual, gain);
     }
 
-    /// Variance of the heading that a field observes; tilt errors about north and east add to it by `slope`.
+    /// Variance of the heading that a field observes, rad^2; tilt errors about north and east add to this heading by
+    /// `slope`.
     pub(crate) fn seen_heading_variance(&self, slope: &Vector2<f32>) -> f32 {
         let p = &self.covariance;
         let about_north = slope.x * p[0][0] + 2.0 * (slope.y * p[0][1] + p[0][HEADING]);
@@ -312,7 +315,7 @@ impl ErrorState {
 
     /// Returns true if every number is finite and every variance positive.
     pub(crate) fn is_sound(&self) -> bool {
-        // A single number that is not finite makes the sum so.
+        // A single number that is not finite makes the sum not finite.
         let mut sum = 0.0;
         for r in 0..STATES {
             sum += self.correction[r];
@@ -324,8 +327,8 @@ impl ErrorState {
     }
 }
 
-/// Subtracts a gain times a column from a row, from the diagonal on: of a length that the compiler knows, so that the
-/// column stays in registers.
+/// Subtracts a gain times a column from a row, from the diagonal on. The compiler knows the length, so that the column
+/// stays in registers.
 #[inline(always)]
 fn less_products<const FROM: usize>(row: &mut [f32; STATES], gain: f32, column: &[f32; STATES]) {
     #[allow(clippy::needless_range_loop)] // with iterators it takes twice the instructions

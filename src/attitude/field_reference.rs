@@ -13,16 +13,16 @@ const REFERENCE_TIME_S: f32 = 20.0;
 /// Smoothing of norm and dip before the comparison, seconds: longer than the sensor's noise, shorter than a
 /// turn.
 const SMOOTHING_S: f32 = 0.05;
-/// Agreement required before the field is used again, seconds: a field that turns inside a disturbance
-/// crosses the undisturbed values for moments.
+/// Time of agreement required before the field is used again, seconds: a field that turns inside a disturbance passes
+/// through the undisturbed values for moments.
 const QUIET_S: f32 = 0.5;
-/// Steadiness required of a new reference while the probe turns, seconds. A disturbance that rides on the
-/// probe does not keep norm and dip while the probe turns.
+/// Time for which a new reference must be steady while the probe turns, seconds. A disturbance fixed to the probe does
+/// not keep norm and dip while the probe turns.
 const NEW_FIELD_S: f32 = 20.0;
-/// Time constant of the candidate, seconds: after [`NEW_FIELD_S`] its first reading has 2 % of the weight.
+/// Time constant of a new reference's mean, seconds: after [`NEW_FIELD_S`] the first reading has 2 % of the weight.
 const CANDIDATE_TIME_S: f32 = 0.25 * NEW_FIELD_S;
-/// Weight of steadiness while the probe stands still, where it proves little: a magnet may lie there for a
-/// minute, so two minutes are required.
+/// Weight of steady time while the probe stands still, where it proves little: a magnet may lie near for a minute, so
+/// two minutes are required.
 const STILL_WEIGHT: f32 = NEW_FIELD_S / 120.0;
 /// Gate of the dip against the tilt's uncertainty, in deviations: exceeded by chance once in 400.
 const TILT_GATE: f32 = 3.0;
@@ -31,12 +31,12 @@ const TILT_GATE: f32 = 3.0;
 /// heading.
 #[derive(Clone, Copy)]
 pub(crate) struct FieldReference {
-    /// Total field of the reference, microtesla; 0 while unknown. Its dip, radians.
+    /// Total field of the reference, microtesla, 0 while unknown; then its dip, radians.
     norm_ut: f32,
     dip_rad: f32,
     /// Averaging time of the reference so far, at most its time constant, seconds.
     age_s: f32,
-    /// True if the configuration gave both numbers.
+    /// True if the configuration gave both total field and dip.
     configured: bool,
     smooth_norm_ut: f32,
     smooth_dip_rad: f32,
@@ -82,15 +82,15 @@ impl FieldReference {
         (self.norm_ut, sine, cosine)
     }
 
-    /// Restarts the average, from fields that agree with the old reference; a configured reference stays.
+    /// Restarts the reference's average, from fields that agree with the old reference; a configured reference stays.
     pub(crate) const fn relearn(&mut self) {
         if !self.configured {
             self.age_s = 0.0;
         }
     }
 
-    /// Compares the field of the last `dt_s` seconds with the reference. The dip is read against a tilt of that
-    /// variance, which excuses as much of its difference. Returns the squared deviation
+    /// Compares the field of the last `dt_s` seconds with the reference. `tilt_variance` (rad^2) is that of the tilt
+    /// against which the dip is read; it excuses as much of the dip's difference. Returns the squared deviation
     /// relative to the total field if the field is undisturbed, `None` if it must not be used.
     pub(crate) fn compare(
         &mut self,

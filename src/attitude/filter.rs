@@ -1,4 +1,5 @@
-//! Attitude filter: the order of a step. Its parts (tilt, heading, motion, agreement) are one file each.
+//! Attitude filter: the order of the work in a filter step. Its parts (tilt, heading, motion, agreement) are one file
+//! each.
 
 use super::{
     Attitude, AttitudeFlags,
@@ -30,7 +31,7 @@ use nalgebra::{Matrix3, Quaternion, Vector3};
 /// Shorter steps add no information, because rotation within a step is removed sample by sample.
 const STEP_S: f32 = 0.05;
 
-/// From here on a gap tells nothing of what went before, seconds.
+/// Longest gap that inflations count, seconds: after it nothing of the attitude before is known.
 const LONGEST_GAP_S: f32 = 100.0;
 
 const fn limited_s(gap_s: f32) -> f32 {
@@ -49,7 +50,7 @@ const fn limited_s(gap_s: f32) -> f32 {
 ///
 /// All zero until [`AttitudeFilter::start`], so that a `static` of it takes no flash.
 pub struct AttitudeFilter {
-    // Not an `Option` of all that follows, whose `None` would be stored in a niche that is not zero.
+    // No `Option` of the fields below: its `None` would be stored in a niche that is not zero.
     started: bool,
     settings: Settings,
     sensors: SensorErrors,
@@ -65,7 +66,7 @@ pub struct AttitudeFilter {
     /// Change of the rate and of specific force in the earth frame, for gaps.
     change: Change,
     force_change: Change,
-    /// True from a swap by which the model before was wrong until the estimator's attitude has been asked.
+    /// True from a swap that showed the former gyro model wrong, until the estimator's attitude has been compared.
     is_doubted: bool,
     report: Report,
 }
@@ -155,7 +156,7 @@ impl AttitudeFilter {
         if !self.started {
             return;
         }
-        // Beyond any gyro (57,000 deg/s): a defective reading, which says nothing.
+        // Beyond any gyro (57,000 deg/s): a defective reading, which is not used.
         let plausible = rate_rad_s.norm_squared() < 1e6;
         self.sample.rate_rad_s = if plausible { *rate_rad_s } else { Vector3::zeros() };
         self.sample.step_s = dt_s;
@@ -172,9 +173,9 @@ impl AttitudeFilter {
         self.step.add_rotation(&self.state.rotation, &rate, dt_s);
     }
 
-    /// Inflates the attitude for an unread rate (held, clipped or frozen), the last of `unread_s` seconds of
-    /// them, this step's `dt_s` included. The rate's error grows from nothing to the rate itself; the angle's
-    /// grows with the square of time, then linearly.
+    /// Inflates the attitude for `dt_s` seconds of an unread rate (held, clipped or frozen), the last of the `unread_s`
+    /// seconds for which no rate was read. The rate's error grows from nothing to the rate itself; the angle's grows
+    /// with the square of time, then linearly.
     pub fn unread(&mut self, dt_s: f32, unread_s: f32) {
         let rate_rad_s = libm::sqrtf(self.sample.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S;
         let angle_rad = |s: f32| {
@@ -185,14 +186,14 @@ impl AttitudeFilter {
         self.inflate(libm::sqrtf(now * now - before * before));
     }
 
-    /// Passes over `dt_s` seconds that no reading stands for, from one body rate (compensated, relative to the earth)
-    /// to the next: the rate is taken to have changed steadily, and the uncertainty grows by what it may have done
-    /// instead. Returns false, and does nothing, where that says no more than [`AttitudeFilter::gap`]. Call
-    /// [`AttitudeFilter::propagate`] next.
+    /// Passes over a gap of `dt_s` seconds, from the body rate before it (compensated, relative to the earth) to the
+    /// one after: the rate is taken to have changed steadily, and the uncertainty grows by what it may have done
+    /// instead. Returns false, and does nothing, where the attitude would be no more certain than by
+    /// [`AttitudeFilter::gap`]. Call [`AttitudeFilter::propagate`] next.
     pub fn bridge(&mut self, dt_s: f32, before_rad_s: &Vector3<f32>, after_rad_s: &Vector3<f32>) -> bool {
         let variance = self.change.unread_variance(before_rad_s, after_rad_s, dt_s);
         let blind_rad = self.blind_rad(dt_s);
-        // A NaN is no bridge.
+        // A NaN variance is refused.
         let is_better = variance < blind_rad * blind_rad && variance < LOST_RAD * LOST_RAD;
         if !self.started || !self.tilt.aligned || !is_better {
             return false;
@@ -204,7 +205,7 @@ impl AttitudeFilter {
         self.step.add_rotation(&self.state.rotation, &rate, dt_s);
         self.inflate(libm::sqrtf(variance));
         self.walk_bias(dt_s);
-        // The mean of the forces read in the step stands for the gap, from whose middle they are so far.
+        // The step's mean force stands for the gap, too: it is read up to this long from the gap's middle.
         let far_s = 0.5 * dt_s + STEP_S;
         let speed = self.settings.config.velocity_sigma_m_s;
         for k in 0..2 {
@@ -220,7 +221,7 @@ impl AttitudeFilter {
     }
 
     /// Passes over `dt_s` seconds without samples. The attitude stays; its uncertainty grows by the turn that
-    /// may have happened, and if that is large, gravity and field align the filter again. Call
+    /// may have happened, and if that is large, gravity and field give the attitude anew. Call
     /// [`AttitudeFilter::observe`] next, without [`AttitudeFilter::propagate`].
     pub fn gap(&mut self, dt_s: f32) {
         if !self.started {
@@ -239,12 +240,12 @@ impl AttitudeFilter {
         self.sample.step_s = 0.0;
     }
 
-    /// Turn that may have happened in a gap of which nothing is known but the rate before it.
+    /// Angle that may have been turned in a gap of which only the rate before it is known, radians.
     fn blind_rad(&self, dt_s: f32) -> f32 {
         (libm::sqrtf(self.sample.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S) * limited_s(dt_s)
     }
 
-    /// Inflates the bias by its walk over a gap.
+    /// Inflates the bias by its random walk over a gap.
     fn walk_bias(&mut self, dt_s: f32) {
         let config = &self.settings.config;
         let walk = config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * limited_s(dt_s);
@@ -293,7 +294,7 @@ impl AttitudeFilter {
         }
     }
 
-    /// Aligns the filter by one reading, the first or one after it was lost.
+    /// Aligns the attitude to one reading of force and field: the first, or one after the attitude was lost.
     fn align(&mut self, force: &Vector3<f32>, field: Option<&Vector3<f32>>) {
         let first = !self.tilt.aligned;
         let force_ned = self.state.rotation * force;
@@ -369,9 +370,9 @@ impl AttitudeFilter {
     }
 
     /// Swaps the gyro model. The attitude stays. While P stays, so does the total bias: the residual one takes
-    /// the difference and keeps its deviation, so that the filter alone owns the bias. With another P the
-    /// residual bias is dropped, because it was partly P's error, and the new model's deviations (P row-major,
-    /// then b, rad/s) replace the configured ones where they are smaller.
+    /// the difference and keeps its deviation, so that the filter alone owns the bias. With a P that differs by more
+    /// than the gyro's stated scale error the residual bias is dropped, because it was partly P's error, and the new
+    /// model's deviations (P row-major, then b, rad/s) replace the configured ones where they are smaller.
     pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {
         if !self.started {
             return;
@@ -381,25 +382,25 @@ impl AttitudeFilter {
         self.report.is_stale |= old.p != new.p;
     }
 
-    /// Restarts the average of the field's reference, after a change in what is taken out of the field.
+    /// Restarts the average of the field's reference, after a change of the effects taken out of the field.
     pub const fn field_changed(&mut self) {
         self.heading.relearn_reference();
     }
 
-    /// Returns true from a swap by which the model flown before was wrong, and turned the attitude, until
+    /// Returns true from a swap that showed the former gyro model wrong, and so the attitude, until
     /// [`AttitudeFilter::compare`].
     pub(crate) const fn is_doubted(&self) -> bool {
         self.is_doubted
     }
 
-    /// Marks this instant: the estimator is asked for its attitude.
+    /// Marks this instant, for which the estimator is asked for its attitude.
     pub(crate) const fn mark(&mut self) {
         self.state.propagation.mark();
     }
 
-    /// Goes on from the estimator's attitude at the mark, with its covariance, if that knows the tilt better than the
-    /// filter does; of the heading only if it knows that better, too. Does nothing without a mark, which a gap takes
-    /// away.
+    /// Goes on from the estimator's attitude at the mark, with its covariance, if the estimator's tilt is more certain
+    /// than the filter's; its heading is taken only if that is more certain, too. Does nothing without a mark, which a
+    /// gap removes.
     pub(crate) fn compare(&mut self, known: &KnownAttitude) {
         let Self { state, heading, settings, .. } = self;
         let north = Vector3::new(0.0, 0.0, settings.earth.declination_rad.unwrap_or(0.0));
@@ -411,7 +412,7 @@ impl AttitudeFilter {
         if !self.tilt.aligned || !is_closer {
             return;
         }
-        // The field that the filter read since may say more of the heading.
+        // The field that the filter read since the mark may give the heading better.
         if known.covariance.m33 < state.errors.variance(HEADING) {
             heading.settle();
             state.propagation.turn(&by);
@@ -433,7 +434,8 @@ impl AttitudeFilter {
         self.sensors.gyro_timing_variance = if known { 0.0 } else { 1.0 / 12.0 };
     }
 
-    /// Sets the magnetometer's delay against the gyro as taken out within `sigma_s` seconds; `None`: not known.
+    /// Sets the deviation of the magnetometer's delay against the gyro, seconds, after it is taken out; `None`: the
+    /// delay is not known.
     pub fn mag_delay_known(&mut self, sigma_s: Option<f32>) {
         if self.started {
             self.sensors.set_mag_delay(sigma_s, &self.settings.config);
@@ -463,7 +465,7 @@ impl AttitudeFilter {
         Some(self.report.attitude(&self.state, flags, &self.settings))
     }
 
-    /// Covariance of the attitude error with what the filter's own does not hold, NED, rad^2.
+    /// Covariance of the attitude error, NED, rad^2: the filter's own, and errors that are no states of it.
     #[inline(never)]
     fn attitude_covariance(&self) -> Matrix3<f32> {
         let tilt = self.settings.config.accel_sigma_m_s2 / self.settings.earth.gravity_m_s2;
@@ -471,7 +473,7 @@ impl AttitudeFilter {
         let doubt = self.tilt.doubt_rad.component_mul(&self.tilt.doubt_rad);
         let (north, east) = (tilt * tilt + turned + doubt.x, tilt * tilt + turned + doubt.y);
         let mut covariance = self.state.errors.attitude_covariance();
-        // Before a model was identified, its errors are larger than innovations have shown.
+        // Before a gyro model is identified, its errors are larger than innovations have shown.
         if self.state.scale.is_identified {
             covariance = self.state.consistency.stated(&covariance);
         }
@@ -487,7 +489,7 @@ impl AttitudeFilter {
     }
 }
 
-/// Rotation without its turn about the vertical; half a turn about a horizontal axis has none.
+/// Rotation without its turn about the vertical; half a turn about a horizontal axis is returned unchanged.
 fn without_twist(by: &Quaternion<f32>) -> Quaternion<f32> {
     let square = by.w * by.w + by.k * by.k;
     if square < 1e-6 {

@@ -16,8 +16,9 @@ const UNCALIBRATED: [f32; 2] = [0.06, 0.03];
 /// that chance exceeds it more rarely.
 const CONTRADICTED: f32 = 16.92;
 
-/// Deviation of one element that is constant; what else a data sheet allows changes with the motion (temperature,
-/// nonlinearity, time stamps) and is noise. Which share is which it does not say: half of the variance each.
+/// Deviation of the constant part of one element's error. The rest that a data sheet allows changes with the motion
+/// (temperature, nonlinearity, time stamps) and is noise. A data sheet does not state the shares: half of the variance
+/// each is assumed.
 pub(super) fn constant_part(gyro_scale_sigma: f32) -> f32 {
     gyro_scale_sigma * core::f32::consts::FRAC_1_SQRT_2
 }
@@ -29,14 +30,14 @@ pub(super) fn start(state: &mut State, settings: &Settings) {
     state.scale = GyroScale { by_data_sheet: true, ..GyroScale::ZERO };
 }
 
-/// Starts anew under a model whose P is known with these deviations.
+/// Starts the scale's estimate anew under a gyro model whose P is known with these deviations.
 pub(super) fn identified(state: &mut State, deviations: &[f32; SCALES]) {
     state.errors.estimate_scale(deviations);
     state.scale = GyroScale { is_identified: true, ..GyroScale::ZERO };
 }
 
-/// Puts the prior of an uncalibrated gyro in place of the data sheet's once the estimate contradicts that. What was
-/// observed until then counts as if the prior had been the wider one from the start.
+/// Replaces the data sheet's prior by that of an uncalibrated gyro once the estimate contradicts it. Earlier
+/// observations count as if the wider prior had held from the start.
 pub(super) fn check_prior(state: &mut State, settings: &Settings) {
     let sigma = constant_part(settings.config.gyro_scale_sigma);
     let square = state.scale.errors.norm_squared() / (sigma * sigma);

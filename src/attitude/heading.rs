@@ -12,31 +12,32 @@ use crate::{change::TURNING_RAD_S, config::Earth};
 use core::f32::consts::{PI, TAU};
 use nalgebra::Vector3;
 
-/// Attitude uncertainty beyond which gravity and field align the filter again, radians: beyond it the linear
-/// equations err by more than 1.5 %, the sine's third order.
+/// Attitude uncertainty beyond which gravity and field give the attitude anew, radians: there the linear equations err
+/// by more than 1.5 %, the sine's third order.
 pub(super) const LOST_RAD: f32 = 0.3;
 /// Correlation time of the calibrated field's direction error, seconds. The error is fixed in the probe and
-/// changes after a turn by a radian: that long at the slowest rate that counts as turning.
+/// changes after a turn by a radian, which takes this long at the slowest rate that counts as turning.
 const FIELD_CORRELATION_S: f32 = 1.0 / TURNING_RAD_S;
-/// Correlation time of rate times delay, seconds: a radian of a swing at half a hertz.
+/// Correlation time of rate times delay, seconds: one radian of phase of a 0.5 Hz swing.
 const TIMING_CORRELATION_S: f32 = 0.3;
-/// Hold of a magnetometer's reading, seconds: each sample sees another part of it at 100 Hz (AK8963, mode 2).
+/// Time for which a magnetometer holds a reading, seconds: 100 Hz (AK8963, mode 2). Each sample falls at another point
+/// of it.
 const HOLD_S: f32 = 0.01;
 /// Time for which an agreement of the field holds, seconds: some magnetometers are read 8 to 10 times a
 /// second.
 const AGREEMENT_S: f32 = 0.5;
 /// Gate of the field's heading, in sigmas: exceeded by chance once in 16,000.
 const HEADING_GATE: f32 = 4.0;
-/// Time after which an undisturbed field that contradicts the heading is believed, seconds: ten of its
-/// correlation times.
+/// Time after which an undisturbed field that contradicts the heading is believed, seconds: ten correlation times of
+/// the field's error.
 const CONTRADICTION_S: f32 = 30.0;
 /// Filter steps whose fields the first heading averages: 1 s.
 const ALIGNMENT_STEPS: u16 = 20;
 
-/// Relation of the field to the heading.
+/// Heading as the field gives it or contradicts it.
 pub(super) struct Heading {
     reference: FieldReference,
-    /// Filter steps in the first heading, at most [`ALIGNMENT_STEPS`]; 0: no heading has been observed, 1: the
+    /// Filter steps averaged in the first heading, at most [`ALIGNMENT_STEPS`]; 0: no heading has been observed, 1: the
     /// next field gives it.
     steps: u16,
     /// True if the last step's field was used.
@@ -85,7 +86,7 @@ impl Heading {
         self.steps > 0
     }
 
-    /// Takes the heading as averaged.
+    /// Marks the first heading as fully averaged, and not contradicted.
     pub const fn settle(&mut self) {
         (self.steps, self.contradiction_s, self.doubt) = (ALIGNMENT_STEPS, 0.0, 0.0);
     }
@@ -100,7 +101,7 @@ impl Heading {
         self.disagreed_s
     }
 
-    /// Notes whether a step's field agreed with the attitude.
+    /// Notes if a step's field agreed with the attitude.
     pub fn note_agreement(&mut self, agreed: bool, time_s: f32) {
         self.disagreed_s = if agreed { 0.0 } else { self.disagreed_s + time_s };
     }
@@ -110,17 +111,17 @@ impl Heading {
         &self.reference
     }
 
-    /// Restarts the average of the reference.
+    /// Restarts the average of the reference field.
     pub const fn relearn_reference(&mut self) {
         self.reference.relearn();
     }
 
-    /// Variance of the heading beside the covariance's, rad^2.
+    /// Variance of the heading beyond the covariance's, rad^2.
     pub fn excess_variance(&self) -> f32 {
         self.floor + self.doubt
     }
 
-    /// Takes a heading that was known before, and is no more, from the next field.
+    /// Has the next field give a heading that was known before and whose variance, rad^2, is now too large.
     pub fn realign(&mut self, variance: f32) {
         if variance > LOST_RAD * LOST_RAD {
             self.restart();
@@ -141,8 +142,8 @@ impl Heading {
         }
     }
 
-    /// Turns the first attitude's heading to magnetic north by one field reading. Whether that field is
-    /// undisturbed is judged later.
+    /// Turns the first attitude's heading to magnetic north by one field reading. A later step judges if that field is
+    /// undisturbed.
     pub fn face_north(state: &mut State, field_ut: &Vector3<f32>, earth: &Earth) {
         let field = state.rotation * field_ut;
         let north_rad = earth.declination_rad.unwrap_or(0.0);
@@ -166,7 +167,7 @@ impl Heading {
             // A dip read against a wrong tilt would become the reference.
             return false;
         }
-        // Within 3 deg of a magnetic pole, or no field.
+        // Field within 3 deg of the vertical, as near a magnetic pole, or no field.
         if norm_squared < 0.01 || horizontal_squared < 0.0025 * norm_squared {
             return false;
         }
@@ -175,19 +176,19 @@ impl Heading {
         let (north_tilt, east_tilt) = (state.errors.variance(0), state.errors.variance(1));
         let tilt_variance = if north_tilt > east_tilt { north_tilt } else { east_tilt };
         let (norm_ut, rate_rad_s) = (libm::sqrtf(norm_squared), libm::sqrtf(squared_rate));
-        // A drill string's tilt is known better than a dip.
+        // On a drill string the tilt is known better than a dip, and excuses nothing.
         let excused = if settings.goes_round { 0.0 } else { tilt_variance };
         let compared = self.reference.compare(norm_ut, dip_rad, rate_rad_s, step.time_s, excused, config);
         let Some(deviation) = compared else { return false };
         let north_rad = settings.earth.declination_rad.unwrap_or(0.0);
         let innovation = libm::remainderf(north_rad - libm::atan2f(field.y, field.x), TAU);
-        // An error of the field's direction turns the heading the more, the steeper the dip. A disturbance seen
-        // in norm and dip is as large across the field, unseen.
+        // An error of the field's direction turns the heading the more, the steeper the dip. A disturbance seen in norm
+        // and dip is taken to be as large across the field, where it is not seen.
         let steepness = norm_squared / horizontal_squared;
         let direction = (config.mag_sigma_rad * config.mag_sigma_rad + deviation) * steepness;
         // Half of the error is constant in the probe and does not average out while the attitude stays.
         let floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
-        // A tilt about the field's horizontal direction turns its heading by this slope.
+        // A tilt error about the field's horizontal direction turns the field's heading by this slope.
         let slope = field.xy() * (-field.z / horizontal_squared);
         if self.steps < ALIGNMENT_STEPS {
             let tilt = (steepness - 1.0) * tilt_variance;
@@ -224,7 +225,7 @@ impl Heading {
 
 impl Conditions<'_> {
     /// Axes of the bias that the heading corrects. None without gravity; in a sustained rotation only the
-    /// rotation's axis, because a field error that turns with the probe looks like a bias of the others.
+    /// rotation's axis, because a field error that turns with the probe looks like a bias of the other axes.
     fn biases(&self) -> [bool; 3] {
         self.sustained.axes().unwrap_or([true; 3]).map(|axis| axis && self.force_seen)
     }

@@ -1,4 +1,4 @@
-//! Motion as the filter judges it, and the process noise that follows.
+//! Motion as the attitude filter judges it, and the process noise that follows.
 
 use super::{
     error_state::ProcessNoise,
@@ -11,11 +11,11 @@ use super::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// Correlation time of scale and coupling errors in one earth direction while motion reverses, seconds: a
-/// radian of a swing at 1.6 Hz, as fast as a hand.
+/// Correlation time of scale and coupling errors in one earth direction while motion reverses, seconds: one radian of
+/// phase of a 1.6 Hz swing, as fast as a hand.
 const SCALE_CORRELATION_S: f32 = 0.1;
 /// White noise of the accelerometer, m/s^2 per root hertz: the upper end of MEMS data sheets (1e-3 to 3e-3;
-/// MPU-9250 PS section 3.2: 300 ug). Vibration folded into it is measured separately.
+/// MPU-9250 PS section 3.2: 300 ug). Vibration that sampling folds into this noise is measured separately.
 const FORCE_NOISE_M_S2_RTHZ: f32 = 0.003;
 /// Random walk of the gyro's scale, per root second: 0.6 % in an hour, the change of an MPU-9250 by 15 K (PS section
 /// 3.1: 0.04 %/K).
@@ -57,21 +57,21 @@ impl Motion {
     ) -> ProcessNoise {
         let goes_round = *goes_round;
         let squared_rate = step.squared_rate();
-        // Part of a body-fixed error that remains across a rotation's axis, which carries it around.
+        // Correlation time of a body-fixed error across the rotation's axis, seconds: the rotation carries it around.
         let phase = SCALE_CORRELATION_S * SCALE_CORRELATION_S * squared_rate;
         let across_s = SCALE_CORRELATION_S / (1.0 + phase);
-        // In a sustained rotation that error is constant and belongs to the bias.
+        // In a sustained rotation a scale error is constant and belongs to the bias.
         let reversing = 1.0 - self.sustained.part();
         let scale = scale_sigma * scale_sigma * step.time_s * reversing;
         let rate_ned = step.rotation_time * step.angle_rad / (step.time_s * step.time_s);
         let noise = config.gyro_noise_rad_s_rthz * config.gyro_noise_rad_s_rthz * step.time_s;
         let along = rate_ned * rate_ned.transpose() * (scale * (SCALE_CORRELATION_S - across_s));
-        // A turn that goes on one way is as uncertain as the scale, until the rotation is sustained.
+        // A turn that goes on in one direction has the relative error of the scale, until the rotation is sustained.
         self.turned_rad += (rate_ned - self.turned_rad / SUSTAINED_S) * step.time_s;
         let (rate, turned) = if goes_round {
             (rate_ned, self.turned_rad)
         } else {
-            // By hand gravity tells of the tilt within a swing.
+            // By hand gravity shows the tilt within a swing: only the turn about the vertical counts.
             (Vector3::new(0.0, 0.0, rate_ned.z), Vector3::new(0.0, 0.0, self.turned_rad.z))
         };
         let square = rate.norm_squared();
@@ -86,8 +86,8 @@ impl Motion {
         let force_density = if shaken > noise_density { shaken } else { noise_density };
         let density = if force_seen { force_density } else { force_density + UNSEEN_FORCE_DENSITY };
         let white = Matrix3::from_diagonal_element(noise + scale * across_s * squared_rate);
-        // Turned by a radian about the horizontal, gravity in the body has changed by its length. A string that goes
-        // round averages that out.
+        // A turn by a radian about a horizontal axis changes gravity in the body by its own length. A rotating string
+        // averages this out.
         let tilted_rad =
             if goes_round { 0.0 } else { libm::sqrtf(rate_ned.x * rate_ned.x + rate_ned.y * rate_ned.y) * step.time_s };
         let most = G_SENSITIVITY_RAD_S * G_SENSITIVITY_RAD_S;

@@ -40,7 +40,7 @@ impl Propagation {
         self.has_mark = false;
     }
 
-    /// The next step adds no coning term. The mark stays.
+    /// Leaves the coning term out of the next step. The mark stays.
     pub(crate) const fn break_off(&mut self) {
         self.moving = false;
     }
@@ -116,7 +116,7 @@ mod tests {
         (0..30).for_each(|k| step(&mut p, k));
         p.mark();
         let other = exp_quaternion(&Vector3::new(0.4, -0.9, 1.3));
-        // The same increments from there, without the corrections, which the other one did not need.
+        // Expected attitude: the same increments from the other one at the mark, without the corrections.
         let mut expected = other;
         for k in 30..90 {
             let before = p.q;
@@ -129,7 +129,7 @@ mod tests {
         let by = p.since_mark(&other).unwrap();
         p.turn(&by);
         assert!((matrix(&p.q) - matrix(&expected)).norm() < 1e-5, "{} {}", p.q, expected);
-        // It is taken once, and never across a gap.
+        // The mark is taken once, and never across a gap.
         assert!(p.since_mark(&other).is_none());
         p.mark();
         p.interrupt();

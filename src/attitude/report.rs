@@ -8,7 +8,7 @@ use super::{
 };
 use nalgebra::Matrix3;
 
-/// Memory of the report: the sigmas of the last filter step, and the toolface that applied.
+/// Memory of the report: the sigmas of the last filter step, and the last choice of toolface, gravity or magnetic.
 pub(super) struct Report {
     sigmas: ToolAngleSigmas,
     /// True if the sigmas must be computed again.

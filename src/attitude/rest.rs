@@ -1,17 +1,17 @@
 //! Rest, as the attitude filter and the surveys judge it: readings that stay the same. A turn too slow for the gyro to
-//! be told from its bias is found by `slow_turn`. The estimator has its own, `estimator/rest.rs`.
+//! be told from its bias is found by `slow_turn`. The estimator has its own detector, `estimator/rest.rs`.
 
 use nalgebra::Vector3;
 
-/// Smoothing of the readings' own mean, seconds (VQF's default).
+/// Time constant of the readings' mean, seconds (VQF's default).
 const SMOOTHING_S: f32 = 0.5;
 /// Largest smoothed rate at rest, and largest deviation from it, rad/s: 2 deg/s, VQF's default (Laidig and
 /// Seel, Information Fusion 91, 2023), above the noise and the bias of a compensated MEMS gyro.
 const RATE_RAD_S: f32 = 0.035;
 /// Largest deviation of the specific force at rest, m/s^2 (VQF's default).
 const FORCE_M_S2: f32 = 0.5;
-/// Slowest swing that counts as rest, hertz: at 2 deg/s its amplitude is a third of a degree. Divides
-/// acceleration into speed.
+/// Slowest swing that counts as rest, hertz: at 2 deg/s its amplitude is a third of a degree. Acceleration over 2 pi
+/// times this is speed.
 const SWING_HZ: f32 = 1.0;
 /// Least speed assumed at rest, m/s: a slower swing, by a degree in a second at an arm of a third of a metre.
 const LEAST_SPEED_M_S: f32 = 5e-3;
@@ -22,8 +22,8 @@ const QUIET_S: f32 = 1.5;
 /// and faster.
 const UNSEEN_S: f32 = 0.1;
 
-/// Detector of rest by readings that stay the same. It cannot tell a slow, perfectly steady rotation from a
-/// bias; its users bound what they conclude from it.
+/// Detector of rest by readings that stay the same. It cannot tell a slow, perfectly steady rotation from a bias, so
+/// its users must bound a bias found at rest.
 pub(crate) struct RestTracker {
     rate_rad_s: Vector3<f32>,
     force_m_s2: Vector3<f32>,
@@ -75,8 +75,8 @@ impl RestTracker {
         };
     }
 
-    /// Mean square of the speed at rest, (m/s)^2: what explains the force's variation, and at least that of a
-    /// slow swing.
+    /// Mean square of the speed at rest, (m/s)^2: of a swing that explains the force's variation, plus that of a slow
+    /// swing.
     pub(crate) fn square_speed(&self) -> f32 {
         self.square_deviation / (core::f32::consts::TAU * SWING_HZ * core::f32::consts::TAU * SWING_HZ)
             + LEAST_SPEED_M_S * LEAST_SPEED_M_S

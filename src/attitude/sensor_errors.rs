@@ -1,4 +1,4 @@
-//! Errors of the sensors that the filter learns of while it runs: another gyro model, a delay.
+//! Errors of the sensors as the attitude filter assumes them, changed in flight by another gyro model or a known delay.
 
 use super::{
     error_state::{BIAS, SCALES},
@@ -39,7 +39,7 @@ impl SensorErrors {
         errors
     }
 
-    /// Sets the magnetometer's delay as taken out within `sigma_s` seconds; `None`: not known.
+    /// Sets the deviation of the magnetometer's delay, seconds, after it is taken out; `None`: the delay is not known.
     pub fn set_mag_delay(&mut self, sigma_s: Option<f32>, config: &AttitudeConfig) {
         self.mag_timing_variance_s2 = match sigma_s {
             Some(sigma_s) => sigma_s * sigma_s + LEAST_TIMING_S * LEAST_TIMING_S,
@@ -48,7 +48,7 @@ impl SensorErrors {
     }
 
     /// Swaps the gyro model, see [`AttitudeFilter::model_changed`](super::AttitudeFilter::model_changed). Returns true
-    /// if the former one was wrong.
+    /// if the former model was wrong.
     pub fn change_model(
         &mut self,
         state: &mut State,
@@ -77,12 +77,12 @@ impl SensorErrors {
             config.gyro_scale_sigma
         };
         if !is_other {
-            // The change is within what the gyro was thought to be: nothing new is known.
+            // The change of P is within the gyro's stated scale error: the former model was not wrong.
             return false;
         }
         state.bias_rad_s = Vector3::zeros();
         heading.reset(state);
-        // The model before turned the attitude wrongly by this share of every radian.
+        // The former model turned the attitude wrongly by this share of every radian.
         state.inflate_attitude(libm::sqrtf(change));
         let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
         self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, white);

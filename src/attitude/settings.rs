@@ -9,13 +9,13 @@ use nalgebra::Vector3;
 /// Rotation of the earth, rad/s (WGS 84).
 const EARTH_RATE_RAD_S: f32 = 7.292_115e-5;
 
-/// Configuration of the filter. It lives from one start to the next.
+/// Configuration of the attitude filter, from one start to the next.
 pub(super) struct Settings {
     pub config: AttitudeConfig,
     pub earth: Earth,
     /// Rotation of the earth, NED, rad/s; zero if the latitude is unknown.
     pub earth_rate_ned_rad_s: Vector3<f32>,
-    /// True if the probe goes round and round, and is not carried about.
+    /// True if the probe turns with a drill string, false if it is moved by hand.
     pub goes_round: bool,
 }
 
@@ -37,7 +37,7 @@ impl Settings {
     }
 
     /// Returns true if the gyro's scale is a state of the filter. On a drill string the rotation is about one axis, and
-    /// an error of its scale acts as a bias.
+    /// an error of the gyro's scale acts as a bias.
     pub const fn estimates_scale(&self) -> bool {
         !self.goes_round
     }

@@ -2,11 +2,11 @@
 
 use nalgebra::{Vector2, Vector3};
 
-/// Integration time of the force, seconds: a turn at 30 rpm, the slowest rotary drilling. A probe in its hole
-/// gets nowhere in that time, and a wrong tilt hardly changes.
+/// Integration time of the force, seconds: a turn at 30 rpm, the slowest rotary drilling. In that time a probe in its
+/// hole stays in place, and a wrong tilt hardly changes.
 const IMPULSE_S: f32 = 2.0;
-/// Weight of the newest impulse (the force's integral over [`IMPULSE_S`]) in the mean of squares. That is a mean over
-/// about nine impulses of two axes, 18 squares, so it is known to a third (sqrt(2 / 18)).
+/// Weight of the newest impulse (the force's integral over [`IMPULSE_S`]) in the mean of squares. The mean is over
+/// about nine impulses of two axes, 18 squares, so the density is known to a third (sqrt(2 / 18)).
 const WEIGHT: f32 = 0.2;
 
 /// Spectral density of the acceleration while no force is read, (m/s^2)^2/Hz: 1 m/s^2 correlated over 0.2 s.
@@ -17,9 +17,9 @@ const MOST: f32 = UNSEEN_FORCE_DENSITY;
 
 /// Slow variation of the horizontal specific force, measured by its integral from one interval to the next.
 ///
-/// A probe that goes nowhere has no slow acceleration. Yet vibration of the tool's own axes at the rotation's
-/// frequency is slow in the earth frame, and sampling folds vibration to every frequency: both are white
-/// noise there.
+/// A probe that stays in place has no slow acceleration. Yet vibration of the tool's own axes at the rotation's
+/// frequency is slow in the earth frame, and sampling folds vibration to every frequency: at low frequency both are
+/// white noise.
 pub(super) struct Shaking {
     impulse_m_s: Vector2<f32>,
     last_m_s: Vector2<f32>,
@@ -43,7 +43,8 @@ impl Shaking {
         self.impulse_m_s += force.xy() * time_s;
         self.time_s += time_s;
         if self.time_s > IMPULSE_S {
-            // Two axes, each with twice density times time. A constant force, as of a wrong tilt, drops out.
+            // Expected square of the change: on each of two axes twice the density times the time. A constant force, as
+            // of a wrong tilt, drops out.
             let change = self.impulse_m_s - self.last_m_s;
             let density = change.norm_squared() / (4.0 * self.time_s);
             self.density += (if density < MOST { density } else { MOST } - self.density) * WEIGHT;
@@ -77,7 +78,7 @@ mod tests {
 
     #[test]
     fn white_noise_is_measured_and_neither_a_wrong_tilt_nor_a_shaking_in_place_is_noise() {
-        // Steps of 50 ms with a deviation of 1: 0.05.
+        // White noise of 1 m/s^2 in steps of 50 ms: 0.05 (m/s^2)^2/Hz.
         let white = mean_density(|_, noise| noise);
         assert!((white - 0.05).abs() < 0.01, "{white}");
         let tilted = mean_density(|_, noise| 0.5 + 0.01 * noise);

@@ -1,4 +1,4 @@
-//! A turn that is too slow to be told from the gyro's bias: gravity and field, in the body, show it.
+//! Detector of a turn that is too slow to be told from the gyro's bias: gravity and field, in the body, show it.
 
 use super::{error_state::BIAS, filter_step::FilterStep, state::State};
 use core::f32::consts::TAU;
@@ -6,15 +6,15 @@ use nalgebra::Vector3;
 
 /// Chi-square of two degrees of freedom, exceeded once in a thousand: -2 ln 0.001.
 const CHANGED: f32 = 13.82;
-/// Length of the means that are compared, seconds.
+/// Length of the means of the field that are compared, seconds.
 const BLOCK_S: f32 = 0.5;
 /// Fastest turn that is taken for rest, rad/s: `RestTracker` allows 2 deg/s, VQF's default.
 const FASTEST_RAD_S: f32 = 0.035;
-/// Wander of the mean direction of half a second at rest, beside its noise, rad: 0.1 deg on recordings of sensors
-/// on a table (`estimator::Noise::HAND`: its field at rest).
+/// Wander of the field's mean direction over half a second at rest, beside its noise, rad: 0.1 deg on recordings of
+/// sensors on a table (`estimator::Noise::HAND`: its field at rest).
 const OWN_RAD: f32 = 1.8e-3;
 
-/// Means of half a second: force and field in the body, field in the earth frame, and the variance of a mean.
+/// Sums over half a second: force and field in the body, field in the earth frame, and the field's squared norm.
 #[derive(Clone, Copy)]
 struct Block {
     force: Vector3<f32>,
@@ -39,7 +39,7 @@ impl Block {
     fn variance(&self) -> f32 {
         let n = f32::from(self.steps);
         let norm_squared = self.field.norm_squared() / n;
-        // Over two axes; of single steps about their mean.
+        // Relative variance of single steps about their mean, over the two axes across the field.
         let scatter = (self.square - norm_squared) / norm_squared;
         OWN_RAD * OWN_RAD + if scatter > 0.0 && n > 1.0 { 0.5 * scatter / (n - 1.0) } else { 0.0 }
     }
@@ -57,12 +57,13 @@ impl Block {
 /// Detector of slow turns while everything is quiet.
 pub(super) struct SlowTurn {
     block: Block,
-    /// The first of the quiet, or the one in which a turn was seen; without steps there is none.
+    /// Block with which later ones are compared: the first at rest, or the last in which the field had changed; none if
+    /// it has no steps.
     first: Block,
     /// Mean field of the block before.
     last_field: Vector3<f32>,
     age_s: f32,
-    /// Time that has to go by without a turn until a rest is believed: as long as the last one took to be seen.
+    /// Time that has to pass without a turn until rest is believed, seconds: as long as the last turn took to be seen.
     doubted_s: f32,
     /// Variance of the bias before the first block, largest of the axes, (rad/s)^2.
     bias_variance: f32,
@@ -85,8 +86,8 @@ impl SlowTurn {
         self.age_s >= self.doubted_s
     }
 
-    /// Takes a filter step's mean vectors, NED. A turn that gravity and field show, and that was taken for bias, is put
-    /// right in heading and bias.
+    /// Takes a filter step's mean vectors, NED. A turn that gravity and field show, and that was taken for bias, is
+    /// corrected in heading and bias.
     pub fn update(&mut self, state: &mut State, step: &FilterStep, is_quiet: bool) {
         if !is_quiet {
             *self = Self::new();
@@ -121,14 +122,14 @@ impl SlowTurn {
         if (now - before).norm_squared() <= limit {
             return;
         }
-        // A turn leaves the field's norm and its angle to gravity; what comes near the probe does not.
+        // A turn changes neither the field's norm nor its angle to gravity; a magnet that comes near the probe does.
         let norms = [block, self.first].map(|b| libm::sqrtf(b.field.norm_squared()) / f32::from(b.steps));
         let [norm, norm_before] = norms;
         let longer = norm / norm_before - 1.0;
         let steeper = block.dip_cosine() - self.first.dip_cosine();
         let missed = libm::remainderf(block.heading() - self.first.heading(), TAU);
         let rate = missed / self.age_s;
-        // Nor is it slow if it came within a block.
+        // A change within one block is no slow turn.
         let step = (mean_field - last_field).norm_squared() / mean_field.norm_squared();
         let is_slow = step <= FASTEST_RAD_S * FASTEST_RAD_S * BLOCK_S * BLOCK_S + limit;
         let is_turn = is_slow && longer * longer <= limit && steeper * steeper <= limit;
@@ -136,7 +137,8 @@ impl SlowTurn {
             self.doubted_s = self.age_s;
         }
         if is_turn && missed * missed > limit && rate * rate < CHANGED * self.bias_variance {
-            // The filter turned with the gyro less its bias, and the field by so much the other way.
+            // The filter took the turn for bias and did not turn, so that the earth's field seemed to turn the other
+            // way.
             state.turn_heading(-missed);
             state.refresh_rotation();
             let down = state.rotation.transpose() * Vector3::z();
@@ -169,7 +171,7 @@ mod tests {
     const PERIOD_S: f32 = 0.01;
 
     /// Largest heading error, rad, and its share of the stated deviation, of a probe that stands at 45 deg, turns about
-    /// the vertical by this rate from 10 to 29 s, and stands again; `disturbed` changes the field at a time.
+    /// the vertical at `rate_rad_s` from 10 to 29 s, and stands again; `disturbed` gives the field at a time, seconds.
     fn worst(seed: u64, rate_rad_s: f32, disturbed: impl Fn(f32, Vector3<f32>) -> Vector3<f32>) -> (f32, f32) {
         let mut random = Xoshiro128PlusPlus::seed_from_u64(seed);
         let mut uniform = || random.next_u32() as f32 / u32::MAX as f32 * 2.0 - 1.0;
@@ -206,7 +208,8 @@ mod tests {
         for seed in 0..4 {
             for deg_s in [0.1_f32, 0.2, 0.3] {
                 let (error, share) = worst(seed, deg_s.to_radians(), |_, field| field);
-                // Half of the 1.3 deg that the field at this dip has to turn by to be seen, and its noise.
+                // Expected error: half of the 1.3 deg by which the field must turn at this dip to be seen, and its
+                // noise.
                 assert!(error < 1.3_f32.to_radians(), "seed {seed}, {deg_s} deg/s: {} deg", error.to_degrees());
                 assert!(share < 1.0, "seed {seed}, {deg_s} deg/s: {share} of its deviation");
             }

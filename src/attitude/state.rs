@@ -1,4 +1,4 @@
-//! State of the filter: attitude, bias and velocity, with their covariance.
+//! State of the attitude filter: attitude, bias and velocity, with their covariance.
 
 #![allow(clippy::indexing_slicing)] // Axes of fixed-size vectors, counted by loops.
 
@@ -15,8 +15,8 @@ use crate::{
 use core::f32::consts::PI;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// Density of the mean rate about the bias at rest, rad/s per root hertz: three times the gyro's noise, for
-/// slow motion that rest admits.
+/// Density of the mean rate about the bias at rest, rad/s per root hertz: three times the gyro's noise, for slow motion
+/// that still counts as rest.
 const REST_RATE_NOISE_RAD_S_RTHZ: f32 = 5e-4;
 /// Gate of the mean rate at rest as a bias, in sigmas: exceeded by chance once in 400.
 const REST_GATE: f32 = 3.0;
@@ -25,9 +25,9 @@ const REST_GATE: f32 = 3.0;
 pub(super) struct GyroScale {
     /// D, dimensionless.
     pub errors: Matrix3<f32>,
-    /// True while the prior is a data sheet's.
+    /// True while the prior of D is a data sheet's.
     pub by_data_sheet: bool,
-    /// True under a model whose deviations are known.
+    /// True under an identified gyro model, whose deviations are known.
     pub is_identified: bool,
 }
 
@@ -40,7 +40,7 @@ impl GyroScale {
     };
 }
 
-/// Estimate of the filter.
+/// Estimate of the attitude filter.
 pub(super) struct State {
     /// Attitude as a quaternion, body to NED.
     pub propagation: Propagation,
@@ -48,7 +48,7 @@ pub(super) struct State {
     pub rotation: Matrix3<f32>,
     /// Residual gyro bias, body frame, rad/s.
     pub bias_rad_s: Vector3<f32>,
-    /// Horizontal velocity to which the force adds up, north and east, m/s.
+    /// Horizontal velocity, integrated from the force, north and east, m/s.
     pub velocity_m_s: Vector2<f32>,
     pub errors: ErrorState,
     pub scale: GyroScale,
@@ -77,13 +77,13 @@ impl State {
         state
     }
 
-    /// Advances the attitude by the `dt_s` seconds that end now, at their mean rate less the bias.
+    /// Advances the attitude by the `dt_s` seconds that end now, at their mean [`State::corrected`] rate.
     pub fn advance(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {
         self.propagation.step(dt_s, rate_rad_s);
         self.refresh_rotation();
     }
 
-    /// Body rate of a compensated rate, by the estimated bias and scale, rad/s.
+    /// Body rate, rad/s: a compensated rate, corrected by the estimated bias and scale error.
     pub fn corrected(&self, rate_rad_s: &Vector3<f32>) -> Vector3<f32> {
         rate_rad_s + self.scale.errors * rate_rad_s - self.bias_rad_s
     }

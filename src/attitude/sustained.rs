@@ -1,4 +1,4 @@
-//! Sustained rotation, told from a drill string's swing.
+//! Sustained rotation, distinguished from a drill string's swing.
 
 use super::filter_step::FilterStep;
 use nalgebra::Vector3;
@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 /// torsional waves in steel, 3,200 m/s.
 pub(super) const SUSTAINED_S: f32 = 4.0;
 /// Sustained part of the rotation above which it has an axis; at least half of the mean rate's square is then
-/// about that axis. A string that stops at each swing (speed 1 + cos) sustains a third; the rest allows for
+/// about that axis. A string that stops at each swing (speed 1 + cos) sustains a third; the limit is lower to allow for
 /// the mean's own swing.
 const STEADY: f32 = 0.25;
 
@@ -18,7 +18,7 @@ pub(super) struct SustainedRotation {
     mean_rad_s: Vector3<f32>,
     /// Mean of the squared rate, (rad/s)^2.
     mean_square: f32,
-    /// Sustained part of that mean square now, and when it last grew or waned.
+    /// Sustained part of that mean square, (rad/s)^2: now, and after it last grew or waned.
     square: f32,
     held_square: f32,
 }
@@ -28,7 +28,8 @@ impl SustainedRotation {
         Self { mean_rad_s: Vector3::new(0.0, 0.0, 0.0), mean_square: 0.0, square: 0.0, held_square: 0.0 }
     }
 
-    /// Takes a filter step. Returns the square of the rate by which the rotation grew or waned, (rad/s)^2.
+    /// Takes a filter step. Returns by how much the square of the sustained rate grew or waned, (rad/s)^2; 0 while the
+    /// rotation remains the same.
     pub(super) fn update(&mut self, step: &FilterStep) -> f32 {
         let weight = step.time_s / (SUSTAINED_S + step.time_s);
         self.mean_rad_s += (step.angle_rad / step.time_s - self.mean_rad_s) * weight;

@@ -17,31 +17,31 @@ use nalgebra::{Quaternion, Vector2, Vector3};
 
 /// Uncertainty of a tilt taken from a force of gravity's norm, radians: 0.1 g of acceleration, as of a hand.
 const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
-/// Correlation time of the probe's velocity, seconds: a radian of a hand's swing every two seconds.
+/// Correlation time of the probe's velocity, seconds: one radian of phase of a hand's 0.5 Hz swing.
 const VELOCITY_CORRELATION_S: f32 = 0.3;
-/// Least mean square of the force relative to gravity's that lasts. Accelerations that average out only add to
-/// it; free fall or a dead axis takes from it. An accelerometer whose norm is a tenth low, as without a
+/// Least mean square of the force, relative to gravity's, with which the force is used. Accelerations that average out
+/// only add to it; free fall or a dead axis takes from it. An accelerometer whose norm is a tenth low, as without a
 /// calibration, passes.
 const LEAST_MEAN_SQUARE_FORCE: f32 = 0.8;
-/// Averaging time of that mean square, seconds: vibration of 1 g at 10 Hz then changes it by some per cent.
+/// Averaging time of the force's mean square, seconds: vibration of 1 g at 10 Hz then changes it by some per cent.
 const MEAN_SQUARE_S: f32 = 1.0;
-/// Gate of the velocity, in sigmas, beyond which it weighs less: exceeded by chance once in 400.
+/// Gate of the velocity, in sigmas, beyond which the observation weighs less: exceeded by chance once in 400.
 const VELOCITY_GATE: f32 = 3.0;
-/// Time over which the first tilt averages the force, seconds: a quarter of the time that a start may take; a
-/// shock takes hundredths.
+/// Time over which the first tilt averages the force, seconds: a quarter of the time that a start may take; a shock
+/// takes hundredths of a second.
 const ALIGNMENT_S: f32 = 0.5;
 /// Smoothing of the force that is checked against the attitude, and the time for which it must contradict,
 /// seconds: a hand's motion averages out over its swing.
 const CONTRADICTION_S: f32 = 2.0;
-/// Time without gravity after which the field no longer corrects the bias, seconds: with 0.4 (m/s^2)^2/Hz the
-/// speed is then less certain than the assumed half metre a second.
+/// Time without gravity after which the field no longer corrects the bias, seconds: with 0.4 (m/s^2)^2/Hz of unread
+/// acceleration the speed is then less certain than the assumed half metre a second.
 const UNSEEN_FORCE_S: f32 = 1.0;
 
-/// Relation of the force to the tilt.
+/// Tilt as the specific force gives it or contradicts it.
 pub(super) struct Tilt {
     /// True after the first alignment.
     pub aligned: bool,
-    /// True if gravity and field must align the filter again.
+    /// True if gravity and field must give the attitude anew.
     pub lost: bool,
     /// True if the last step's force was used in full.
     pub force_used: bool,
@@ -75,7 +75,7 @@ impl Tilt {
         }
     }
 
-    /// Creates the tilt of a filter that has not been aligned, with a force as long as gravity.
+    /// Creates the tilt of a filter that has not been aligned, with a mean force of gravity's norm.
     pub const fn new() -> Self {
         Self { mean_square_force: 1.0, ..Self::zero() }
     }
@@ -90,13 +90,13 @@ impl Tilt {
         self.unseen_s < UNSEEN_FORCE_S
     }
 
-    /// Notes whether a step had a usable force.
+    /// Notes if a step had a usable force.
     pub fn note_force(&mut self, seen: bool, time_s: f32) {
         self.unseen_s = if seen { 0.0 } else { self.unseen_s + time_s };
     }
 
-    /// Aligns the attitude to a single reading of the specific force. That may have met a shock, so the mean force of
-    /// the seconds after the alignment is averaged from here on.
+    /// Aligns the attitude to a single reading of the specific force. That reading may have met a shock, so the mean
+    /// force of the seconds after the alignment is averaged from here on.
     pub fn align_anew(&mut self, state: &mut State, heading: &mut Heading, force: &Vector3<f32>, settings: &Settings) {
         self.align(state, heading, force, settings);
         (self.aligned_s, self.contradiction_s) = (0.0, 0.0);
@@ -164,7 +164,7 @@ impl Tilt {
         let contradicted = force.is_some() && !self.force_used;
         self.velocity_contradiction_s = if contradicted { self.velocity_contradiction_s + time_s } else { 0.0 };
         if self.velocity_contradiction_s > CONTRADICTION_S {
-            // No such speed lasts: the tilt behind it is worse than the filter thinks, or the force is.
+            // No such speed lasts: the tilt, or the force, has a larger error than the filter assumes.
             self.velocity_contradiction_s = 0.0;
             state.velocity_m_s = Vector2::zeros();
             for k in 0..2 {
@@ -175,8 +175,8 @@ impl Tilt {
         }
     }
 
-    /// Returns true if the force can be gravity plus acceleration: long enough, and not upside down while the
-    /// field agrees with the attitude.
+    /// Returns true if the force can be gravity plus acceleration: large enough, and not upside down while the field
+    /// agrees with the attitude.
     pub fn force_is_sound(&mut self, step: &FilterStep, field_agrees: bool, gravity_m_s2: f32) -> bool {
         let Some(square) = step.mean_square_force() else { return true };
         let weight = step.time_s / (MEAN_SQUARE_S + step.time_s);
@@ -210,7 +210,7 @@ impl Tilt {
             self.align(state, heading, &f, settings);
         }
         let overturned = !upright(&f);
-        // A force that is not used makes the tilt uncertain by its angle, about north and about east.
+        // A force that is not used makes the tilt uncertain by the force's angle to it, about north and about east.
         let per_gravity = if seen && !self.force_used { 1.0 / gravity_m_s2 } else { 0.0 };
         self.doubt_rad = Vector2::new(f.y, f.x) * per_gravity;
         let contradicted = seen && overturned && !heading.agrees();

@@ -4,8 +4,8 @@
 use core::f32::consts::{PI, TAU};
 use nalgebra::Matrix3;
 
-/// Squared sine of the inclination above which azimuth plus toolface replaces their joint formula: it agrees
-/// to 2e-6 rad at 6 deg.
+/// Squared sine of the inclination above which azimuth plus toolface replaces their joint formula: the two agree to
+/// 2e-6 rad at 6 deg.
 const ADDED_SQUARED_SINE: f32 = 0.01;
 
 /// Steering angles of one attitude: `C = Rz(azimuth) Ry(inclination) Rz(toolface)`, earth NED, tool z

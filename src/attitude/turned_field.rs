@@ -1,4 +1,4 @@
-//! Field turned by more than the gyro says: the doubt about either, and how long it lasts.
+//! Field turned by more than the gyro measures: either may be wrong, and the attitude is uncertain while this lasts.
 
 use crate::statistics::chi_square::IN_A_THOUSAND;
 use nalgebra::Vector3;
@@ -15,13 +15,13 @@ const GATE: f32 = IN_A_THOUSAND / 3.0;
 
 /// Apparent turn of the earth's field since it last agreed with the attitude, reading by reading.
 ///
-/// The field stands still. If no disturbance came, the attitude turned, and until the filter knows which, the
-/// attitude may be off by as much. A gyro that fails while the probe turns is off by degrees within a
-/// hundredth of a second.
+/// The earth's field does not turn. If no disturbance came, the attitude is wrong, and until the filter knows which it
+/// is, the attitude may be off by this apparent turn. A gyro that fails while the probe turns is off by degrees within
+/// a hundredth of a second.
 pub(super) struct TurnedField {
     /// Field of the last agreement, NED; zero before the first.
     agreed_ut: Vector3<f32>,
-    /// Mean square of the readings' difference from it.
+    /// Mean square of the readings' difference from `agreed_ut`.
     noise_ut2: f32,
     /// Excess of the last reading's squared difference over the gate.
     doubt_ut2: f32,

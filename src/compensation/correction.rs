@@ -45,8 +45,9 @@ impl ActiveEffects {
         true
     }
 
-    /// Returns the effects that correct attitude: without the terms that only turn a sensor's axes, and without an
-    /// effect that has no others.
+    /// Returns the effects that correct attitude: without the terms that are taken out only in the estimator
+    /// ([`Parameter::only_in_estimator`](super::Parameter::only_in_estimator)), and without effects that have no
+    /// others.
     #[must_use]
     pub fn of_attitude(&self, library: &[&dyn Effect]) -> Self {
         let mut rest = Self::none();
@@ -59,7 +60,7 @@ impl ActiveEffects {
                 }
             }
             if found.parameters.iter().any(|value| *value != 0.0) {
-                // There is room for all that were in.
+                // The new set has room for all effects of the old one.
                 rest.add(found);
             }
         }
@@ -95,7 +96,7 @@ impl ActiveEffects {
 
     /// Takes the gyro's effects out of the rate.
     pub(crate) fn correct_rate(&self, library: &[&dyn Effect], snapshot: &mut Snapshot) {
-        // A delay of the whole gyro adds nothing.
+        // A delay of the whole gyro is not taken out of the rate.
         let added = self.iter().fold(Vector3::zeros(), |sum, found| {
             let effect = library.get(usize::from(found.index)).filter(|effect| effect.sensor() == Sensor::Gyro);
             match effect.filter(|effect| effect.gyro_delay_s(&found.parameters) == 0.0) {

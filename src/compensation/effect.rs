@@ -34,18 +34,19 @@ pub const REFERENCE_TEMPERATURE_C: f32 = 25.0;
 pub struct Parameter {
     /// Name with its unit, as in results.
     pub name: &'static str,
-    /// Factor from SI to that unit.
+    /// Factor from SI to the unit in the name.
     pub in_unit: f32,
-    /// Usual size: the deviation of its prior.
+    /// Usual size of the value: the deviation of the parameter's prior.
     pub usual: f32,
-    /// Largest believable value, of either sign if `signed`; beyond it something else looks like this effect.
+    /// Largest believable value, of either sign if `signed`; a larger one shows that something else looks like this
+    /// effect.
     pub largest: f32,
-    /// True if it may be negative.
+    /// True if the parameter may be negative.
     pub signed: bool,
-    /// True if it is taken out for the identification of P but not for attitude. Turns of a vector sensor's
-    /// axes are of this kind: the heading counts from the magnetometer's axes as calibrated, and which of two
-    /// sensors' axes have turned cannot be told. So is the accelerometer's scale, because hand-held motion
-    /// shows gravity's size rather than its direction.
+    /// True if the parameter's term is taken out for the identification of P but not for attitude. Turns of a vector
+    /// sensor's axes are of this kind: the heading counts from the magnetometer's axes as calibrated, and which of two
+    /// sensors' axes have turned cannot be told. So is the accelerometer's scale, because hand-held motion shows
+    /// gravity's size rather than its direction.
     pub only_in_estimator: bool,
 }
 
@@ -63,33 +64,33 @@ impl Parameter {
 pub trait Effect: Sync {
     /// Name in results.
     fn name(&self) -> &'static str;
-    /// Sensor whose reading it changes.
+    /// Sensor whose reading the effect changes.
     fn sensor(&self) -> Sensor;
     /// Parameters, at most [`MAX_PARAMETERS`].
     fn parameters(&self) -> &'static [Parameter];
     /// Term of parameter `k`: what one unit of it adds to the sensor's reading, in the reading's unit.
     fn term(&self, k: usize, snapshot: &Snapshot) -> Vector3<f32>;
-    /// Sets the terms of its first parameters: one call for all of them.
+    /// Sets the terms of the effect's first parameters, as many as `terms` holds, in one call.
     fn set_terms(&self, snapshot: &Snapshot, terms: &mut [Vector3<f32>]) {
         for (k, term) in terms.iter_mut().enumerate() {
             *term = self.term(k, snapshot);
         }
     }
-    /// Delay of the whole gyro, seconds; 0 for any other effect. It is not taken out of the rate, whose noise
-    /// its derivative would raise; the vectors are turned back to the time at which the rate is valid.
+    /// Delay of the whole gyro, seconds; 0 for any other effect. The delay is not taken out of the rate, because the
+    /// rate's derivative would add noise; the vectors are turned back to the time at which the rate is valid.
     fn gyro_delay_s(&self, _parameters: &[f32; MAX_PARAMETERS]) -> f32 {
         0.0
     }
-    /// Returns true if its first parameter delays every reading of its sensor alike, seconds.
+    /// Returns true if the effect's first parameter is a delay, seconds, of every reading of its sensor.
     fn is_delay(&self) -> bool {
         false
     }
-    /// Returns true if it is a step of the gyro's bias: parameter `k` adds 1 on axis `k` from a shock on. The
-    /// flown bias holds it.
+    /// Returns true if the effect is a step of the gyro's bias: parameter `k` adds to axis `k` from a shock on. The
+    /// flown bias includes the step.
     fn is_bias_step(&self) -> bool {
         false
     }
-    /// Columns of the estimator that stand for it, if it is an error of a vector sensor that the estimator
+    /// Columns of the estimator that stand for the effect, if this is an error of a vector sensor that the estimator
     /// always identifies: see [`columns`](crate::estimator::columns).
     fn nuisance(&self) -> Option<Range<usize>> {
         None
@@ -99,7 +100,7 @@ pub trait Effect: Sync {
     fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], _field_ut: f32) -> [f32; MAX_PARAMETERS] {
         *unknowns
     }
-    /// Other causes that these sensors cannot tell from it.
+    /// Other causes that these sensors cannot tell from the effect.
     fn aliases(&self) -> &'static [&'static str];
 }
 

@@ -20,7 +20,7 @@ impl VectorModel {
     /// Identity model: the raw reading passes through.
     pub const IDENTITY: Self = Self { matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], offset: [0.0; 3] };
 
-    /// Calibrates a raw reading; the result has its unit.
+    /// Calibrates a raw reading; the result has the reading's unit.
     #[must_use]
     pub fn calibrate(&self, raw: [f32; 3]) -> Vector3<f32> {
         self.matrix() * (Vector3::from(raw) - Vector3::from(self.offset))

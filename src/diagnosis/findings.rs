@@ -1,4 +1,4 @@
-//! Effects that fly and since when, and the reports of the windows that say so. The evidence itself is computed in
+//! Effects that fly, since when, and the windows' reports on them. The evidence itself is computed in
 //! `estimator/candidates/evidence.rs`; an effect is named and taken out here, at the instant of an update.
 
 use super::{DiagnosisReport, EffectReport, Verdict};
@@ -12,14 +12,15 @@ use heapless::Vec;
 /// Effects that fly, and their reports.
 pub(crate) struct Findings<const REPORTS: usize> {
     flown: ActiveEffects,
-    /// Report of the latest update, which waits for its instant, and whether its effects are to fly.
+    /// Report of the latest update, which waits for the instant at which it takes effect; true if its effects are to
+    /// fly then.
     waiting: Vec<(DiagnosisReport, bool), 1>,
-    /// Effects that the report before had found.
+    /// Effects of the last report whose model flew.
     known: [EffectReport; MAX_CLAIMED],
     known_count: usize,
     /// Reports waiting to be taken.
     pending: Vec<DiagnosisReport, REPORTS>,
-    /// Reports that nobody took.
+    /// Number of reports dropped for want of room, because nobody took them.
     pub lost: u32,
 }
 
@@ -65,7 +66,7 @@ impl<const REPORTS: usize> Findings<REPORTS> {
         self.flown = *effects;
     }
 
-    /// Reports the effects of a posterior. `flies` says that its model, and with it its effects, are to fly.
+    /// Reports the effects of a posterior. `flies`: the posterior's model is to fly, and its effects too.
     #[inline(never)]
     pub fn judge<const NODES: usize, const COLUMNS: usize>(
         &mut self,
@@ -100,7 +101,7 @@ impl<const REPORTS: usize> Findings<REPORTS> {
         let _ = self.waiting.push((report, flies));
     }
 
-    /// Turns a claim into its report.
+    /// Turns a claim into the report of its effect.
     fn told(&self, effect: &dyn Effect, claim: &Claim, t_us: u64, field_ut: f32, config: &Config) -> EffectReport {
         let mut found = FoundEffect { index: claim.effect, parameters: claim.parameters, sigma: claim.sigma };
         if effect.gyro_delay_s(&found.parameters) != 0.0
@@ -132,9 +133,9 @@ impl<const REPORTS: usize> Findings<REPORTS> {
         .marked(claim.is_taken_out)
     }
 
-    /// Lets the result of an update take effect. Returns `None` if the effects taken out stay the same, else whether
-    /// effects of the magnetometer are among those that changed.
-    // Its reports would lie under the work on a sample.
+    /// Lets the result of an update take effect. Returns `None` if the effects taken out stay the same, else
+    /// `Some(true)` if effects of the magnetometer are among those that changed.
+    // Inlined, its reports would lie on the stack under all work on a sample.
     #[inline(never)]
     pub fn take_effect(&mut self, t_us: u64, is_window: bool, library: &[&dyn Effect]) -> Option<bool> {
         let (mut report, flies) = self.waiting.pop()?;
@@ -179,7 +180,7 @@ impl<const REPORTS: usize> Findings<REPORTS> {
     }
 }
 
-/// Time of an effect that is to be taken out for the first time.
+/// Placeholder of an effect's `taken_out_us` until the update that takes it out first takes effect.
 const TO_BE_TAKEN_OUT: u64 = u64::MAX;
 
 impl EffectReport {

@@ -1,6 +1,6 @@
 //! Account of the physical effects that the model lacks, from the estimator's evidence: effects found, the instant
 //! since when each is taken out, rivals that the data cannot tell from it, and the remainder that nothing explains.
-//! `findings` keeps it from update to update; `report` is what a user gets.
+//! `findings` keeps this account from update to update; `report` is the part that a user gets.
 
 mod report;
 mod findings;

@@ -9,7 +9,7 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DiagnosisReport {
-    /// Beginning of the window, microseconds. The evidence is of all samples since the estimator began.
+    /// Beginning of the window, microseconds. The evidence is from all samples since the estimator began.
     pub t_start_us: u64,
     /// End of the window, microseconds.
     pub t_end_us: u64,
@@ -22,15 +22,15 @@ pub struct DiagnosisReport {
     pub effects: [EffectReport; MAX_CLAIMED],
     /// Number of effects found.
     pub count: u8,
-    /// Log Bayes factor of every candidate beside the effects found: the library's, in its order, then further steps
-    /// of the bias. It is 0 for a candidate that could not be tried or is among those found.
+    /// Log Bayes factor of every candidate beside the effects found: the library's effects in its order, then further
+    /// steps of the bias. It is 0 for a candidate that could not be tried or is among those found.
     pub tried: [f32; MAX_CLAIMS],
     /// Number of candidates.
     pub candidates: u8,
-    /// Mean squared innovation over its degrees of freedom with the gyro's parameters alone, and with all that was
+    /// Mean squared innovation over its degrees of freedom with the gyro's parameters alone, and with all effects
     /// found.
     pub nis: [f32; 2],
-    /// Quantities that the field's innovations go with; empty where only noise is left.
+    /// Quantities that the field's innovations vary with; empty if only noise is left.
     pub remainder: RemainderReport,
 }
 
@@ -46,7 +46,7 @@ impl DiagnosisReport {
         self.effects.iter().take(usize::from(self.count))
     }
 
-    /// Returns the effects that are taken out. A step of the bias is not among them: the bias that flies holds it.
+    /// Returns the effects that are taken out. A step of the bias is not among them: the flown bias includes it.
     #[must_use]
     pub fn active(&self) -> ActiveEffects {
         let mut active = ActiveEffects::none();
@@ -61,22 +61,22 @@ impl DiagnosisReport {
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EffectReport {
-    /// Effect, by its place in the library, and its size.
+    /// Effect by its index in the library, with parameters and their deviations.
     pub found: FoundEffect,
-    /// Log Bayes factor for it, beside the others that were found.
+    /// Log Bayes factor for this effect, beside the others that were found.
     pub evidence: f32,
-    /// Turn of its sensor's vector, or of the gyro's rotation over a second: radians rms.
+    /// Size of the effect as a turn of its sensor's vector, or of the gyro's rotation over a second: radians rms.
     pub size_rad: f32,
-    /// Turn by the deviations of its parameters alone: radians rms.
+    /// Size, in the same way, of the deviations of its parameters alone: radians rms.
     pub size_sigma_rad: f32,
     /// Other effects of the library that are as likely, one bit each: with these sensors and this motion they cannot
     /// be told apart.
     pub rivals: u32,
     /// Time of a step of the bias, microseconds; 0 for other effects.
     pub step_us: u64,
-    /// Time since when it is found without a break, microseconds.
+    /// Time since when the effect is found without a break, microseconds.
     pub found_us: u64,
-    /// Time since when it is taken out, microseconds; 0 if it is not, because it is larger than it can be.
+    /// Time since when the effect is taken out, microseconds; 0 if it is not, as when it is larger than believable.
     pub taken_out_us: u64,
 }
 
@@ -88,7 +88,7 @@ impl EffectReport {
     }
 }
 
-/// Serialises only the effects that were found: the others are empty, and a line is slow.
+/// Serialises only the effects that were found: the other entries are empty, and a serial line is slow.
 #[cfg(feature = "serde")]
 mod those_found {
     use super::{EffectReport, MAX_CLAIMED};
@@ -113,8 +113,7 @@ mod those_found {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Verdict {
-    /// Too little motion, or too little of it read, for a verdict. It stands first so that its tag is zero in a
-    /// static.
+    /// Too little motion for a verdict, or too few readings of it. It stands first so that its tag is zero in a static.
     NotEnoughExcitation,
     /// No effect shows, and only noise is left.
     ModelSufficient,

@@ -14,7 +14,8 @@ pub(crate) struct Accumulator {
     fields: u16,
     rate_unusable: bool,
     field_unusable: bool,
-    /// Mean rates of the last two intervals; `None` before there are two, and after a bridged one.
+    /// Mean rates of the last two intervals, twice the same after the first; `None` before it, and after a bridged or
+    /// clipped one.
     last_rates: Option<[Vector3<f32>; 2]>,
 }
 
@@ -51,8 +52,8 @@ impl Accumulator {
         self.end_us = t_us.wrapping_add(u64::from(grid.interval_us) - u64::from(sample_period_us / 2));
     }
 
-    /// Returns the increment that ends before `t_us`, if any. Call it until `None` before adding the sample
-    /// of `t_us`.
+    /// Returns the increment that ends before `t_us`, if any. Call this function until it returns `None` before adding
+    /// the sample of `t_us`.
     pub fn close_before(&mut self, t_us: u64, grid: Grid) -> Option<Increment> {
         // The end is at most a gap away, so a wrapped difference orders the two at every 64-bit time.
         if t_us.wrapping_sub(self.end_us).cast_signed() < 0 {
@@ -106,7 +107,7 @@ mod tests {
         }
         assert_eq!(closed, 2);
         assert!(accumulator.close_before(1_060_000, grid).is_some_and(|i| i.rate.is_some()));
-        // 1.5, 5.5, 9.5: a straight line bridges one empty interval and no second one.
+        // Means 1.5, 5.5, 9.5: a straight line bridges one empty interval and no second one.
         let empty = accumulator.close_before(1_080_000, grid).unwrap();
         assert_eq!(empty.rate, Some(Vector3::repeat(13.5)));
         assert_eq!(accumulator.close_before(1_100_000, grid).unwrap().rate, None);

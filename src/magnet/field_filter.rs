@@ -20,7 +20,7 @@ pub(super) const IN_BODY: usize = LAG + 1;
 /// Index of the earth's field in the frame that the nominal gyro carries along, microtesla.
 pub(super) const IN_EARTH: usize = IN_BODY + 3;
 
-/// Initial deviations of the states in their units, and their process noise. The field's follows from the
+/// Initial deviations of the states in their units, and their process noise. Those of the earth's field follow from the
 /// iron's.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FieldPrior {
@@ -58,10 +58,10 @@ impl FieldPrior {
     }
 }
 
-/// Kalman filter of the magnetic field in the frame that the nominal gyro carries along: R0 m = B + R0 h +
-/// tau R0 (w x (m - h)). An error dw of the nominal rate turns B by B' = B x (R0 dw), and dw is linear in the
-/// errors of P and bias, which are states. So a P that is wrong by percents and not yet identified explains
-/// its own effect on B, and nothing else.
+/// Kalman filter of the magnetic field in the frame that the nominal gyro carries along. Reading m, earth's field B,
+/// body-fixed offset h, lag tau, rate w: R0 m = B + R0 h + tau R0 (w x (m - h)). An error dw of the nominal rate turns
+/// B by B' = B x (R0 dw), and dw is linear in the errors of P and bias, which are states. So a P that is wrong by
+/// percents and not yet identified explains its own effect on B, and nothing else.
 #[derive(Clone, Copy)]
 pub(super) struct FieldFilter {
     x: [f32; STATES],
@@ -93,7 +93,7 @@ impl FieldFilter {
         Self { x: [0.0; STATES], covariance: Packed::zero() }
     }
 
-    /// Resets the filter to its prior; the field is `field_ut`, uncertain by the iron.
+    /// Resets the filter to its prior; the earth's field is `field_ut`, with twice the iron's deviation.
     pub fn start(&mut self, field_ut: &Vector3<f32>, prior: &FieldPrior) {
         *self = Self::zero();
         for state in 0..IN_EARTH {
@@ -123,14 +123,14 @@ impl FieldFilter {
         self.x[LAG]
     }
 
-    /// Inflates three states: they may have jumped by `sigma`.
+    /// Inflates the three states from `first` on: they may have jumped by `sigma`.
     pub fn inflate(&mut self, first: usize, sigma: f32) {
         for state in first..first + 3 {
             self.covariance.add(state, state, sigma * sigma);
         }
     }
 
-    /// Resets the bias error to zero within `sigma_rad_s`, after rests gave the bias.
+    /// Resets the bias error to zero with a deviation of `sigma_rad_s`, after rests gave the bias.
     pub fn set_bias(&mut self, sigma_rad_s: f32) {
         for state in 9..LAG {
             self.x[state] = 0.0;

@@ -12,8 +12,8 @@ use nalgebra::{Matrix3, Quaternion, Vector3};
 /// Number of the gyro's errors: P row by row, then c, in w = (P0 + dP) (raw - b0) - c.
 pub(super) const GYRO: usize = 12;
 
-/// Means over some increments in the frame that the nominal gyro carries along. An earth-fixed field stands
-/// still there but for the gyro's error; a body-fixed one turns.
+/// Means over some increments in the frame that the nominal gyro carries along. In this frame an earth-fixed field
+/// turns only by the gyro's error; a body-fixed one turns with the body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FieldNode {
     /// Mean of R0 m, microtesla.
@@ -22,12 +22,12 @@ pub(super) struct FieldNode {
     pub rotation: Matrix3<f32>,
     /// Mean of R0 (w x m), microtesla per second: the change of the field by one second of lag.
     pub lag_ut_s: Vector3<f32>,
-    /// Mean of R0 [w]x, radians per second: the body-fixed offset's part of that change, which does not lag.
+    /// Mean of R0 [w]x, radians per second: the part of that change per body-fixed offset, which does not lag.
     pub spin_rad_s: Matrix3<f32>,
     /// Integral of R0 times the rate's derivative by each of the gyro's errors: wrong angle of the frame per
     /// error.
     pub turn: [[f32; GYRO]; 3],
-    /// Angle of the turn, radians.
+    /// Angle turned, radians: integral of the rate's norm.
     pub angle_rad: f32,
     /// Angle that may have been turned while no rate was read, radians.
     pub unseen_rad: f32,

@@ -11,18 +11,18 @@ const STILL_NOISE_UT: f32 = 0.5;
 /// Time over which the calibration's error follows the rate, seconds. The error turns with the body and
 /// changes after about a radian.
 const ERROR_TIME_S: f32 = 1.0;
-/// Factor of the calibration's variance per node: successive nodes share one error, and as independent noise
-/// it counts this often.
+/// Factor of the calibration's variance per node: successive nodes share one error, which counts this often where noise
+/// is taken as independent.
 pub(super) const CORRELATED: f32 = 3.0;
 /// Change of the earth's field along the way of a moving probe, microtesla per root second: walking pace, 1
-/// uT in a metre, as inside buildings. Then the part of it at rest.
+/// uT in a metre, as inside buildings. [`STILL_WALK_UT_RTS`] is the part that remains at rest.
 const WALK_UT_RTS: f32 = 1.0;
 const STILL_WALK_UT_RTS: f32 = 0.1;
 /// Relative rate error after compensation: the nonlinearity of data sheets (MPU-9250 PS section 3.1: 0.1 %
 /// off the best straight line, at 25 degC).
 const NONLINEARITY: f32 = 0.001;
-/// Averaging time of the scale, seconds of turning, and the scale's limits: the configured error may be wrong
-/// by a factor of three either way.
+/// Averaging time of the variances' factor, seconds of turning, and the factor's limits: the configured error may be
+/// wrong by a factor of three either way.
 const SCALE_TIME_S: f32 = 10.0;
 const SCALE_LIMITS: [f32; 2] = [0.1, 10.0];
 /// Mean of chi-square with three degrees of freedom, clipped at [`IN_TWENTY`].
@@ -63,7 +63,7 @@ impl FieldNoise {
         self.error_rad * field_ut
     }
 
-    /// Follows the rate of a node.
+    /// Updates the angle turned in about the last second by a node.
     pub fn turn(&mut self, node: &FieldNode) {
         let faded = self.recent_rad * (1.0 - node.time_s / ERROR_TIME_S);
         let now = node.angle_rad / node.time_s * ERROR_TIME_S;

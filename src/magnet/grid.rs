@@ -1,6 +1,7 @@
 //! Grid of the increments in time.
 
-/// Nominal interval of one increment: sums at 50 Hz lose nothing of the identification, at 10 Hz most of it.
+/// Nominal interval of one increment, microseconds: sums at 50 Hz lose nothing of the identification, those at 10 Hz
+/// most of it.
 const NOMINAL_INTERVAL_US: u32 = 20_000;
 
 /// Time grid of the increments: the fewest whole nominal sample periods that make 20 ms, less a thousandth

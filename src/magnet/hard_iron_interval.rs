@@ -2,21 +2,21 @@
 
 use nalgebra::Vector3;
 
-/// A body-fixed magnetic offset (hard iron) that came while the probe ran: a magnet was brought to it, and
+/// A body-fixed magnetic offset (hard iron) that came while the probe ran: a magnet was brought to the probe, and
 /// perhaps taken away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HardIronInterval {
-    /// Time at which it came, microseconds.
+    /// Time at which the offset came, microseconds.
     pub from_us: u64,
-    /// Time at which it left or changed; `None` while it lasts.
+    /// Time at which the offset left or changed, microseconds; `None` while it lasts.
     pub to_us: Option<u64>,
-    /// Offset that it adds to the calibrated field, body frame, microtesla.
+    /// Offset added to the calibrated field, body frame, microtesla.
     pub offset_ut: [f32; 3],
     /// Standard deviation of each axis of the offset, microtesla.
     pub sigma_ut: [f32; 3],
-    /// True if the field is corrected by it. False if it came after the freeze and matches none known before:
-    /// the field is then withheld while it lasts.
+    /// True if the field is corrected by the offset. False if the offset came after the freeze and matches none known
+    /// before: the field is then withheld while the offset lasts.
     pub corrected: bool,
 }
 
@@ -36,10 +36,10 @@ impl HardIronInterval {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HardIronCounts {
-    /// Body-fixed offsets that came, including those no longer reported.
+    /// Number of body-fixed offsets that came, including those no longer reported.
     pub intervals: u32,
-    /// Changes of the field that were examined.
+    /// Number of changes of the field that were examined.
     pub suspicions: u32,
-    /// Examined changes that stayed in the earth, passed, or could not be decided.
+    /// Number of examined changes that were of the earth's field, passed, or could not be decided.
     pub dismissed: u32,
 }

@@ -28,22 +28,21 @@ use suspicion::{Suspicion, Verdict};
 /// gyro's frame.
 const NODE_S: f32 = 0.2;
 
-/// Time for which the field must have been as predicted before a change withholds it, in nodes: 3 s. A magnet
-/// that is brought comes faster; a slower change means that the gyro's own frame is wrong, and nothing can be
-/// decided.
+/// Nodes (3 s) whose field must be as predicted before a change; else the change does not withhold the field. A magnet
+/// that is brought comes faster; a slower change means that the gyro's own frame is wrong, and nothing can be decided.
 const STEADY_NODES: u8 = 15;
-/// Least size of a change that matters, in errors of the calibrated field.
+/// Least size of a change that matters, in deviations of the calibrated field's error.
 const LEAST_SIZE: f32 = 2.0;
-/// Consecutive nodes beyond one in a hundred that are as unlikely as one beyond one in a million.
+/// Consecutive nodes with innovations exceeded by chance once in a hundred: together as unlikely as one in a million.
 const UNLIKELY_NODES: u8 = 3;
-/// Angle of turning since the start after which an offset present from the start has shown, radians: half a
-/// turn shows twice its size.
+/// Angle of turning since the start after which an offset present from the start must have shown, radians: half a turn
+/// shows twice the offset.
 const TOLD_RAD: f32 = core::f32::consts::PI;
 
 /// Use of the calibrated field now.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FieldUse {
-    /// Withheld: the field changed in an undecided way, or its offset came after the freeze.
+    /// Withheld: the field changed in an undecided way, or an unknown offset came after the freeze.
     Withheld,
     /// Used after subtracting this offset, microtesla.
     Less(Vector3<f32>),
@@ -63,9 +62,9 @@ enum State {
 ///
 /// A filter ([`FieldFilter`]) predicts the field in the frame that the gyro carries along. After a change
 /// that it does not explain, two more filters start: one in which the body-fixed offset jumped, and one in
-/// which the earth's field did. They agree while the probe stands still; once it turns, only one keeps
-/// predicting. The field is withheld until their likelihoods decide. A constant offset present from the start
-/// belongs to the null hypothesis.
+/// which the earth's field did. They agree while the probe stands still; once it turns, only one goes on predicting the
+/// field. The field is withheld until their likelihoods decide. A constant offset present from the start belongs to the
+/// null hypothesis.
 pub(crate) struct HardIronWatch {
     settings: WatchSettings,
     state: State,
@@ -82,9 +81,9 @@ pub(crate) struct HardIronWatch {
     earth: FieldFilter,
     /// Angle turned since the start, at most [`TOLD_RAD`], radians.
     turned_rad: f32,
-    /// Consecutive nodes beyond one in a hundred.
+    /// Consecutive nodes with innovations exceeded by chance less than once in a hundred.
     unlikely: u8,
-    /// Consecutive nodes within one in a thousand, at most [`STEADY_NODES`].
+    /// Consecutive nodes with innovations exceeded by chance more than once in a thousand, at most [`STEADY_NODES`].
     calm: u8,
     suspicion: Suspicion,
     offsets: Offsets,
@@ -289,7 +288,7 @@ impl HardIronWatch {
             let unknown = self.turned_rad < TOLD_RAD;
             let turned_ut = JUMP_UT * self.noise.recent_rad();
             if unknown && turned_ut * turned_ut > size2 {
-                // The offset may have been there all the time, unseen before the first turn.
+                // The offset may have been present from the start, unseen before the first turn.
                 self.tracked.inflate(IN_BODY, JUMP_UT);
                 self.tracked.inflate(IN_EARTH, JUMP_UT);
                 return;

@@ -21,15 +21,15 @@ pub(super) struct Outcome {
     pub jumped: bool,
 }
 
-/// Updates a filter by a node, robustly. If `jumping` states are named and the node is beyond one in a
-/// thousand, they are inflated again. That costs likelihood, about the logarithm of the inflation over the
-/// former deviation, so that the hypothesis with fewer jumps wins.
+/// Updates a filter by a node, robustly. `jumping` is the first of three states that may jump: they are inflated again
+/// by an innovation exceeded by chance less than once in a thousand. Each jump costs likelihood, about the logarithm of
+/// the inflation over the former deviation, so that the hypothesis with fewer jumps wins.
 pub(super) fn follow(filter: &mut FieldFilter, node: &FieldNode, noise: f32, jumping: Option<usize>) -> Outcome {
     let innovation = filter.innovation(node);
     follow_from(filter, innovation, node, noise, jumping)
 }
 
-/// The same with the innovation that the filter has of the node.
+/// Updates as [`follow`] does, with the filter's innovation of the node already computed.
 pub(super) fn follow_from(
     filter: &mut FieldFilter,
     mut innovation: Innovation,

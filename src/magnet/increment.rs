@@ -1,4 +1,4 @@
-//! Increment of the watch.
+//! Increment of the watch for magnets.
 
 use nalgebra::Vector3;
 

@@ -126,7 +126,7 @@ impl RestDetector {
         self.samples_per_second = 1_000_000_u32.checked_div(sample_period_us).unwrap_or(1) as u16;
     }
 
-    /// Takes one sample. At the end of a second returns the rest, or `Some(None)` if the second was not one.
+    /// Takes one sample. At the end of a second returns the rest, or `Some(None)` if the second was no rest.
     pub fn push(
         &mut self,
         rate: Reading,

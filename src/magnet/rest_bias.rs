@@ -1,4 +1,4 @@
-//! Bias of the raw gyro from rests, as the watch uses it.
+//! Bias of the raw gyro from rests, for the watch for magnets.
 
 use super::rest::Rest;
 use nalgebra::Vector3;
@@ -14,8 +14,8 @@ pub(crate) struct RestBias {
 }
 
 impl RestBias {
-    /// In-run bias instability, rad/s, below which no rest is believed: 0.01 deg/s, the upper end of consumer
-    /// MEMS gyros' Allan plots in data sheets.
+    /// In-run bias instability, rad/s, below which no bias from rests is believed: 0.01 deg/s, the upper end of
+    /// consumer MEMS gyros' Allan plots in data sheets.
     const INSTABILITY_RAD_S: f32 = 1.75e-4;
 
     pub fn from_rest(rest: &Rest) -> Self {
@@ -41,7 +41,7 @@ impl RestBias {
 }
 
 fn measurement_variance(rest: &Rest) -> f32 {
-    // Rounding to data-sheet codes can make a second look quieter than it is; a code is about 1e-3 rad/s.
+    // Rounding to the gyro's codes, about 1e-3 rad/s each, can make a second look quieter than it is.
     rest.variance / f32::from(rest.samples) + 1e-9
 }
 

@@ -1,4 +1,4 @@
-//! Errors of the gyro's scale factors and couplings beside the other states: constants that turn with the probe.
+//! Errors of the gyro's scale factors and couplings beside the other states: constants in the body frame.
 
 #![allow(clippy::needless_range_loop)] // with iterators it takes twice the instructions
 
@@ -10,9 +10,9 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 pub(super) struct ScaleErrors {
     /// False while the scale's error is white noise instead.
     is_estimated: bool,
-    /// Covariance with each other state.
+    /// Covariance of these errors with each other state.
     pub(super) cross: [[f32; SCALES]; STATES],
-    /// Covariance with each other, whole.
+    /// Covariance of these errors with each other, both triangles.
     pub(super) own: [[f32; SCALES]; SCALES],
     correction: [f32; SCALES],
 }
@@ -39,7 +39,7 @@ impl ScaleErrors {
         self.is_estimated
     }
 
-    /// Forgets what one of the other states has in common with the errors.
+    /// Zeroes the covariance of one of the other states with the errors.
     pub(super) fn forget(&mut self, state: usize) {
         if let Some(cross) = self.cross.get_mut(state) {
             *cross = [0.0; SCALES];
@@ -52,7 +52,7 @@ impl ScaleErrors {
         self.cross.get(state).copied().unwrap_or([0.0; SCALES])
     }
 
-    /// The same with an observation of the heading's error, to which tilt errors add by `slope`.
+    /// Covariance of the errors with an observation of the heading's error, to which tilt errors add by `slope`.
     pub(super) fn heading_column(&self, slope: &Vector2<f32>) -> [f32; SCALES] {
         core::array::from_fn(|k| self.cross[HEADING][k] + slope.x * self.cross[0][k] + slope.y * self.cross[1][k])
     }
@@ -71,8 +71,8 @@ impl ScaleErrors {
         self.correction.get(element).copied().unwrap_or(0.0)
     }
 
-    /// Predicts over a step whose other states have been predicted: phi' = C D w, and what that does to the velocity.
-    /// Each error walks by the variance `walk`.
+    /// Predicts over a step whose other states have been predicted: phi' = C D w, and the velocity that follows from
+    /// this. Each error walks by the variance `walk`.
     pub(super) fn predict(
         &mut self,
         covariance: &mut [[f32; STATES]; STATES],
@@ -82,7 +82,7 @@ impl ScaleErrors {
         walk: f32,
     ) {
         let g = gravity_time;
-        // The attitude's turn that follows from a row of covariances with the errors.
+        // Covariance of the attitude's turn with a state, from the state's row of covariances with the errors.
         let turned = |row: &[f32; SCALES]| {
             let by = |k: usize| row[3 * k] * rate.x + row[3 * k + 1] * rate.y + row[3 * k + 2] * rate.z;
             rotation_time * Vector3::new(by(0), by(1), by(2))
@@ -108,7 +108,7 @@ impl ScaleErrors {
         for k in 0..SCALES {
             self.own[k][k] += walk;
         }
-        // Error of a state that the turn adds.
+        // Part that the turn adds to a state's error.
         let added = |turn: &Vector3<f32>, state: usize| match state {
             0..BIAS => turn[state],
             BIAS..VELOCITY => 0.0,
@@ -123,7 +123,7 @@ impl ScaleErrors {
         }
     }
 
-    /// The errors' part of a scalar update of all states: see `ErrorState::update_scalar`.
+    /// Updates the scale's errors in a scalar update of all states: see `ErrorState::update_scalar`.
     pub(super) fn update(
         &mut self,
         column: &[f32; STATES],
@@ -138,7 +138,7 @@ impl ScaleErrors {
             self.correction[c] += k[c] * residual;
         }
         for r in 0..STATES {
-            // The gain of either one takes the product.
+            // The covariance is reduced if either of the two states has a gain.
             let (one, other) = if gain.moves(r) { (column[r] * weight, of_scale) } else { (column[r], &k) };
             for c in 0..SCALES {
                 self.cross[r][c] -= one * other[c];

@@ -101,7 +101,7 @@ fn an_hour_keeps_the_covariance_positive_definite() {
     assert!(e.is_sound() && dense(&e).cholesky().is_some());
 }
 
-/// All states with the scale's errors behind them.
+/// Number of all states: the scale's errors come after the others.
 const ALL: usize = STATES + SCALES;
 type Whole = SMatrix<f64, ALL, ALL>;
 
@@ -143,7 +143,7 @@ fn a_step_with_the_scale_is_the_dense_product() {
                 }
             }
         }
-        // The velocity takes the attitude at the end of the step where the scale is concerned.
+        // The scale's errors reach the velocity through the attitude at the end of the step.
         let mut late = Whole::identity();
         late[(VELOCITY, 1)] = -0.196;
         late[(VELOCITY + 1, 0)] = 0.196;

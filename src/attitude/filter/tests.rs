@@ -1,4 +1,4 @@
-//! The attitude that replaces a wrong model's, and the uncertainty while a string begins to turn.
+//! The estimator's attitude replaces that of a wrong gyro model; uncertainty while a string begins to turn.
 
 use super::*;
 use crate::{
@@ -8,7 +8,7 @@ use crate::{
 
 const GRAVITY_M_S2: f32 = 9.806_65;
 
-/// A filter that has stood level for seconds, facing magnetic north, and whose gyro has just turned out another.
+/// A filter that has stood level for 10 s, facing magnetic north, and whose gyro model has just been swapped.
 fn doubted() -> AttitudeFilter {
     let config = Config::default();
     let mut filter = AttitudeFilter::new();
@@ -43,7 +43,7 @@ fn a_wrong_models_attitude_is_replaced_by_one_that_is_known_better() {
     assert!(off(&filter, &truth) < 1e-5 && !filter.is_doubted(), "{}", off(&filter, &truth));
     let sigma = filter.attitude(crate::attitude::AttitudeFlags::empty()).unwrap().sigma_inclination_rad;
     assert!((0.005..0.03).contains(&sigma), "{sigma}");
-    // One that is known less well is none to take, and without a mark there is none.
+    // A less certain attitude is not taken, and without a mark none is.
     let mut filter = doubted();
     filter.mark();
     filter.compare(&known(0.3));
@@ -87,7 +87,7 @@ fn a_string_that_begins_to_turn_takes_the_heading_along_by_no_more_than_is_told(
         filter.start(&config.attitude, &config.earth, config.identification.motion);
         let (mut psi, mut most) = (0.0_f32, 0.0_f32);
         for k in 0..6_000_u16 {
-            // From 15 to 18 s.
+            // The string speeds up from 15 to 18 s.
             let spun_up = f32::from(k.saturating_sub(3_000).min(600)) / 600.0;
             let rate = Vector3::new(0.0, 0.0, top_rad_s * spun_up);
             psi += rate.z * 0.005;

@@ -11,7 +11,7 @@ const LARGEST: f32 = 2.0 / DEG_S_PER_G;
 /// Acceleration sensitivity of the gyro: it reads G a in excess, G row by row. Data sheets state 0.01 to 0.1
 /// deg/s per g.
 ///
-/// In a vertical hole it is a bias.
+/// In a vertical hole it cannot be told from a bias.
 pub struct GSensitivity;
 
 const fn parameter(name: &'static str) -> Parameter {

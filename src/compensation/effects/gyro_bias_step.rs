@@ -6,12 +6,12 @@ use nalgebra::Vector3;
 
 /// Permanent step of the gyro's bias by a shock, d on each axis.
 ///
-/// The estimator adds it from its shock on, separately for some shocks. The flown bias holds it, so that
+/// The estimator adds the step from its shock on, for some shocks separately. The flown bias includes the step, so that
 /// nothing is taken out of the readings: the term is zero.
 pub struct GyroBiasStep;
 
 const fn parameter(name: &'static str) -> Parameter {
-    // 0.1 and 5 deg/s: a shock's usual effect on common parts, and all of the zero-rate output that data
+    // Usual, 0.1 deg/s: a shock's effect on common sensors. Largest, 5 deg/s: all of the zero-rate output that data
     // sheets allow after soldering.
     Parameter {
         name,

@@ -3,7 +3,7 @@
 use super::super::effect::{Effect, Parameter, Sensor, Snapshot, axis, component};
 use nalgebra::Vector3;
 
-/// Scale factor that differs between the two directions: the gyro reads k |w| in excess on each axis. It
+/// Scale factor that differs between the two directions: the gyro reads k |w| in excess on each axis. The difference
 /// shows only with rotation both ways.
 pub struct GyroScaleAsymmetry;
 

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 /// Scale factor that changes with the rate: the gyro reads k w^3 in excess on each axis.
 ///
-/// Data sheets state 0.1 to 0.5 % of full scale. It shows only with changing rates, as in stick-slip.
+/// Data sheets state 0.1 to 0.5 % of full scale. The effect shows only with changing rates, as in stick-slip.
 pub struct GyroScaleNonlinearity;
 
 const fn parameter(name: &'static str) -> Parameter {

@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 /// Distance r of the accelerometer from the centre of rotation: it reads w x (w x r) + w' x r in excess. 2 cm
 /// give 0.32 g at 120 rpm.
 ///
-/// Nothing in a collar is farther than 0.1 m from its axis: a longer arm belongs to something that carries
-/// the sensor.
+/// Nothing in a collar is farther than 0.1 m from the collar's axis: a longer arm belongs to something that carries the
+/// sensor.
 pub struct LeverArm;
 
 const fn parameter(name: &'static str) -> Parameter {

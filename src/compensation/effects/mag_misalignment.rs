@@ -7,8 +7,9 @@ use nalgebra::Vector3;
 
 /// A turn of the magnetometer's axes against the gyro's and the accelerometer's: the field reads r x m in excess.
 ///
-/// Soft iron without the iron, with three parameters instead of eight. In a vertical hole the accelerometer's bias
-/// looks the same, for both turn one of two vectors against the tool axis. Parameters: the rotation vector r.
+/// The rotation of effect `soft_iron` alone, with three parameters instead of eight. In a vertical hole the
+/// accelerometer's bias looks the same, for both turn one of two vectors against the tool axis. Parameters: the
+/// rotation vector r.
 pub struct MagMisalignment;
 
 const fn turn(name: &'static str) -> Parameter {

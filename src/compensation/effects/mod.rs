@@ -44,7 +44,7 @@ pub use vibration_rectification::VibrationRectification;
 
 use super::effect::Effect;
 
-/// Library of all effects that are looked for by default. Of those that look alike the likelier comes first.
+/// Library of all effects that are looked for by default. Of effects that look alike the likelier comes first.
 pub static LIBRARY: [&dyn Effect; 20] = [
     &MagLag,
     &AccelLag,

@@ -6,7 +6,7 @@ use core::ops::Range;
 use nalgebra::Vector3;
 
 /// Soft iron, and a turn of the magnetometer's axes against the gyro's: the field reads M m in excess, M
-/// without a trace (the trace is the unit of the field, and would be favoured falsely). A term twice per
+/// without a trace (a trace only changes the field's unit, and the evidence would favour it falsely). A term twice per
 /// revolution in the norm.
 ///
 /// Parameters: the five of M's symmetric part, (xx - yy) / 2, (xx + yy - 2 zz) / 2 sqrt 3, xy, xz, yz, and

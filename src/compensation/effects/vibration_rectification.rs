@@ -10,8 +10,8 @@ const LARGEST: f32 = 2.0 / (DEG_S_PER_G * STANDARD_GRAVITY_M_S2);
 
 /// Vibration rectification: a bias k |a|^2 on each axis, |a|^2 the mean square of the specific force.
 ///
-/// Usual size: 0.01 to 0.1 deg/s per g^2. Under constant vibration it is a bias, and so is gravity's own part
-/// of it.
+/// Usual size: 0.01 to 0.1 deg/s per g^2. Under constant vibration it cannot be told from a bias, nor can gravity's own
+/// part of it.
 pub struct VibrationRectification;
 
 const fn parameter(name: &'static str) -> Parameter {

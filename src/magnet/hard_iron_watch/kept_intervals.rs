@@ -1,15 +1,15 @@
-//! Intervals kept for the report.
+//! Latest magnet intervals, kept for the report.
 
 use super::super::hard_iron_interval::{HardIronCounts, HardIronInterval};
 
-/// Number of intervals kept for the report.
+/// Number of intervals kept for the report: the latest.
 const KEPT: usize = 8;
 
 /// Ring of the latest intervals, with the counters since the configuration.
 pub(super) struct KeptIntervals {
     intervals: [HardIronInterval; KEPT],
     pub counts: HardIronCounts,
-    /// True if the last interval lasts.
+    /// True if the last interval still lasts.
     pub on: bool,
 }
 
@@ -28,7 +28,7 @@ impl KeptIntervals {
         (count.saturating_sub(KEPT)..count).filter_map(|number| self.intervals.get(number % KEPT))
     }
 
-    /// Interval that lasts.
+    /// Interval that still lasts, if any.
     pub fn lasting(&self) -> Option<&HardIronInterval> {
         self.last().filter(|_| self.on)
     }

@@ -1,4 +1,4 @@
-//! Body-fixed offsets found so far, over the one that was there from the start.
+//! Body-fixed offsets found so far, relative to the one present from the start.
 
 use super::{
     super::{field_filter::FieldFilter, hard_iron_interval::HardIronInterval},
@@ -7,7 +7,7 @@ use super::{
 use crate::{algebra::Whitening, statistics::chi_square::IN_A_HUNDRED};
 use nalgebra::{Matrix3, Vector3};
 
-/// Intervals with an offset, and the offset outside of them.
+/// Intervals with an offset, and the offset outside of these intervals.
 pub(super) struct Offsets {
     /// Offset in the body before the present interval, and its variance on each axis.
     base_ut: Vector3<f32>,
@@ -23,13 +23,13 @@ impl Offsets {
         Self { base_ut: zero, base_variance_ut2: zero, frozen: false, kept: KeptIntervals::zero() }
     }
 
-    /// Ends learning: later offsets are corrected only if they are known.
+    /// Ends learning: later offsets are corrected only if they match a known one.
     pub const fn freeze(&mut self) {
         self.frozen = true;
     }
 
-    /// Records a change of the body-fixed offset, by the filters without and with it. Differences below
-    /// `matters_ut` do not count.
+    /// Records a change of the body-fixed offset, from the filter without the change and the filter with it.
+    /// Differences below `matters_ut` do not count.
     pub fn change(&mut self, [before, after]: [&FieldFilter; 2], edge_us: u64, matters_ut: f32) {
         let covariance = after.in_body_covariance();
         let matters_ut2 = matters_ut * matters_ut;
@@ -91,7 +91,8 @@ impl Offsets {
     }
 }
 
-/// Returns true if a difference is within one in a hundred of its covariance.
+/// Returns true if a difference is insignificant: exceeded by chance, given its covariance, more than once in a
+/// hundred.
 fn is_same(difference: &Vector3<f32>, spread: &Matrix3<f32>) -> bool {
     Whitening::new(spread).is_some_and(|whitening| whitening.apply(difference).norm_squared() < IN_A_HUNDRED)
 }

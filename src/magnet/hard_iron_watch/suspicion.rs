@@ -1,5 +1,5 @@
-//! Suspicion: two filters race, one with a jump of the offset in the body, one with a jump of the earth's field
-//! (Wald's sequential test).
+//! Suspicion of a magnet: two filters are compared, one with a jump of the offset in the body, one with a jump of the
+//! earth's field (Wald's sequential test).
 
 use super::{
     super::{field_node::FieldNode, field_noise::at_most, hypothesis::Outcome},
@@ -9,15 +9,15 @@ use crate::change::TURNING_RAD_S;
 
 /// Log likelihood ratio that decides between the hypotheses: Wald's bound for one error in a million.
 const DECIDED: f32 = 13.8;
-/// Log likelihood ratio, 20 to 1, at which an undecided change is left to the attitude filter as one of the
-/// earth's field, which that filter handles.
+/// Log likelihood ratio, 20 to 1 for the earth's field, at which an undecided change is left to the attitude filter,
+/// which rejects such fields itself.
 const LIKELY: f32 = 3.0;
 /// Largest contribution of one node to the ratio, so that no single node decides.
 const MOST_OF_A_NODE: f32 = 5.0;
-/// Time for which an offset must have been steady, seconds: passing disturbances last 2 s, and edges under 3
-/// s apart are one.
+/// Time for which an offset must have been steady, seconds: passing disturbances last 2 s, and changes under 3 s apart
+/// count as one.
 const STEADY_S: f32 = 3.0;
-/// Consecutive nodes as predicted that end a disturbance (1 s).
+/// Consecutive nodes with a field as predicted that end a disturbance (1 s).
 const QUIET_NODES: u8 = 5;
 /// Time of turning after which an undecided change is dropped, seconds, the same as for a new field in the
 /// attitude filter; time at rest counts by a sixth.
@@ -36,8 +36,8 @@ pub(super) enum Verdict {
 /// Change of the field under examination.
 #[derive(Clone, Copy)]
 pub(super) struct Suspicion {
-    /// Time of the first node that did not fit, and of the last one after it at which the body-fixed offset
-    /// jumped again, microseconds.
+    /// Time of the first node that did not fit the prediction, and of the last one after it at which the body-fixed
+    /// offset jumped again, microseconds.
     pub first_us: u64,
     pub last_us: u64,
     /// Log likelihood of new iron over that of a new earth field.
@@ -49,12 +49,12 @@ pub(super) struct Suspicion {
     jumps: u8,
     /// True if the field was as predicted before the change.
     sudden: bool,
-    /// True if the body-fixed offset, if it is one, is large enough to matter.
+    /// True if the change, as a body-fixed offset, is large enough to matter.
     matters: bool,
 }
 
 impl Suspicion {
-    /// Starts at the first node that did not fit.
+    /// Starts at the first node that did not fit the prediction.
     pub const fn new(t_us: u64, sudden: bool) -> Self {
         Self {
             first_us: t_us,

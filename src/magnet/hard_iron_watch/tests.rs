@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 extern crate std;
 use std::vec::Vec;
 
-/// 100 Hz.
+/// Sample period, microseconds: 100 Hz.
 const PERIOD_US: u32 = 10_000;
 const FIELD_UT: Vector3<f64> = Vector3::new(20.0, 0.0, 45.0);
 
@@ -42,7 +42,7 @@ const QUIET: Run = Run {
 };
 
 impl Run {
-    /// The watch at the end, and what was to be made of the field at each sample.
+    /// The watch at the end of the run, and its use of the field at each sample.
     fn watched(&self) -> (HardIronWatch, Vec<FieldUse>) {
         let config = Config { sample_period_us: PERIOD_US, freeze_at_us: self.freeze_us, ..Config::default() };
         let mut watch = HardIronWatch::zero();
