@@ -19,7 +19,7 @@ pub struct RestDetector {
     sum: Vector3<f32>,
     square: Vector3<f32>,
     clipped: bool,
-    gravity: Halves,
+    force: Halves,
     field: Halves,
 }
 
@@ -41,10 +41,6 @@ pub struct Rest {
     pub variance: f32,
     /// Number of samples with a raw rate.
     pub samples: u16,
-    /// Mean specific force, m/s^2; `None` without readings.
-    pub force_m_s2: Option<Vector3<f32>>,
-    /// Variance of the mean force on each axis, (m/s^2)^2.
-    pub force_variance: f32,
 }
 
 /// Sums over the first and the second half of a second.
@@ -115,7 +111,7 @@ impl RestDetector {
             sum: zero,
             square: zero,
             clipped: false,
-            gravity: halves,
+            force: halves,
             field: halves,
         }
     }
@@ -127,13 +123,7 @@ impl RestDetector {
     }
 
     /// Takes one sample. At the end of a second returns the rest, or `Some(None)` if the second was no rest.
-    pub fn push(
-        &mut self,
-        rate: Reading,
-        gravity: Reading,
-        field: Reading,
-        limits: &RestLimits,
-    ) -> Option<Option<Rest>> {
+    pub fn push(&mut self, rate: Reading, force: Reading, field: Reading, limits: &RestLimits) -> Option<Option<Rest>> {
         let second_half = 2 * self.samples >= self.samples_per_second;
         match rate {
             Reading::Usable(rate) => {
@@ -148,7 +138,7 @@ impl RestDetector {
             Reading::Unusable => self.clipped = true,
             Reading::Missing => {}
         }
-        self.gravity.add(gravity, second_half);
+        self.force.add(force, second_half);
         self.field.add(field, second_half);
         self.samples += 1;
         if self.samples < self.samples_per_second {
@@ -179,14 +169,10 @@ impl RestDetector {
         // No deviation on any axis is a frozen sensor, not a quiet one.
         let alive = variance.iter().any(|v| *v > 0.0);
         let bias_like = rate.amax() < limits.bias_rad_s;
-        if !quiet || !alive || !bias_like || self.gravity.turned(turn) || self.field.turned(turn) {
+        if !quiet || !alive || !bias_like || self.force.turned(turn) || self.field.turned(turn) {
             return None;
         }
-        // Specific force is minus gravity's reading.
-        let force_m_s2 = self.gravity.mean().map(|g| -g);
-        let readings = f32::from(self.gravity.counts[0] + self.gravity.counts[1]);
-        let force_variance = if readings > 1.0 { self.gravity.variance() / (3.0 * readings) } else { 0.0 };
-        Some(Rest { rate, variance: variance.sum() / 3.0, samples: self.rates, force_m_s2, force_variance })
+        Some(Rest { rate, variance: variance.sum() / 3.0, samples: self.rates })
     }
 }
 
@@ -210,8 +196,8 @@ mod tests {
             let angle = turn_rad_s * k as f32 * 0.005;
             let field = Vector3::new(20.0, 40.0 * libm::cosf(angle), -40.0 * libm::sinf(angle))
                 + Vector3::from_fn(|_, _| 0.7 * uniform());
-            let gravity = Vector3::new(9.81, 0.0, 0.0) + Vector3::from_fn(|_, _| 0.1 * uniform());
-            found = detector.push(Reading::Usable(rate), Reading::Usable(gravity), Reading::Usable(field), &LIMITS);
+            let force = Vector3::new(9.81, 0.0, 0.0) + Vector3::from_fn(|_, _| 0.1 * uniform());
+            found = detector.push(Reading::Usable(rate), Reading::Usable(force), Reading::Usable(field), &LIMITS);
         }
         found.unwrap()
     }
@@ -244,7 +230,6 @@ mod tests {
             // Uniform noise of width 0.004 has deviation 0.0012, its mean of 200 has 8e-5; the bound is 5
             // sigma.
             assert!((rest.rate - Vector3::repeat(0.03)).amax() < 4e-4);
-            assert!((rest.force_m_s2.unwrap().norm() - 9.81).abs() < 0.02);
             assert!(second(0.03, 0.05, 0.0, seed).is_none(), "vibrating");
             assert!(second(0.03, 0.004, 1.0, seed).is_none(), "turning fast");
             assert!(

@@ -51,13 +51,7 @@ mod tests {
 
     #[test]
     fn rests_average_and_age() {
-        let rest = |x: f32| Rest {
-            rate: Vector3::repeat(x),
-            variance: 1e-6,
-            samples: 100,
-            force_m_s2: None,
-            force_variance: 0.0,
-        };
+        let rest = |x: f32| Rest { rate: Vector3::repeat(x), variance: 1e-6, samples: 100 };
         let first = RestBias::from_rest(&rest(0.01));
         let both = first.updated(&rest(0.02));
         assert!((both.rate.x - 0.015).abs() < 1e-6);
